@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * ravencal plugin: corrected joints 1-3 of a cable-driven arm, inside the robot's control loop.
+ * Plain C90, so that any controller can include it. rt_plugin/ABI.md is the contract in words.
+ *
+ * Thread tags:  [init] not from the real-time thread, not concurrently with [rt] calls unless said;
+ *               [rt]   real-time safe: bounded time, no allocation, lock, system call or exception;
+ *                      one thread at a time per instance;
+ *               [any]  any thread at any time.
+ * Units: SI (rad, m, N.m, s) except where the name says otherwise. Joint arrays have the
+ * controller's 8 slots: shoulder, elbow, insertion, void, roll, wrist, grasp1, grasp2; positions
+ * are rad, except the insertion, which is m.
+ */
+#ifndef RAVENCAL_PLUGIN_H
+#define RAVENCAL_PLUGIN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define RAVENCAL_ABI_MAJOR 1 /* anything but an appended field or function */
+#define RAVENCAL_ABI_MINOR 0 /* appended fields and functions */
+
+#define RAVENCAL_SLOTS 8
+#define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
+
+/* What the plugin did this tick. */
+#define RAVENCAL_OK 0       /* correction (possibly fading) applied */
+#define RAVENCAL_HELD 1     /* correction applied, but its value is held or fading on a doubt */
+#define RAVENCAL_BYPASS 2   /* the robot's own value, unchanged */
+#define RAVENCAL_FAULT 3    /* the robot's own value, latched until reset */
+
+/* Results of [init] functions. Negative: refused. */
+#define RAVENCAL_SUCCESS 0
+#define RAVENCAL_ERROR_ARGUMENT (-1)  /* null pointer, wrong struct_size, value out of range */
+#define RAVENCAL_ERROR_IO (-2)        /* the file cannot be opened or read */
+#define RAVENCAL_ERROR_BLOB (-3)      /* the file is not a valid blob; see last_error */
+#define RAVENCAL_ERROR_TOPOLOGY (-4)  /* no compiled network fits the blob */
+#define RAVENCAL_ERROR_FEATURES (-5)  /* the blob asks for features that a robot state does not have */
+#define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
+#define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
+
+/* States of the envelope. */
+#define RAVENCAL_STATE_OFF 0
+#define RAVENCAL_STATE_ARMED 1      /* enabled, waiting for a homed, healthy robot */
+#define RAVENCAL_STATE_FADING_IN 2
+#define RAVENCAL_STATE_ACTIVE 3
+#define RAVENCAL_STATE_FADING_OUT 4
+#define RAVENCAL_STATE_BYPASS 5
+#define RAVENCAL_STATE_FAULT 6
+#define RAVENCAL_STATE_COUNT 7
+
+/* One arm, as the controller holds it. */
+typedef struct ravencal_arm {
+  int32_t type;                              /* USB serial or arm id, as raven_state publishes it */
+  int32_t pos_um[3];                         /* end effector, micrometres */
+  int32_t pos_d_um[3];
+  float ori[9];                              /* rotation, row-major */
+  float ori_d[9];
+  int32_t enc_counts[RAVENCAL_SLOTS];        /* raw motor encoder counts */
+  int32_t enc_offset_counts[RAVENCAL_SLOTS];
+  int32_t dac_counts[RAVENCAL_SLOTS];        /* commanded current, after clipping */
+  float tau_n_m[RAVENCAL_SLOTS];             /* commanded torque at the capstan */
+  float mpos_rad[RAVENCAL_SLOTS];            /* motor angle */
+  float mpos_d_rad[RAVENCAL_SLOTS];
+  float mvel_rad_per_s[RAVENCAL_SLOTS];
+  float jpos_ji[RAVENCAL_SLOTS];             /* joint, rad; insertion m */
+  float jpos_d_ji[RAVENCAL_SLOTS];
+  float jvel_ji[RAVENCAL_SLOTS];             /* rad/s; insertion m/s */
+  float grasp_d_rad;
+  float jac_vel[6];
+  float jac_f[6];
+  uint32_t joints_ready;                     /* bit i: joint slot i is homed (jstate_ready) */
+} ravencal_arm;
+
+/* Robot state of one control cycle. arm[0] is the calibrated arm, arm[1] the other one: the host
+ * maps them from its configuration, never from slot order. */
+typedef struct ravencal_state {
+  uint32_t struct_size;   /* sizeof(ravencal_state) of the host */
+  int32_t runlevel;       /* 0 E-stop, 1 init, 2 pedal up, 3 pedal down */
+  int32_t sublevel;
+  int32_t last_seq;
+  int64_t t_ns;           /* monotonic time of this cycle */
+  ravencal_arm arm[2];
+} ravencal_state;
+
+/* Result of one step. */
+typedef struct ravencal_output {
+  uint32_t struct_size;                  /* set by the host: sizeof(ravencal_output) */
+  int32_t state;                         /* RAVENCAL_STATE_* */
+  float jpos_ji[RAVENCAL_JOINTS];        /* corrected joints; equal to the input where not corrected */
+  float correction_ji[RAVENCAL_JOINTS];  /* what was added */
+  float predicted_ji[RAVENCAL_JOINTS];   /* what the network asked for, before fading and limits */
+} ravencal_output;
+
+/* Settings; fill with default_config first. */
+typedef struct ravencal_config {
+  uint32_t struct_size;
+  uint32_t tick_ns;                             /* control period; 1 000 000 */
+  float slew_ji_per_s[RAVENCAL_JOINTS];         /* fastest change of a correction when fading in, out or held */
+  float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
+  float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
+} ravencal_config;
+
+/* Everything that happened, for a host to show. Copied whole by `counters`. */
+typedef struct ravencal_counters {
+  uint32_t struct_size;
+  uint32_t reserved;
+  uint64_t ticks;
+  uint64_t ticks_in_state[RAVENCAL_STATE_COUNT];
+  uint64_t transitions;
+  uint64_t refused_not_finite;       /* a feature was NaN or Inf */
+  uint64_t refused_time;             /* time stood still, ran back or jumped */
+  uint64_t refused_out_of_range;     /* outside the trained range */
+  uint64_t refused_magnitude;        /* prediction above max_correction_ji */
+  uint64_t refused_robot_state;      /* run level or joints not ready */
+  uint64_t limited_rate;             /* correction slowed to max_correction_rate */
+  uint64_t loads;                    /* blobs loaded */
+} ravencal_counters;
+
+typedef struct ravencal_instance ravencal_instance;
+
+typedef struct ravencal_api {
+  uint32_t struct_size;
+  uint32_t abi_major;
+  uint32_t abi_minor;
+  uint32_t reserved;
+
+  /* [any] Version of the project that built the plugin, e.g. "0.1.0". */
+  const char* (*version)(void);
+
+  /* [any] Fills `config` with the defaults; config->struct_size must be set. */
+  int32_t (*default_config)(ravencal_config* config);
+
+  /* [any] Bytes and alignment that create needs. */
+  size_t (*storage_size)(void);
+  size_t (*storage_alignment)(void);
+
+  /* [init] Builds an instance in the host's memory, in state OFF. The host keeps `storage` alive,
+   * locked in RAM if it wants that, until destroy. */
+  int32_t (*create)(const ravencal_config* config, void* storage, size_t storage_bytes,
+                    ravencal_instance** instance);
+
+  /* [init] Reads and verifies a weight blob. On refusal the instance is unchanged. May be called
+   * again from a thread that is not the real-time one while step runs: the new weights are swapped
+   * in between two ticks. */
+  int32_t (*load)(ravencal_instance* instance, const char* path);
+
+  /* [init] Why the last load was refused; a sentence. Never null. */
+  const char* (*last_error)(const ravencal_instance* instance);
+
+  /* [any] Asks the correction to fade in (1) or out (0). */
+  void (*enable)(ravencal_instance* instance, int32_t on);
+
+  /* [rt] One control cycle, called at the hook: after the forward cable coupling, before the
+   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT. */
+  int32_t (*step)(ravencal_instance* instance, const ravencal_state* state, ravencal_output* output);
+
+  /* [rt] The control-safe inverse: the joint position that the uncorrected cable coupling must be
+   * given so that the corrected joint arrives at desired_ji, with the correction of the last step. */
+  void (*uncorrect_desired)(const ravencal_instance* instance,
+                            const float desired_ji[RAVENCAL_JOINTS],
+                            float uncorrected_ji[RAVENCAL_JOINTS]);
+
+  /* [rt] Called where the controller publishes its state: latches what is zero or one cycle old at
+   * the hook (torque, DAC, desired, pose), so that the next step sees what training saw. */
+  void (*observe_cycle_end)(ravencal_instance* instance, const ravencal_state* state);
+
+  /* [any] Copies the counters; counters->struct_size must be set. */
+  int32_t (*counters)(const ravencal_instance* instance, ravencal_counters* counters);
+
+  /* [init] Leaves FAULT for OFF. */
+  void (*reset)(ravencal_instance* instance);
+
+  /* [init] Releases what load took. The storage stays the host's. */
+  void (*destroy)(ravencal_instance* instance);
+} ravencal_api;
+
+/* [init] The only exported symbol. Null if `host_abi_major` is not RAVENCAL_ABI_MAJOR. */
+typedef const ravencal_api* (*ravencal_plugin_entry_fn)(uint32_t host_abi_major);
+const ravencal_api* ravencal_plugin_entry(uint32_t host_abi_major);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* RAVENCAL_PLUGIN_H */

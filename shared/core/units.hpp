@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Units by name and their factors to SI. A recording stores values in the unit in which they
+// arrived; readers convert to SI once, here.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace ravencal::core {
+
+/// A named unit: value_si = value * to_si.
+struct Unit {
+  std::string_view name;     ///< as written in profiles and recordings, e.g. "deg", "mm", "um", "N_m"
+  std::string_view si_name;  ///< e.g. "rad", "m", "N_m"
+  double to_si;
+};
+
+/// All known units, for error messages and documentation.
+std::span<const Unit> known_units();
+
+/// Looks a unit up by name; nullopt if unknown.
+std::optional<Unit> find_unit(std::string_view name);
+
+}  // namespace ravencal::core

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A trained calibration as data: which features, how scaled, which layers, what comes out. Training
+// makes it, ONNX and blob files store it, evaluation runs it. The real-time form of the same model
+// is model/blob_view.hpp + model/network.hpp; both use the arithmetic of model/layers.hpp and the
+// feature state of model/feature_state.hpp, so that they cannot drift apart.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/feature_spec.hpp"
+
+namespace ravencal::model {
+
+enum class Activation : std::uint8_t { kLinear = 0, kSigmoid = 1, kTanh = 2, kRelu = 3 };
+
+/// One fully connected layer: y = activation(weights * x + biases).
+struct DenseLayer {
+  Eigen::MatrixXf weights;  ///< [outputs x inputs]
+  Eigen::VectorXf biases;   ///< [outputs]
+  Activation activation = Activation::kLinear;
+};
+
+/// Standard scaling: scaled = (value - mean) / scale. A constant column has scale 1.
+struct Standardiser {
+  Eigen::VectorXd mean;   ///< SI units
+  Eigen::VectorXd scale;  ///< SI units, > 0
+};
+
+/// What one output corrects: corrected = estimate + output.
+struct OutputSpec {
+  std::string joint;             ///< e.g. "elbow"
+  std::string estimate_channel;  ///< the channel that the correction is added to, e.g. "jpos.elbow"
+  std::string unit;              ///< SI: "rad" or "m"
+};
+
+/// Invariants: features.size() == inputs of the first layer (or of the output, if there is no
+/// hidden layer: linear regression is one linear layer); outputs.size() == outputs of the last.
+struct CalibrationModel {
+  std::vector<FeatureSpec> features;
+  Standardiser input;
+  Eigen::VectorXd input_min;  ///< trained range, SI units, per feature
+  Eigen::VectorXd input_max;
+  std::vector<DenseLayer> layers;
+  Standardiser output;        ///< mean = the bias that "bias removal" removes
+  std::vector<OutputSpec> outputs;
+  double row_period_s = 0.01; ///< time between training rows: the unit of lagged features
+  std::map<std::string, std::string> provenance;  ///< version, recordings and hashes, seed, settings
+
+  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features].
+  [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& features_si) const;
+};
+
+}  // namespace ravencal::model

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which inputs a network sees. An input is a channel, or a channel as it was some rows ago, or a
+// play operator of a channel (the memory of a cable with slack): x -> clamp(state, x - r, x + r).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "record/channel.hpp"
+
+namespace ravencal::model {
+
+enum class Transform : std::uint8_t { kValue = 0, kLag = 1, kPlay = 2 };
+
+/// One network input. Text form: "jpos.elbow", "jpos.elbow@3" (3 rows ago), "jpos.elbow~0.01"
+/// (play of half-width 0.01, in the channel's SI unit).
+struct FeatureSpec {
+  std::string channel;
+  Transform transform = Transform::kValue;
+  std::uint32_t lag_rows = 0;
+  float play_half_width = 0.0F;
+
+  [[nodiscard]] std::string text() const;
+  static core::Result<FeatureSpec> parse(std::string_view text);
+  friend bool operator==(const FeatureSpec&, const FeatureSpec&) = default;
+};
+
+/// Turns a --features text into inputs. Terms are separated by commas and applied left to right:
+///   paper112 | notebook208 | light      built-in sets for RAVEN-II
+///   group:joint_pose | joint:elbow       a feature group, or everything of a joint
+///   jpos.* | tau.elbow                   channel names, * as wildcard
+///   -TERM                                removes what TERM selects
+/// `available` are the recording's channels; truth channels are never features. An empty text means
+/// paper112 where its channels exist, else every channel that is not truth.
+core::Result<std::vector<FeatureSpec>> select_features(std::string_view text,
+                                                       std::span<const record::Channel> available);
+
+/// Adds lagged copies (rows step, 2*step, ... history*step) of every plain feature.
+void add_history(std::vector<FeatureSpec>& features, std::uint32_t history, std::uint32_t step_rows);
+
+}  // namespace ravencal::model

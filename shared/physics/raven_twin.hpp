@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The RAVEN-II digital twin: one simulated arm with everything between command and joint, cycle by
+// cycle as the controller runs it. Used by `ravencal simulate` and, live, by `ravencal host`.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "core/catalogue.hpp"
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::physics {
+
+/// Values of the catalogue in the units in which raven_state publishes them, quirks included.
+using RavenMessage = std::array<double, core::kCatalogueSize>;
+
+/// What only a simulator knows, and what the external encoders say about it.
+struct Truth {
+  Eigen::Vector3d joints_ji;                       ///< true joint positions: rad, rad, m
+  std::array<std::int64_t, 3> encoder_counts{};    ///< external encoders: 80000/rev, 80000/rev, 5 um
+  Eigen::Vector3d encoder_ji;                      ///< the same as positions: rad, rad, m
+};
+
+/// One arm of the robot with its controller. A cycle is begin_cycle (sensors are read; this is the
+/// plugin's hook) and end_cycle (control law, message published, 1 ms of physics). Same plant and
+/// seed: same values.
+class RavenTwin {
+ public:
+  static core::Result<RavenTwin> create(const Plant& plant, std::uint64_t seed);
+  RavenTwin(RavenTwin&&) noexcept;
+  RavenTwin& operator=(RavenTwin&&) noexcept;
+  ~RavenTwin();
+
+  /// Runs the homing sequence to the hard stops; sets the encoder offsets with their variation.
+  void home();
+
+  /// Reads the sensors and returns what is visible at the hook: positions of this cycle, but torque,
+  /// desired and pose of the cycle before, and dac = 0.
+  const RavenMessage& begin_cycle();
+
+  /// Runs the controller towards `desired_ji` (rad, rad, m) and returns the published message.
+  const RavenMessage& end_cycle(const Eigen::Vector3d& desired_ji);
+
+  [[nodiscard]] Truth truth() const;
+  [[nodiscard]] std::int64_t t_ns() const;  ///< simulated monotonic time of the current cycle
+
+ private:
+  struct Impl;
+  explicit RavenTwin(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ravencal::physics

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A profile says which column of a foreign file is which channel (DESIGN: profiles).
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "record/channel.hpp"
+
+namespace ravencal::record {
+
+/// Where one channel comes from: a header name or a zero-based column index.
+struct ProfileChannel {
+  Channel channel;                    ///< unit = the file's unit
+  std::string column;                 ///< header name, if the source has a header
+  std::optional<std::size_t> index;   ///< zero-based column, if it has none
+};
+
+/// Keep only rows whose `column` has one of these values (e.g. vision_ok = 1, depth in a list).
+struct ProfileFilter {
+  std::string column;
+  std::optional<std::size_t> index;
+  std::vector<double> keep;
+};
+
+struct Profile {
+  std::string name;
+  std::string format = "csv";         ///< "csv" or "bag"
+  bool header = true;
+  std::string time_column;            ///< header name of the time; empty: row number
+  std::optional<std::size_t> time_index;
+  std::string time_unit = "s";
+  double row_period_s = 0.01;         ///< used when the source has no time
+  std::size_t column_count = 0;       ///< columns that every row must have; 0 = those of the first row
+  std::string arm;                    ///< calibrated arm ("gold" or "green"); never guessed from slot order
+  std::vector<ProfileChannel> channels;
+  std::vector<ProfileFilter> filters;
+};
+
+/// Which arm of a two-arm source is the calibrated one.
+struct ProfileOptions {
+  std::string arm = "gold";
+};
+
+/// A built-in profile ("raven2", "generic") by name, or a profile file by path.
+/// `generic` has no channels of its own: the reader takes them from a header of `name_unit` words.
+core::Result<Profile> load_profile(std::string_view name_or_path, const ProfileOptions& options = {});
+
+}  // namespace ravencal::record

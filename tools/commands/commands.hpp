@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One function per command of `ravencal`: it declares the arguments and wires them to a library.
+// A command's callback returns by setting `exit_code` (cli/exit_code.hpp).
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace ravencal::commands {
+
+void add_trajectory(CLI::App& app, int& exit_code);
+void add_simulate(CLI::App& app, int& exit_code);
+void add_import(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
+void add_info(CLI::App& app, int& exit_code);
+void add_train(CLI::App& app, int& exit_code);
+void add_evaluate(CLI::App& app, int& exit_code);
+void add_convert(CLI::App& app, int& exit_code);
+void add_host(CLI::App& app, int& exit_code);
+void add_report(CLI::App& app, int& exit_code);
+
+}  // namespace ravencal::commands

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/commands.hpp"
+
+namespace ravencal::commands {
+
+void add_evaluate(CLI::App& /*app*/, int& /*exit_code*/) {}
+
+}  // namespace ravencal::commands

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <exception>
+
+#include "cli/exit_code.hpp"
+#include "commands/commands.hpp"
+#include "core/version.hpp"
+
+int main(int argc, char** argv) {
+  namespace commands = ravencal::commands;
+  int exit_code = ravencal::cli::kOk;
+  CLI::App app{"ravencal: joint calibration for cable-driven surgical robots"};
+  app.set_version_flag("--version", std::string("ravencal ") + ravencal::core::kVersion);
+  app.require_subcommand(1);
+  commands::add_trajectory(app, exit_code);
+  commands::add_simulate(app, exit_code);
+  commands::add_import(app, exit_code);
+  commands::add_export(app, exit_code);
+  commands::add_info(app, exit_code);
+  commands::add_train(app, exit_code);
+  commands::add_evaluate(app, exit_code);
+  commands::add_convert(app, exit_code);
+  commands::add_host(app, exit_code);
+  commands::add_report(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? ravencal::cli::kOk : ravencal::cli::kUsage;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ravencal: {}\n", error.what());
+    return ravencal::cli::kData;
+  }
+  return exit_code;
+}
