@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+#
+# The main job on the digital twin, from zig-zags to corrected joints in the running 1 kHz loop.
+# Called by tools/run demo, which builds and puts `ravencal` in the PATH.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+plant=$root/tools/plants/raven2.toml
+out=out/demo
+plugin=
+network=(--features light --hidden 128,64,32 --epochs 120)
+test_s=300
+live_ticks=20000
+
+while [ $# -gt 0 ]; do
+  case $1 in
+    --plugin) plugin=$2; shift 2 ;;
+    --out) out=$2; shift 2 ;;
+    --paper)
+      network=(--features paper112 --hidden 600,500,400 --epochs 600)
+      test_s=1200
+      shift
+      ;;
+    *) echo "demo: unknown argument '$1'" >&2; exit 2 ;;
+  esac
+done
+
+rm -rf "$out"
+mkdir -p "$out"
+started=$SECONDS
+step() { echo; echo "[$((SECONDS - started)) s] $*"; }
+
+step "zig-zags at five sparsities, unloaded and with 500 g: simulated, $(nproc) at a time"
+jobs=()
+seed=1
+for payload in 0 500; do
+  for sparsity in 1/2 1/3 1/4 1/5 1/6; do
+    name=zigzag_${sparsity/\//_}
+    [ -e "$out/$name.csv" ] || ravencal trajectory zigzag --sparsity "$sparsity" --out "$out/$name.csv" >/dev/null
+    jobs+=("simulate --plant $plant --trajectory $out/$name.csv --payload-g $payload --seed $seed --out $out/train_${payload}g_$name.db")
+    seed=$((seed + 1))
+  done
+  # Motion never trained on: random targets and speeds, another homing, another seed. One recording
+  # chooses the best epoch, the other is only ever tested on.
+  for use in validate test; do
+    ravencal trajectory sinusoid --duration-s "$test_s" --seed "$((100 + seed))" --out "$out/${use}_${payload}g.csv" >/dev/null
+    jobs+=("simulate --plant $plant --trajectory $out/${use}_${payload}g.csv --payload-g $payload --seed $((100 + seed)) --out $out/${use}_${payload}g.db")
+    seed=$((seed + 1))
+  done
+done
+printf '%s\n' "${jobs[@]}" | xargs -P "$(nproc)" -L 1 ravencal >"$out/simulate.log" 2>&1 || { cat "$out/simulate.log" >&2; exit 3; }
+
+for payload in 0 500; do
+  label=$([ "$payload" = 0 ] && echo unloaded || echo "500 g")
+  step "train, $label"
+  ravencal train "$out"/train_"${payload}"g_*.db --validate "$out/validate_${payload}g.db" "${network[@]}" \
+    --seed 3 --out "$out/model_${payload}g.onnx" --report "$out/train_${payload}g.html"
+  ravencal convert "$out/model_${payload}g.onnx" --out "$out/weights_${payload}g.blob" --check "$out/validate_${payload}g.db"
+
+  step "evaluate on unseen random motion, $label"
+  ravencal evaluate "$out/model_${payload}g.onnx" "$out/test_${payload}g.db" \
+    --json "$out/evaluate_${payload}g.json" --report "$out/report_${payload}g.html"
+
+  step "the plugin in the running 1 kHz loop, $label"
+  ravencal host --plugin "$plugin" --weights "$out/weights_${payload}g.blob" --plant "$plant" \
+    --trajectory "$out/test_${payload}g.csv" --payload-g "$payload" --seed "$((200 + payload))" \
+    --ticks "$live_ticks" --json "$out/host_${payload}g.json"
+done
+
+step "done; reports: $out/report_0g.html $out/report_500g.html"
