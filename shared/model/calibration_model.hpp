@@ -13,10 +13,9 @@
 #include <vector>
 
 #include "model/feature_spec.hpp"
+#include "model/kinds.hpp"
 
 namespace ravencal::model {
-
-enum class Activation : std::uint8_t { kLinear = 0, kSigmoid = 1, kTanh = 2, kRelu = 3 };
 
 /// One fully connected layer: y = activation(weights * x + biases).
 struct DenseLayer {

@@ -11,11 +11,10 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "model/kinds.hpp"
 #include "record/channel.hpp"
 
 namespace ravencal::model {
-
-enum class Transform : std::uint8_t { kValue = 0, kLag = 1, kPlay = 2 };
 
 /// One network input. Text form: "jpos.elbow", "jpos.elbow@3" (3 rows ago), "jpos.elbow~0.01"
 /// (play of half-width 0.01, in the channel's SI unit).

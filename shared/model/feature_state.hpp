@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Turns the channels of one tick into network inputs, remembering what lags and play operators
+// need. Training runs it over recordings (one tick per row), the plugin in the robot's loop (one
+// tick per control cycle; there a lag of k rows is k * row_period / tick ticks). Real-time safe:
+// all memory comes from the caller, the time of a tick does not depend on the values. One thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "model/kinds.hpp"
+
+namespace ravencal::model {
+
+/// One network input, made from one element of the sources.
+struct FeatureOp {
+  std::uint32_t source = 0;  ///< index into the sources of a tick
+  Transform transform = Transform::kValue;
+  std::uint32_t lag_ticks = 0;  ///< kLag only
+  float half_width = 0.0F;      ///< kPlay only, in the source's unit, >= 0
+};
+
+class FeatureState {
+ public:
+  /// Floats of memory that `ops` over `source_count` sources need.
+  static constexpr std::size_t memory_floats(std::span<const FeatureOp> ops,
+                                             std::size_t source_count) noexcept {
+    return ops.size() + history_rows(ops) * source_count;
+  }
+
+  FeatureState() = default;
+
+  /// `ops` and `memory` (at least memory_floats) are borrowed and must outlive this object. Every
+  /// op's source must be below `source_count`.
+  FeatureState(std::span<const FeatureOp> ops, std::size_t source_count,
+               std::span<float> memory) noexcept
+      : ops_(ops),
+        source_count_(source_count),
+        history_rows_(history_rows(ops)),
+        play_(memory.first(ops.size())),
+        history_(memory.subspan(ops.size(), history_rows_ * source_count)) {
+    reset();
+  }
+
+  /// Forgets the past: the next tick is the first.
+  void reset() noexcept {
+    known_rows_ = 0;
+    head_ = 0;
+    for (float& state : play_) state = kUnset;
+  }
+
+  /// Takes the channels of one tick, shape [source_count], and writes the inputs, shape [ops].
+  /// A lag that reaches further back than the first tick gives the oldest value known; a play
+  /// operator starts at its first value. A NaN passes through and does not disturb a play operator.
+  void advance(std::span<const float> sources, std::span<float> features) noexcept {
+    remember(sources);
+    for (std::size_t i = 0; i < ops_.size(); ++i) {
+      const FeatureOp& op = ops_[i];
+      const float now = sources[op.source];
+      switch (op.transform) {
+        case Transform::kValue:
+          features[i] = now;
+          break;
+        case Transform::kLag:
+          features[i] = history_[row_before(op.lag_ticks) * source_count_ + op.source];
+          break;
+        case Transform::kPlay:
+          features[i] = play(play_[i], now, op.half_width);
+          break;
+      }
+    }
+  }
+
+ private:
+  static constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
+
+  /// Rows of the ring: the longest lag and the present; none without lags.
+  static constexpr std::size_t history_rows(std::span<const FeatureOp> ops) noexcept {
+    std::size_t rows = 0;
+    for (const FeatureOp& op : ops) {
+      if (op.transform == Transform::kLag && op.lag_ticks + std::size_t{1} > rows) {
+        rows = op.lag_ticks + std::size_t{1};
+      }
+    }
+    return rows;
+  }
+
+  void remember(std::span<const float> sources) noexcept {
+    if (history_rows_ == 0) return;
+    if (known_rows_ > 0) head_ = head_ + 1 == history_rows_ ? 0 : head_ + 1;
+    if (known_rows_ < history_rows_) ++known_rows_;
+    float* const row = history_.data() + head_ * source_count_;
+    for (std::size_t i = 0; i < source_count_; ++i) row[i] = sources[i];
+  }
+
+  /// Ring row of `lag` ticks ago, or of the first tick if that is nearer.
+  [[nodiscard]] std::size_t row_before(std::size_t lag) const noexcept {
+    const std::size_t age = lag < known_rows_ ? lag : known_rows_ - 1;
+    return head_ >= age ? head_ - age : head_ + history_rows_ - age;
+  }
+
+  static float play(float& state, float now, float half_width) noexcept {
+    if (state != state) state = now;  // the first value
+    if (state < now - half_width) state = now - half_width;
+    if (state > now + half_width) state = now + half_width;
+    return now == now ? state : now;
+  }
+
+  std::span<const FeatureOp> ops_;
+  std::size_t source_count_ = 0;
+  std::size_t history_rows_ = 0;
+  std::span<float> play_;     ///< one per op; kUnset before its first value
+  std::span<float> history_;  ///< ring of whole source rows: the lags of one tick share cache lines
+  std::size_t known_rows_ = 0;
+  std::size_t head_ = 0;
+};
+
+}  // namespace ravencal::model
