@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/vega_spec.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ravencal::report {
+namespace {
+
+/// Largest power of ten that resolves 1/4000 of the range.
+double quantum_of(const std::vector<double>& values) {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -least;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    least = std::min(least, value);
+    greatest = std::max(greatest, value);
+  }
+  double range = greatest - least;
+  if (!(range > 0) || !std::isfinite(range)) {
+    range = std::isfinite(greatest) && greatest != 0 ? std::abs(greatest) : 1.0;
+  }
+  return std::pow(10.0, std::floor(std::log10(range / 4000)));
+}
+
+}  // namespace
+
+Extent extent_of(std::initializer_list<std::span<const Point>> lines) {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -least;
+  for (const auto& line : lines) {
+    for (const Point& point : line) {
+      if (!std::isfinite(point.value)) continue;
+      least = std::min(least, point.value);
+      greatest = std::max(greatest, point.value);
+    }
+  }
+  if (!(least <= greatest)) return {-1.0, 1.0};
+  double margin = 0.04 * (greatest - least);
+  if (!(margin > 0)) margin = greatest != 0 ? 0.1 * std::abs(greatest) : 1.0;
+  return {least - margin, greatest + margin};
+}
+
+json columns_data(std::string_view name,
+                  const std::vector<std::pair<std::string, std::vector<double>>>& columns) {
+  json encoded = json::object();
+  for (const auto& [column, values] : columns) {
+    const double quantum = quantum_of(values);
+    json whole = json::array();
+    for (const double value : values) {
+      if (std::isfinite(value)) {
+        whole.push_back(std::llround(value / quantum));
+      } else {
+        whole.push_back(nullptr);
+      }
+    }
+    encoded[column] = {{"q", quantum}, {"v", std::move(whole)}};
+  }
+  return {{"name", name}, {"columns", std::move(encoded)}};
+}
+
+json line_data(std::string_view name, std::span<const Point> line) {
+  std::vector<double> t_s;
+  std::vector<double> values;
+  for (const Point& point : line) {
+    t_s.push_back(point.t_s);
+    values.push_back(point.value);
+  }
+  return columns_data(name, {{"t", std::move(t_s)}, {"v", std::move(values)}});
+}
+
+json scale(std::string_view name, std::string_view type, Extent domain, double range_from,
+           double range_to) {
+  return {{"name", name},
+          {"type", type},
+          {"domain", json::array({domain.from, domain.to})},
+          {"range", json::array({range_from, range_to})},
+          {"nice", false},
+          {"zero", false}};
+}
+
+json axis(std::string_view orient, std::string_view scale, std::string_view title) {
+  return {{"orient", orient}, {"scale", scale}, {"title", title}, {"grid", true}};
+}
+
+json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
+               const LineStyle& style, std::string_view y_scale) {
+  json enter = {{"x", {{"scale", "x"}, {"field", x_field}}},
+                {"y", {{"scale", y_scale}, {"field", y_field}}},
+                {"defined", {{"signal", "isValid(datum['" + std::string(y_field) + "'])"}}},
+                {"interpolate", {{"value", style.interpolate}}},
+                {"stroke", {{"value", style.colour}}},
+                {"strokeWidth", {{"value", style.width}}},
+                {"strokeJoin", {{"value", "round"}}}};
+  if (!style.dash.empty()) enter["strokeDash"] = {{"value", json::parse(style.dash)}};
+  return {{"type", "line"},
+          {"from", {{"data", data}}},
+          {"clip", true},
+          {"interactive", false},
+          {"encode", {{"enter", std::move(enter)}}}};
+}
+
+json zero_rule(double width) {
+  return {{"type", "rule"},
+          {"encode",
+           {{"enter",
+             {{"x", {{"value", 0}}},
+              {"x2", {{"value", width}}},
+              {"y", {{"scale", "y"}, {"value", 0}}},
+              {"stroke", {{"value", kInkColour}}},
+              {"strokeWidth", {{"value", 0.8}}}}}}}};
+}
+
+json chart(std::string_view description, double width, double height) {
+  const char* font = "system-ui, 'Segoe UI', 'Noto Sans', 'Liberation Sans', sans-serif";
+  return {{"$schema", "https://vega.github.io/schema/vega/v5.json"},
+          {"description", description},
+          {"width", width},
+          {"height", height},
+          {"padding", 4},
+          {"autosize", "pad"},
+          {"data", json::array()},
+          {"scales", json::array()},
+          {"axes", json::array()},
+          {"marks", json::array()},
+          {"config",
+           {{"background", "transparent"},
+            {"axis",
+             {{"labelColor", kInkColour},
+              {"titleColor", kInkColour},
+              {"labelFont", font},
+              {"titleFont", font},
+              {"labelFontSize", 11},
+              {"titleFontSize", 11.5},
+              {"titleFontWeight", "normal"},
+              {"titlePadding", 7},
+              {"domainColor", "var(--rule)"},
+              {"tickColor", "var(--rule)"},
+              {"gridColor", "var(--grid)"},
+              {"tickSize", 4},
+              {"labelOverlap", true}}},
+            {"axisLeft", {{"minExtent", 34}}},
+            {"legend",
+             {{"labelColor", kInkColour},
+              {"titleColor", kInkColour},
+              {"labelFont", font},
+              {"titleFont", font},
+              {"labelFontSize", 11},
+              {"titleFontSize", 11.5},
+              {"titleFontWeight", "normal"}}},
+            {"text", {{"font", font}, {"fontSize", 11.5}, {"fill", kInkColour}}}}}};
+}
+
+}  // namespace ravencal::report
