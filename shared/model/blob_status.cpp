@@ -17,10 +17,12 @@ const char* describe(BlobStatus status) noexcept {
       return "the sizes in the header disagree with the file";
     case BlobStatus::kChecksum:
       return "the checksum does not match: the file is damaged";
+    case BlobStatus::kSignature:
+      return "it is signed, which this build cannot verify";
     case BlobStatus::kReserved:
       return "a reserved byte is not zero";
     case BlobStatus::kSection:
-      return "a section is misaligned, out of bounds or of the wrong size";
+      return "a section is not where or not as long as the counts demand";
     case BlobStatus::kCount:
       return "a count is zero or above its limit";
     case BlobStatus::kPrecision:

@@ -8,7 +8,7 @@
 
 namespace ravencal::model {
 
-/// Why a blob was refused. The order is the order of the checks.
+/// Why a blob was refused.
 enum class BlobStatus : std::uint8_t {
   kOk,
   kTooShort,    ///< fewer bytes than a header, or than the header promises
@@ -16,8 +16,9 @@ enum class BlobStatus : std::uint8_t {
   kVersion,     ///< a major format version that this build does not read
   kSize,        ///< the header's sizes disagree with each other or with the file
   kChecksum,    ///< CRC-32C differs: damaged or changed
+  kSignature,   ///< signed in a way that this build cannot verify
   kReserved,    ///< a field or padding that must be zero is not
-  kSection,     ///< a section is misaligned, out of bounds, overlapping or of the wrong size
+  kSection,     ///< a section is not where, or not as long as, the counts demand
   kCount,       ///< a count is zero or above its limit
   kPrecision,   ///< weights of a precision that this build does not read
   kFeature,     ///< an input's channel, transform or parameter is invalid

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Byte layout of the weight blob, version 1.0: the numbers of shared/FORMATS.md ("Weights") as
+// constants. Writer and view use nothing else. All values are little-endian.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace ravencal::model::blob {
+
+inline constexpr std::array<std::uint8_t, 12> kMagic = {0x89, 'R', 'A', 'V',  'E',  'N',
+                                                        'C',  'A', 'L', 0x0D, 0x0A, 0x1A};
+inline constexpr std::uint16_t kMajor = 1;
+inline constexpr std::uint16_t kMinor = 0;
+inline constexpr std::size_t kAlignment = 64;
+
+// Offsets within the header.
+inline constexpr std::size_t kMajorAt = 12;
+inline constexpr std::size_t kMinorAt = 14;
+inline constexpr std::size_t kHeaderBytesAt = 16;
+inline constexpr std::size_t kFileBytesAt = 20;
+inline constexpr std::size_t kPrecisionAt = 24;
+inline constexpr std::size_t kFeatureCountAt = 28;
+inline constexpr std::size_t kLayerCountAt = 32;
+inline constexpr std::size_t kOutputCountAt = 36;
+inline constexpr std::size_t kSelfTestCountAt = 40;
+inline constexpr std::size_t kReservedAt = 44;
+inline constexpr std::size_t kRowPeriodAt = 48;
+inline constexpr std::size_t kReserved2At = 56;
+inline constexpr std::size_t kSectionTableAt = 64;
+inline constexpr std::size_t kSectionEntryBytes = 8;
+inline constexpr std::size_t kHeaderBytes = 192;
+
+/// Sections, in file order.
+enum Section : std::size_t {
+  kFeatures,
+  kInputScaling,
+  kInputRange,
+  kLayers,
+  kWeights,
+  kOutputScaling,
+  kOutputs,
+  kSelfTest,
+  kProvenance,
+  kSectionCount,
+};
+
+inline constexpr std::uint32_t kPrecisionF32 = 0;
+
+inline constexpr std::size_t kFeatureBytes = 64;
+inline constexpr std::size_t kFeatureNameAt = 16;
+inline constexpr std::size_t kFeatureNameBytes = 48;
+inline constexpr std::uint16_t kNoCatalogueIndex = 0xFFFF;
+
+inline constexpr std::size_t kLayerBytes = 32;
+
+inline constexpr std::size_t kOutputBytes = 128;
+inline constexpr std::size_t kOutputJointAt = 8;
+inline constexpr std::size_t kOutputJointBytes = 32;
+inline constexpr std::size_t kOutputChannelAt = 40;
+inline constexpr std::size_t kOutputChannelBytes = 64;
+inline constexpr std::size_t kOutputUnitAt = 104;
+inline constexpr std::size_t kOutputUnitBytes = 16;
+inline constexpr std::size_t kOutputTailAt = 120;
+inline constexpr std::uint8_t kNoSlot = 0xFF;
+
+inline constexpr std::size_t kTrailerBytes = 128;
+inline constexpr std::size_t kTrailerSignatureKindAt = 4;
+
+// Limits: far above any calibration network, low enough that no size computation overflows.
+inline constexpr std::uint32_t kMaxFeatures = 4096;
+inline constexpr std::uint32_t kMaxLayers = 16;
+inline constexpr std::uint32_t kMaxLayerOutputs = 8192;
+inline constexpr std::uint32_t kMaxOutputs = 16;
+inline constexpr std::uint32_t kMaxSelfTests = 64;
+inline constexpr std::uint32_t kMaxLagRows = 100000;
+inline constexpr std::uint32_t kMaxProvenanceBytes = 1U << 20;
+inline constexpr std::uint32_t kMaxFileBytes = 1U << 28;
+inline constexpr double kMinRowPeriodS = 1e-4;
+inline constexpr double kMaxRowPeriodS = 60.0;
+
+constexpr std::size_t aligned(std::size_t bytes) noexcept {
+  return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+/// Rows of a stored weight matrix: a column is a whole number of 64-byte lines.
+constexpr std::size_t padded_rows(std::size_t outputs) noexcept {
+  return aligned(outputs * sizeof(float)) / sizeof(float);
+}
+
+/// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected, as in RFC 3720) of `bytes`.
+std::uint32_t crc32c(const std::byte* bytes, std::size_t count) noexcept;
+
+inline std::uint16_t load_u16(const std::byte* at) noexcept {
+  return static_cast<std::uint16_t>(static_cast<unsigned>(at[0]) | static_cast<unsigned>(at[1])
+                                                                       << 8U);
+}
+inline std::uint32_t load_u32(const std::byte* at) noexcept {
+  return std::uint32_t{load_u16(at)} | std::uint32_t{load_u16(at + 2)} << 16U;
+}
+inline std::uint64_t load_u64(const std::byte* at) noexcept {
+  return std::uint64_t{load_u32(at)} | std::uint64_t{load_u32(at + 4)} << 32U;
+}
+inline float load_f32(const std::byte* at) noexcept { return std::bit_cast<float>(load_u32(at)); }
+inline double load_f64(const std::byte* at) noexcept { return std::bit_cast<double>(load_u64(at)); }
+
+struct SectionEntry {
+  std::size_t offset;
+  std::size_t bytes;
+};
+
+inline SectionEntry section_entry(const std::byte* file, Section section) noexcept {
+  const std::byte* const at = file + kSectionTableAt + section * kSectionEntryBytes;
+  return {load_u32(at), load_u32(at + 4)};
+}
+
+}  // namespace ravencal::model::blob

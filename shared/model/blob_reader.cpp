@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "core/catalogue.hpp"
+#include "model/blob_view.hpp"
+#include "model/blob_writer.hpp"
+
+namespace ravencal::model {
+namespace {
+
+core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+core::Result<std::vector<std::byte>> read_bytes(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: cannot read: {}", path.string(), std::strerror(errno))};
+  }
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  return std::vector<std::byte>(bytes, bytes + text.size());
+}
+
+core::Result<BlobView> open_view(std::span<const std::byte> bytes, std::string_view source) {
+  BlobView view;
+  const BlobCheck check = BlobView::open(bytes, view);
+  if (!check.ok()) {
+    return data_error(
+        fmt::format("{}: {} (byte {})", source, describe(check.status), check.offset));
+  }
+  return view;
+}
+
+core::Status read_features(const BlobView& view, std::string_view source, CalibrationModel& model) {
+  for (std::size_t i = 0; i < view.feature_count(); ++i) {
+    const BlobFeature feature = view.feature(i);
+    model.features.push_back({std::string(feature.channel), feature.transform, feature.lag_rows,
+                              feature.play_half_width});
+    // The plugin goes by the number, people by the name: they must agree.
+    const auto index = core::catalogue_index_of(feature.channel);
+    const std::size_t expected = index ? *index : blob::kNoCatalogueIndex;
+    if (feature.catalogue_index != expected) {
+      return data_error(
+          fmt::format("{}: input {} is called '{}' but has catalogue index {}, not {}", source, i,
+                      feature.channel, feature.catalogue_index, expected));
+    }
+  }
+  return {};
+}
+
+DenseLayer read_layer(const BlobView& view, const BlobLayer& layer) {
+  DenseLayer dense{Eigen::MatrixXf(layer.outputs, layer.inputs), Eigen::VectorXf(layer.outputs),
+                   layer.activation};
+  for (std::uint32_t row = 0; row < layer.outputs; ++row) {
+    dense.biases[row] = view.bias(layer, row);
+    for (std::uint32_t column = 0; column < layer.inputs; ++column) {
+      dense.weights(row, column) = view.weight(layer, row, column);
+    }
+  }
+  return dense;
+}
+
+template <typename Read>
+Eigen::VectorXd read_vector(std::size_t count, Read read) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(count));
+  for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = read(i);
+  return values;
+}
+
+std::string_view name_of(Activation activation) {
+  switch (activation) {
+    case Activation::kLinear:
+      return "linear";
+    case Activation::kSigmoid:
+      return "sigmoid";
+    case Activation::kTanh:
+      return "tanh";
+    case Activation::kRelu:
+      return "relu";
+  }
+  return "unknown";
+}
+
+nlohmann::ordered_json summary(const CalibrationModel& model, std::size_t bytes) {
+  nlohmann::ordered_json json;
+  std::size_t parameters = 0;
+  json["kind"] = "weights";
+  json["bytes"] = bytes;
+  json["precision"] = "f32";
+  json["row_period_s"] = model.row_period_s;
+  for (std::size_t i = 0; i < model.features.size(); ++i) {
+    const auto e = static_cast<Eigen::Index>(i);
+    json["inputs"].push_back({{"feature", model.features[i].text()},
+                              {"min", model.input_min[e]},
+                              {"max", model.input_max[e]},
+                              {"mean", model.input.mean[e]},
+                              {"scale", model.input.scale[e]}});
+  }
+  for (const DenseLayer& layer : model.layers) {
+    json["layers"].push_back({{"inputs", layer.weights.cols()},
+                              {"outputs", layer.weights.rows()},
+                              {"activation", name_of(layer.activation)}});
+    parameters += static_cast<std::size_t>(layer.weights.size() + layer.biases.size());
+  }
+  json["parameters"] = parameters;
+  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
+    const auto e = static_cast<Eigen::Index>(j);
+    json["outputs"].push_back({{"joint", model.outputs[j].joint},
+                               {"added_to", model.outputs[j].estimate_channel},
+                               {"unit", model.outputs[j].unit},
+                               {"mean", model.output.mean[e]},
+                               {"scale", model.output.scale[e]}});
+  }
+  json["provenance"] = model.provenance;
+  return json;
+}
+
+core::Result<nlohmann::ordered_json> summary_of(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const CalibrationModel model, read_blob(path));
+  return summary(model, static_cast<std::size_t>(std::filesystem::file_size(path)));
+}
+
+}  // namespace
+
+core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
+                                           std::string_view source) {
+  RAVENCAL_ASSIGN_OR_RETURN(const BlobView view, open_view(bytes, source));
+  CalibrationModel model;
+  model.row_period_s = view.row_period_s();
+  RAVENCAL_RETURN_IF_ERROR(read_features(view, source, model));
+  const std::size_t n = view.feature_count();
+  const std::size_t m = view.output_count();
+  model.input.mean = read_vector(n, [&](std::size_t i) { return view.input_mean(i); });
+  model.input.scale = read_vector(n, [&](std::size_t i) { return view.input_scale(i); });
+  model.input_min = read_vector(n, [&](std::size_t i) { return view.input_min(i); });
+  model.input_max = read_vector(n, [&](std::size_t i) { return view.input_max(i); });
+  for (std::size_t l = 0; l < view.layer_count(); ++l) {
+    model.layers.push_back(read_layer(view, view.layer(l)));
+  }
+  model.output.mean = read_vector(m, [&](std::size_t j) { return view.output_mean(j); });
+  model.output.scale = read_vector(m, [&](std::size_t j) { return view.output_scale(j); });
+  for (std::size_t j = 0; j < m; ++j) {
+    const BlobOutput output = view.output(j);
+    model.outputs.push_back({std::string(output.joint), std::string(output.estimate_channel),
+                             std::string(output.unit)});
+  }
+  const auto json = nlohmann::json::parse(view.provenance(), nullptr, false);
+  if (!json.is_object()) return data_error(fmt::format("{}: the provenance is not JSON", source));
+  for (const auto& [key, value] : json.items()) {
+    model.provenance[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  return model;
+}
+
+core::Result<CalibrationModel> read_blob(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, read_bytes(path));
+  return decode_blob(bytes, path.string());
+}
+
+core::Result<std::string> describe_blob_json(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json json, summary_of(path));
+  return json.dump(2) + "\n";
+}
+
+core::Result<std::string> describe_blob(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json json, summary_of(path));
+  std::string text =
+      fmt::format("{}: weights, {} bytes, f32, {} parameters\n", path.string(),
+                  json["bytes"].get<std::size_t>(), json["parameters"].get<std::size_t>());
+  text += fmt::format("network      {}", json["inputs"].size());
+  for (const auto& layer : json["layers"]) {
+    text += fmt::format(" -> {} {}", layer["outputs"].get<std::size_t>(),
+                        layer["activation"].get<std::string>());
+  }
+  text += fmt::format("\nrow period   {} s\n", json["row_period_s"].get<double>());
+  for (const auto& output : json["outputs"]) {
+    text += fmt::format("corrects     {} [{}], mean correction {:.6g}\n",
+                        output["added_to"].get<std::string>(), output["unit"].get<std::string>(),
+                        output["mean"].get<double>());
+  }
+  for (const auto& input : json["inputs"]) {
+    text += fmt::format("input        {:<28} trained from {:.6g} to {:.6g}\n",
+                        input["feature"].get<std::string>(), input["min"].get<double>(),
+                        input["max"].get<double>());
+  }
+  for (const auto& [key, value] : json["provenance"].items()) {
+    text += fmt::format("provenance   {}: {}\n", key, value.get<std::string>());
+  }
+  return text;
+}
+
+}  // namespace ravencal::model

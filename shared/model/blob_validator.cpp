@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// BlobView::open: every rule of shared/FORMATS.md ("Weights"), one function per part of the file.
+#include <limits>
+
+#include "model/blob_view.hpp"
+
+namespace ravencal::model {
+
+using namespace blob;
+
+namespace {
+
+// std::isfinite without <cmath>'s overloads, so that the plugin needs no newer libm symbol.
+bool finite(double value) noexcept { return value - value == 0.0; }
+
+bool fits_float(double value) noexcept {
+  constexpr auto kLargest = static_cast<double>(std::numeric_limits<float>::max());
+  return value >= -kLargest && value <= kLargest;
+}
+
+}  // namespace
+
+/// The checks of open(), in the order of BlobStatus; each returns the first fault it finds.
+class BlobValidator {
+ public:
+  explicit BlobValidator(std::span<const std::byte> bytes) noexcept : bytes_(bytes) {
+    view_.bytes_ = bytes;
+  }
+
+  BlobCheck run() noexcept {
+    using Check = BlobCheck (BlobValidator::*)() noexcept;
+    constexpr Check kChecks[] = {&BlobValidator::check_identity,  &BlobValidator::check_checksum,
+                                 &BlobValidator::check_trailer,   &BlobValidator::check_counts,
+                                 &BlobValidator::check_layers,    &BlobValidator::check_sections,
+                                 &BlobValidator::check_features,  &BlobValidator::check_scaling,
+                                 &BlobValidator::check_weights,   &BlobValidator::check_outputs,
+                                 &BlobValidator::check_self_test, &BlobValidator::check_provenance};
+    for (const Check check : kChecks) {
+      const BlobCheck result = (this->*check)();
+      if (!result.ok()) return result;
+    }
+    return {};
+  }
+
+  [[nodiscard]] const BlobView& view() const noexcept { return view_; }
+
+ private:
+  static BlobCheck refuse(BlobStatus status, std::size_t offset) noexcept {
+    return {status, offset};
+  }
+
+  [[nodiscard]] const std::byte* at(std::size_t offset) const noexcept {
+    return bytes_.data() + offset;
+  }
+
+  [[nodiscard]] std::size_t trailer() const noexcept { return bytes_.size() - kTrailerBytes; }
+
+  BlobCheck check_zero(std::size_t from, std::size_t to) const noexcept {
+    for (std::size_t i = from; i < to; ++i) {
+      if (bytes_[i] != std::byte{0}) return refuse(BlobStatus::kReserved, i);
+    }
+    return {};
+  }
+
+  BlobCheck check_identity() noexcept {
+    if (bytes_.size() < kHeaderBytes + kTrailerBytes) {
+      return refuse(BlobStatus::kTooShort, bytes_.size());
+    }
+    for (std::size_t i = 0; i < kMagic.size(); ++i) {
+      if (bytes_[i] != std::byte{kMagic[i]}) return refuse(BlobStatus::kBadMagic, i);
+    }
+    if (load_u16(at(kMajorAt)) != kMajor) return refuse(BlobStatus::kVersion, kMajorAt);
+    const std::size_t file_bytes = load_u32(at(kFileBytesAt));
+    if (file_bytes > bytes_.size()) return refuse(BlobStatus::kTooShort, bytes_.size());
+    if (file_bytes != bytes_.size() || file_bytes > kMaxFileBytes || file_bytes % kAlignment != 0) {
+      return refuse(BlobStatus::kSize, kFileBytesAt);
+    }
+    return {};
+  }
+
+  BlobCheck check_checksum() noexcept {
+    if (load_u32(at(trailer())) != crc32c(bytes_.data(), trailer())) {
+      return refuse(BlobStatus::kChecksum, trailer());
+    }
+    return {};
+  }
+
+  BlobCheck check_trailer() noexcept {
+    const std::size_t kind_at = trailer() + kTrailerSignatureKindAt;
+    if (load_u32(at(kind_at)) != 0) return refuse(BlobStatus::kSignature, kind_at);
+    return check_zero(kind_at + 4, bytes_.size());
+  }
+
+  BlobCheck check_counts() noexcept {
+    header_bytes_ = load_u32(at(kHeaderBytesAt));
+    // A later minor version may append to the header; its tail is skipped.
+    const bool newer = load_u16(at(kMinorAt)) > kMinor;
+    if (header_bytes_ % kAlignment != 0 || header_bytes_ > trailer() ||
+        header_bytes_ < kHeaderBytes || (!newer && header_bytes_ != kHeaderBytes)) {
+      return refuse(BlobStatus::kSize, kHeaderBytesAt);
+    }
+    if (load_u32(at(kPrecisionAt)) != kPrecisionF32) {
+      return refuse(BlobStatus::kPrecision, kPrecisionAt);
+    }
+    struct Count {
+      std::size_t at;
+      std::uint32_t limit;
+      std::uint32_t& value;
+    };
+    for (const Count& count : {Count{kFeatureCountAt, kMaxFeatures, view_.features_},
+                               Count{kLayerCountAt, kMaxLayers, view_.layers_},
+                               Count{kOutputCountAt, kMaxOutputs, view_.outputs_},
+                               Count{kSelfTestCountAt, kMaxSelfTests, view_.self_tests_}}) {
+      count.value = load_u32(at(count.at));
+      if (count.value == 0 || count.value > count.limit) {
+        return refuse(BlobStatus::kCount, count.at);
+      }
+    }
+    const double period_s = load_f64(at(kRowPeriodAt));
+    if (!(period_s >= kMinRowPeriodS && period_s <= kMaxRowPeriodS)) {
+      return refuse(BlobStatus::kPeriod, kRowPeriodAt);
+    }
+    if (load_u32(at(kReservedAt)) != 0) return refuse(BlobStatus::kReserved, kReservedAt);
+    if (load_u64(at(kReserved2At)) != 0) return refuse(BlobStatus::kReserved, kReserved2At);
+    return newer ? BlobCheck{}
+                 : check_zero(kSectionTableAt + kSectionCount * kSectionEntryBytes, kHeaderBytes);
+  }
+
+  /// Layer sizes must chain from the inputs to the outputs; their sum is the weight section.
+  BlobCheck check_layers() noexcept {
+    // The sections before the layers have sizes that the counts give.
+    layers_at_ = header_bytes_ + view_.features_ * kFeatureBytes +
+                 2 * aligned(view_.features_ * 2 * sizeof(double));
+    const std::size_t end = layers_at_ + view_.layers_ * kLayerBytes;
+    if (end > trailer()) return refuse(BlobStatus::kSection, layers_at_);
+    std::size_t expected_inputs = view_.features_;
+    for (std::size_t l = 0; l < view_.layers_; ++l) {
+      const std::size_t record = layers_at_ + l * kLayerBytes;
+      const std::size_t inputs = load_u32(at(record));
+      const std::size_t outputs = load_u32(at(record + 4));
+      if (inputs != expected_inputs) return refuse(BlobStatus::kLayer, record);
+      if (outputs == 0 || outputs > kMaxLayerOutputs) {
+        return refuse(BlobStatus::kLayer, record + 4);
+      }
+      if (load_u32(at(record + 8)) > static_cast<std::uint32_t>(Activation::kRelu)) {
+        return refuse(BlobStatus::kLayer, record + 8);
+      }
+      const std::size_t column_bytes = padded_rows(outputs) * sizeof(float);
+      if (load_u32(at(record + 12)) != weight_bytes_) {
+        return refuse(BlobStatus::kLayer, record + 12);
+      }
+      weight_bytes_ += inputs * column_bytes;
+      if (load_u32(at(record + 16)) != weight_bytes_) {
+        return refuse(BlobStatus::kLayer, record + 16);
+      }
+      weight_bytes_ += column_bytes;
+      if (weight_bytes_ > kMaxFileBytes) return refuse(BlobStatus::kLayer, record);
+      const BlobCheck zero = check_zero(record + 20, record + kLayerBytes);
+      if (!zero.ok()) return zero;
+      expected_inputs = outputs;
+    }
+    if (expected_inputs != view_.outputs_) return refuse(BlobStatus::kLayer, kOutputCountAt);
+    return {};
+  }
+
+  /// Sections follow each other without gaps other than zero padding to 64 bytes.
+  BlobCheck check_sections() noexcept {
+    const std::size_t n = view_.features_;
+    const std::size_t m = view_.outputs_;
+    const std::size_t k = view_.self_tests_;
+    const std::size_t provenance_bytes = section_entry(bytes_.data(), kProvenance).bytes;
+    if (provenance_bytes > kMaxProvenanceBytes) {
+      return refuse(BlobStatus::kSection, kSectionTableAt + kProvenance * kSectionEntryBytes + 4);
+    }
+    const std::size_t sizes[kSectionCount] = {
+        n * kFeatureBytes,      n * 2 * sizeof(double),
+        n * 2 * sizeof(double), view_.layers_ * kLayerBytes,
+        weight_bytes_,          m * 2 * sizeof(double),
+        m * kOutputBytes,       (m + k * m) * sizeof(double) + k * n * sizeof(float),
+        provenance_bytes};
+    std::size_t offset = header_bytes_;
+    for (std::size_t s = 0; s < kSectionCount; ++s) {
+      const SectionEntry entry = section_entry(bytes_.data(), static_cast<Section>(s));
+      const std::size_t end = offset + sizes[s];
+      if (entry.offset != offset || entry.bytes != sizes[s] || end > trailer()) {
+        return refuse(BlobStatus::kSection, kSectionTableAt + s * kSectionEntryBytes);
+      }
+      offset = aligned(end);
+      const BlobCheck zero = check_zero(end, offset);
+      if (!zero.ok()) return zero;
+    }
+    if (offset != trailer()) return refuse(BlobStatus::kSize, kFileBytesAt);
+    return {};
+  }
+
+  /// A zero-padded text of at least one printable ASCII character and no blank.
+  [[nodiscard]] bool valid_text(std::size_t from, std::size_t capacity) const noexcept {
+    std::size_t length = 0;
+    while (length < capacity && bytes_[from + length] != std::byte{0}) {
+      const auto c = static_cast<unsigned char>(bytes_[from + length]);
+      if (c <= 0x20 || c >= 0x7F) return false;
+      ++length;
+    }
+    if (length == 0 || length == capacity) return false;
+    return check_zero(from + length, from + capacity).ok();
+  }
+
+  BlobCheck check_features() noexcept {
+    const std::size_t start = section_entry(bytes_.data(), kFeatures).offset;
+    for (std::size_t i = 0; i < view_.features_; ++i) {
+      const std::size_t record = start + i * kFeatureBytes;
+      const BlobFeature feature = view_.feature(i);
+      const bool lag = feature.transform == Transform::kLag;
+      const bool play = feature.transform == Transform::kPlay;
+      if (static_cast<std::uint8_t>(feature.transform) >
+          static_cast<std::uint8_t>(Transform::kPlay)) {
+        return refuse(BlobStatus::kFeature, record + 2);
+      }
+      if (bytes_[record + 3] != std::byte{0}) return refuse(BlobStatus::kReserved, record + 3);
+      if (lag ? feature.lag_rows == 0 || feature.lag_rows > kMaxLagRows : feature.lag_rows != 0) {
+        return refuse(BlobStatus::kFeature, record + 4);
+      }
+      const auto half_width = static_cast<double>(feature.play_half_width);
+      if (play ? !finite(half_width) || half_width < 0.0 : load_u32(at(record + 8)) != 0) {
+        return refuse(BlobStatus::kFeature, record + 8);
+      }
+      if (load_u32(at(record + 12)) != 0) return refuse(BlobStatus::kReserved, record + 12);
+      if (!valid_text(record + kFeatureNameAt, kFeatureNameBytes)) {
+        return refuse(BlobStatus::kFeature, record + kFeatureNameAt);
+      }
+    }
+    return {};
+  }
+
+  BlobCheck check_scale(Section section, std::size_t count) const noexcept {
+    const std::size_t start = section_entry(bytes_.data(), section).offset;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t mean_at = start + i * sizeof(double);
+      const std::size_t scale_at = start + (count + i) * sizeof(double);
+      if (!fits_float(load_f64(at(mean_at)))) return refuse(BlobStatus::kScaling, mean_at);
+      const double scale = load_f64(at(scale_at));
+      // The plugin multiplies by 1 / scale in single precision, so that must be finite too.
+      if (!fits_float(scale) || !(scale > 0.0) || !fits_float(1.0 / scale)) {
+        return refuse(BlobStatus::kScaling, scale_at);
+      }
+    }
+    return {};
+  }
+
+  BlobCheck check_scaling() noexcept {
+    BlobCheck result = check_scale(kInputScaling, view_.features_);
+    if (result.ok()) result = check_scale(kOutputScaling, view_.outputs_);
+    if (!result.ok()) return result;
+    const std::size_t start = section_entry(bytes_.data(), kInputRange).offset;
+    for (std::size_t i = 0; i < view_.features_; ++i) {
+      const double low = view_.input_min(i);
+      const double high = view_.input_max(i);
+      if (!fits_float(low) || !fits_float(high) || low > high) {
+        return refuse(BlobStatus::kRange, start + i * sizeof(double));
+      }
+    }
+    return {};
+  }
+
+  BlobCheck check_weights() noexcept {
+    for (std::size_t l = 0; l < view_.layers_; ++l) {
+      const BlobLayer layer = view_.layer(l);
+      const std::size_t rows = padded_rows(layer.outputs);
+      for (std::size_t column = 0; column <= layer.inputs; ++column) {  // the last is the biases
+        for (std::size_t row = 0; row < rows; ++row) {
+          const std::size_t offset = layer.weights_at + (column * rows + row) * sizeof(float);
+          if (row >= layer.outputs ? load_u32(at(offset)) != 0
+                                   : !finite(static_cast<double>(load_f32(at(offset))))) {
+            return refuse(row >= layer.outputs ? BlobStatus::kReserved : BlobStatus::kWeight,
+                          offset);
+          }
+        }
+      }
+    }
+    return {};
+  }
+
+  BlobCheck check_outputs() noexcept {
+    const std::size_t start = section_entry(bytes_.data(), kOutputs).offset;
+    for (std::size_t j = 0; j < view_.outputs_; ++j) {
+      const std::size_t record = start + j * kOutputBytes;
+      const auto slot = static_cast<std::uint8_t>(bytes_[record]);
+      if (slot >= 8 && slot != kNoSlot) return refuse(BlobStatus::kOutput, record);
+      for (std::size_t other = 0; slot != kNoSlot && other < j; ++other) {
+        if (view_.output(other).slot == slot) return refuse(BlobStatus::kOutput, record);
+      }
+      const BlobCheck zero = check_zero(record + 1, record + kOutputJointAt);
+      if (!zero.ok()) return zero;
+      if (!valid_text(record + kOutputJointAt, kOutputJointBytes) ||
+          !valid_text(record + kOutputChannelAt, kOutputChannelBytes) ||
+          !valid_text(record + kOutputUnitAt, kOutputUnitBytes)) {
+        return refuse(BlobStatus::kOutput, record + kOutputJointAt);
+      }
+      const BlobCheck tail = check_zero(record + kOutputTailAt, record + kOutputBytes);
+      if (!tail.ok()) return tail;
+    }
+    return {};
+  }
+
+  BlobCheck check_self_test() noexcept {
+    const std::size_t start = section_entry(bytes_.data(), kSelfTest).offset;
+    const std::size_t doubles = view_.outputs_ * (1 + std::size_t{view_.self_tests_});
+    for (std::size_t i = 0; i < doubles; ++i) {
+      const std::size_t offset = start + i * sizeof(double);
+      const double value = load_f64(at(offset));
+      const bool tolerance = i < view_.outputs_;
+      if (!fits_float(value) || (tolerance && !(value > 0.0))) {
+        return refuse(BlobStatus::kSelfTest, offset);
+      }
+    }
+    const std::size_t inputs = start + doubles * sizeof(double);
+    for (std::size_t i = 0; i < std::size_t{view_.self_tests_} * view_.features_; ++i) {
+      const std::size_t offset = inputs + i * sizeof(float);
+      if (!finite(static_cast<double>(load_f32(at(offset))))) {
+        return refuse(BlobStatus::kSelfTest, offset);
+      }
+    }
+    return {};
+  }
+
+  BlobCheck check_provenance() noexcept {
+    const SectionEntry entry = section_entry(bytes_.data(), kProvenance);
+    const std::string_view text = view_.provenance();
+    if (text.size() < 2 || text.front() != '{' || text.back() != '}') {
+      return refuse(BlobStatus::kProvenance, entry.offset);
+    }
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (static_cast<unsigned char>(text[i]) < 0x20) {
+        return refuse(BlobStatus::kProvenance, entry.offset + i);
+      }
+    }
+    return {};
+  }
+
+  std::span<const std::byte> bytes_;
+  BlobView view_;
+  std::size_t header_bytes_ = 0;
+  std::size_t layers_at_ = 0;
+  std::size_t weight_bytes_ = 0;
+};
+
+BlobCheck BlobView::open(std::span<const std::byte> bytes, BlobView& view) noexcept {
+  BlobValidator validator(bytes);
+  const BlobCheck result = validator.run();
+  if (result.ok()) view = validator.view();
+  return result;
+}
+
+}  // namespace ravencal::model

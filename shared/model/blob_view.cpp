@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/blob_view.hpp"
+
+namespace ravencal::model {
+
+using namespace blob;
+
+const std::byte* BlobView::section(Section section) const noexcept {
+  return bytes_.data() + section_entry(bytes_.data(), section).offset;
+}
+
+std::string_view BlobView::text(std::size_t at, std::size_t capacity) const noexcept {
+  const char* const start = reinterpret_cast<const char*>(bytes_.data() + at);
+  std::size_t length = 0;
+  while (length < capacity && start[length] != '\0') ++length;
+  return {start, length};
+}
+
+double BlobView::row_period_s() const noexcept { return load_f64(bytes_.data() + kRowPeriodAt); }
+
+std::uint32_t BlobView::checksum() const noexcept {
+  return load_u32(bytes_.data() + bytes_.size() - kTrailerBytes);
+}
+
+BlobFeature BlobView::feature(std::size_t i) const noexcept {
+  const std::byte* const at = section(kFeatures) + i * kFeatureBytes;
+  return {load_u16(at), static_cast<Transform>(at[2]), load_u32(at + 4), load_f32(at + 8),
+          text(static_cast<std::size_t>(at - bytes_.data()) + kFeatureNameAt, kFeatureNameBytes)};
+}
+
+double BlobView::input_mean(std::size_t i) const noexcept {
+  return load_f64(section(kInputScaling) + i * sizeof(double));
+}
+double BlobView::input_scale(std::size_t i) const noexcept {
+  return load_f64(section(kInputScaling) + (features_ + i) * sizeof(double));
+}
+double BlobView::input_min(std::size_t i) const noexcept {
+  return load_f64(section(kInputRange) + i * sizeof(double));
+}
+double BlobView::input_max(std::size_t i) const noexcept {
+  return load_f64(section(kInputRange) + (features_ + i) * sizeof(double));
+}
+
+BlobLayer BlobView::layer(std::size_t l) const noexcept {
+  const std::byte* const at = section(kLayers) + l * kLayerBytes;
+  const std::size_t weights = section_entry(bytes_.data(), kWeights).offset;
+  return {load_u32(at), load_u32(at + 4), static_cast<Activation>(load_u32(at + 8)),
+          weights + load_u32(at + 12), weights + load_u32(at + 16)};
+}
+
+float BlobView::weight(const BlobLayer& layer, std::size_t output,
+                       std::size_t input) const noexcept {
+  return load_f32(bytes_.data() + layer.weights_at +
+                  (input * padded_rows(layer.outputs) + output) * sizeof(float));
+}
+
+float BlobView::bias(const BlobLayer& layer, std::size_t output) const noexcept {
+  return load_f32(bytes_.data() + layer.biases_at + output * sizeof(float));
+}
+
+BlobOutput BlobView::output(std::size_t j) const noexcept {
+  const std::byte* const record = section(kOutputs) + j * kOutputBytes;
+  const auto at = static_cast<std::size_t>(record - bytes_.data());
+  return {static_cast<std::uint8_t>(record[0]), text(at + kOutputJointAt, kOutputJointBytes),
+          text(at + kOutputChannelAt, kOutputChannelBytes),
+          text(at + kOutputUnitAt, kOutputUnitBytes)};
+}
+
+double BlobView::output_mean(std::size_t j) const noexcept {
+  return load_f64(section(kOutputScaling) + j * sizeof(double));
+}
+double BlobView::output_scale(std::size_t j) const noexcept {
+  return load_f64(section(kOutputScaling) + (outputs_ + j) * sizeof(double));
+}
+
+double BlobView::self_test_tolerance(std::size_t j) const noexcept {
+  return load_f64(section(kSelfTest) + j * sizeof(double));
+}
+double BlobView::self_test_output(std::size_t row, std::size_t j) const noexcept {
+  return load_f64(section(kSelfTest) + (outputs_ * (1 + row) + j) * sizeof(double));
+}
+float BlobView::self_test_input(std::size_t row, std::size_t i) const noexcept {
+  const std::size_t doubles = outputs_ * (1 + std::size_t{self_tests_});
+  return load_f32(section(kSelfTest) + doubles * sizeof(double) +
+                  (row * features_ + i) * sizeof(float));
+}
+
+std::string_view BlobView::provenance() const noexcept {
+  const SectionEntry entry = section_entry(bytes_.data(), kProvenance);
+  return {reinterpret_cast<const char*>(bytes_.data() + entry.offset), entry.bytes};
+}
+
+}  // namespace ravencal::model

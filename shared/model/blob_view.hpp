@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Reads a weight blob in place. open() checks every byte that has a rule; a view that was opened
+// successfully can be read without further checks. No exceptions, no allocation: the real-time
+// plugin and the tools use the same code. The bytes are borrowed and need no alignment.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "model/blob_format.hpp"
+#include "model/blob_status.hpp"
+#include "model/kinds.hpp"
+
+namespace ravencal::model {
+
+struct BlobFeature {
+  std::uint16_t catalogue_index = blob::kNoCatalogueIndex;  ///< core/catalogue.hpp, or none
+  Transform transform = Transform::kValue;
+  std::uint32_t lag_rows = 0;
+  float play_half_width = 0.0F;  ///< SI unit of the channel
+  std::string_view channel;
+};
+
+struct BlobLayer {
+  std::uint32_t inputs = 0;
+  std::uint32_t outputs = 0;
+  Activation activation = Activation::kLinear;
+  std::size_t weights_at = 0;  ///< byte offset in the file; columns of padded_rows(outputs) floats
+  std::size_t biases_at = 0;   ///< byte offset in the file; padded_rows(outputs) floats
+};
+
+struct BlobOutput {
+  std::uint8_t slot = blob::kNoSlot;  ///< core::JointSlot, or none
+  std::string_view joint;
+  std::string_view estimate_channel;
+  std::string_view unit;
+};
+
+class BlobView {
+ public:
+  /// Validates `bytes` and points `view` at them. On refusal `view` is unchanged.
+  static BlobCheck open(std::span<const std::byte> bytes, BlobView& view) noexcept;
+
+  [[nodiscard]] std::uint32_t feature_count() const noexcept { return features_; }
+  [[nodiscard]] std::uint32_t layer_count() const noexcept { return layers_; }
+  [[nodiscard]] std::uint32_t output_count() const noexcept { return outputs_; }
+  [[nodiscard]] std::uint32_t self_test_count() const noexcept { return self_tests_; }
+  [[nodiscard]] double row_period_s() const noexcept;
+  [[nodiscard]] std::size_t file_bytes() const noexcept { return bytes_.size(); }
+  [[nodiscard]] std::uint32_t checksum() const noexcept;
+
+  [[nodiscard]] BlobFeature feature(std::size_t i) const noexcept;
+  [[nodiscard]] double input_mean(std::size_t i) const noexcept;
+  [[nodiscard]] double input_scale(std::size_t i) const noexcept;
+  [[nodiscard]] double input_min(std::size_t i) const noexcept;
+  [[nodiscard]] double input_max(std::size_t i) const noexcept;
+
+  [[nodiscard]] BlobLayer layer(std::size_t l) const noexcept;
+  [[nodiscard]] float weight(const BlobLayer& layer, std::size_t output,
+                             std::size_t input) const noexcept;
+  [[nodiscard]] float bias(const BlobLayer& layer, std::size_t output) const noexcept;
+
+  [[nodiscard]] BlobOutput output(std::size_t j) const noexcept;
+  [[nodiscard]] double output_mean(std::size_t j) const noexcept;
+  [[nodiscard]] double output_scale(std::size_t j) const noexcept;
+
+  /// Largest difference, in the output's SI unit, that another arithmetic order may cause.
+  [[nodiscard]] double self_test_tolerance(std::size_t j) const noexcept;
+  [[nodiscard]] float self_test_input(std::size_t row, std::size_t i) const noexcept;
+  [[nodiscard]] double self_test_output(std::size_t row, std::size_t j) const noexcept;
+
+  /// JSON object with string values.
+  [[nodiscard]] std::string_view provenance() const noexcept;
+
+ private:
+  friend class BlobValidator;
+
+  [[nodiscard]] const std::byte* section(blob::Section section) const noexcept;
+  [[nodiscard]] std::string_view text(std::size_t at, std::size_t capacity) const noexcept;
+
+  std::span<const std::byte> bytes_;
+  std::uint32_t features_ = 0;
+  std::uint32_t layers_ = 0;
+  std::uint32_t outputs_ = 0;
+  std::uint32_t self_tests_ = 0;
+};
+
+}  // namespace ravencal::model

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/blob_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "core/catalogue.hpp"
+#include "core/joint_layout.hpp"
+#include "model/blob_format.hpp"
+#include "model/blob_view.hpp"
+#include "model/layers.hpp"
+
+namespace ravencal::model {
+
+using namespace blob;
+
+namespace {
+
+core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+/// A growing little-endian file image.
+class ByteWriter {
+ public:
+  [[nodiscard]] std::size_t size() const { return bytes_.size(); }
+  void u8(std::uint8_t value) { bytes_.push_back(std::byte{value}); }
+  void u16(std::uint16_t value) { little_endian(value, 2); }
+  void u32(std::size_t value) { little_endian(value, 4); }
+  void u64(std::uint64_t value) { little_endian(value, 8); }
+  void f32(float value) { little_endian(std::bit_cast<std::uint32_t>(value), 4); }
+  void f64(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
+  void zeros_to(std::size_t size) { bytes_.resize(size); }
+  void text(std::string_view value, std::size_t capacity) {
+    const std::size_t end = size() + capacity;
+    for (const char c : value) u8(static_cast<std::uint8_t>(c));
+    zeros_to(end);
+  }
+  void align() { zeros_to(aligned(size())); }
+  void patch_u32(std::size_t at, std::size_t value) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      bytes_[at + i] = static_cast<std::byte>((value >> (8 * i)) & 0xFFU);
+    }
+  }
+  [[nodiscard]] const std::byte* data() const { return bytes_.data(); }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  void little_endian(std::uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) u8(static_cast<std::uint8_t>(value >> (8 * i)));
+  }
+  std::vector<std::byte> bytes_;
+};
+
+struct SelfTest {
+  Eigen::MatrixXf inputs;     ///< [features x rows]
+  Eigen::MatrixXd outputs;    ///< [outputs x rows]
+  Eigen::VectorXd tolerance;  ///< [outputs]
+};
+
+/// The model's arithmetic in the precision `Scalar`; `inputs` is [features x rows], SI units.
+template <typename Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> forward(const CalibrationModel& model,
+                                                              const Eigen::MatrixXf& inputs) {
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  const Vector mean = model.input.mean.cast<Scalar>();
+  const Vector inverse_scale = model.input.scale.cwiseInverse().cast<Scalar>();
+  Matrix x(inputs.rows(), inputs.cols());
+  standardise(mean, inverse_scale, inputs.cast<Scalar>(), x);
+  for (const DenseLayer& layer : model.layers) {
+    Matrix y(layer.weights.rows(), inputs.cols());
+    const Matrix weights = layer.weights.cast<Scalar>();
+    const Vector biases = layer.biases.cast<Scalar>();
+    dense(weights, biases, layer.activation, x, y);
+    x = std::move(y);
+  }
+  const Vector scale = model.output.scale.cast<Scalar>();
+  const Vector output_mean = model.output.mean.cast<Scalar>();
+  unstandardise(output_mean, scale, x);
+  return x;
+}
+
+/// The mean row, the corners of the trained range along its diagonal, and rows in between chosen by
+/// a fixed low-discrepancy sequence (multiples of the golden ratio), so that the same model always
+/// gives the same bytes.
+SelfTest make_self_test(const CalibrationModel& model) {
+  constexpr Eigen::Index kRows = 8;
+  constexpr double kGolden = 0.6180339887498949;
+  const auto n = static_cast<Eigen::Index>(model.features.size());
+  SelfTest test;
+  test.inputs.resize(n, kRows);
+  for (Eigen::Index row = 0; row < kRows; ++row) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double low = model.input_min[i];
+      const double high = model.input_max[i];
+      const double along = std::fmod(static_cast<double>(row * n + i + 1) * kGolden, 1.0);
+      const double value = row == 0   ? model.input.mean[i]
+                           : row == 1 ? low
+                           : row == 2 ? high
+                                      : low + (high - low) * along;
+      // Rounding to float must not leave the range that the plugin clamps to.
+      test.inputs(i, row) =
+          std::clamp(static_cast<float>(value), static_cast<float>(low), static_cast<float>(high));
+    }
+  }
+  test.outputs = forward<double>(model, test.inputs);
+  const Eigen::MatrixXd single = forward<float>(model, test.inputs).cast<double>();
+  // Another instruction set sums in another order: its rounding error has the size of the one that
+  // plain single precision shows here. Eight times the largest seen, plus eight units in the last
+  // place of the output, holds for all of them and still catches any wrong weight that matters.
+  const Eigen::VectorXd rounding = (single - test.outputs).cwiseAbs().rowwise().maxCoeff();
+  const Eigen::VectorXd size = model.output.mean.cwiseAbs() + model.output.scale;
+  test.tolerance = 8.0 * rounding + 8.0 * std::ldexp(1.0, -23) * size;
+  return test;
+}
+
+core::Status check_text(std::string_view what, std::string_view value, std::size_t capacity) {
+  const bool printable = std::all_of(value.begin(), value.end(), [](char c) {
+    return static_cast<unsigned char>(c) > 0x20 && static_cast<unsigned char>(c) < 0x7F;
+  });
+  if (value.empty() || value.size() >= capacity || !printable) {
+    return data_error(fmt::format(
+        "{} '{}' cannot be stored: a blob holds 1 to {} printable ASCII characters without blanks",
+        what, value, capacity - 1));
+  }
+  return {};
+}
+
+core::Status check_shapes(const CalibrationModel& model) {
+  const auto n = static_cast<Eigen::Index>(model.features.size());
+  const auto m = static_cast<Eigen::Index>(model.outputs.size());
+  if (model.input.mean.size() != n || model.input.scale.size() != n ||
+      model.input_min.size() != n || model.input_max.size() != n) {
+    return data_error(
+        fmt::format("the model has {} inputs, but scaling or ranges for another number", n));
+  }
+  if (model.output.mean.size() != m || model.output.scale.size() != m) {
+    return data_error(fmt::format("the model has {} outputs, but scaling for another number", m));
+  }
+  Eigen::Index inputs = n;
+  for (std::size_t l = 0; l < model.layers.size(); ++l) {
+    const DenseLayer& layer = model.layers[l];
+    if (layer.weights.cols() != inputs || layer.biases.size() != layer.weights.rows()) {
+      return data_error(fmt::format("layer {} has weights {} x {} and {} biases; {} inputs arrive",
+                                    l + 1, layer.weights.rows(), layer.weights.cols(),
+                                    layer.biases.size(), inputs));
+    }
+    inputs = layer.weights.rows();
+  }
+  if (inputs != m) {
+    return data_error(fmt::format("the last layer has {} outputs, the model names {}", inputs, m));
+  }
+  return {};
+}
+
+std::uint8_t slot_of(std::string_view joint) {
+  const auto it = std::find(core::kSlotNames.begin(), core::kSlotNames.end(), joint);
+  return it == core::kSlotNames.end() ? kNoSlot
+                                      : static_cast<std::uint8_t>(it - core::kSlotNames.begin());
+}
+
+void write_vector(ByteWriter& out, const Eigen::VectorXd& values) {
+  for (const double value : values) out.f64(value);
+}
+
+void write_features(ByteWriter& out, const CalibrationModel& model) {
+  for (const FeatureSpec& feature : model.features) {
+    const auto index = core::catalogue_index_of(feature.channel);
+    out.u16(index ? static_cast<std::uint16_t>(*index) : kNoCatalogueIndex);
+    out.u8(static_cast<std::uint8_t>(feature.transform));
+    out.u8(0);
+    out.u32(feature.transform == Transform::kLag ? feature.lag_rows : 0);
+    out.f32(feature.transform == Transform::kPlay ? feature.play_half_width : 0.0F);
+    out.u32(0);
+    out.text(feature.channel, kFeatureNameBytes);
+  }
+}
+
+void write_layer_table(ByteWriter& out, const CalibrationModel& model) {
+  std::size_t offset = 0;
+  for (const DenseLayer& layer : model.layers) {
+    const auto inputs = static_cast<std::size_t>(layer.weights.cols());
+    const auto outputs = static_cast<std::size_t>(layer.weights.rows());
+    const std::size_t column_bytes = padded_rows(outputs) * sizeof(float);
+    const std::size_t end = out.size() + kLayerBytes;
+    out.u32(inputs);
+    out.u32(outputs);
+    out.u32(static_cast<std::size_t>(layer.activation));
+    out.u32(offset);
+    out.u32(offset + inputs * column_bytes);
+    out.zeros_to(end);
+    offset += (inputs + 1) * column_bytes;
+  }
+}
+
+void write_weights(ByteWriter& out, const CalibrationModel& model) {
+  for (const DenseLayer& layer : model.layers) {
+    for (Eigen::Index column = 0; column < layer.weights.cols(); ++column) {
+      for (const float weight : layer.weights.col(column)) out.f32(weight);
+      out.align();
+    }
+    for (const float bias : layer.biases) out.f32(bias);
+    out.align();
+  }
+}
+
+void write_outputs(ByteWriter& out, const CalibrationModel& model) {
+  for (const OutputSpec& output : model.outputs) {
+    const std::size_t end = out.size() + kOutputBytes;
+    out.u8(slot_of(output.joint));
+    out.zeros_to(end - kOutputBytes + kOutputJointAt);
+    out.text(output.joint, kOutputJointBytes);
+    out.text(output.estimate_channel, kOutputChannelBytes);
+    out.text(output.unit, kOutputUnitBytes);
+    out.zeros_to(end);
+  }
+}
+
+void write_self_test(ByteWriter& out, const SelfTest& test) {
+  write_vector(out, test.tolerance);
+  for (Eigen::Index row = 0; row < test.outputs.cols(); ++row) {
+    write_vector(out, test.outputs.col(row));
+  }
+  for (Eigen::Index row = 0; row < test.inputs.cols(); ++row) {
+    for (const float value : test.inputs.col(row)) out.f32(value);
+  }
+}
+
+void write_header(ByteWriter& out, const CalibrationModel& model, const SelfTest& test) {
+  for (const std::uint8_t byte : kMagic) out.u8(byte);
+  out.u16(kMajor);
+  out.u16(kMinor);
+  out.u32(kHeaderBytes);
+  out.u32(0);  // file size, known at the end
+  out.u32(kPrecisionF32);
+  out.u32(model.features.size());
+  out.u32(model.layers.size());
+  out.u32(model.outputs.size());
+  out.u32(static_cast<std::size_t>(test.inputs.cols()));
+  out.u32(0);
+  out.f64(model.row_period_s);
+  out.zeros_to(kHeaderBytes);
+}
+
+void write_section(ByteWriter& out, Section section, const CalibrationModel& model,
+                   const SelfTest& test) {
+  switch (section) {
+    case kFeatures:
+      return write_features(out, model);
+    case kInputScaling:
+      write_vector(out, model.input.mean);
+      return write_vector(out, model.input.scale);
+    case kInputRange:
+      write_vector(out, model.input_min);
+      return write_vector(out, model.input_max);
+    case kLayers:
+      return write_layer_table(out, model);
+    case kWeights:
+      return write_weights(out, model);
+    case kOutputScaling:
+      write_vector(out, model.output.mean);
+      return write_vector(out, model.output.scale);
+    case kOutputs:
+      return write_outputs(out, model);
+    case kSelfTest:
+      return write_self_test(out, test);
+    case kProvenance: {
+      const std::string text = nlohmann::json(model.provenance)
+                                   .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+      return out.text(text == "null" ? "{}" : text, text == "null" ? 2 : text.size());
+    }
+    case kSectionCount:
+      return;
+  }
+}
+
+}  // namespace
+
+core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model) {
+  RAVENCAL_RETURN_IF_ERROR(check_shapes(model));
+  for (const FeatureSpec& feature : model.features) {
+    RAVENCAL_RETURN_IF_ERROR(check_text("channel", feature.channel, kFeatureNameBytes));
+  }
+  for (const OutputSpec& output : model.outputs) {
+    RAVENCAL_RETURN_IF_ERROR(check_text("joint", output.joint, kOutputJointBytes));
+    RAVENCAL_RETURN_IF_ERROR(check_text("channel", output.estimate_channel, kOutputChannelBytes));
+    RAVENCAL_RETURN_IF_ERROR(check_text("unit", output.unit, kOutputUnitBytes));
+  }
+  const SelfTest test = make_self_test(model);
+  ByteWriter out;
+  write_header(out, model, test);
+  for (std::size_t s = 0; s < kSectionCount; ++s) {
+    const std::size_t offset = out.size();
+    write_section(out, static_cast<Section>(s), model, test);
+    out.patch_u32(kSectionTableAt + s * kSectionEntryBytes, offset);
+    out.patch_u32(kSectionTableAt + s * kSectionEntryBytes + 4, out.size() - offset);
+    out.align();
+  }
+  const std::size_t trailer = out.size();
+  out.patch_u32(kFileBytesAt, trailer + kTrailerBytes);
+  out.u32(crc32c(out.data(), trailer));
+  out.zeros_to(trailer + kTrailerBytes);
+
+  std::vector<std::byte> bytes = out.take();
+  BlobView view;
+  const BlobCheck check = BlobView::open(bytes, view);
+  if (!check.ok()) {
+    return data_error(fmt::format("the model cannot be stored as a blob: {} (byte {})",
+                                  describe(check.status), check.offset));
+  }
+  return bytes;
+}
+
+core::Status write_blob(const CalibrationModel& model, const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, encode_blob(model));
+  std::filesystem::path partial = path;
+  partial += ".partial";
+  errno = 0;
+  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(partial, path, error);
+  if (!file || error) {
+    const std::string reason = error ? error.message() : std::strerror(errno);
+    std::filesystem::remove(partial, error);
+    return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot write {} bytes: {}",
+                                                         path.string(), bytes.size(), reason)};
+  }
+  return {};
+}
+
+}  // namespace ravencal::model
