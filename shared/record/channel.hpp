@@ -9,10 +9,18 @@ namespace ravencal::record {
 
 /// What a channel means to the programs that read it (DESIGN: profiles).
 enum class Role {
-  kDesiredPosition, kDesiredVelocity, kMotorPosition, kMotorVelocity,
-  kJointEstimate,   ///< what the robot believes
-  kJointTruth,      ///< external encoder or tracker
-  kDriveInput, kDriveTorque, kLoad, kTemperature, kStatus, kFeature,
+  kDesiredPosition,
+  kDesiredVelocity,
+  kMotorPosition,
+  kMotorVelocity,
+  kJointEstimate,  ///< what the robot believes
+  kJointTruth,     ///< external encoder or tracker
+  kDriveInput,
+  kDriveTorque,
+  kLoad,
+  kTemperature,
+  kStatus,
+  kFeature,
 };
 
 /// "joint_estimate" etc.
@@ -21,8 +29,8 @@ std::optional<Role> role_from(std::string_view name);
 
 /// One column of a recording. In memory and in files alike, names are unique within a recording.
 struct Channel {
-  std::string name;   ///< e.g. "jpos.elbow", "shoulder.motor_position"
-  std::string unit;   ///< as stored; core/units.hpp. In-memory tables are always in SI units.
+  std::string name;  ///< e.g. "jpos.elbow", "shoulder.motor_position"
+  std::string unit;  ///< as stored; core/units.hpp. In-memory tables are always in SI units.
   Role role = Role::kFeature;
   std::string joint;  ///< e.g. "elbow"; empty if the channel belongs to no joint
 };

@@ -14,32 +14,40 @@
 
 namespace ravencal::record {
 
-/// Where one channel comes from: a header name or a zero-based column index.
-struct ProfileChannel {
-  Channel channel;                    ///< unit = the file's unit
-  std::string column;                 ///< header name, if the source has a header
-  std::optional<std::size_t> index;   ///< zero-based column, if it has none
+/// A column and the values that it must have, e.g. vision_ok = 1 or axis = "x". Numbers are
+/// compared as numbers, words as words.
+struct ProfileFilter {
+  std::string column;                ///< header name, if the source has a header
+  std::optional<std::size_t> index;  ///< zero-based column, if it has none
+  std::vector<std::string> keep;     ///< any of these
 };
 
-/// Keep only rows whose `column` has one of these values (e.g. vision_ok = 1, depth in a list).
-struct ProfileFilter {
+/// Where one channel comes from: a header name or a zero-based column index.
+struct ProfileChannel {
+  Channel channel;  ///< unit = the file's unit
   std::string column;
   std::optional<std::size_t> index;
-  std::vector<double> keep;
+  bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
+  bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
+  std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN
 };
 
 struct Profile {
   std::string name;
-  std::string format = "csv";         ///< "csv" or "bag"
+  std::string robot;           ///< for the recording's metadata
+  std::string format = "csv";  ///< "csv" or "bag"
   bool header = true;
-  std::string time_column;            ///< header name of the time; empty: row number
+  std::string time_column;  ///< header name of the time; empty: row number
   std::optional<std::size_t> time_index;
   std::string time_unit = "s";
-  double row_period_s = 0.01;         ///< used when the source has no time
-  std::size_t column_count = 0;       ///< columns that every row must have; 0 = those of the first row
-  std::string arm;                    ///< calibrated arm ("gold" or "green"); never guessed from slot order
+  double row_period_s = 0.01;    ///< used when the source has no time
+  std::size_t column_count = 0;  ///< columns that every row must have; 0 = those of the first row
+  bool row_number_if_time_missing = false;  ///< a time of nan anywhere: row numbers everywhere
+  ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset
+  bool reference_first = false;  ///< truth - estimate becomes 0 at the start of each episode
+  std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order
   std::vector<ProfileChannel> channels;
-  std::vector<ProfileFilter> filters;
+  std::vector<ProfileFilter> filters;  ///< only rows that pass all of them are kept
 };
 
 /// Which arm of a two-arm source is the calibrated one.
@@ -49,6 +57,7 @@ struct ProfileOptions {
 
 /// A built-in profile ("raven2", "generic") by name, or a profile file by path.
 /// `generic` has no channels of its own: the reader takes them from a header of `name_unit` words.
-core::Result<Profile> load_profile(std::string_view name_or_path, const ProfileOptions& options = {});
+core::Result<Profile> load_profile(std::string_view name_or_path,
+                                   const ProfileOptions& options = {});
 
 }  // namespace ravencal::record

@@ -34,7 +34,7 @@ struct Recording {
   std::vector<std::int64_t> t_ns;
   SampleMatrix samples;
   std::vector<Event> events;
-  std::string source;                       ///< path it was read from, for messages
+  std::string source;  ///< path it was read from, for messages
 
   [[nodiscard]] Eigen::Index rows() const { return samples.rows(); }
   /// Column of the channel of that name.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Writes a recording (`.db`) while it happens: SQLite in WAL mode, one transaction per 100 ms, so
-// that a killed writer loses at most that and others can read meanwhile.
+// Writes a recording (`.db`) while it happens: SQLite in WAL mode, committed every 50 ms, so
+// that a killed or powered-off writer loses at most 100 ms and others can read meanwhile.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class RecordingWriter {
   core::Status append(std::int64_t t_ns, std::span<const double> values);
   core::Status append_event(const Event& event);
   core::Status set_meta(std::string_view key, std::string_view value);
-  /// Commits what is pending (also done by itself every 100 ms of wall time).
+  /// Commits what is pending. Done by itself often enough that no row waits for 100 ms.
   core::Status flush();
   /// Commits, folds the WAL into the file and closes it.
   core::Status finish();

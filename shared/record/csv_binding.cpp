@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/csv_binding.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/units.hpp"
+
+namespace ravencal::record {
+namespace {
+
+class Binder {
+ public:
+  Binder(const Profile& profile, const CsvFile& file, const std::vector<std::string>& first_line)
+      : profile_(profile), file_(file), first_line_(first_line) {}
+  core::Result<CsvBinding> bind();
+
+ private:
+  core::Result<std::size_t> find(const std::string& name, std::optional<std::size_t> index) const;
+  core::Status bind_number(const std::string& column, std::optional<std::size_t> index,
+                           const std::string& name, bool may_be_missing);
+  core::Result<std::size_t> bind_word(const ProfileFilter& filter);
+  core::Error wrong(std::string why) const {
+    return {core::ErrorCode::kData, fmt::format("{}:1: {}", file_.path().string(), why)};
+  }
+
+  const Profile& profile_;
+  const CsvFile& file_;
+  const std::vector<std::string>& first_line_;
+  CsvBinding binding_;
+  std::size_t numbers_ = 0;
+};
+
+core::Result<std::size_t> Binder::find(const std::string& name,
+                                       std::optional<std::size_t> index) const {
+  if (index && *index < first_line_.size()) return *index;
+  if (index) {
+    return wrong(fmt::format("{} columns, but profile {} reads column {}", first_line_.size(),
+                             profile_.name, *index + 1));
+  }
+  const auto it = std::find(first_line_.begin(), first_line_.end(), name);
+  if (it != first_line_.end()) return static_cast<std::size_t>(it - first_line_.begin());
+  return wrong(fmt::format("no column '{}', which profile {} needs; the header has: {}", name,
+                           profile_.name, fmt::join(first_line_, ", ")));
+}
+
+core::Status Binder::bind_number(const std::string& column_name, std::optional<std::size_t> index,
+                                 const std::string& name, bool may_be_missing) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::size_t at, find(column_name, index));
+  CsvColumn& column = binding_.columns[at];
+  const std::size_t target = numbers_++;
+  if (column.number) {
+    binding_.copies.emplace_back(target, *column.number);
+    column.may_be_missing = column.may_be_missing && may_be_missing;
+  } else {
+    column.number = target;
+    column.name = name;
+    column.may_be_missing = may_be_missing;
+  }
+  return {};
+}
+
+core::Result<std::size_t> Binder::bind_word(const ProfileFilter& filter) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::size_t at, find(filter.column, filter.index));
+  CsvColumn& column = binding_.columns[at];
+  if (!column.word) column.word = binding_.word_count++;
+  return *column.word;
+}
+
+core::Result<CsvBinding> Binder::bind() {
+  if (profile_.column_count != 0 && first_line_.size() != profile_.column_count) {
+    return wrong(fmt::format("{} columns, but profile {} needs {}", first_line_.size(),
+                             profile_.name, profile_.column_count));
+  }
+  binding_.columns.resize(first_line_.size());
+  for (const ProfileChannel& channel : profile_.channels) {
+    RAVENCAL_RETURN_IF_ERROR(
+        bind_number(channel.column, channel.index, channel.channel.name, channel.may_be_missing));
+    const auto unit = core::find_unit(channel.channel.unit);
+    if (!unit) {
+      return wrong(
+          fmt::format("channel {}: unknown unit '{}'", channel.channel.name, channel.channel.unit));
+    }
+    binding_.factors.push_back(unit->to_si);
+    binding_.condition_words.emplace_back();
+    if (channel.valid_when) {
+      RAVENCAL_ASSIGN_OR_RETURN(binding_.condition_words.back(), bind_word(*channel.valid_when));
+    }
+  }
+  binding_.has_time = profile_.time_index || !profile_.time_column.empty();
+  if (binding_.has_time) {
+    RAVENCAL_RETURN_IF_ERROR(bind_number(profile_.time_column, profile_.time_index, "time",
+                                         profile_.row_number_if_time_missing));
+  }
+  for (const ProfileFilter& filter : profile_.filters) {
+    RAVENCAL_ASSIGN_OR_RETURN(binding_.filter_words.emplace_back(), bind_word(filter));
+  }
+  if (!profile_.episode.column.empty() || profile_.episode.index) {
+    RAVENCAL_ASSIGN_OR_RETURN(binding_.episode_word, bind_word(profile_.episode));
+  }
+  return std::move(binding_);
+}
+
+}  // namespace
+
+core::Result<CsvBinding> bind_columns(const Profile& profile, const CsvFile& file,
+                                      const std::vector<std::string>& first_line) {
+  return Binder(profile, file, first_line).bind();
+}
+
+}  // namespace ravencal::record

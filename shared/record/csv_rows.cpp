@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "record/csv_file.hpp"
+#include "record/csv_number.hpp"
+
+namespace ravencal::record {
+namespace {
+
+// Small enough to stay in a core's second-level cache, large enough to make a system call cheap.
+constexpr std::size_t kChunk = 512 * 1024;
+// Rows parsed before they are turned into columns: 64 rows write 8 cache lines per column.
+constexpr std::size_t kTileRows = 64;
+constexpr std::size_t kPadding = 64;
+
+/// Calls work(chunk) for every chunk in [0, chunks), in order of start, on `threads` threads; work
+/// returns false to let no later chunk start.
+template <typename MakeWorker>
+void for_each_chunk(std::size_t chunks, unsigned threads, MakeWorker&& make_worker) {
+  std::atomic<std::size_t> next{0};
+  const auto run = [&] {
+    auto work = make_worker();
+    for (std::size_t chunk = next++; chunk < chunks; chunk = next++) {
+      if (!work(chunk)) next = chunks;
+    }
+  };
+  std::vector<std::thread> helpers;
+  for (unsigned i = 1; i < std::min<std::size_t>(threads, chunks); ++i) helpers.emplace_back(run);
+  run();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+/// The first error of any thread, by file order.
+class FirstError {
+ public:
+  void set(core::Error error) {
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::move(error);
+  }
+  [[nodiscard]] core::Status status() const {
+    return error_ ? core::Status(*error_) : core::Status();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<core::Error> error_;
+};
+
+std::size_t count_line_ends(const char* data, std::size_t size) {
+  return static_cast<std::size_t>(std::count(data, data + size, '\n'));
+}
+
+/// Parses rows of text and hands them over column by column.
+class TileParser {
+ public:
+  TileParser(std::span<const CsvColumn> columns, const CsvOutput& output)
+      : columns_(columns),
+        output_(output),
+        width_(output.numbers.size()),
+        has_words_(!output.words.empty()),
+        tile_(std::make_unique_for_overwrite<double[]>(kTileRows * width_)) {}
+
+  void begin(std::size_t first_row) {
+    first_row_ = first_row;
+    filled_ = 0;
+  }
+
+  /// Parses one line (without its line end). Returns why not, if it cannot.
+  std::optional<BadRow> parse(const char* line, const char* end);
+  void flush();
+  /// Number of the next line.
+  [[nodiscard]] std::size_t row() const { return first_row_ + filled_; }
+
+ private:
+  bool parse_fast(const char* line, const char* end, double* row) const;
+  std::optional<std::string> parse_slow(std::string_view line, double* row);
+  std::optional<std::string> parse_field(std::size_t column, std::string_view field, double* row);
+
+  std::span<const CsvColumn> columns_;
+  const CsvOutput& output_;
+  std::size_t width_;
+  bool has_words_;
+  std::unique_ptr<double[]> tile_;
+  std::size_t first_row_ = 0;
+  std::size_t filled_ = 0;
+};
+
+bool TileParser::parse_fast(const char* line, const char* end, double* row) const {
+  const char* at = line;
+  for (const CsvColumn& column : columns_) {
+    if (at > end) return false;
+    if (column.number) {
+      double value = 0.0;
+      at = parse_number(at, end, value);
+      if (at == nullptr || !std::isfinite(value) || (at != end && *at != ',')) return false;
+      row[*column.number] = value;
+    } else {
+      const void* comma = std::memchr(at, ',', static_cast<std::size_t>(end - at));
+      at = comma == nullptr ? end : static_cast<const char*>(comma);
+    }
+    ++at;
+  }
+  return at == end + 1;
+}
+
+std::optional<std::string> TileParser::parse_field(std::size_t index, std::string_view field,
+                                                   double* row) {
+  const CsvColumn& column = columns_[index];
+  const std::string_view text = trimmed(field);
+  if (column.word) output_.words[*column.word][this->row()] = text;
+  if (!column.number) return std::nullopt;
+  std::optional<double> value = number_of(field);
+  if (column.may_be_missing && (text.empty() || (value && std::isnan(*value)))) {
+    value = std::numeric_limits<double>::quiet_NaN();
+  } else if (!value || !std::isfinite(*value)) {
+    return fmt::format("column {} ({}): {}", index + 1, column.name,
+                       text.empty() ? "the field is empty"
+                                    : fmt::format("'{}' is not a number", text.substr(0, 40)));
+  }
+  row[*column.number] = *value;
+  return std::nullopt;
+}
+
+std::optional<std::string> TileParser::parse_slow(std::string_view line, double* row) {
+  const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+  if (trimmed(line).empty()) return "the line is empty";
+  if (count != columns_.size()) {
+    return fmt::format("{} columns where {} are needed", count, columns_.size());
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t comma = line.find(',');
+    if (auto why = parse_field(i, line.substr(0, comma), row)) return why;
+    if (comma != std::string_view::npos) line.remove_prefix(comma + 1);
+  }
+  return std::nullopt;
+}
+
+std::optional<BadRow> TileParser::parse(const char* line, const char* end) {
+  if (end > line && end[-1] == '\r') --end;
+  double* const values = tile_.get() + filled_ * width_;
+  std::optional<BadRow> bad;
+  if (has_words_ || !parse_fast(line, end, values)) {
+    if (auto why = parse_slow({line, static_cast<std::size_t>(end - line)}, values)) {
+      bad = BadRow{row(), std::move(*why)};
+    }
+  }
+  if (++filled_ == kTileRows) flush();
+  return bad;
+}
+
+void TileParser::flush() {
+  for (std::size_t c = 0; c < width_; ++c) {
+    double* const out = output_.numbers[c] + first_row_;
+    const double* in = tile_.get() + c;
+    const double factor = output_.factors[c];
+    for (std::size_t r = 0; r < filled_; ++r, in += width_) out[r] = *in * factor;
+  }
+  first_row_ += filled_;
+  filled_ = 0;
+}
+
+/// A chunk of text with the rest of its last line, read into memory of its own.
+class ChunkBuffer {
+ public:
+  /// Reads the lines that begin in [begin, end) of the file; at a begin other than the file's first
+  /// row, the line that begins before is left out.
+  core::Status read(const CsvFile& file, std::uint64_t first_row, std::uint64_t begin,
+                    std::uint64_t end);
+  [[nodiscard]] const char* first() const { return first_; }
+  [[nodiscard]] const char* last() const { return last_; }
+  [[nodiscard]] std::size_t lines_skipped() const { return skipped_; }
+
+ private:
+  std::vector<char> bytes_;
+  const char* first_ = nullptr;  ///< first line that begins in the chunk
+  const char* last_ = nullptr;   ///< behind the last one, which ends in '\n'
+  std::size_t skipped_ = 0;
+};
+
+core::Status ChunkBuffer::read(const CsvFile& file, std::uint64_t first_row, std::uint64_t begin,
+                               std::uint64_t end) {
+  constexpr std::size_t kMore = 16 * 1024;
+  const std::uint64_t from = begin > first_row ? begin - 1 : begin;
+  std::size_t have = 0;
+  std::size_t want = std::min<std::uint64_t>(file.size() - from, end - from + kMore);
+  const auto own = static_cast<std::size_t>(end - from);
+  const char* stop = nullptr;
+  while (stop == nullptr) {
+    if (bytes_.size() < want + 1 + kPadding) bytes_.resize(want + 1 + kPadding);
+    RAVENCAL_RETURN_IF_ERROR(file.read(from + have, bytes_.data() + have, want - have));
+    have = want;
+    bytes_[have] = '\n';
+    // A line that begins at the last own byte or before ends at the first line end from there on.
+    const bool whole = from + have == file.size();
+    const std::size_t search = own - 1;
+    const void* found = std::memchr(bytes_.data() + search, '\n', have + (whole ? 1 : 0) - search);
+    stop = static_cast<const char*>(found);
+    want = std::min<std::uint64_t>(file.size() - from, 2 * have);
+  }
+  first_ = bytes_.data();
+  last_ = stop + 1;
+  skipped_ = 0;
+  if (begin > first_row) {
+    first_ = static_cast<const char*>(
+                 std::memchr(first_, '\n', static_cast<std::size_t>(last_ - first_))) +
+             1;
+    skipped_ = first_ == bytes_.data() + 1 ? 0 : 1;
+  }
+  return {};
+}
+
+}  // namespace
+
+core::Result<CsvRows> CsvRows::count(const CsvFile& file, bool header, unsigned threads) {
+  CsvRows rows(file);
+  rows.threads_ = threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  if (header) {
+    ChunkBuffer line;
+    RAVENCAL_RETURN_IF_ERROR(line.read(file, 0, 0, 1));
+    rows.begin_ = static_cast<std::uint64_t>(line.last() - line.first());
+    if (rows.begin_ >= file.size()) return rows;
+  }
+  const std::size_t chunks = (file.size() - rows.begin_ + kChunk - 1) / kChunk;
+  rows.line_ends_before_.assign(chunks + 1, 0);
+  FirstError error;
+  for_each_chunk(chunks, rows.threads_, [&] {
+    return [&, buffer = std::vector<char>(kChunk)](std::size_t chunk) mutable {
+      const std::uint64_t begin = rows.begin_ + chunk * kChunk;
+      const std::size_t size = std::min<std::uint64_t>(kChunk, file.size() - begin);
+      const core::Status status = file.read(begin, buffer.data(), size);
+      if (!status.ok()) error.set(status.error());
+      rows.line_ends_before_[chunk + 1] = count_line_ends(buffer.data(), size);
+      return status.ok();
+    };
+  });
+  RAVENCAL_RETURN_IF_ERROR(error.status());
+  for (std::size_t i = 1; i <= chunks; ++i)
+    rows.line_ends_before_[i] += rows.line_ends_before_[i - 1];
+  rows.rows_ = rows.line_ends_before_[chunks] + 1;
+  return rows;
+}
+
+core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const CsvColumn> columns,
+                                                 const CsvOutput& output, bool stop_at_bad) const {
+  std::vector<BadRow> bad;
+  std::mutex bad_mutex;
+  FirstError error;
+  const std::size_t chunks = line_ends_before_.empty() ? 0 : line_ends_before_.size() - 1;
+  for_each_chunk(chunks, threads_, [&] {
+    return [&, buffer = ChunkBuffer(),
+            parser = TileParser(columns, output)](std::size_t chunk) mutable {
+      const std::uint64_t begin = begin_ + chunk * kChunk;
+      const std::uint64_t end = std::min<std::uint64_t>(begin + kChunk, file_->size());
+      if (const core::Status status = buffer.read(*file_, begin_, begin, end); !status.ok()) {
+        error.set(status.error());
+        return false;
+      }
+      parser.begin(line_ends_before_[chunk] + buffer.lines_skipped());
+      const char* line = buffer.first();
+      while (line < buffer.last()) {
+        if (parser.row() >= rows_) {
+          error.set({core::ErrorCode::kIo, fmt::format("{}: the file changed while it was read",
+                                                       file_->path().string())});
+          return false;
+        }
+        const auto left = static_cast<std::size_t>(buffer.last() - line);
+        const char* const line_end = static_cast<const char*>(std::memchr(line, '\n', left));
+        if (auto bad_row = parser.parse(line, line_end)) {
+          const std::lock_guard lock(bad_mutex);
+          bad.push_back(std::move(*bad_row));
+          if (stop_at_bad) return false;
+        }
+        line = line_end + 1;
+      }
+      parser.flush();
+      return true;
+    };
+  });
+  RAVENCAL_RETURN_IF_ERROR(error.status());
+  std::sort(bad.begin(), bad.end(), [](const BadRow& a, const BadRow& b) { return a.row < b.row; });
+  if (stop_at_bad && bad.size() > 1) bad.resize(1);
+  return bad;
+}
+
+}  // namespace ravencal::record

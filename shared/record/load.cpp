@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/load.hpp"
+
+#include <fmt/format.h>
+
+#include "record/csv_load.hpp"
+#include "record/recording_reader.hpp"
+
+namespace ravencal::record {
+
+core::Result<Recording> load_recording(const std::filesystem::path& path,
+                                       const LoadOptions& options) {
+  const std::string extension = path.extension().string();
+  if (extension == ".db") return read_recording(path);
+  const auto refuse = [&](std::string_view why) {
+    return core::Error{core::ErrorCode::kUsage, fmt::format("{}: {}", path.string(), why)};
+  };
+  if (extension == ".bag") {
+    return refuse("this version does not read .bag; turn it into a .csv of raven_state first");
+  }
+  if (extension != ".csv") return refuse("not a recording: its name must end in .db or .csv");
+  if (options.profile.empty()) {
+    return refuse("a .csv needs --profile (raven2, generic or a profile file)");
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(Profile profile,
+                            load_profile(options.profile, options.profile_options));
+  if (profile.format != "csv") {
+    return refuse(fmt::format("profile {} is for .{} files", profile.name, profile.format));
+  }
+  return load_csv(path, std::move(profile), options);
+}
+
+}  // namespace ravencal::record

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Profiles that need no file. Private to record/.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "core/result.hpp"
+#include "record/profile.hpp"
+
+namespace ravencal::record {
+
+/// The paper's 252-column CSV without header (RAVEN-II, two arms, external encoders on one).
+/// `arm` says which half of each per-arm field is the calibrated arm: "gold" the first.
+core::Result<Profile> raven2_profile(const std::string& arm);
+
+/// Columns of the 252 that repeat others for CRTK users: a stamp and measured_js. Import skips
+/// them, export fills them.
+inline constexpr std::size_t kRaven2StampColumn = 4;
+inline constexpr std::size_t kRaven2MeasuredJsColumn = 5;
+inline constexpr std::size_t kRaven2CatalogueColumn = 12;
+inline constexpr std::size_t kRaven2ColumnCount = 252;
+
+/// Column of a catalogue entry in the 252, given which arm is calibrated.
+std::size_t raven2_column(std::size_t catalogue_index, bool gold);
+
+/// A header of `name_unit` words: one channel per word, roles by prefix (FORMATS.md).
+Profile generic_profile();
+
+/// Fills the channels of the generic profile from a header. Errors name the word.
+core::Status add_generic_channels(Profile& profile, std::span<const std::string> header,
+                                  const std::filesystem::path& source);
+
+}  // namespace ravencal::record

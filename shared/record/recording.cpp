@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/recording.hpp"
+
+#include <algorithm>
+
+namespace ravencal::record {
+namespace {
+
+template <typename Predicate>
+std::optional<Eigen::Index> find_channel(const std::vector<Channel>& channels, Predicate wanted) {
+  const auto it = std::find_if(channels.begin(), channels.end(), wanted);
+  if (it == channels.end()) return std::nullopt;
+  return it - channels.begin();
+}
+
+}  // namespace
+
+std::optional<Eigen::Index> Recording::column(std::string_view name) const {
+  return find_channel(channels, [&](const Channel& c) { return c.name == name; });
+}
+
+std::optional<Eigen::Index> Recording::column(Role role, std::string_view joint) const {
+  return find_channel(channels,
+                      [&](const Channel& c) { return c.role == role && c.joint == joint; });
+}
+
+std::vector<std::string> Recording::calibratable_joints() const {
+  std::vector<std::string> joints;
+  for (const Channel& channel : channels) {
+    const bool estimate = channel.role == Role::kJointEstimate && !channel.joint.empty();
+    if (estimate && column(Role::kJointTruth, channel.joint)) joints.push_back(channel.joint);
+  }
+  return joints;
+}
+
+}  // namespace ravencal::record

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/recording_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "core/units.hpp"
+#include "core/version.hpp"
+
+namespace ravencal::record {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kBusyTimeout_ms = 2000;
+// One row of 250 values has 2.3 KB: large pages hold several of them, small ones would waste half.
+constexpr std::size_t kWideChannels = 64;
+// SQLITE_MAX_COLUMN is 2000, of which one is t_ns.
+constexpr std::size_t kMaxChannels = 1999;
+constexpr std::array<std::string_view, 4> kReservedNames = {"t_ns", "rowid", "oid", "_rowid_"};
+
+// WAL, so that readers never block the writer. synchronous=FULL, because with NORMAL a power cut
+// may undo every commit since the last checkpoint; at 20 commits per second the waiting is cheap.
+std::string pragmas(WriteMode mode, std::size_t channels) {
+  const int page_size = channels > kWideChannels ? 16384 : 4096;
+  return fmt::format("PRAGMA page_size={}; PRAGMA application_id={}; {}", page_size, kApplicationId,
+                     mode == WriteMode::kLive ? "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
+                                              : "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF;");
+}
+
+std::string create_tables(std::span<const Channel> channels) {
+  std::string sql =
+      "CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT);"
+      "CREATE TABLE channel(name TEXT, unit TEXT, role TEXT, joint TEXT);"
+      "CREATE TABLE event(t_ns INTEGER, kind TEXT, detail TEXT);"
+      "CREATE TABLE sample(t_ns INTEGER";
+  for (const Channel& channel : channels) sql += ", " + sqlite::quoted(channel.name) + " REAL";
+  return sql + ");";
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(c < 128 ? std::tolower(c) : c); });
+  return text;
+}
+
+}  // namespace
+
+core::Status check_channels(std::span<const Channel> channels, const fs::path& path) {
+  const auto refuse = [&](std::string why) {
+    return core::Error{core::ErrorCode::kData, fmt::format("{}: {}", path.string(), why)};
+  };
+  if (channels.size() > kMaxChannels) {
+    return refuse(
+        fmt::format("{} channels; a recording holds at most {}", channels.size(), kMaxChannels));
+  }
+  std::set<std::string> names(kReservedNames.begin(), kReservedNames.end());
+  for (const Channel& channel : channels) {
+    const bool usable = !channel.name.empty() && channel.name.find('\0') == std::string::npos;
+    if (!usable || !names.insert(lower(channel.name)).second) {
+      return refuse(
+          fmt::format("a channel cannot be named '{}': the name is empty, reserved "
+                      "(t_ns, rowid) or taken already",
+                      channel.name));
+    }
+    if (!core::find_unit(channel.unit)) {
+      return refuse(fmt::format("channel {}: unknown unit '{}'", channel.name, channel.unit));
+    }
+  }
+  return {};
+}
+
+core::Status remove_recording(const fs::path& path) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+    const std::string file = path.string() + suffix;
+    std::error_code failure;
+    fs::remove(file, failure);
+    if (failure) {
+      return core::Error{core::ErrorCode::kIo,
+                         fmt::format("{}: cannot remove it: {}", file, failure.message())};
+    }
+  }
+  return {};
+}
+
+RecordingFile::RecordingFile(fs::path path, WriteMode mode, std::size_t channel_count)
+    : path_(std::move(path)), mode_(mode), channel_count_(channel_count) {}
+
+core::Result<RecordingFile> RecordingFile::create(const fs::path& path, WriteMode mode,
+                                                  const std::map<std::string, std::string>& meta,
+                                                  std::span<const Channel> channels) {
+  RecordingFile file(path, mode, channels.size());
+  if (const core::Status status = file.open(meta, channels); !status.ok()) {
+    const core::Error error = status.error();
+    file = RecordingFile(path, mode, 0);
+    (void)remove_recording(path);
+    return error;
+  }
+  return file;
+}
+
+core::Status RecordingFile::open(const std::map<std::string, std::string>& meta,
+                                 std::span<const Channel> channels) {
+  sqlite3* handle = nullptr;
+  const int code =
+      sqlite3_open_v2(path_.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  database_.reset(handle);
+  if (code != SQLITE_OK) return sqlite::last_error(handle, path_, "cannot create the recording");
+  sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, pragmas(mode_, channel_count_)));
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, create_tables(channels)));
+  std::string marks = "?";
+  for (std::size_t i = 0; i < channel_count_; ++i) marks += ",?";
+  RAVENCAL_ASSIGN_OR_RETURN(
+      insert_sample_, sqlite::prepare(handle, path_, "INSERT INTO sample VALUES(" + marks + ")"));
+  RAVENCAL_ASSIGN_OR_RETURN(insert_event_,
+                            sqlite::prepare(handle, path_, "INSERT INTO event VALUES(?,?,?)"));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      insert_meta_, sqlite::prepare(handle, path_, "INSERT OR REPLACE INTO meta VALUES(?,?)"));
+  RAVENCAL_RETURN_IF_ERROR(set_meta("software_version", core::kVersion));
+  for (const auto& [key, value] : meta) RAVENCAL_RETURN_IF_ERROR(set_meta(key, value));
+  RAVENCAL_RETURN_IF_ERROR(set_meta("format_version", kFormatVersion));
+  return insert_channels(channels);
+}
+
+core::Status RecordingFile::insert_channels(std::span<const Channel> channels) {
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const sqlite::Statement insert,
+      sqlite::prepare(database_.get(), path_, "INSERT INTO channel VALUES(?,?,?,?)"));
+  for (const Channel& channel : channels) {
+    sqlite::bind_text(insert.get(), 1, channel.name);
+    sqlite::bind_text(insert.get(), 2, channel.unit);
+    sqlite::bind_text(insert.get(), 3, name_of(channel.role));
+    sqlite::bind_text(insert.get(), 4, channel.joint);
+    RAVENCAL_RETURN_IF_ERROR(step(insert.get()));
+  }
+  return {};
+}
+
+core::Status RecordingFile::step(sqlite3_stmt* statement) {
+  sqlite3_step(statement);
+  if (sqlite3_reset(statement) == SQLITE_OK) return {};
+  return sqlite::last_error(database_.get(), path_, "cannot write");
+}
+
+core::Status RecordingFile::begin() {
+  if (in_transaction_) return {};
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(database_.get(), path_, "BEGIN IMMEDIATE"));
+  in_transaction_ = true;
+  return {};
+}
+
+core::Status RecordingFile::commit() {
+  if (!in_transaction_) return {};
+  in_transaction_ = false;
+  return sqlite::execute(database_.get(), path_, "COMMIT");
+}
+
+core::Status RecordingFile::append(std::int64_t t_ns, std::span<const double> values) {
+  if (values.size() != channel_count_) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: a row of {} values for {} channels", path_.string(),
+                                   values.size(), channel_count_)};
+  }
+  if (last_t_ns_ && t_ns < *last_t_ns_) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: time runs backwards, from {} ns to {} ns", path_.string(),
+                                   *last_t_ns_, t_ns)};
+  }
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  sqlite3_stmt* const row = insert_sample_.get();
+  sqlite3_bind_int64(row, 1, t_ns);
+  int index = 2;
+  for (const double value : values) sqlite3_bind_double(row, index++, value);  // NaN binds NULL
+  RAVENCAL_RETURN_IF_ERROR(step(row));
+  last_t_ns_ = t_ns;
+  return {};
+}
+
+core::Status RecordingFile::append_event(const Event& event) {
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  sqlite3_bind_int64(insert_event_.get(), 1, event.t_ns);
+  sqlite::bind_text(insert_event_.get(), 2, event.kind);
+  sqlite::bind_text(insert_event_.get(), 3, event.detail);
+  return step(insert_event_.get());
+}
+
+core::Status RecordingFile::set_meta(std::string_view key, std::string_view value) {
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  sqlite::bind_text(insert_meta_.get(), 1, key);
+  sqlite::bind_text(insert_meta_.get(), 2, value);
+  return step(insert_meta_.get());
+}
+
+core::Status RecordingFile::close() {
+  RAVENCAL_RETURN_IF_ERROR(commit());
+  const char* const settle =
+      mode_ == WriteMode::kLive ? "PRAGMA wal_checkpoint(TRUNCATE)" : "PRAGMA journal_mode=WAL";
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(database_.get(), path_, settle));
+  *this = RecordingFile(path_, mode_, channel_count_);
+  return {};
+}
+
+}  // namespace ravencal::record

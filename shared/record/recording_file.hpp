@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tables of a recording and one open, writable recording file. Private to record/: others use
+// RecordingWriter (while it happens) or write_recording (a whole recording at once).
+// Not thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "record/channel.hpp"
+#include "record/recording.hpp"
+#include "record/sqlite.hpp"
+
+namespace ravencal::record {
+
+/// Value of meta's `format_version`; a reader refuses any other.
+inline constexpr std::string_view kFormatVersion = "1";
+
+/// SQLite's application_id of a recording: "RVCL" in ASCII, so that file(1) can tell.
+inline constexpr int kApplicationId = 0x5256434C;
+
+enum class WriteMode {
+  kLive,   ///< readable while written; what is committed survives a kill and a power cut
+  kWhole,  ///< for a file that nobody sees before it is complete: no journal, no waiting
+};
+
+class RecordingFile {
+ public:
+  /// Creates the file with its tables; `path` must not exist. What is written stays in an open
+  /// transaction until commit().
+  static core::Result<RecordingFile> create(const std::filesystem::path& path, WriteMode mode,
+                                            const std::map<std::string, std::string>& meta,
+                                            std::span<const Channel> channels);
+
+  core::Status append(std::int64_t t_ns, std::span<const double> values);
+  core::Status append_event(const Event& event);
+  core::Status set_meta(std::string_view key, std::string_view value);
+  core::Status commit();
+  /// Commits, leaves one file in WAL mode without side files, and closes it.
+  core::Status close();
+
+ private:
+  RecordingFile(std::filesystem::path path, WriteMode mode, std::size_t channel_count);
+  core::Status open(const std::map<std::string, std::string>& meta,
+                    std::span<const Channel> channels);
+  core::Status insert_channels(std::span<const Channel> channels);
+  core::Status begin();
+  core::Status step(sqlite3_stmt* statement);
+
+  std::filesystem::path path_;
+  WriteMode mode_;
+  std::size_t channel_count_;
+  sqlite::Database database_;  // closed after its statements, which are declared below
+  sqlite::Statement insert_sample_;
+  sqlite::Statement insert_event_;
+  sqlite::Statement insert_meta_;
+  bool in_transaction_ = false;
+  std::optional<std::int64_t> last_t_ns_;
+};
+
+/// Why a recording cannot have these channels, if so: names unique without regard to case (they
+/// become SQL columns) and not reserved, units known, at most 1999.
+core::Status check_channels(std::span<const Channel> channels, const std::filesystem::path& path);
+
+/// Removes a recording and SQLite's files beside it, if they exist.
+core::Status remove_recording(const std::filesystem::path& path);
+
+}  // namespace ravencal::record

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/recording_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/units.hpp"
+#include "record/recording_file.hpp"
+#include "record/sqlite.hpp"
+
+namespace ravencal::record {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kBusyTimeout_ms = 2000;
+
+/// One read transaction, so that all tables are seen at one moment.
+class Reader {
+ public:
+  explicit Reader(const fs::path& path) : path_(path) {}
+  core::Result<Recording> read();
+
+ private:
+  core::Status open();
+  core::Status open_uri(const std::string& suffix);
+  core::Status read_meta();
+  core::Status read_channels();
+  core::Status read_events();
+  core::Status read_samples();
+  core::Status read_row(sqlite3_stmt* row, Eigen::Index r);
+  core::Result<Eigen::Index> count_rows();
+  core::Error damaged(std::string why) const {
+    return {core::ErrorCode::kData, fmt::format("{}: {}", path_.string(), why)};
+  }
+  core::Result<sqlite::Statement> prepare(const std::string& sql) const {
+    return sqlite::prepare(database_.get(), path_, sql);
+  }
+  template <typename OnRow>
+  core::Status for_each(sqlite3_stmt* statement, OnRow&& on_row) const;
+
+  const fs::path& path_;
+  sqlite::Database database_;
+  Recording recording_;
+  std::vector<double> to_si_;
+};
+
+template <typename OnRow>
+core::Status Reader::for_each(sqlite3_stmt* statement, OnRow&& on_row) const {
+  int code = SQLITE_ROW;
+  while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
+    RAVENCAL_RETURN_IF_ERROR(on_row(statement));
+  }
+  if (code == SQLITE_DONE) return {};
+  return sqlite::last_error(database_.get(), path_, "cannot read");
+}
+
+// A path as a SQLite URI: these characters mean something there.
+std::string uri_of(const fs::path& path) {
+  std::string uri = "file:";
+  for (const char c : fs::absolute(path).string()) {
+    if (c == '%' || c == '?' || c == '#') {
+      uri += fmt::format("%{:02x}", static_cast<unsigned char>(c));
+    } else {
+      uri += c;
+    }
+  }
+  return uri;
+}
+
+core::Status Reader::open_uri(const std::string& suffix) {
+  sqlite3* handle = nullptr;
+  int code = sqlite3_open_v2((uri_of(path_) + suffix).c_str(), &handle,
+                             SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+  database_.reset(handle);
+  if (code == SQLITE_OK) {
+    sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+    code = sqlite3_exec(handle, "BEGIN; SELECT count(*) FROM sqlite_schema", nullptr, nullptr,
+                        nullptr);
+  }
+  if (code == SQLITE_OK) return {};
+  return sqlite::last_error(handle, path_, "cannot open");
+}
+
+core::Status Reader::open() {
+  std::error_code failure;
+  if (!fs::is_regular_file(path_, failure)) {
+    return core::Error{core::ErrorCode::kIo, fmt::format("{}: no such file", path_.string())};
+  }
+  core::Status status = open_uri("");
+  // In WAL mode SQLite needs a file beside the recording. Where it may create none, e.g. on a
+  // read-only disk, and nobody left one, the recording is complete as it is.
+  const bool cannot_share = !status.ok() && sqlite3_errcode(database_.get()) != SQLITE_NOTADB;
+  if (cannot_share && !fs::exists(path_.string() + "-wal", failure))
+    return open_uri("?immutable=1");
+  return status;
+}
+
+core::Status Reader::read_meta() {
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows, prepare("SELECT key, value FROM meta"));
+  RAVENCAL_RETURN_IF_ERROR(for_each(rows.get(), [this](sqlite3_stmt* row) {
+    recording_.meta[sqlite::text_of(row, 0)] = sqlite::text_of(row, 1);
+    return core::Status();
+  }));
+  const std::string& version = recording_.meta["format_version"];
+  if (version == kFormatVersion) return {};
+  return damaged(
+      fmt::format("recording format '{}', but this program reads {}; use the ravencal "
+                  "that wrote it",
+                  version, kFormatVersion));
+}
+
+core::Status Reader::read_channels() {
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
+                            prepare("SELECT name, unit, role, joint FROM channel ORDER BY rowid"));
+  return for_each(rows.get(), [this](sqlite3_stmt* row) -> core::Status {
+    Channel channel{sqlite::text_of(row, 0), sqlite::text_of(row, 1), Role::kFeature,
+                    sqlite::text_of(row, 3)};
+    const std::string role_name = sqlite::text_of(row, 2);
+    const auto role = role_from(role_name);
+    const auto unit = core::find_unit(channel.unit);
+    if (!role || !unit) {
+      return damaged(fmt::format("channel {}: unknown {} '{}'", channel.name,
+                                 role ? "unit" : "role", role ? channel.unit : role_name));
+    }
+    channel.role = *role;
+    channel.unit = unit->si_name;
+    to_si_.push_back(unit->to_si);
+    recording_.channels.push_back(std::move(channel));
+    return {};
+  });
+}
+
+core::Status Reader::read_events() {
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
+                            prepare("SELECT t_ns, kind, detail FROM event ORDER BY rowid"));
+  return for_each(rows.get(), [this](sqlite3_stmt* row) {
+    recording_.events.push_back(
+        {sqlite3_column_int64(row, 0), sqlite::text_of(row, 1), sqlite::text_of(row, 2)});
+    return core::Status();
+  });
+}
+
+core::Result<Eigen::Index> Reader::count_rows() {
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows, prepare("SELECT count(*) FROM sample"));
+  if (sqlite3_step(rows.get()) != SQLITE_ROW) {
+    return sqlite::last_error(database_.get(), path_, "cannot read");
+  }
+  return static_cast<Eigen::Index>(sqlite3_column_int64(rows.get(), 0));
+}
+
+core::Status Reader::read_samples() {
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index row_count, count_rows());
+  std::string sql = "SELECT t_ns";
+  for (const Channel& channel : recording_.channels) sql += ", " + sqlite::quoted(channel.name);
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
+                            prepare(sql + " FROM sample ORDER BY rowid"));
+  recording_.samples.resize(row_count, static_cast<Eigen::Index>(recording_.channels.size()));
+  recording_.t_ns.reserve(static_cast<std::size_t>(row_count));
+  Eigen::Index r = 0;
+  return for_each(rows.get(), [&](sqlite3_stmt* row) { return read_row(row, r++); });
+}
+
+core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r) {
+  const std::int64_t t_ns = sqlite3_column_int64(row, 0);
+  const bool backwards = !recording_.t_ns.empty() && t_ns < recording_.t_ns.back();
+  if (sqlite3_column_type(row, 0) != SQLITE_INTEGER || backwards) {
+    return damaged(fmt::format(
+        "sample {}: t_ns is {}", r + 1,
+        backwards ? fmt::format("{}, earlier than the sample before", t_ns) : "no integer"));
+  }
+  recording_.t_ns.push_back(t_ns);
+  for (Eigen::Index c = 0; c < recording_.samples.cols(); ++c) {
+    const int column = static_cast<int>(c) + 1;
+    const int type = sqlite3_column_type(row, column);
+    double value = std::numeric_limits<double>::quiet_NaN();
+    if (type == SQLITE_FLOAT || type == SQLITE_INTEGER) {
+      value = sqlite3_column_double(row, column) * to_si_[static_cast<std::size_t>(c)];
+    } else if (type != SQLITE_NULL) {
+      return damaged(fmt::format("sample {}: channel {}: '{}' is not a number", r + 1,
+                                 recording_.channels[static_cast<std::size_t>(c)].name,
+                                 sqlite::text_of(row, column)));
+    }
+    recording_.samples(r, c) = value;
+  }
+  return {};
+}
+
+core::Result<Recording> Reader::read() {
+  RAVENCAL_RETURN_IF_ERROR(open());
+  RAVENCAL_RETURN_IF_ERROR(read_meta());
+  RAVENCAL_RETURN_IF_ERROR(read_channels());
+  RAVENCAL_RETURN_IF_ERROR(read_events());
+  RAVENCAL_RETURN_IF_ERROR(read_samples());
+  recording_.source = path_.string();
+  return std::move(recording_);
+}
+
+}  // namespace
+
+core::Result<Recording> read_recording(const fs::path& path) { return Reader(path).read(); }
+
+}  // namespace ravencal::record

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// SQLite handles that close themselves and errors that name the file. Private to record/.
+#pragma once
+
+#include <sqlite3.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+
+namespace ravencal::record::sqlite {
+
+struct CloseDatabase {
+  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+};
+struct FinalizeStatement {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+using Statement = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
+
+/// What SQLite says about its last failure, with file name and remedy.
+core::Error last_error(sqlite3* database, const std::filesystem::path& path,
+                       std::string_view doing);
+
+core::Status execute(sqlite3* database, const std::filesystem::path& path, const std::string& sql);
+
+core::Result<Statement> prepare(sqlite3* database, const std::filesystem::path& path,
+                                const std::string& sql);
+
+/// An identifier in double quotes, as SQL wants it.
+std::string quoted(std::string_view name);
+
+/// Text of a result column; empty if NULL.
+std::string text_of(sqlite3_stmt* statement, int column);
+
+void bind_text(sqlite3_stmt* statement, int index, std::string_view text);
+
+}  // namespace ravencal::record::sqlite
