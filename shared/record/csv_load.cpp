@@ -44,7 +44,7 @@ class CsvLoader {
  private:
   core::Status parse(const CsvRows& rows);
   core::Status find_times();
-  core::Status check_order();
+  core::Status order_times();
   void apply_filters();
   core::Status drop_rows();
   void blank_invalid();
@@ -62,7 +62,7 @@ class CsvLoader {
   }
   /// Drops a row or, without --skip-bad, says why it cannot be used.
   core::Status refuse(const BadRow& bad);
-  [[nodiscard]] bool starts_episode(std::size_t row) const {
+  [[nodiscard]] bool episode_changes(std::size_t row) const {
     return binding_.episode_word && (row == 0 || words_[*binding_.episode_word][row] !=
                                                      words_[*binding_.episode_word][row - 1]);
   }
@@ -76,7 +76,7 @@ class CsvLoader {
   std::vector<std::vector<std::string>> words_;
   std::vector<char> keep_;
   std::vector<BadRow> dropped_;
-  std::vector<std::size_t> episode_starts_;
+  std::vector<char> episode_start_;  ///< per row: the first kept one of an episode
 };
 
 core::Status CsvLoader::refuse(const BadRow& bad) {
@@ -91,6 +91,7 @@ core::Status CsvLoader::parse(const CsvRows& rows) {
   const auto channels = static_cast<Eigen::Index>(profile_.channels.size());
   recording_.samples.resize(static_cast<Eigen::Index>(count), channels);
   keep_.assign(count, 1);
+  episode_start_.assign(count, 0);
   words_.assign(binding_.word_count, std::vector<std::string>(count));
   CsvOutput output;
   for (Eigen::Index c = 0; c < channels; ++c)
@@ -147,25 +148,27 @@ void CsvLoader::apply_filters() {
 }
 
 // Time may start again where an episode starts; it then goes on where the last one ended.
-core::Status CsvLoader::check_order() {
+core::Status CsvLoader::order_times() {
   const auto period_ns = static_cast<std::int64_t>(std::llround(profile_.row_period_s * 1e9));
   std::optional<std::int64_t> last;
   std::int64_t offset = 0;
   bool new_episode = false;
   for (std::size_t row = 0; row < keep_.size(); ++row) {
-    new_episode = new_episode || starts_episode(row);
+    new_episode = new_episode || episode_changes(row);
     if (!keep_[row]) continue;
     std::int64_t t_ns = recording_.t_ns[row] + offset;
-    if (last && t_ns < *last && new_episode) {
-      offset += *last + period_ns - t_ns;
-      t_ns = *last + period_ns;
-    }
-    if (last && t_ns < *last) {
+    const bool backwards = last && t_ns < *last;
+    if (backwards && !new_episode && !profile_.time_restarts) {
       RAVENCAL_RETURN_IF_ERROR(refuse(
-          {row, fmt::format("time runs backwards, from {} to {} s",
+          {row, fmt::format("time runs backwards, from {:.9g} s to {:.9g} s",
                             static_cast<double>(*last) * 1e-9, static_cast<double>(t_ns) * 1e-9)}));
       continue;
     }
+    if (backwards) {
+      offset += *last + period_ns - t_ns;
+      t_ns = *last + period_ns;
+    }
+    episode_start_[row] = new_episode || (backwards && profile_.time_restarts);
     recording_.t_ns[row] = t_ns;
     last = t_ns;
     new_episode = false;
@@ -201,6 +204,8 @@ core::Status CsvLoader::drop_rows() {
   recording_.samples.conservativeResize(static_cast<Eigen::Index>(kept), Eigen::NoChange);
   compact(recording_.t_ns.data());
   recording_.t_ns.resize(kept);
+  compact(episode_start_.data());
+  episode_start_.resize(kept);
   for (auto& column : words_) {
     for (std::size_t i = 0; i < from.size(); ++i) std::swap(column[i], column[from[i]]);
     column.resize(kept);
@@ -230,19 +235,22 @@ void CsvLoader::make_relative() {
 }
 
 void CsvLoader::mark_episodes() {
-  for (std::size_t row = 0; row < recording_.t_ns.size(); ++row) {
-    if (!starts_episode(row)) continue;
-    episode_starts_.push_back(row);
+  for (std::size_t row = 0; row < episode_start_.size(); ++row) {
+    if (!episode_start_[row]) continue;
     recording_.events.push_back(
         {recording_.t_ns[row], "episode",
-         fmt::format("{} = {}", profile_.episode.column, words_[*binding_.episode_word][row])});
+         binding_.episode_word
+             ? fmt::format("{} = {}", profile_.episode.column, words_[*binding_.episode_word][row])
+             : "time starts again"});
   }
-  if (episode_starts_.empty()) episode_starts_.push_back(0);
 }
 
 void CsvLoader::reference_first() {
-  std::vector<std::size_t> bounds = episode_starts_;
-  bounds.push_back(recording_.t_ns.size());
+  std::vector<std::size_t> bounds = {0};
+  for (std::size_t row = 1; row < episode_start_.size(); ++row) {
+    if (episode_start_[row]) bounds.push_back(row);
+  }
+  bounds.push_back(episode_start_.size());
   for (const std::string& joint : recording_.calibratable_joints()) {
     const auto truth = *recording_.column(Role::kJointTruth, joint);
     const auto estimate = *recording_.column(Role::kJointEstimate, joint);
@@ -280,7 +288,7 @@ core::Result<Recording> CsvLoader::load(const CsvRows& rows) {
   RAVENCAL_RETURN_IF_ERROR(parse(rows));
   RAVENCAL_RETURN_IF_ERROR(find_times());
   apply_filters();
-  RAVENCAL_RETURN_IF_ERROR(check_order());
+  RAVENCAL_RETURN_IF_ERROR(order_times());
   RAVENCAL_RETURN_IF_ERROR(drop_rows());
   blank_invalid();
   make_relative();

@@ -43,6 +43,7 @@ struct Profile {
   double row_period_s = 0.01;    ///< used when the source has no time
   std::size_t column_count = 0;  ///< columns that every row must have; 0 = those of the first row
   bool row_number_if_time_missing = false;  ///< a time of nan anywhere: row numbers everywhere
+  bool time_restarts = false;    ///< time running backwards begins an episode, is no error
   ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset
   bool reference_first = false;  ///< truth - estimate becomes 0 at the start of each episode
   std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order

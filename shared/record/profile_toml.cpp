@@ -168,6 +168,7 @@ void take_time(TableReader& reader, Profile& profile) {
   if (!(profile.row_period_s > 0.0) || !std::isfinite(profile.row_period_s)) {
     reader.fail("row_period_s must be above 0");
   }
+  reader.take("time_restarts", profile.time_restarts);
   std::string missing = "error";
   reader.take("time_missing", missing);
   profile.row_number_if_time_missing = missing == "row_number";

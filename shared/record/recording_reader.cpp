@@ -90,13 +90,10 @@ core::Status Reader::open() {
   if (!fs::is_regular_file(path_, failure)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("{}: no such file", path_.string())};
   }
-  core::Status status = open_uri("");
-  // In WAL mode SQLite needs a file beside the recording. Where it may create none, e.g. on a
-  // read-only disk, and nobody left one, the recording is complete as it is.
-  const bool cannot_share = !status.ok() && sqlite3_errcode(database_.get()) != SQLITE_NOTADB;
-  if (cannot_share && !fs::exists(path_.string() + "-wal", failure))
-    return open_uri("?immutable=1");
-  return status;
+  // Without a WAL beside it nobody writes the recording. SQLite then needs neither locks nor files
+  // of its own, so that reading works on a read-only disk and leaves nothing behind.
+  const bool written_now = fs::exists(path_.string() + "-wal", failure);
+  return open_uri(written_now ? "" : "?immutable=1");
 }
 
 core::Status Reader::read_meta() {

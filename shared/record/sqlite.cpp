@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+
 namespace ravencal::record::sqlite {
 namespace {
 
@@ -32,8 +34,11 @@ core::Error last_error(sqlite3* database, const std::filesystem::path& path,
   const int primary = code & 0xff;
   const bool content =
       primary == SQLITE_NOTADB || primary == SQLITE_CORRUPT || primary == SQLITE_ERROR;
+  const int system_error = primary == SQLITE_IOERR ? sqlite3_system_errno(database) : 0;
+  const std::string cause =
+      system_error == 0 ? "" : fmt::format(" ({})", std::strerror(system_error));
   return {content ? core::ErrorCode::kData : core::ErrorCode::kIo,
-          fmt::format("{}: {}: {}{}", path.string(), doing, sqlite3_errmsg(database),
+          fmt::format("{}: {}: {}{}{}", path.string(), doing, sqlite3_errmsg(database), cause,
                       remedy_for(code))};
 }
 

@@ -1,8 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "record/csv_export.hpp"
+#include "record/load.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_export(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::string recording;
+  std::string profile;
+  std::string out;
+};
+
+core::Status run(const Arguments& arguments) {
+  if (std::filesystem::path(arguments.out).extension() != ".csv") {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: this version exports .csv only", arguments.out)};
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                            record::load_recording(arguments.recording, {}));
+  // The recording knows which arm it calibrates; that half of the two-arm columns it fills.
+  record::ProfileOptions options;
+  const auto arm = recording.meta.find("arm");
+  if (arm != recording.meta.end()) options.arm = arm->second;
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Profile profile,
+                            record::load_profile(arguments.profile, options));
+  RAVENCAL_RETURN_IF_ERROR(record::export_csv(recording, profile, arguments.out));
+  fmt::print("{}: {} rows\n", arguments.out, recording.rows());
+  return {};
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("export", "Write a recording as the file of a profile");
+  command->add_option("recording", arguments->recording, "Recording to read (.db)")->required();
+  command
+      ->add_option("--profile", arguments->profile,
+                   "Which column is what: raven2, generic or a profile file")
+      ->required();
+  command->add_option("--out", arguments->out, "File to write (.csv)")->required();
+  command->footer("Example: ravencal export run3.db --profile raven2 --out run3.csv");
+  command->callback([arguments, &exit_code] {
+    const core::Status status = run(*arguments);
+    if (status.ok()) return;
+    fmt::print(stderr, "ravencal: {}\n", status.error().message);
+    exit_code = cli::exit_code_of(status.error().code);
+  });
+}
 
 }  // namespace ravencal::commands

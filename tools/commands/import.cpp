@@ -1,8 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "record/load.hpp"
+#include "record/recording_writer.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_import(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::string source;
+  std::string out;
+  bool overwrite = false;
+  record::LoadOptions load;
+};
+
+core::Status run(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                            record::load_recording(arguments.source, arguments.load));
+  RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, arguments.overwrite));
+  fmt::print("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
+             recording.channels.size());
+  const auto dropped = recording.meta.find("dropped_rows");
+  if (dropped != recording.meta.end()) {
+    fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("import", "Turn a foreign file into a recording");
+  command->add_option("source", arguments->source, "File to read (.csv)")->required();
+  command
+      ->add_option("--profile", arguments->load.profile,
+                   "Which column is what: raven2, generic or a profile file")
+      ->required();
+  command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
+  command
+      ->add_option("--arm", arguments->load.profile_options.arm,
+                   "raven2: the arm with the external encoders")
+      ->check(CLI::IsMember({"gold", "green"}))
+      ->capture_default_str();
+  command->add_flag("--skip-bad", arguments->load.skip_bad,
+                    "Drop rows that cannot be read, each with an event, instead of stopping");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
+  command->footer("Example: ravencal import run3.csv --profile raven2 --arm gold --out run3.db");
+  command->callback([arguments, &exit_code] {
+    const core::Status status = run(*arguments);
+    if (status.ok()) return;
+    fmt::print(stderr, "ravencal: {}\n", status.error().message);
+    exit_code = cli::exit_code_of(status.error().code);
+  });
+}
 
 }  // namespace ravencal::commands

@@ -1,8 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "record/load.hpp"
+#include "record/summary.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_info(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::string file;
+  bool json = false;
+  record::LoadOptions load;
+};
+
+core::Result<std::string> describe_recording(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                            record::load_recording(arguments.file, arguments.load));
+  const record::Summary summary = record::summarise(recording);
+  return arguments.json ? record::describe_in_json(recording, summary) + "\n"
+                        : record::describe_in_words(recording, summary);
+}
+
+/// Which function describes which kind of file.
+struct FileKind {
+  std::string_view extension;
+  core::Result<std::string> (*describe)(const Arguments&);
+};
+constexpr std::array kFileKinds = {
+    FileKind{".db", describe_recording},
+    FileKind{".csv", describe_recording},
+    FileKind{".bag", describe_recording},
+};
+
+core::Result<std::string> describe(const Arguments& arguments) {
+  const std::string extension = std::filesystem::path(arguments.file).extension().string();
+  for (const FileKind& kind : kFileKinds) {
+    if (kind.extension == extension) return kind.describe(arguments);
+  }
+  std::string known;
+  for (const FileKind& kind : kFileKinds) known += " " + std::string(kind.extension);
+  return core::Error{core::ErrorCode::kUsage,
+                     fmt::format("{}: unknown kind of file; known:{}", arguments.file, known)};
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("info", "Say what a file holds, in words");
+  command->add_option("file", arguments->file, "File to describe")->required();
+  command->add_flag("--json", arguments->json, "For programs");
+  command->add_option("--profile", arguments->load.profile,
+                      "For a .csv: raven2, generic or a profile file");
+  command
+      ->add_option("--arm", arguments->load.profile_options.arm,
+                   "raven2: the arm with the external encoders")
+      ->check(CLI::IsMember({"gold", "green"}))
+      ->capture_default_str();
+  command->add_flag("--skip-bad", arguments->load.skip_bad, "For a .csv: drop unreadable rows");
+  command->footer("Example: ravencal info run3.db");
+  command->callback([arguments, &exit_code] {
+    const core::Result<std::string> text = describe(*arguments);
+    if (text.ok()) {
+      fmt::print("{}", *text);
+      return;
+    }
+    fmt::print(stderr, "ravencal: {}\n", text.error().message);
+    exit_code = cli::exit_code_of(text.error().code);
+  });
+}
 
 }  // namespace ravencal::commands

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "record/summary.hpp"
+
+namespace ravencal::record {
+namespace {
+
+constexpr std::size_t kChannelsShown = 4;
+constexpr std::size_t kEventsShown = 5;
+
+std::string meta_or(const Recording& recording, const std::string& key,
+                    std::string_view otherwise) {
+  const auto it = recording.meta.find(key);
+  return it == recording.meta.end() ? std::string(otherwise) : it->second;
+}
+
+/// Errors are shown in the unit in which people speak of them.
+struct ShownUnit {
+  std::string_view name;
+  double factor;
+};
+ShownUnit shown(std::string_view si_unit) {
+  if (si_unit == "rad") return {"deg", 180.0 / std::numbers::pi};
+  if (si_unit == "m") return {"mm", 1e3};
+  return {si_unit, 1.0};
+}
+
+void append_channels(std::string& text, const Summary& summary) {
+  std::map<Role, std::vector<const ChannelSummary*>> by_role;
+  for (const ChannelSummary& channel : summary.channels) {
+    by_role[channel.channel.role].push_back(&channel);
+  }
+  auto out = std::back_inserter(text);
+  for (const auto& [role, channels] : by_role) {
+    fmt::format_to(out, "{} ({}):\n", name_of(role), channels.size());
+    const bool all = role != Role::kFeature || channels.size() <= kChannelsShown;
+    const std::size_t count = all ? channels.size() : kChannelsShown;
+    for (std::size_t i = 0; i < count; ++i) {
+      const ChannelSummary& c = *channels[i];
+      fmt::format_to(out, "  {:<28} {:>12.6g} .. {:<12.6g} {}{}\n", c.channel.name, c.min, c.max,
+                     c.channel.unit, c.lost == 0 ? "" : fmt::format(", {} lost", c.lost));
+    }
+    if (!all) fmt::format_to(out, "  ... and {} more\n", channels.size() - count);
+  }
+}
+
+void append_events(std::string& text, const Recording& recording) {
+  std::map<std::string, std::size_t> kinds;
+  for (const Event& event : recording.events) ++kinds[event.kind];
+  auto out = std::back_inserter(text);
+  if (kinds.empty()) fmt::format_to(out, "events: none\n");
+  for (const auto& [kind, count] : kinds) {
+    fmt::format_to(out, "events of kind {}: {}\n", kind, count);
+    std::size_t shown_count = 0;
+    for (const Event& event : recording.events) {
+      if (event.kind != kind || ++shown_count > kEventsShown) continue;
+      fmt::format_to(out, "  {:.3f} s  {}\n", static_cast<double>(event.t_ns) * 1e-9, event.detail);
+    }
+    if (count > kEventsShown) fmt::format_to(out, "  ... and {} more\n", count - kEventsShown);
+  }
+}
+
+void append_errors(std::string& text, const Summary& summary) {
+  auto out = std::back_inserter(text);
+  if (summary.joints.empty()) {
+    fmt::format_to(out, "raw error: unknown, no joint has both an estimate and a truth\n");
+    return;
+  }
+  fmt::format_to(out, "raw error, truth - estimate:\n");
+  for (const JointErrorSummary& joint : summary.joints) {
+    const ShownUnit unit = shown(joint.unit);
+    fmt::format_to(out, "  {:<12} RMSE {:8.4f}, bias {:+8.4f}, peak {:8.4f} {} over {} samples\n",
+                   joint.joint, joint.rmse * unit.factor, joint.bias * unit.factor,
+                   joint.peak * unit.factor, unit.name, joint.samples);
+  }
+}
+
+}  // namespace
+
+std::string describe_in_words(const Recording& recording, const Summary& summary) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}: a recording of {}, arm {}\n", recording.source,
+                 meta_or(recording, "robot", "an unnamed robot"),
+                 meta_or(recording, "arm", "not named"));
+  fmt::format_to(out, "{} rows, {:.3f} s, {:.4g} Hz, {} channels\n", summary.rows,
+                 summary.duration_s, summary.rate_hz, summary.channels.size());
+  if (summary.gaps == 0) {
+    fmt::format_to(out, "gaps: none longer than 3 periods\n");
+  } else {
+    fmt::format_to(out, "gaps longer than 3 periods: {}, the longest {:.3f} s\n", summary.gaps,
+                   summary.longest_gap_s);
+  }
+  append_errors(text, summary);
+  append_events(text, recording);
+  append_channels(text, summary);
+  return text;
+}
+
+std::string describe_in_json(const Recording& recording, const Summary& summary) {
+  using nlohmann::ordered_json;
+  ordered_json channels = ordered_json::array();
+  for (const ChannelSummary& c : summary.channels) {
+    channels.push_back({{"name", c.channel.name},
+                        {"unit", c.channel.unit},
+                        {"role", name_of(c.channel.role)},
+                        {"joint", c.channel.joint},
+                        {"min", c.min},
+                        {"max", c.max},
+                        {"lost", c.lost}});
+  }
+  ordered_json joints = ordered_json::array();
+  for (const JointErrorSummary& j : summary.joints) {
+    joints.push_back({{"joint", j.joint},
+                      {"unit", j.unit},
+                      {"samples", j.samples},
+                      {"raw", {{"rmse", j.rmse}, {"bias", j.bias}, {"peak", j.peak}}}});
+  }
+  ordered_json events = ordered_json::array();
+  for (const Event& e : recording.events) {
+    events.push_back({{"t_ns", e.t_ns}, {"kind", e.kind}, {"detail", e.detail}});
+  }
+  const ordered_json root = {{"kind", "recording"},
+                             {"file", recording.source},
+                             {"meta", recording.meta},
+                             {"rows", summary.rows},
+                             {"duration_s", summary.duration_s},
+                             {"rate_hz", summary.rate_hz},
+                             {"gaps", summary.gaps},
+                             {"longest_gap_s", summary.longest_gap_s},
+                             {"joints", joints},
+                             {"events", events},
+                             {"channels", channels}};
+  return root.dump(2, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace ravencal::record
