@@ -43,9 +43,9 @@ double peak_of(const JointView& view) {
   return peak > 0 ? peak : 1.0;
 }
 
-constexpr double kPanelWidth = 206;
-constexpr double kPanelHeight = 150;
-constexpr double kPanelGap = 26;
+constexpr double kPanelWidth = 16 * kMapCells;
+constexpr double kPanelHeight = 11 * kMapCells;
+constexpr double kPanelGap = 28;
 
 struct Panel {
   std::string data;
@@ -107,16 +107,11 @@ json map_panel(const Panel& panel, const MapAxes& axes, const std::string& unit)
       {"encode",
        {{"enter",
          {{"x", {{"value", 0}}}, {"y", {{"value", -6}}}, {"text", {{"value", panel.title}}}}}}}};
-  return {{"type", "group"},
-          {"encode",
-           {{"enter",
-             {{"x", {{"value", panel.x}}},
-              {"y", {{"value", panel.y}}},
-              {"width", {{"value", kPanelWidth}}},
-              {"height", {{"value", kPanelHeight}}},
-              {"fill", {{"value", "url(#untested)"}}}}}}},
-          {"axes", json::array({std::move(x_axis), std::move(y_axis)})},
-          {"marks", json::array({map_cells(panel, axes.grid, unit), std::move(title)})}};
+  json group = plot_area(panel.x, panel.y, kPanelWidth, kPanelHeight);
+  group["encode"]["enter"]["fill"] = {{"value", "url(#untested)"}};
+  group["axes"] = {std::move(x_axis), std::move(y_axis)};
+  group["marks"] = {map_cells(panel, axes.grid, unit), std::move(title)};
+  return group;
 }
 
 json colour_scale(const char* name, double greatest) {
@@ -133,7 +128,7 @@ json colour_legend(const char* scale_name, double x, double y, double length,
                    const std::string& title) {
   return {{"fill", scale_name},       {"type", "gradient"},  {"direction", "horizontal"},
           {"orient", "none"},         {"legendX", x},        {"legendY", y},
-          {"gradientLength", length}, {"tickCount", 4},      {"gradientThickness", 10},
+          {"gradientLength", length}, {"tickCount", 3},      {"gradientThickness", 10},
           {"title", title},           {"titleLimit", length}};
 }
 
@@ -142,29 +137,30 @@ json colour_legend(const char* scale_name, double x, double y, double length,
 json histogram_chart(const JointView& view) {
   json spec = chart(view.series.joint + ": number of samples by error", kWidth, kHeight);
   const double half_width = peak_of(view);
+  constexpr double kFoot = 0.5;
   double most = 1.0;
   for (const Estimate& estimate : estimates_of(view)) {
     const Histogram bins = histogram(estimate.error, half_width, kHistogramBins);
-    std::vector<double> edges, counts;
+    json rows = json::array();
     for (std::size_t i = 0; i < bins.counts.size(); ++i) {
-      edges.push_back(bins.from + bins.width * static_cast<double>(i));
-      // Half a sample stands for none: a logarithmic axis has no zero, and its foot is there.
-      counts.push_back(bins.counts[i] > 0 ? static_cast<double>(bins.counts[i]) : 0.5);
-      most = std::max(most, counts.back());
+      const auto count = static_cast<double>(bins.counts[i]);
+      const double edge = bins.from + bins.width * static_cast<double>(i);
+      // The foot of the axis stands for none: a logarithmic axis has no zero.
+      rows.push_back({{"edge", edge}, {"count", std::max(count, kFoot)}});
+      most = std::max(most, count);
     }
-    edges.push_back(half_width);
-    counts.push_back(0.5);
-    spec["data"].push_back(columns_data(estimate.name, {{"edge", edges}, {"count", counts}}));
+    rows.push_back({{"edge", half_width}, {"count", kFoot}});
+    spec["data"].push_back({{"name", estimate.name}, {"values", std::move(rows)}});
     spec["marks"].push_back(line_mark(estimate.name, "edge", "count",
                                       {estimate.colour, 1.5, estimate.dash, "step-after"}));
   }
   spec["scales"] = {scale("x", "linear", {-half_width, half_width}, 0, kWidth),
-                    scale("y", "log", {0.5, 1.4 * most}, kHeight, 0)};
+                    scale("y", "log", {kFoot, 1.4 * most}, kHeight, 0)};
   json y_axis =
       axis("left", "y",
            fmt::format("samples per {:.2g} {}", 2 * half_width / kHistogramBins, view.series.unit));
   y_axis["values"] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000};
-  y_axis["format"] = ",d";
+  y_axis["format"] = "~s";
   spec["axes"] = {
       axis("bottom", "x", fmt::format("{} error [{}]", view.series.joint, view.series.unit)),
       std::move(y_axis)};
@@ -190,15 +186,17 @@ json quantile_chart(const JointView& view) {
   }
   if (!(greatest > 0) || !std::isfinite(least)) least = greatest = 1.0;
   least = std::clamp(least, greatest / 1e4, greatest / 10);
-  spec["scales"] = {scale("x", "log", {least, greatest * 1.05}, 0, kWidth),
+  const Extent magnitudes = {least, greatest * 1.05};
+  spec["scales"] = {scale("x", "log", magnitudes, 0, kWidth),
                     scale("y", "linear", {0, 1}, kHeight, 0)};
   json y_axis = axis("left", "y", "samples within that error");
   y_axis["format"] = ".0%";
-  y_axis["values"] = {0, 0.25, 0.5, 0.75, 0.95, 1};
+  y_axis["values"] = {0, 0.25, 0.5, 0.75, 0.95};
+  y_axis["labelOverlap"] = false;
   json x_axis =
       axis("bottom", "x", fmt::format("|{} error| [{}]", view.series.joint, view.series.unit));
   x_axis["format"] = "~g";
-  x_axis["tickCount"] = 6;
+  x_axis["values"] = log_ticks(magnitudes);
   spec["axes"] = {std::move(x_axis), std::move(y_axis)};
   return spec;
 }
@@ -206,7 +204,7 @@ json quantile_chart(const JointView& view) {
 json map_chart(const JointView& view, const MapAxes& axes) {
   constexpr double kRowStep = kPanelHeight + 42;
   constexpr double kColumnStep = kPanelWidth + kPanelGap;
-  const double last_column = 3 * kColumnStep + 20;
+  const double last_column = 3 * kColumnStep + 24;
   json spec = chart(view.series.joint + ": RMS error over the workspace by direction of motion",
                     last_column + kPanelWidth, kRowStep + kPanelHeight);
   double greatest = 0.0;

@@ -82,12 +82,13 @@ json loss_chart(std::span<const LossCurve> losses, const std::string& unit) {
   if (!(greatest > 0)) least = greatest = 1.0;
   spec["data"].push_back(kept_epochs(std::move(kept)));
   spec["marks"].push_back(kept_mark());
+  const Extent range = {least / 1.2, greatest * 1.2};
   spec["scales"] = {
       scale("x", "linear", {1.0, static_cast<double>(std::max<std::size_t>(epochs, 2))}, 0, kWidth),
-      scale("y", "log", {least / 1.2, greatest * 1.2}, kHeight, 0)};
+      scale("y", "log", range, kHeight, 0)};
   json y_axis = axis("left", "y", fmt::format("loss [{}]", unit));
   y_axis["format"] = "~g";
-  y_axis["tickCount"] = 5;
+  y_axis["values"] = log_ticks(range);
   spec["axes"] = {axis("bottom", "x", "epoch"), std::move(y_axis)};
   return spec;
 }
@@ -123,10 +124,10 @@ json duration_chart(std::span<const DurationBin> bins, const std::string& what, 
                     scale("y", "log", {0.5, 1.4 * most}, kHeight, 0)};
   json x_axis = axis("bottom", "x", what + " [µs]");
   x_axis["format"] = "~g";
-  x_axis["tickCount"] = 6;
+  x_axis["values"] = log_ticks({from, to});
   json y_axis = axis("left", "y", "ticks");
   y_axis["values"] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000};
-  y_axis["format"] = ",d";
+  y_axis["format"] = "~s";
   spec["axes"] = {std::move(x_axis), std::move(y_axis)};
   spec["marks"].push_back(
       {{"type", "rect"},

@@ -122,7 +122,7 @@ void add_joint(Page& page, const JointSeries& series, std::size_t index,
       view.timeline.recording_starts.empty() ? "" : " Dashed: the next recording begins.";
   page.figure(
       trace_chart(view), "Position and error over time",
-      "Error = estimate - truth. Each pixel column shows its least and its greatest sample, so no "
+      "Error = estimate − truth. Each pixel column shows its least and its greatest sample, so no "
       "peak is lost; a gap is missing data." +
           boundaries,
       true);

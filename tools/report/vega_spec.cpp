@@ -112,6 +112,36 @@ json zero_rule(double width) {
               {"strokeWidth", {{"value", 0.8}}}}}}}};
 }
 
+json plot_area(double x, double y, double width, double height) {
+  return {
+      {"type", "group"},
+      {"signals", {{{"name", "width"}, {"value", width}}, {{"name", "height"}, {"value", height}}}},
+      {"encode",
+       {{"enter",
+         {{"x", {{"value", x}}},
+          {"y", {{"value", y}}},
+          {"width", {{"value", width}}},
+          {"height", {{"value", height}}}}}}}};
+}
+
+json log_ticks(Extent domain) {
+  const auto ticks = [domain](std::initializer_list<double> steps) {
+    json values = json::array();
+    for (double power = std::pow(10.0, std::floor(std::log10(domain.from))); power <= domain.to;
+         power *= 10) {
+      for (const double step : steps) {
+        if (step * power >= domain.from && step * power <= domain.to) {
+          values.push_back(step * power);
+        }
+      }
+    }
+    return values;
+  };
+  constexpr std::size_t kMostTicks = 12;
+  json values = ticks({1, 2, 5});
+  return values.size() > kMostTicks ? ticks({1}) : values;
+}
+
 json chart(std::string_view description, double width, double height) {
   const char* font = "system-ui, 'Segoe UI', 'Noto Sans', 'Liberation Sans', sans-serif";
   return {{"$schema", "https://vega.github.io/schema/vega/v5.json"},

@@ -55,6 +55,11 @@ struct LineStyle {
 /// A line through columns `x_field`, `y_field` of `data`, interrupted where y is missing.
 json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
                const LineStyle& style, std::string_view y_scale = "y");
+/// A plot inside a chart: signals and encoding of a group of that place and size. Its signals stand
+/// in for the chart's, which is what axes take the length of their grid from.
+json plot_area(double x, double y, double width, double height);
+/// Ticks 1, 2 and 5 times powers of ten (only the powers if there would be more than 12).
+json log_ticks(Extent domain);
 /// A horizontal rule at y = 0 across `width` pixels.
 json zero_rule(double width);
 
