@@ -106,7 +106,7 @@ std::size_t drawn_paths(const std::string& chart, const std::string& kind) {
 
 /// Charts that page.js replaced by the reason why they are missing.
 std::size_t failed_charts(const std::string& dom) {
-  return count_of(dom, "problem\">This chart could not be drawn: ");
+  return count_of(dom, "\">This chart could not be drawn: ");
 }
 
 TEST_F(ReportInBrowser, DrawsEveryChartWithoutAnError) {
