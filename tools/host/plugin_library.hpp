@@ -49,7 +49,7 @@ class PluginInstance {
     void operator()(void* storage) const;
   };
   struct Destroy {
-    const ravencal_api* api = nullptr;
+    const ravencal_api* api;
     void operator()(ravencal_instance* instance) const;
   };
   const ravencal_api* api_ = nullptr;
