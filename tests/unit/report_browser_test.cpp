@@ -131,12 +131,14 @@ TEST_F(ReportInBrowser, DrawsEveryChartWithoutAnError) {
 }
 
 TEST_F(ReportInBrowser, RunsNothingThatATitleBrings) {
-  CalibrationReport report = sample_report(3000);
+  CalibrationReport report = sample_report(6000);
   report.title = "</title><script>document.title='taken'</script>";
   report.series[0].joint = "</script><script>document.title='taken'</script>";
+  report.series[0].unit = "d'e\\g\"";
   const Opened opened = open(report);
   ASSERT_TRUE(opened.ok);
   EXPECT_EQ(opened.console, "");
+  EXPECT_NE(opened.dom.find("data-charts-drawn=\"21/21\""), std::string::npos);
   EXPECT_EQ(count_of(opened.dom, "<title>taken"), 0U);
   EXPECT_EQ(failed_charts(opened.dom), 0U);
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/vega_spec.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace ravencal::report {
@@ -42,8 +45,23 @@ Extent extent_of(std::initializer_list<std::span<const Point>> lines) {
   return {least - margin, greatest + margin};
 }
 
-json columns_data(std::string_view name,
-                  const std::vector<std::pair<std::string, std::vector<double>>>& columns) {
+json significant_data(std::string_view name, const Columns& columns) {
+  json encoded = json::object();
+  for (const auto& [column, values] : columns) {
+    json rounded = json::array();
+    for (const double value : values) {
+      if (std::isfinite(value)) {
+        rounded.push_back(std::strtod(fmt::format("{:.5g}", value).c_str(), nullptr));
+      } else {
+        rounded.push_back(nullptr);
+      }
+    }
+    encoded[column] = {{"q", 1}, {"v", std::move(rounded)}};
+  }
+  return {{"name", name}, {"columns", std::move(encoded)}};
+}
+
+json columns_data(std::string_view name, const Columns& columns) {
   json encoded = json::object();
   for (const auto& [column, values] : columns) {
     const double quantum = quantum_of(values);

@@ -34,10 +34,13 @@ struct Extent {
 /// Extent of the finite values of all lines, widened by 4 % on both sides; never empty.
 Extent extent_of(std::initializer_list<std::span<const Point>> lines);
 
-/// A data set whose columns travel as whole multiples of a quantum fine enough for a screen
-/// (1/4000 of the column's range or finer); page.js makes rows of them.
-json columns_data(std::string_view name,
-                  const std::vector<std::pair<std::string, std::vector<double>>>& columns);
+using Columns = std::vector<std::pair<std::string, std::vector<double>>>;
+
+/// A data set for linear axes: columns travel as whole multiples of a quantum fine enough for a
+/// screen (1/4000 of the column's range or finer); page.js makes rows of them.
+json columns_data(std::string_view name, const Columns& columns);
+/// A data set for logarithmic axes: columns travel with five significant digits.
+json significant_data(std::string_view name, const Columns& columns);
 /// Columns t and v.
 json line_data(std::string_view name, std::span<const Point> line);
 
