@@ -38,8 +38,8 @@ core::Result<Plan> make_plan(std::span<const FeatureSpec> features,
     FeatureOp op;
     op.source = static_cast<std::uint32_t>(source - plan.columns.begin());
     op.transform = feature.transform;
-    op.lag_ticks = static_cast<std::uint32_t>(
-        std::max(1L, std::lround(feature.lag_rows * rows_per_lag)));
+    op.lag_ticks =
+        static_cast<std::uint32_t>(std::max(1L, std::lround(feature.lag_rows * rows_per_lag)));
     op.half_width = feature.play_half_width;
     plan.ops.push_back(op);
   }
@@ -75,8 +75,7 @@ double row_period_s(const record::Recording& recording) {
 }
 
 core::Result<FeatureMatrix> feature_matrix(std::span<const FeatureSpec> features,
-                                           const record::Recording& recording,
-                                           double row_period) {
+                                           const record::Recording& recording, double row_period) {
   const double period = row_period_s(recording);
   const double rows_per_lag = row_period > 0.0 && period > 0.0 ? row_period / period : 1.0;
   RAVENCAL_ASSIGN_OR_RETURN(const Plan plan, make_plan(features, recording, rows_per_lag));

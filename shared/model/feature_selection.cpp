@@ -167,8 +167,9 @@ class Selector {
       (present ? names : missing).push_back(entry.name);
     }
     if (missing.empty()) return names;
-    return usage(fmt::format("features: the set '{}' needs {} channels that the recording lacks: {}",
-                             name, missing.size(), some_of(missing)));
+    return usage(
+        fmt::format("features: the set '{}' needs {} channels that the recording lacks: {}", name,
+                    missing.size(), some_of(missing)));
   }
 
   static std::string groups() {
