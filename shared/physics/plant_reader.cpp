@@ -169,6 +169,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   if (kind != "revolute" && kind != "prismatic") {
     table.fail("kind", fmt::format("kind '{}' is not revolute or prismatic", kind));
   }
+  if (table.failed()) return table.finish().error();  // the kind decides the other keys' names
   joint.kind = kind == "prismatic" ? JointKind::kPrismatic : JointKind::kRevolute;
   const bool revolute = joint.kind == JointKind::kRevolute;
   joint.motor_inertia_kg_m2 = table.number("motor_inertia_kg_m2");

@@ -35,6 +35,29 @@ double tool_flip(std::size_t slot) {
 
 }  // namespace
 
+Vector3d joints_from_motors(const Plant& plant, const Vector3d& motors_rad) {
+  Vector3d joints;
+  for (Index i = 0; i < 3; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    joints[i] = motors_rad[i] / plant.joints[n].reduction;
+    for (Index k = 0; k < i; ++k)
+      joints[i] += plant.coupling[n][static_cast<std::size_t>(k)] * joints[k];
+  }
+  return joints;
+}
+
+Vector3d motors_from_joints(const Plant& plant, const Vector3d& joints_ji) {
+  Vector3d motors;
+  for (Index i = 0; i < 3; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    motors[i] = joints_ji[i];
+    for (Index k = 0; k < i; ++k)
+      motors[i] -= plant.coupling[n][static_cast<std::size_t>(k)] * joints_ji[k];
+    motors[i] *= plant.joints[n].reduction;
+  }
+  return motors;
+}
+
 RavenController::RavenController(const Plant& plant, Arm arm)
     : plant_(&plant),
       arm_(arm),
@@ -71,26 +94,23 @@ void RavenController::read_sensors(const SlotCounts& encoder_counts) {
         first_reading_ ? 0.0 : (state_.mpos_rad[slot] - before[slot]) / cycle_s_;
   }
   first_reading_ = false;
+  const Vector3d joints =
+      joints_from_motors(*plant_, {state_.mpos_rad[0], state_.mpos_rad[1], state_.mpos_rad[2]});
   for (std::size_t i = 0; i < 3; ++i) {
-    double position = state_.mpos_rad[i] / plant_->joints[i].reduction;
-    for (std::size_t k = 0; k < i; ++k) position += plant_->coupling[i][k] * state_.jpos_ji[k];
-    state_.jpos_ji[i] = position;
+    state_.jpos_ji[i] = joints[static_cast<Index>(i)];
     state_.jvel_ji[i] = state_.mvel_rad_per_s[i] / plant_->joints[i].reduction;  // without coupling
   }
   tool_joints_from_motors(arm_, state_.mpos_rad, state_.jpos_ji);
 }
 
-void RavenController::inverse_coupling(const Vector3d& joints_ji) {
+void RavenController::set_desired(const Vector3d& joints_ji) {
+  const Vector3d motors_rad = motors_from_joints(*plant_, joints_ji);
   for (std::size_t i = 0; i < 3; ++i) {
-    double position = joints_ji[static_cast<Index>(i)];
-    for (std::size_t k = 0; k < i; ++k) {
-      position -= plant_->coupling[i][k] * joints_ji[static_cast<Index>(k)];
-    }
-    state_.mpos_d_rad[i] = position * plant_->joints[i].reduction;
+    state_.mpos_d_rad[i] = motors_rad[static_cast<Index>(i)];
     state_.jpos_d_ji[i] = joints_ji[static_cast<Index>(i)];
   }
-  const SlotVector motors = tool_motors_rad();
-  for (const std::size_t slot : kToolSlots) state_.mpos_d_rad[slot] = motors[slot];
+  const SlotVector tool = tool_motors_rad();
+  for (const std::size_t slot : kToolSlots) state_.mpos_d_rad[slot] = tool[slot];
 }
 
 SlotVector RavenController::tool_motors_rad() const {
@@ -137,7 +157,7 @@ void RavenController::finish_cycle() {
 
 void RavenController::control(const Vector3d& desired_ji) {
   finish_cycle();
-  inverse_coupling(desired_ji);
+  set_desired(desired_ji);
   servo();
 }
 
@@ -161,7 +181,7 @@ void RavenController::set_joints_known() {
   for (std::size_t i = 0; i < 3; ++i) {
     stops[static_cast<Index>(i)] = plant_->joints[i].homing->stop_controller_ji;
   }
-  inverse_coupling(stops);
+  set_desired(stops);
   const double counts_per_rad = plant_->sensors.motor_encoder_counts_per_rev / kTwoPi;
   for (std::size_t i = 0; i < 3; ++i) {
     const double counts = encoder_sign(i) * static_cast<double>(state_.encoder_counts[i]);

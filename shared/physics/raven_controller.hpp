@@ -37,6 +37,11 @@ struct ArmState {
   int type = 0;  ///< USB serial of the arm's board
 };
 
+/// Joints 1 to 3 that the controller believes in, from its motor angles, and back: nominal ratios
+/// and coupling. rad to rad, rad, m.
+Eigen::Vector3d joints_from_motors(const Plant& plant, const Eigen::Vector3d& motors_rad);
+Eigen::Vector3d motors_from_joints(const Plant& plant, const Eigen::Vector3d& joints_ji);
+
 class RavenController {
  public:
   RavenController(const Plant& plant, Arm arm);
@@ -70,7 +75,7 @@ class RavenController {
   void servo();
   void servo_tool();
   void set_joints_known();
-  void inverse_coupling(const Eigen::Vector3d& joints_ji);
+  void set_desired(const Eigen::Vector3d& joints_ji);
   void finish_cycle();
   [[nodiscard]] double radians(std::size_t slot, std::int64_t counts) const;
 

@@ -19,6 +19,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr int kHomingTimeoutCycles = 120'000;  // two minutes; the slowest joint needs some 15 s
 
 Arm arm_of(const Plant& plant) { return plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold; }
@@ -68,18 +69,10 @@ ArmState parked_arm(Arm arm, const Plant& plant, RandomSource& random) {
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
     counts[slot] = static_cast<std::int64_t>(random.uniform(-2e5, 2e5));
   }
-  const SlotVector parked_deg = {30.0, 90.0, 0.40 * 180.0 / std::numbers::pi, 0.0, 0.0, 0.0,
-                                 45.0, 45.0};
-  SlotVector motors{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    double joint = parked_deg[i];
-    for (std::size_t k = 0; k < i; ++k) joint -= plant.coupling[i][k] * parked_deg[k];
-    motors[i] = joint * std::numbers::pi / 180.0 * plant.joints[i].reduction;
-  }
-  SlotVector joints{};
-  for (std::size_t i = 0; i < core::kSlotCount; ++i)
-    joints[i] = parked_deg[i] * std::numbers::pi / 180.0;
-  tool_motors_from_joints(arm, joints, motors);
+  const Vector3d joints(30.0 * kDeg, 90.0 * kDeg, 0.40);
+  const Vector3d arm_motors = motors_from_joints(plant, joints);
+  SlotVector motors = {arm_motors[0], arm_motors[1], arm_motors[2]};
+  tool_motors_from_joints(arm, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 45.0 * kDeg, 45.0 * kDeg}, motors);
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
     const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
     const double signed_counts = controller.encoder_sign(slot) * static_cast<double>(counts[slot]);
@@ -88,8 +81,7 @@ ArmState parked_arm(Arm arm, const Plant& plant, RandomSource& random) {
         static_cast<std::int64_t>(signed_counts - motors[slot] * counts_per_rad));
   }
   controller.read_sensors(counts);
-  const SlotVector& jpos = controller.state().jpos_ji;
-  controller.control({jpos[0], jpos[1], jpos[2]});
+  controller.control(joints);
   ArmState state = controller.state();
   state.dac = {};
   state.tau_n_m = {};

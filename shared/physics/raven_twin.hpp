@@ -18,9 +18,9 @@ namespace ravencal::physics {
 
 /// What only a simulator knows, and what the external encoders say about it.
 struct Truth {
-  Eigen::Vector3d joints_ji;                     ///< true joint positions: rad, rad, m
+  Eigen::Vector3d joints_ji = Eigen::Vector3d::Zero();  ///< true joint positions: rad, rad, m
   std::array<std::int64_t, 3> encoder_counts{};  ///< external encoders: 80000/rev, 80000/rev, 5 um
-  Eigen::Vector3d encoder_ji;                    ///< the same as positions: rad, rad, m
+  Eigen::Vector3d encoder_ji = Eigen::Vector3d::Zero();  ///< the same as positions: rad, rad, m
 };
 
 /// What may differ between two runs of the same robot.
