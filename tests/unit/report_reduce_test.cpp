@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,6 +55,17 @@ TEST(Envelope, InterruptsTheLineWhereSamplesAreMissing) {
   const auto gaps = std::count_if(line.begin(), line.end(),
                                   [](const Point& point) { return std::isnan(point.value); });
   EXPECT_EQ(gaps, 1);
+}
+
+TEST(Envelope, InterruptsTheLineAtATimeGapAndBetweenRecordings) {
+  std::vector<double> t_s = times(300);
+  for (std::size_t i = 100; i < 200; ++i) t_s[i] += 5.0;
+  for (std::size_t i = 200; i < 300; ++i) t_s[i] -= 2.0;
+  const std::vector<double> values(t_s.size(), 1.0);
+  const auto line = envelope(timeline_of(t_s), values, {0, values.size()}, 50);
+  const auto gaps = std::count_if(line.begin(), line.end(),
+                                  [](const Point& point) { return std::isnan(point.value); });
+  EXPECT_EQ(gaps, 2);
 }
 
 TEST(Envelope, DrawsNothingWhenEverySampleIsMissing) {

@@ -143,14 +143,14 @@ json plot_area(double x, double y, double width, double height) {
 }
 
 json log_ticks(Extent domain) {
-  const auto ticks = [domain](std::initializer_list<double> steps) {
+  const auto first = static_cast<int>(std::floor(std::log10(domain.from)));
+  const auto last = static_cast<int>(std::floor(std::log10(domain.to)));
+  const auto ticks = [&](std::initializer_list<double> steps) {
     json values = json::array();
-    for (double power = std::pow(10.0, std::floor(std::log10(domain.from))); power <= domain.to;
-         power *= 10) {
+    for (int exponent = first; exponent <= last; ++exponent) {
       for (const double step : steps) {
-        if (step * power >= domain.from && step * power <= domain.to) {
-          values.push_back(step * power);
-        }
+        const double tick = step * std::pow(10.0, exponent);
+        if (tick >= domain.from && tick <= domain.to) values.push_back(tick);
       }
     }
     return values;
