@@ -25,7 +25,19 @@ Line make_line(const std::vector<std::string>& fields) {
   return line;
 }
 
+/// A number halfway between two doubles, or next to it, with 19 digits as numpy.savetxt writes
+/// them.
+std::string near_halfway(std::mt19937_64& random) {
+  const std::uint64_t odd = ((random() >> 11U) | (std::uint64_t{1} << 52U)) * 2 + 1;
+  const std::uint64_t value = (odd << (random() % 9U)) + random() % 3U - 1;
+  std::string text = std::to_string(value);
+  const std::size_t exponent = text.size() - 1;
+  text.resize(19, '0');
+  return fmt::format("{}.{}e+{:02}", text[0], text.substr(1), exponent);
+}
+
 std::string any_number(std::mt19937_64& random) {
+  if (random() % 8 == 0) return near_halfway(random);
   double value = 0.0;
   switch (random() % 4) {
     case 0:
@@ -43,7 +55,7 @@ std::string any_number(std::mt19937_64& random) {
   }
   if (!std::isfinite(value)) value = 0.0;
   const int digits = static_cast<int>(random() % 25);
-  switch (random() % 5) {
+  switch (random() % 7) {
     case 0:
       return fmt::format("{}", value);
     case 1:
@@ -52,6 +64,9 @@ std::string any_number(std::mt19937_64& random) {
       return fmt::format("{:.{}g}", value, digits);
     case 3:
       return fmt::format("{:.{}E}", value, digits);
+    case 4:
+    case 5:
+      return fmt::format("{:.18e}", value);
     default:
       return std::abs(value) < 1e9 ? fmt::format("{:.{}f}", value, digits)
                                    : fmt::format("{:.18e}", value);
