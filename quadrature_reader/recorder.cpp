@@ -152,22 +152,19 @@ std::int64_t Recorder::watermark_ns() const {
 void Recorder::write_due() {
   const std::int64_t watermark = watermark_ns();
   if (watermark == INT64_MIN) return;
-  if (options_.every_edge) {
-    write_edges(watermark - latency_ns_);
-  } else {
-    write_rows(watermark - latency_ns_);
-  }
+  if (options_.every_edge) write_edges(watermark - latency_ns_);
+  walk_grid(watermark - latency_ns_);
   write_events(watermark - kEventMergeNs);
 }
 
-void Recorder::write_rows(std::int64_t until_ns) {
+void Recorder::walk_grid(std::int64_t until_ns) {
   if (next_row_ns_ == INT64_MIN) {
     if (until_ns < first_reading_ns_) return;
     next_row_ns_ = (first_reading_ns_ + period_ns_ - 1) / period_ns_ * period_ns_;
   }
   for (; next_row_ns_ <= until_ns; next_row_ns_ += period_ns_) {
     for (std::size_t i = 0; i < axes_.size(); ++i) samples_[i] = axes_[i].sample(next_row_ns_);
-    put_row(next_row_ns_, samples_);
+    if (!options_.every_edge) put_row(next_row_ns_, samples_);
     if (observer_) observer_(next_row_ns_, samples_);
   }
 }
@@ -224,11 +221,8 @@ void Recorder::add_event(std::int64_t t_ns, const std::string& kind, const std::
 core::Status Recorder::finish() {
   const std::int64_t watermark = watermark_ns();
   if (watermark != INT64_MIN) {
-    if (options_.every_edge) {
-      write_edges(INT64_MAX);
-    } else {
-      write_rows(watermark);
-    }
+    if (options_.every_edge) write_edges(INT64_MAX);
+    walk_grid(watermark);
   }
   write_events(INT64_MAX);
   return sink_.finish();

@@ -71,7 +71,7 @@ class Recorder {
   void note_source_state(std::size_t source, const Reading& reading);
   void merge_events(std::size_t number);
   void write_events(std::int64_t until_ns);
-  void write_rows(std::int64_t until_ns);
+  void walk_grid(std::int64_t until_ns);
   void write_edges(std::int64_t until_ns);
   void put_row(std::int64_t t_ns, std::span<const AxisSample> samples);
 

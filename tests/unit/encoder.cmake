@@ -1,6 +1,7 @@
 ravencal_test(NAME encoder_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/encoder_axis_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_homing_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_parts_test.cpp
   LIBS ravencal::quadrature LABELS unit)
 ravencal_test(NAME encoder_recording_test
