@@ -8,6 +8,7 @@
 
 #include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "record/summary.hpp"
 
@@ -28,6 +29,12 @@ core::Result<std::string> describe_recording(const Arguments& arguments) {
                         : record::describe_in_words(recording, summary);
 }
 
+core::Result<std::string> describe_plant_file(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.file));
+  return arguments.json ? physics::describe_plant_in_json(plant) + "\n"
+                        : physics::describe_plant(plant);
+}
+
 /// Which function describes which kind of file.
 struct FileKind {
   std::string_view extension;
@@ -37,6 +44,7 @@ constexpr std::array kFileKinds = {
     FileKind{".db", describe_recording},
     FileKind{".csv", describe_recording},
     FileKind{".bag", describe_recording},
+    FileKind{".toml", describe_plant_file},
 };
 
 core::Result<std::string> describe(const Arguments& arguments) {
