@@ -60,8 +60,8 @@ std::size_t panel_index(const PackedLayer& layer, std::size_t output, std::size_
   const std::size_t all_lanes = padded(layer.outputs, kLineLanes);
   const std::size_t first = output / kPanelLanes * kPanelLanes;
   const std::size_t lanes = std::min(kPanelLanes, all_lanes - first);
-  return first * padded(layer.inputs, group) +
-         (input / group * lanes + (output - first)) * group + input % group;
+  return first * padded(layer.inputs, group) + (input / group * lanes + (output - first)) * group +
+         input % group;
 }
 
 void pack_float32(const LayerSource& source, const PackedLayer& layer, float* out) {
@@ -172,8 +172,8 @@ bool pack(std::span<const LayerSource> layers, Precision precision,
     const PackedLayer layer = describe(layers[l], precision, at);
     std::memcpy(block.data() + sizeof(header) + l * sizeof(layer), &layer, sizeof(layer));
     if (!pack_layer(layers[l], layer, block.data())) return false;
-    const auto wide = static_cast<std::uint32_t>(
-        padded(std::max(layer.inputs, layer.outputs), kLineLanes));
+    const auto wide =
+        static_cast<std::uint32_t>(padded(std::max(layer.inputs, layer.outputs), kLineLanes));
     header.widest = std::max(header.widest, wide);
     at = layer.end;
   }
