@@ -18,6 +18,9 @@ ravencal_test(NAME plugin_parity_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp
   LIBS ravencal_test_rig LABELS rt)
 find_package(Threads REQUIRED)
+find_package(nlohmann_json REQUIRED)
 ravencal_test(NAME plugin_property_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
   LIBS ravencal_test_rig rapidcheck Threads::Threads LABELS rt)
+ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_host_test.cpp
+  LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)
