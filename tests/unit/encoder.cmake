@@ -11,3 +11,6 @@ ravencal_test(NAME encoder_recording_test
     ${CMAKE_CURRENT_LIST_DIR}/encoder_recorder_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_sorter_test.cpp
   LIBS ravencal::encoder_recording fmt::fmt LABELS unit)
+ravencal_test(NAME encoder_alignment_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_alignment_test.cpp
+  LIBS ravencal::alignment LABELS unit)
