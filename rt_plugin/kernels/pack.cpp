@@ -51,6 +51,9 @@ bool finite(const LayerSource& layer) {
       if (!std::isfinite(weight(layer, o, i))) return false;
     }
   }
+  for (std::size_t i = 0; layer.input_means != nullptr && i < layer.inputs; ++i) {
+    if (!std::isfinite(layer.input_means[i])) return false;
+  }
   return true;
 }
 
@@ -114,6 +117,7 @@ float row_scale(const LayerSource& source, std::size_t o) {
 void pack_int8(const LayerSource& source, const PackedLayer& layer, std::byte* block) {
   auto* scales = reinterpret_cast<float*>(block + layer.row_scales_at);
   auto* sums = reinterpret_cast<std::int32_t*>(block + layer.row_sums_at);
+  auto* biases = reinterpret_cast<float*>(block + layer.biases_at);
   auto* out = reinterpret_cast<std::int8_t*>(block + layer.weights_at);
   for (std::size_t o = 0; o < layer.outputs; ++o) {
     const float scale = row_scale(source, o);
@@ -122,6 +126,10 @@ void pack_int8(const LayerSource& source, const PackedLayer& layer, std::byte* b
           std::clamp(std::lrint(weight(source, o, i) / scale), -127L, 127L));
       sums[o] += units;
       out[panel_index(layer, o, i, 4)] = units;
+      if (source.input_means != nullptr) {
+        const float lost = weight(source, o, i) - static_cast<float>(units) * scale;
+        biases[o] += lost * source.input_means[i];
+      }
     }
     scales[o] = scale * layer.input_step;
   }

@@ -266,7 +266,7 @@ int run(int argc, char** argv) {
       peers.push_back(own_peer(network, precision, static_cast<kernels::Isa>(isa)));
     }
   }
-  for (const auto& make : {eigen_peer, torch_peer, rtneural_peer, onnxruntime_peer}) {
+  for (const auto& make : {eigen_peer, torch_peer, rtneural_peer}) {
     peers.push_back(make(network));
   }
   for (const Peer& peer : peers) {

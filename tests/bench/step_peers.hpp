@@ -23,7 +23,6 @@ struct Peer {
 Peer eigen_peer(const kernels_test::Network& network);
 Peer torch_peer(const kernels_test::Network& network);
 Peer rtneural_peer(const kernels_test::Network& network);
-Peer onnxruntime_peer(const kernels_test::Network& network);
 
 inline std::size_t float32_bytes(const kernels_test::Network& network) {
   std::size_t floats = 0;

@@ -221,6 +221,34 @@ TEST(Kernels, Int8SumsDoNotOverflowWhateverTheWeights) {
   }
 }
 
+TEST(Kernels, Int8WithInputMeansIsRightForTheAverageInput) {
+  std::mt19937 random(9);
+  const Network network = random_network({200, 64}, {Activation::kLinear}, random);
+  const std::vector<float> means(200, 0.5F);
+  auto layers = sources(network, 1.0F);
+  const auto expected = reference_forward(network, means);
+  const auto worst_error = [&] {
+    const std::size_t bytes = kernels::packed_bytes(layers, Precision::kInt8);
+    const auto block = aligned_bytes(bytes);
+    kernels::PackedView view;
+    EXPECT_TRUE(kernels::pack(layers, Precision::kInt8, {block.get(), bytes}));
+    EXPECT_TRUE(kernels::open(block.get(), bytes, view));
+    const auto scratch = aligned_bytes(kernels::scratch_bytes(view.header().widest));
+    std::vector<float> y(64);
+    kernels::forward_for(kernels::best_isa())(view, means.data(), y.data(), scratch.get());
+    double worst = 0.0;
+    for (std::size_t o = 0; o < y.size(); ++o) {
+      worst = std::max(worst, std::abs(double{y[o]} - expected[o]));
+    }
+    return worst;
+  };
+  const double plain = worst_error();
+  layers[0].input_means = means.data();
+  const double corrected = worst_error();
+  EXPECT_GT(plain, 1e-3);      // 200 roundings of half a unit of 3 * 0.14 / 127, times 0.5
+  EXPECT_LT(corrected, 2e-4);  // left: the inputs' 15 bits
+}
+
 TEST(Kernels, TheChosenInstructionSetIsSupportedAndWithinTheLimit) {
   for (std::uint8_t limit = 0; limit < kernels::kIsaCount; ++limit) {
     const Isa isa = kernels::best_isa(static_cast<Isa>(limit));
