@@ -18,6 +18,9 @@ constexpr std::size_t kAccumulators = 8;
 /// warm ones it costs a twentieth (measured on Zen 5 over 2 to 16 KiB).
 constexpr std::size_t kAheadBytes = 8192;
 
+/// A network of fewer bytes soon comes from the first caches, where asking ahead costs a fifth.
+constexpr std::size_t kNearBytes = 262144;
+
 /// Asks for the line that is kAheadBytes behind `at`; behind the block's end that does nothing.
 RAVENCAL_INLINE void fetch_ahead(const void* at) noexcept {
   __builtin_prefetch(static_cast<const std::byte*>(at) + kAheadBytes);
@@ -27,6 +30,7 @@ RAVENCAL_INLINE void fetch_ahead(const void* at) noexcept {
 struct Panel {
   std::size_t lanes;
   std::size_t inputs;
+  bool is_far;  ///< f32: worth asking ahead for, because the network is large
   const std::byte* weights;
   const float* biases;
   const float* row_scales;
@@ -53,7 +57,7 @@ struct Float32Kernel {
     for (; i + kChains <= panel.inputs; i += kChains) {
       for (std::size_t c = 0; c < kChains; ++c, w += panel.lanes) {
         for (std::size_t v = 0; v < kVectors; ++v) {
-          fetch_ahead(w + v * kWidth);
+          if (panel.is_far) fetch_ahead(w + v * kWidth);
           sums[c][v] += load<Floats>(w + v * kWidth) * broadcast(x[i + c]);
         }
       }
@@ -148,6 +152,7 @@ template <std::size_t kMost, typename Kernel>
     Panel panel = {};
     panel.lanes = all_lanes - first < kPanelLanes ? all_lanes - first : kPanelLanes;
     panel.inputs = padded(layer.inputs, input_group);
+    panel.is_far = network.header().bytes > kNearBytes;
     panel.weights = base + layer.weights_at + first * bytes_per_lane;
     panel.biases = reinterpret_cast<const float*>(base + layer.biases_at) + first;
     panel.row_scales = reinterpret_cast<const float*>(base + layer.row_scales_at) + first;
