@@ -19,4 +19,5 @@ if(TARGET ravencal_avx2)
 endif()
 ravencal_test(NAME plugin_abi_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/abi_test.cpp
   LIBS ravencal_test_rig ${header_objects} LABELS abi)
-target_compile_definitions(plugin_abi_test PRIVATE RAVENCAL_KERNEL_OBJECTS="${kernel_objects}")
+target_compile_definitions(plugin_abi_test PRIVATE RAVENCAL_KERNEL_OBJECTS="${kernel_objects}"
+  $<$<BOOL:${RAVENCAL_SANITIZED}>:RAVENCAL_SANITIZED>)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <limits>
+#include <algorithm>
 #include <memory>
 
 #include "cli/exit_code.hpp"
@@ -20,6 +20,9 @@
 namespace ravencal::commands {
 namespace {
 
+constexpr double kRandomMotionS = 60.0;   // without a trajectory and a number of ticks
+constexpr double kShortestMotionS = 1.0;  // of make_random
+
 struct Arguments {
   std::string plugin;
   std::string weights;
@@ -28,8 +31,7 @@ struct Arguments {
   std::string trajectory;
   std::string json;
   double payload_g = -1.0;  // negative: as the plant says
-  double random_motion_s = 60.0;
-  std::int64_t ticks = std::numeric_limits<std::int64_t>::max();
+  std::int64_t ticks = 0;   // 0: to the motion's end
   host::LoopOptions loop;
   host::TwinSourceOptions twin;
   record::LoadOptions load;
@@ -46,7 +48,7 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& argu
   trajectory::RandomOptions random;
   random.seed = arguments.twin.seed;
   const double wanted_s = static_cast<double>(arguments.ticks) / plant.robot.control_rate_hz;
-  random.duration_s = std::min(wanted_s, arguments.random_motion_s);
+  random.duration_s = arguments.ticks == 0 ? kRandomMotionS : std::max(wanted_s, kShortestMotionS);
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
                             trajectory::make_random(random));
   return host::make_twin_source(plant, trajectory, arguments.twin);
@@ -72,7 +74,7 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   }
 
   host::LoopOptions loop = arguments.loop;
-  loop.ticks = arguments.ticks;
+  loop.ticks = arguments.ticks == 0 ? source->cycles() : arguments.ticks;
   plugin.api().enable(plugin.get(), 1);
   cli::catch_interrupts();
   cli::Progress progress("host");
@@ -111,8 +113,9 @@ void add_host(CLI::App& app, int& exit_code) {
   source->add_option("--recording", arguments->recording,
                      "A recording, each row held until the next");
   source->require_option(1);
-  command->add_option("--trajectory", arguments->trajectory,
-                      "With --plant: CSV of `ravencal trajectory`; default: 60 s of random motion");
+  command->add_option(
+      "--trajectory", arguments->trajectory,
+      "With --plant: CSV of `ravencal trajectory`; default: random motion, 60 s or --ticks");
   command->add_option("--payload-g", arguments->payload_g, "With --plant: weight at the tool, g")
       ->check(CLI::Range(0.0, 5000.0));
   command->add_option("--seed", arguments->twin.seed, "With --plant: disturbances, random motion")
