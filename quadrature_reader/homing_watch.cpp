@@ -22,7 +22,7 @@ HomingWatch::HomingWatch(const Config& config, std::map<std::string, HomingRecor
     Joint joint;
     joint.name = encoder.axis.joint;
     joint.stop = encoder.stop;
-    joint.counts_by_itself = kind == SourceKind::kCan || kind == SourceKind::kCounter;
+    joint.counts_by_itself = kind == SourceKind::kCan;
     joints_.push_back(std::move(joint));
   }
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <thread>
 
 #include "quadrature_reader/clock_offset.hpp"
@@ -18,6 +19,13 @@ constexpr auto kPumpPeriod = std::chrono::milliseconds(5);
 constexpr std::int64_t kStatusPeriodNs = 100'000'000;
 constexpr std::int64_t kMaintainPeriodNs = 1'000'000'000;
 constexpr std::int64_t kClockPeriodNs = 10'000'000'000;
+
+/// Beside the configuration, or where the service manager lets a service keep things.
+fs::path homing_path_of(const fs::path& config) {
+  const char* state = std::getenv("STATE_DIRECTORY");
+  const fs::path folder = state != nullptr ? fs::path(state) : config.parent_path();
+  return folder / fs::path(config.filename()).replace_extension(".homing.toml");
+}
 
 }  // namespace
 
@@ -33,7 +41,7 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
   RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
                             Recorder::create(config, path, {options.every_edge}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
-  logger->homing_path_ = fs::path(config.path).replace_extension(".homing.toml");
+  logger->homing_path_ = homing_path_of(config.path);
   RAVENCAL_ASSIGN_OR_RETURN(auto before, load_homing_records(logger->homing_path_));
   logger->homing_.emplace(config, std::move(before));
   if (options.home) logger->homing_->start();

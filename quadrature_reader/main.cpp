@@ -18,6 +18,7 @@
 #include "quadrature_reader/live_view.hpp"
 #include "quadrature_reader/logger.hpp"
 #include "quadrature_reader/service_notify.hpp"
+#include "quadrature_reader/setup_check.hpp"
 
 namespace {
 
@@ -30,6 +31,7 @@ struct Arguments {
   std::vector<std::string> pose;
   qr::LoggerOptions logger;
   bool json = false;
+  bool check_setup = false;
 };
 
 int complain(const core::Error& error) {
@@ -125,6 +127,25 @@ int record_encoders(const Arguments& arguments) {
   return (*logger)->failed() ? cli::kDevice : cli::kOk;
 }
 
+int check_setup(const Arguments& arguments) {
+  auto config = qr::load_config(arguments.config);
+  if (!config.ok()) return complain(config.error());
+  cli::catch_interrupts();
+  const auto say = [](const qr::SetupFinding& finding) {
+    const char* mark = finding.verdict == qr::Verdict::kGood      ? "  ok  "
+                       : finding.verdict == qr::Verdict::kWarning ? " note "
+                                                                  : " BAD  ";
+    fmt::print("{}{}\n", mark, finding.text);
+    std::fflush(stdout);
+  };
+  // Somebody who can move a joint sits at a terminal.
+  const qr::SetupOptions options{isatty(STDIN_FILENO) != 0};
+  const bool good = qr::check_setup(*config, options, say, cli::interrupted);
+  if (!options.wiggle) fmt::print(" note the wiggle test was left out: it needs a terminal\n");
+  fmt::print("{}\n", good ? "set-up is good" : "set-up needs the remedies above");
+  return good ? cli::kOk : cli::kDevice;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -138,7 +159,7 @@ int main(int argc, char** argv) {
       "(the recording is valid and says what is missing).\n");
   Arguments arguments;
   app.add_option("--config", arguments.config, "encoders, lines, scales (.toml)")->required();
-  app.add_option("--out", arguments.out, "recording to write (.db)")->required();
+  auto* out = app.add_option("--out", arguments.out, "recording to write (.db)");
   app.add_option("--duration-s", arguments.logger.duration_s, "stop after this time; 0: at Ctrl-C")
       ->check(CLI::NonNegativeNumber);
   app.add_flag(
@@ -151,10 +172,18 @@ int main(int argc, char** argv) {
   app.add_option("--realtime-priority", arguments.logger.realtime_priority,
                  "SCHED_FIFO priority of the reader threads; 0: none")
       ->check(CLI::Range(0, 99));
+  app.add_flag("--check-setup", arguments.check_setup,
+               "go through devices, permissions, levels and directions, record nothing")
+      ->excludes(out);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+  }
+  if (arguments.check_setup) return check_setup(arguments);
+  if (arguments.out.empty()) {
+    fmt::print(stderr, "ravencal-encoders: --out is required (or --check-setup)\n");
+    return cli::kUsage;
   }
   return record_encoders(arguments);
 }

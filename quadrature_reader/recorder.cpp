@@ -83,7 +83,9 @@ Recorder::Recorder(const Config& config, RecordingSink sink, const RecorderOptio
 
 void Recorder::take(std::size_t source, const Reading& reading) {
   note_source_state(source, reading);
-  if (next_row_ns_ == INT64_MIN) first_reading_ns_ = std::min(first_reading_ns_, reading.t_ns);
+  if (next_row_ns_ == INT64_MIN && reading.kind != ReadingKind::kAlive) {
+    first_reading_ns_ = std::min(first_reading_ns_, reading.t_ns);
+  }
   if (reading.axis != kEveryAxis) {
     give_to_axis(reading.axis, reading);
     return;
