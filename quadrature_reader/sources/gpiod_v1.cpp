@@ -58,6 +58,7 @@ class GpiodV1Source final : public Source {
   core::Status request(const GpioEncoder& encoder);
   core::Result<gpiod_line*> find(const LineRef& ref);
   core::Status drain(const WatchedLine& watched, int fd);
+  core::Status collect(std::int64_t now_ns);
   core::Status read_levels(std::int64_t now_ns);
 
   SourceSettings settings_;
@@ -142,6 +143,13 @@ core::Status GpiodV1Source::read(std::vector<Reading>& out, std::chrono::millise
     return device_error(fmt::format("waiting for {} failed", settings_.device));
   }
   const std::int64_t now_ns = monotonic_now_ns();
+  const core::Status status = collect(now_ns);
+  // A chip that vanishes takes nothing with it that has been read.
+  sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
+  return status;
+}
+
+core::Status GpiodV1Source::collect(std::int64_t now_ns) {
   for (std::size_t i = 0; i < polls_.size(); ++i) {
     if ((polls_[i].revents & POLLIN) != 0) {
       RAVENCAL_RETURN_IF_ERROR(drain(lines_[i], polls_[i].fd));
@@ -150,9 +158,7 @@ core::Status GpiodV1Source::read(std::vector<Reading>& out, std::chrono::millise
       return device_error(fmt::format("GPIO chip {} is gone", settings_.device));
     }
   }
-  RAVENCAL_RETURN_IF_ERROR(read_levels(now_ns));
-  sorter_.release(now_ns, out);
-  return {};
+  return read_levels(now_ns);
 }
 
 core::Status GpiodV1Source::read_levels(std::int64_t now_ns) {

@@ -67,6 +67,7 @@ echo "== chip unplugged and back"
 two_joints >unplug.toml
 start_recorder unplug
 ./gpio_sim_driver "$sim" 0 1000 400
+sleep 0.1 # what the kernel still holds at that moment goes with the chip
 gpio_sim_unplug raven-encoders
 sleep 2.5
 gpio_sim_plug raven-encoders
