@@ -14,3 +14,6 @@ ravencal_test(NAME encoder_recording_test
 ravencal_test(NAME encoder_alignment_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_alignment_test.cpp
   LIBS ravencal::alignment LABELS unit)
+ravencal_test(NAME encoder_failure_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_failure_test.cpp
+  LIBS ravencal::encoder_recording LABELS unit)
