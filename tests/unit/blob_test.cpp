@@ -42,7 +42,7 @@ TEST(Blob, EncodesTheGoldenModelToTheGoldenBytes) {
   ASSERT_TRUE(bytes.ok()) << bytes.error().message;
   if (std::getenv("RAVENCAL_WRITE_GOLDEN") != nullptr) {
     const auto path =
-        std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v1.blob";
+        std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v2.blob";
     ASSERT_TRUE(model::write_blob(golden_model(), path).ok());
   }
   const Bytes golden = golden_bytes();
@@ -59,7 +59,7 @@ TEST(Blob, EncodesTheGoldenModelToTheGoldenBytes) {
 
 TEST(Blob, GoldenBytesSayWhatTheirJsonTwinSays) {
   std::ifstream file(std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" /
-                     "weights_v1.json");
+                     "weights_v2.json");
   const auto twin = nlohmann::json::parse(file);
   const Bytes bytes = golden_bytes();
   BlobView view;

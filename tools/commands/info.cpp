@@ -8,6 +8,7 @@
 
 #include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "record/summary.hpp"
@@ -35,6 +36,11 @@ core::Result<std::string> describe_plant_file(const Arguments& arguments) {
                         : physics::describe_plant(plant);
 }
 
+core::Result<std::string> describe_weights(const Arguments& arguments) {
+  return arguments.json ? model::describe_blob_json(arguments.file)
+                        : model::describe_blob(arguments.file);
+}
+
 /// Which function describes which kind of file.
 struct FileKind {
   std::string_view extension;
@@ -45,6 +51,7 @@ constexpr std::array kFileKinds = {
     FileKind{".csv", describe_recording},
     FileKind{".bag", describe_recording},
     FileKind{".toml", describe_plant_file},
+    FileKind{".blob", describe_weights},
 };
 
 core::Result<std::string> describe(const Arguments& arguments) {
