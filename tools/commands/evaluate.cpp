@@ -7,9 +7,9 @@
 
 #include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/onnx_file.hpp"
-#include "learn/whole_file.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
 
@@ -42,7 +42,7 @@ core::Status run(const Arguments& arguments) {
   fmt::print("{}", learn::evaluation_table(evaluation));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(
-        learn::write_whole_file(arguments.json, learn::evaluation_json(evaluation)));
+        core::write_whole_file(arguments.json, learn::evaluation_json(evaluation)));
   }
   if (!arguments.report.empty()) {
     RAVENCAL_RETURN_IF_ERROR(report::write_html(

@@ -8,11 +8,11 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
-#include "learn/whole_file.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
@@ -84,7 +84,7 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   });
   const host::Summary summary = host::summarise(result, loop, plugin, model);
   if (!arguments.json.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(learn::write_whole_file(arguments.json, host::summary_json(summary)));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, host::summary_json(summary)));
   }
   return summary;
 }
