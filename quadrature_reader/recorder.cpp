@@ -76,8 +76,7 @@ Recorder::Recorder(const Config& config, RecordingSink sink, const RecorderOptio
     source_of_axis_.push_back(encoder.source);
     latency_ns_ = std::max(latency_ns_, encoder.axis.latency_ns);
   }
-  held_counts_.resize(axes_.size());
-  held_levels_.resize(axes_.size());
+  held_edges_.assign(axes_.size() * kChannelsPerAxisEdges, kNull);
   samples_.resize(axes_.size());
 }
 
@@ -109,10 +108,13 @@ void Recorder::give_to_axis(std::size_t number, const Reading& reading) {
   Axis& axis = axes_[number];
   axis.push(reading);
   AxisUpdate update;
-  while (axis.pop(update)) {
-    if (options_.every_edge && update.recordable) {
-      edges_.push_back({update.t_ns, number, update.count, update.levels});
-    }
+  for (std::int64_t losses = axis.losses(); axis.pop(update); losses = axis.losses()) {
+    if (!options_.every_edge) continue;
+    // A row without values says that something is missing before what follows.
+    if (axis.losses() != losses) edges_.push_back({update.t_ns, number, kNull, kNull});
+    if (!update.recordable) continue;
+    edges_.push_back({update.t_ns, number, static_cast<double>(update.count),
+                      static_cast<double>(update.levels)});
   }
   if (!axis.events().empty()) merge_events(number);
 }
@@ -153,7 +155,7 @@ std::int64_t Recorder::watermark_ns() const {
 
 void Recorder::write_due() {
   const std::int64_t watermark = watermark_ns();
-  if (watermark == INT64_MIN) return;
+  if (watermark == INT64_MIN) return write_events(INT64_MAX);  // nobody delivers: tell it now
   if (options_.every_edge) write_edges(watermark - latency_ns_);
   walk_grid(watermark - latency_ns_);
   write_events(watermark - kEventMergeNs);
@@ -188,18 +190,13 @@ void Recorder::write_edges(std::int64_t until_ns) {
   if (!std::is_sorted(edges_.begin(), edges_.end(), by_time)) {
     std::stable_sort(edges_.begin(), edges_.end(), by_time);
   }
-  row_.resize(axes_.size() * kChannelsPerAxisEdges);
   std::size_t written = 0;
   for (; written < edges_.size() && edges_[written].t_ns <= until_ns; ++written) {
     const EdgeRow& edge = edges_[written];
-    held_counts_[edge.axis] = edge.count;
-    held_levels_[edge.axis] = edge.levels;
-    for (std::size_t i = 0; i < axes_.size(); ++i) {
-      row_[kChannelsPerAxisEdges * i] = static_cast<double>(held_counts_[i]);
-      row_[kChannelsPerAxisEdges * i + 1] = static_cast<double>(held_levels_[i]);
-    }
+    held_edges_[kChannelsPerAxisEdges * edge.axis] = edge.count;
+    held_edges_[kChannelsPerAxisEdges * edge.axis + 1] = edge.levels;
     last_written_ns_ = std::max(last_written_ns_, edge.t_ns);
-    sink_.append(last_written_ns_, row_);
+    sink_.append(last_written_ns_, held_edges_);
   }
   edges_.erase(edges_.begin(), edges_.begin() + static_cast<std::ptrdiff_t>(written));
 }

@@ -4,6 +4,7 @@
 // everything else out in one mapping, run the blob's self-test. Nothing of this is real-time.
 #include <sys/mman.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -106,7 +107,7 @@ class ModelLoader {
   template <typename... Arguments>
   LoadedModel* refuse(std::int32_t code, const char* format, Arguments... arguments) noexcept {
     failure_.code = code;
-    std::snprintf(failure_.message.data(), failure_.message.size(), format, arguments...);
+    (void)std::snprintf(failure_.message.data(), failure_.message.size(), format, arguments...);
     return nullptr;
   }
 
@@ -114,7 +115,7 @@ class ModelLoader {
   [[nodiscard]] std::uint64_t lag_ticks(std::uint32_t lag_rows) const noexcept {
     const double ticks = static_cast<double>(lag_rows) * view_.row_period_s() * 1e9 /
                          static_cast<double>(config_.tick_ns);
-    return static_cast<std::uint64_t>(ticks + 0.5);
+    return static_cast<std::uint64_t>(std::llround(ticks));
   }
 
   bool check_inputs(const char* path) noexcept {

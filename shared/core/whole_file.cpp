@@ -30,7 +30,7 @@ Result<std::string> read_whole_file(const std::filesystem::path& path) {
   const File file(std::fopen(path.c_str(), "rbe"));
   if (!file) return read_error(path, errno);
   std::string text;
-  std::array<char, 65536> buffer;
+  std::array<char, 65536> buffer{};
   std::size_t count = 0;
   while ((count = std::fread(buffer.data(), 1, buffer.size(), file.get())) > 0) {
     text.append(buffer.data(), count);

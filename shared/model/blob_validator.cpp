@@ -32,7 +32,7 @@ class BlobValidator {
     using Check = BlobCheck (BlobValidator::*)() noexcept;
     constexpr Check kChecks[] = {&BlobValidator::check_identity,  &BlobValidator::check_checksum,
                                  &BlobValidator::check_trailer,   &BlobValidator::check_counts,
-                                 &BlobValidator::check_network,    &BlobValidator::check_sections,
+                                 &BlobValidator::check_network,   &BlobValidator::check_sections,
                                  &BlobValidator::check_features,  &BlobValidator::check_scaling,
                                  &BlobValidator::check_weights,   &BlobValidator::check_outputs,
                                  &BlobValidator::check_self_test, &BlobValidator::check_provenance};
@@ -131,7 +131,7 @@ class BlobValidator {
   BlobCheck check_network() noexcept {
     // The sections before the network have sizes that the counts give.
     network_at_ = header_bytes_ + view_.features_ * kFeatureBytes +
-                  2 * aligned(view_.features_ * 2 * sizeof(double));
+                  2 * aligned(std::size_t{view_.features_} * 2 * sizeof(double));
     network_bytes_ = section_entry(bytes_.data(), kNetwork).bytes;
     if (network_at_ > trailer() || network_bytes_ > trailer() - network_at_) {
       return refuse(BlobStatus::kSection, kSectionTableAt + kNetwork * kSectionEntryBytes);
@@ -165,11 +165,14 @@ class BlobValidator {
     if (provenance_bytes > kMaxProvenanceBytes) {
       return refuse(BlobStatus::kSection, kSectionTableAt + kProvenance * kSectionEntryBytes + 4);
     }
-    const std::size_t sizes[kSectionCount] = {
-        n * kFeatureBytes,      n * 2 * sizeof(double),
-        n * 2 * sizeof(double), network_bytes_,          m * 2 * sizeof(double),
-        m * kOutputBytes,       (m + k * m) * sizeof(double) + k * n * sizeof(float),
-        provenance_bytes};
+    const std::size_t sizes[kSectionCount] = {n * kFeatureBytes,
+                                              n * 2 * sizeof(double),
+                                              n * 2 * sizeof(double),
+                                              network_bytes_,
+                                              m * 2 * sizeof(double),
+                                              m * kOutputBytes,
+                                              (m + k * m) * sizeof(double) + k * n * sizeof(float),
+                                              provenance_bytes};
     std::size_t offset = header_bytes_;
     for (std::size_t s = 0; s < kSectionCount; ++s) {
       const SectionEntry entry = section_entry(bytes_.data(), static_cast<Section>(s));

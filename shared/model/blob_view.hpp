@@ -2,8 +2,8 @@
 //
 // Reads a weight blob in place. open() checks every byte that has a rule; a view that was opened
 // successfully can be read without further checks. No exceptions, no allocation: the real-time
-// plugin and the tools use the same code. The bytes are borrowed. Nothing here needs them aligned; the
-// kernels, which run packed_network() in place, need them on a 64-byte line.
+// plugin and the tools use the same code. The bytes are borrowed. Nothing here needs them aligned;
+// the kernels, which run packed_network() in place, need them on a 64-byte line.
 #pragma once
 
 #include <cstddef>

@@ -5,18 +5,16 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <utility>
 
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
+#include "core/whole_file.hpp"
 #include "model/blob_format.hpp"
 #include "model/blob_view.hpp"
 #include "model/single_precision.hpp"
@@ -104,9 +102,9 @@ SelfTest make_self_test(const CalibrationModel& model) {
   const Eigen::MatrixXd single = predict_single(model, test.inputs).cast<double>();
   // Another instruction set sums in another order: its rounding error has the size of the one that
   // plain single precision shows here. Eight times the largest seen, plus eight units in the last
-  // place of the output, holds for all of them and still catches any wrong weight that matters. In int8
-  // predict_single rounds the layers' inputs as the kernels do, and double does not: the tolerance
-  // then covers that rounding as well.
+  // place of the output, holds for all of them and still catches any wrong weight that matters. In
+  // int8 predict_single rounds the layers' inputs as the kernels do, and double does not: the
+  // tolerance then covers that rounding as well.
   const Eigen::VectorXd rounding = (single - test.outputs).cwiseAbs().rowwise().maxCoeff();
   const Eigen::VectorXd size = model.output.mean.cwiseAbs() + model.output.scale;
   test.tolerance = 8.0 * rounding + 8.0 * std::ldexp(1.0, -23) * size;
@@ -292,22 +290,7 @@ core::Status write_blob(const CalibrationModel& model, const std::filesystem::pa
 }
 
 core::Status write_blob(std::span<const std::byte> bytes, const std::filesystem::path& path) {
-  std::filesystem::path partial = path;
-  partial += ".partial";
-  errno = 0;
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    const std::string reason = error ? error.message() : std::strerror(errno);
-    std::filesystem::remove(partial, error);
-    return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot write {} bytes: {}",
-                                                         path.string(), bytes.size(), reason)};
-  }
-  return {};
+  return core::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace ravencal::model

@@ -34,7 +34,8 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
                                            std::string_view source);
 core::Result<CalibrationModel> read_blob(const std::filesystem::path& path);
 
-/// What is in a blob, in words: precision, bytes per step, inputs, layers, outputs, ranges, provenance.
+/// What is in a blob, in words: precision, bytes per step, inputs, layers, outputs, ranges,
+/// provenance.
 core::Result<std::string> describe_blob(const std::filesystem::path& path);
 /// The same as JSON.
 core::Result<std::string> describe_blob_json(const std::filesystem::path& path);

@@ -97,9 +97,7 @@ core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationMod
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
     result[l].mean = (sums[l] / static_cast<double>(first.cols())).cast<float>();
     const bool bounded = l > 0 && is_bounded(model.layers[l - 1].activation);
-    const float limit = l == 0    ? scaled_limit(model)
-                        : bounded ? 1.0F
-                                  : kHeadroom * result[l].limit;
+    const float limit = l == 0 ? scaled_limit(model) : bounded ? 1.0F : kHeadroom * result[l].limit;
     result[l].limit = limit > 0.0F ? limit : 1.0F;  // constants only: any limit will do
   }
   return result;

@@ -21,8 +21,8 @@ bool in_place(const PackedLayer& layer, std::uint64_t at) noexcept {
   const std::uint64_t scales_at = scaled ? at + lane_bytes : 0;
   const std::uint64_t sums_at = scaled ? at + 2 * lane_bytes : 0;
   const std::uint64_t weights_at = at + (scaled ? 3 : 1) * lane_bytes;
-  const bool step_ok = scaled ? layer.input_step > 1e-30F && layer.input_step < 1e30F
-                              : layer.input_step == 0.0F;
+  const bool step_ok =
+      scaled ? layer.input_step > 1e-30F && layer.input_step < 1e30F : layer.input_step == 0.0F;
   return step_ok && layer.biases_at == at && layer.row_scales_at == scales_at &&
          layer.row_sums_at == sums_at && layer.weights_at == weights_at &&
          layer.end == weights_at + padded(weight_bytes(layer), kLineBytes);

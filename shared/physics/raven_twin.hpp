@@ -39,6 +39,8 @@ class RavenTwin {
   static core::Result<RavenTwin> create(const Plant& plant, const TwinOptions& options);
   RavenTwin(RavenTwin&&) noexcept;
   RavenTwin& operator=(RavenTwin&&) noexcept;
+  RavenTwin(const RavenTwin&) = delete;
+  RavenTwin& operator=(const RavenTwin&) = delete;
   ~RavenTwin();
 
   /// Runs the homing sequence to the hard stops; sets the encoder offsets with their variation.

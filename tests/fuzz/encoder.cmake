@@ -3,6 +3,7 @@ ravencal_test(NAME encoder_replay_test
   LIBS ravencal::encoder_recording LABELS replay)
 
 if(RAVENCAL_FUZZ)
+  find_package(tomlplusplus REQUIRED)
   # Compiled again, because only instrumented code guides the fuzzer.
   set(reader ${PROJECT_SOURCE_DIR}/quadrature_reader)
   add_executable(encoder_fuzz ${CMAKE_CURRENT_LIST_DIR}/encoder_fuzz.cpp

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <thread>
 
 #include "quadrature_reader/encode.hpp"
 #include "quadrature_reader/homing_watch.hpp"
@@ -161,6 +163,33 @@ TEST_F(RecorderTest, LeavesANullAndAnEventWhereEdgesWereLost) {
   ASSERT_EQ(recording.events.size(), 1U);
   EXPECT_EQ(recording.events[0].kind, "edges_lost");
   EXPECT_NE(recording.events[0].detail.find("\"joint\":\"shoulder\""), std::string::npos);
+}
+
+TEST_F(RecorderTest, ReplayOfEveryEdgeKnowsOfTheLossesOfTheLiveRun) {
+  auto readings = motion();
+  readings.erase(readings.begin() + 1000);
+  const auto edges = record(readings, {true}, folder_ / "edges.db");
+  const auto replayed = readings_of(edges, {{"shoulder", 0}, {"elbow", 1}});
+  ASSERT_TRUE(replayed.ok());
+  const auto again = record(*replayed, {}, folder_ / "again.db");
+  EXPECT_TRUE(std::any_of(again.events.begin(), again.events.end(),
+                          [](const record::Event& event) { return event.kind == "edges_lost"; }));
+}
+
+TEST_F(RecorderTest, TellsAnOutageOfEverythingWhileItLasts) {
+  auto recorder = Recorder::create(two_joints(), folder_ / "r.db", {});
+  ASSERT_TRUE(recorder.ok());
+  recorder->take(0, {kMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone});
+  recorder->write_due();
+  // The writer commits by itself, when the machine lets it.
+  std::size_t events = 0;
+  for (int i = 0; i < 200 && events < 2; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(25));
+    events = written(folder_ / "r.db").events.size();
+  }
+  EXPECT_EQ(events, 2U);
+  EXPECT_TRUE(recorder->device_failed());
+  EXPECT_TRUE(recorder->finish().ok());
 }
 
 TEST_F(RecorderTest, GoesOnInANewFileWhenTheFolderDisappears) {

@@ -23,3 +23,9 @@ endfunction()
 vm_test(EncodersCountEveryEdgeOfGpioLinesAndFindOutEveryLoss "-i 2 -M gpio-sim" gpio.sh ${gpiod_generation})
 vm_test(EncodersCountEveryFrameOfACanBusAndFindOutEveryFault "-i 2 -M vcan" can.sh)
 vm_test(UdevRulesGiveNamesGroupAndModeAndRefuseOutsiders "-u -M gpio-sim" udev.sh)
+if(gpiod_generation STREQUAL v1)
+  add_test(NAME Vm.EncodersThroughLibgpiod2CountTheirLossesExactly
+    COMMAND ${CMAKE_CURRENT_LIST_DIR}/gpiod2_test ${vm_bin})
+  set_tests_properties(Vm.EncodersThroughLibgpiod2CountTheirLossesExactly PROPERTIES
+    LABELS vm TIMEOUT 900 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm)
+endif()

@@ -7,12 +7,13 @@
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
-#include "learn/whole_file.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
@@ -84,18 +85,15 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   });
   const host::Summary summary = host::summarise(result, loop, plugin, model);
   if (!arguments.json.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(learn::write_whole_file(arguments.json, host::summary_json(summary)));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, host::summary_json(summary)));
   }
   return summary;
 }
 
-int report(const core::Result<host::Summary>& summary) {
-  if (!summary.ok()) {
-    fmt::print(stderr, "ravencal host: {}\n", summary.error().message);
-    return cli::exit_code_of(summary.error().code);
-  }
-  fmt::print("{}", host::summary_text(*summary));
-  if (summary->active_ticks > 0) return cli::kOk;
+/// Prints the figures; a correction that was never in is a finding.
+cli::ExitCode report(const host::Summary& summary) {
+  fmt::print("{}", host::summary_text(summary));
+  if (summary.active_ticks > 0) return cli::kOk;
   fmt::print("the correction was never fully in: see the doubts above\n");
   return cli::kFinding;
 }
@@ -122,7 +120,7 @@ void add_host(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--homing-seed", arguments->twin.homing_seed, "With --plant: homing")
       ->capture_default_str();
-  command->add_option("--profile", arguments->load.profile, "For a .csv recording, e.g. raven2");
+  add_load_options(*command, arguments->load);
   command
       ->add_option("--rate-hz", arguments->loop.rate_hz,
                    "Wake-ups per second; each is 1 ms of the robot's time. 0: as fast as possible")
@@ -136,7 +134,11 @@ void add_host(CLI::App& app, int& exit_code) {
       "Exit 1 if it never was. Example:\n"
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
-  command->callback([arguments, &exit_code] { exit_code = report(run(*arguments)); });
+  on_call(*command, exit_code, [arguments, &exit_code]() -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(const host::Summary summary, run(*arguments));
+    exit_code = report(summary);
+    return {};
+  });
 }
 
 }  // namespace ravencal::commands

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
@@ -72,23 +72,12 @@ void add_info(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("info", "Say what a file holds, in words");
   command->add_option("file", arguments->file, "File to describe")->required();
   command->add_flag("--json", arguments->json, "For programs");
-  command->add_option("--profile", arguments->load.profile,
-                      "For a .csv: raven2, generic or a profile file");
-  command
-      ->add_option("--arm", arguments->load.profile_options.arm,
-                   "raven2: the arm with the external encoders")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command->add_flag("--skip-bad", arguments->load.skip_bad, "For a .csv: drop unreadable rows");
+  add_load_options(*command, arguments->load);
   command->footer("Example: ravencal info run3.db");
-  command->callback([arguments, &exit_code] {
-    const core::Result<std::string> text = describe(*arguments);
-    if (text.ok()) {
-      fmt::print("{}", *text);
-      return;
-    }
-    fmt::print(stderr, "ravencal: {}\n", text.error().message);
-    exit_code = cli::exit_code_of(text.error().code);
+  on_call(*command, exit_code, [arguments]() -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
+    fmt::print("{}", text);
+    return {};
   });
 }
 
