@@ -73,7 +73,7 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
   std::size_t parameters = 0;
   json["kind"] = "weights";
   json["bytes"] = view.file_bytes();
-  json["precision"] = name_of(view.precision());
+  json["precision"] = model::name_of(view.precision());
   json["bytes_per_step"] = view.bytes_per_step();
   json["row_period_s"] = model.row_period_s;
   for (std::size_t i = 0; i < model.features.size(); ++i) {

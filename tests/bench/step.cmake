@@ -2,6 +2,7 @@
 # a message. Eigen and the peers that are compiled here get this machine's instruction set.
 add_executable(bench_step EXCLUDE_FROM_ALL
   ${CMAKE_CURRENT_LIST_DIR}/bench_step.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/step_peer_plugin.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_eigen.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_torch.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_rtneural.cpp)
