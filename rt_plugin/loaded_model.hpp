@@ -11,11 +11,11 @@
 #include <cstdint>
 #include <span>
 
-#include "kernels/forward.hpp"
 #include "model/feature_state.hpp"
 #include "ravencal/plugin.h"
 #include "rt_plugin/envelope.hpp"
 #include "rt_plugin/gather.hpp"
+#include "rt_plugin/kernels/forward.hpp"
 
 namespace ravencal::rt {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Packs trained layers for the kernels. Not for real time: the tools and load() call it.
+// Packs trained layers for the kernels. Not for real time: the tools call it.
 #pragma once
 
 #include <cstddef>
