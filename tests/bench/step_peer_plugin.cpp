@@ -12,13 +12,12 @@ Peer plugin_peer(const kernels_test::Network& network, kernels::Precision precis
   rig->load(test::make_model(network.front().inputs, hidden), precision);
   rig->enable();
   rig->tick_until(RAVENCAL_STATE_ACTIVE);
-  const ravencal_info info = rig->instance.info();
   auto step = [rig](const float*, float* y) {
     rig->tick();
     y[0] = rig->output.predicted_ji[0];
   };
-  return {"ravencal plugin " + host::precision_name(info.precision),
-          static_cast<std::size_t>(info.bytes_per_step),
+  return {"ravencal plugin " + host::precision_name(rig->instance.info().precision),
+          kernels_test::Packed(network, precision).bytes(),
           step,
           {},
           false};
