@@ -3,6 +3,9 @@ ravencal_test(NAME csv_replay_test
   LIBS ravencal::record LABELS replay)
 
 if(RAVENCAL_FUZZ)
+  find_package(SQLite3 REQUIRED)
+  find_package(FastFloat REQUIRED)
+  find_package(nlohmann_json REQUIRED)
   # The reader itself is compiled again, because only instrumented code guides the fuzzer.
   get_target_property(record_sources ravencal_record SOURCES)
   list(TRANSFORM record_sources PREPEND ${PROJECT_SOURCE_DIR}/shared/record/)
