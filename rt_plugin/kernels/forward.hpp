@@ -9,11 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "model/packed_network.hpp"
+#include "kernels/packed_network.hpp"
 
 namespace ravencal::kernels {
-
-using namespace model::packed;
 
 /// Instruction sets, each a superset of those that it can replace.
 enum class Isa : std::uint8_t {
