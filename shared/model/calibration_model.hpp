@@ -45,10 +45,11 @@ struct CalibrationModel {
   Eigen::VectorXd input_min;  ///< trained range, SI units, per feature
   Eigen::VectorXd input_max;
   std::vector<DenseLayer> layers;
-  Standardiser output;        ///< mean = the bias that "bias removal" removes
+  Standardiser output;  ///< mean = the bias that "bias removal" removes
   std::vector<OutputSpec> outputs;
-  double row_period_s = 0.01; ///< time between training rows: the unit of lagged features
-  std::map<std::string, std::string> provenance;  ///< version, recordings and hashes, seed, settings
+  double row_period_s = 0.01;  ///< time between training rows: the unit of lagged features
+  std::map<std::string, std::string>
+      provenance;  ///< version, recordings and hashes, seed, settings
 
   /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features].
   [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& features_si) const;

@@ -31,15 +31,24 @@ struct FeatureSpec {
 
 /// Turns a --features text into inputs. Terms are separated by commas and applied left to right:
 ///   paper112 | notebook208 | light      built-in sets for RAVEN-II
-///   group:joint_pose | joint:elbow       a feature group, or everything of a joint
-///   jpos.* | tau.elbow                   channel names, * as wildcard
-///   -TERM                                removes what TERM selects
-/// `available` are the recording's channels; truth channels are never features. An empty text means
-/// paper112 where its channels exist, else every channel that is not truth.
+///   group:joint_pose | joint:elbow      a feature group, or everything of a joint
+///   jpos.* | tau.elbow                  channel names, * as wildcard
+///   jpos.*@3 | jpos.elbow~0.01          their lags and play operators
+///   -TERM                               removes what TERM selects; without @ or ~ with all its
+///                                       lags and play operators
+/// A list that begins with a removal removes from what the empty text gives: paper112 where its
+/// channels exist, else every channel that is not truth. `available` are the recording's channels;
+/// truth channels are never features. Errors (kUsage) name the term and what there is instead.
 core::Result<std::vector<FeatureSpec>> select_features(std::string_view text,
                                                        std::span<const record::Channel> available);
 
 /// Adds lagged copies (rows step, 2*step, ... history*step) of every plain feature.
-void add_history(std::vector<FeatureSpec>& features, std::uint32_t history, std::uint32_t step_rows);
+void add_history(std::vector<FeatureSpec>& features, std::uint32_t history,
+                 std::uint32_t step_rows);
+
+/// Adds play operators with these half-widths (SI units) of every plain feature that is a position
+/// (roles joint_estimate, motor_position, desired_position; pose groups of the catalogue).
+void add_play(std::vector<FeatureSpec>& features, std::span<const float> half_widths,
+              std::span<const record::Channel> available);
 
 }  // namespace ravencal::model

@@ -12,17 +12,22 @@
 #include "core/catalogue.hpp"
 #include "core/result.hpp"
 #include "physics/plant.hpp"
+#include "physics/raven_message.hpp"
 
 namespace ravencal::physics {
 
-/// Values of the catalogue in the units in which raven_state publishes them, quirks included.
-using RavenMessage = std::array<double, core::kCatalogueSize>;
-
 /// What only a simulator knows, and what the external encoders say about it.
 struct Truth {
-  Eigen::Vector3d joints_ji;                       ///< true joint positions: rad, rad, m
-  std::array<std::int64_t, 3> encoder_counts{};    ///< external encoders: 80000/rev, 80000/rev, 5 um
-  Eigen::Vector3d encoder_ji;                      ///< the same as positions: rad, rad, m
+  Eigen::Vector3d joints_ji = Eigen::Vector3d::Zero();  ///< true joint positions: rad, rad, m
+  std::array<std::int64_t, 3> encoder_counts{};  ///< external encoders: 80000/rev, 80000/rev, 5 um
+  Eigen::Vector3d encoder_ji = Eigen::Vector3d::Zero();  ///< the same as positions: rad, rad, m
+};
+
+/// What may differ between two runs of the same robot.
+struct TwinOptions {
+  std::uint64_t seed = 1;         ///< disturbances during the run
+  std::uint64_t homing_seed = 1;  ///< power-on and homing: equal seeds, equal encoder offsets
+  bool drift = false;             ///< hours of warm-up: the slow part of effect thermal_drift
 };
 
 /// One arm of the robot with its controller. A cycle is begin_cycle (sensors are read; this is the
@@ -31,15 +36,20 @@ struct Truth {
 class RavenTwin {
  public:
   static core::Result<RavenTwin> create(const Plant& plant, std::uint64_t seed);
+  static core::Result<RavenTwin> create(const Plant& plant, const TwinOptions& options);
   RavenTwin(RavenTwin&&) noexcept;
   RavenTwin& operator=(RavenTwin&&) noexcept;
   ~RavenTwin();
 
   /// Runs the homing sequence to the hard stops; sets the encoder offsets with their variation.
+  /// May be called again: every homing of a session seats differently.
   void home();
 
-  /// Reads the sensors and returns what is visible at the hook: positions of this cycle, but torque,
-  /// desired and pose of the cycle before, and dac = 0.
+  /// The arm's joints as the controller believes them after homing: where desired_ji starts.
+  [[nodiscard]] Eigen::Vector3d estimate_ji() const;
+
+  /// Reads the sensors and returns what is visible at the hook: positions of this cycle, but
+  /// torque, desired and pose of the cycle before, and dac = 0.
   const RavenMessage& begin_cycle();
 
   /// Runs the controller towards `desired_ji` (rad, rad, m) and returns the published message.

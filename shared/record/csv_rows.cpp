@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "record/csv_file.hpp"
+#include "record/csv_kernel.hpp"
 #include "record/csv_number.hpp"
 
 namespace ravencal::record {
@@ -21,7 +22,6 @@ namespace {
 constexpr std::size_t kChunk = 512 * 1024;
 // Rows parsed before they are turned into columns: 64 rows write 8 cache lines per column.
 constexpr std::size_t kTileRows = 64;
-constexpr std::size_t kPadding = 64;
 
 /// Calls work(chunk) for every chunk in [0, chunks), in order of start, on `threads` threads; work
 /// returns false to let no later chunk start.
@@ -57,7 +57,15 @@ class FirstError {
 };
 
 std::size_t count_line_ends(const char* data, std::size_t size) {
-  return static_cast<std::size_t>(std::count(data, data + size, '\n'));
+  std::size_t count = 0;
+  const char* const last = data + size;
+  // memchr is the fastest search there is, and lines are long.
+  while ((data = static_cast<const char*>(
+              std::memchr(data, '\n', static_cast<std::size_t>(last - data)))) != nullptr) {
+    ++count;
+    ++data;
+  }
+  return count;
 }
 
 /// Parses rows of text and hands them over column by column.
@@ -68,21 +76,27 @@ class TileParser {
         output_(output),
         width_(output.numbers.size()),
         has_words_(!output.words.empty()),
-        tile_(std::make_unique_for_overwrite<double[]>(kTileRows * width_)) {}
+        tile_(std::make_unique_for_overwrite<double[]>(kTileRows * width_)),
+        ends_(columns.size() + 1 + kCsvFieldSlack) {
+    for (std::uint32_t i = 0; i < columns.size(); ++i) {
+      if (columns[i].number)
+        numbers_.push_back({i, static_cast<std::uint32_t>(*columns[i].number)});
+    }
+  }
 
   void begin(std::size_t first_row) {
     first_row_ = first_row;
     filled_ = 0;
   }
 
-  /// Parses one line (without its line end). Returns why not, if it cannot.
-  std::optional<BadRow> parse(const char* line, const char* end);
+  /// Parses the line at `line`, which ends in '\n', and returns the next one; sets `bad` if it
+  /// cannot.
+  const char* parse(const char* line, std::optional<BadRow>& bad);
   void flush();
   /// Number of the next line.
   [[nodiscard]] std::size_t row() const { return first_row_ + filled_; }
 
  private:
-  bool parse_fast(const char* line, const char* end, double* row) const;
   std::optional<std::string> parse_slow(std::string_view line, double* row);
   std::optional<std::string> parse_field(std::size_t column, std::string_view field, double* row);
 
@@ -90,28 +104,13 @@ class TileParser {
   const CsvOutput& output_;
   std::size_t width_;
   bool has_words_;
+  const CsvKernel& kernel_ = csv_kernel();
   std::unique_ptr<double[]> tile_;
+  std::vector<std::uint32_t> ends_;
+  std::vector<NumberField> numbers_;
   std::size_t first_row_ = 0;
   std::size_t filled_ = 0;
 };
-
-bool TileParser::parse_fast(const char* line, const char* end, double* row) const {
-  const char* at = line;
-  for (const CsvColumn& column : columns_) {
-    if (at > end) return false;
-    if (column.number) {
-      double value = 0.0;
-      at = parse_number(at, end, value);
-      if (at == nullptr || !std::isfinite(value) || (at != end && *at != ',')) return false;
-      row[*column.number] = value;
-    } else {
-      const void* comma = std::memchr(at, ',', static_cast<std::size_t>(end - at));
-      at = comma == nullptr ? end : static_cast<const char*>(comma);
-    }
-    ++at;
-  }
-  return at == end + 1;
-}
 
 std::optional<std::string> TileParser::parse_field(std::size_t index, std::string_view field,
                                                    double* row) {
@@ -145,17 +144,22 @@ std::optional<std::string> TileParser::parse_slow(std::string_view line, double*
   return std::nullopt;
 }
 
-std::optional<BadRow> TileParser::parse(const char* line, const char* end) {
-  if (end > line && end[-1] == '\r') --end;
+const char* TileParser::parse(const char* line, std::optional<BadRow>& bad) {
   double* const values = tile_.get() + filled_ * width_;
-  std::optional<BadRow> bad;
-  if (has_words_ || !parse_fast(line, end, values)) {
+  const std::size_t count = kernel_.split(line, columns_.size(), ends_.data());
+  const char* end = line + ends_[count - 1];
+  if (*end != '\n') end = static_cast<const char*>(std::memchr(end, '\n', SIZE_MAX / 2));
+  const char* const next = end + 1;
+  if (end > line && end[-1] == '\r') ends_[count - 1] -= count == columns_.size() ? 1 : 0, --end;
+  const bool plain = count == columns_.size() && !has_words_ &&
+                     kernel_.parse(line, ends_.data(), numbers_, values);
+  if (!plain) {
     if (auto why = parse_slow({line, static_cast<std::size_t>(end - line)}, values)) {
       bad = BadRow{row(), std::move(*why)};
     }
   }
   if (++filled_ == kTileRows) flush();
-  return bad;
+  return next;
 }
 
 void TileParser::flush() {
@@ -196,7 +200,7 @@ core::Status ChunkBuffer::read(const CsvFile& file, std::uint64_t first_row, std
   const auto own = static_cast<std::size_t>(end - from);
   const char* stop = nullptr;
   while (stop == nullptr) {
-    if (bytes_.size() < want + 1 + kPadding) bytes_.resize(want + 1 + kPadding);
+    if (bytes_.size() < want + 1 + kCsvPadding) bytes_.resize(want + 1 + kCsvPadding);
     RAVENCAL_RETURN_IF_ERROR(file.read(from + have, bytes_.data() + have, want - have));
     have = want;
     bytes_[have] = '\n';
@@ -273,14 +277,12 @@ core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const CsvColumn> colu
                                                        file_->path().string())});
           return false;
         }
-        const auto left = static_cast<std::size_t>(buffer.last() - line);
-        const char* const line_end = static_cast<const char*>(std::memchr(line, '\n', left));
-        if (auto bad_row = parser.parse(line, line_end)) {
-          const std::lock_guard lock(bad_mutex);
-          bad.push_back(std::move(*bad_row));
-          if (stop_at_bad) return false;
-        }
-        line = line_end + 1;
+        std::optional<BadRow> bad_row;
+        line = parser.parse(line, bad_row);
+        if (!bad_row) continue;
+        const std::lock_guard lock(bad_mutex);
+        bad.push_back(std::move(*bad_row));
+        if (stop_at_bad) return false;
       }
       parser.flush();
       return true;

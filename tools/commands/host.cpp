@@ -1,8 +1,155 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "commands/commands.hpp"
+#include "host/loop.hpp"
+#include "host/plugin_library.hpp"
+#include "host/robot_source.hpp"
+#include "host/summary.hpp"
+#include "model/blob_writer.hpp"
+#include "physics/plant.hpp"
+#include "record/load.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_host(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::string plugin;
+  std::string weights;
+  std::string plant;
+  std::string recording;
+  std::string trajectory;
+  std::string json;
+  double payload_g = -1.0;  // negative: as the plant says
+  double random_motion_s = 60.0;
+  std::int64_t ticks = std::numeric_limits<std::int64_t>::max();
+  host::LoopOptions loop;
+  host::TwinSourceOptions twin;
+  record::LoadOptions load;
+};
+
+core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
+  if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
+  if (!arguments.trajectory.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
+                              trajectory::read_csv(arguments.trajectory));
+    return host::make_twin_source(plant, trajectory, arguments.twin);
+  }
+  trajectory::RandomOptions random;
+  random.seed = arguments.twin.seed;
+  const double wanted_s = static_cast<double>(arguments.ticks) / plant.robot.control_rate_hz;
+  random.duration_s = std::min(wanted_s, arguments.random_motion_s);
+  RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
+                            trajectory::make_random(random));
+  return host::make_twin_source(plant, trajectory, arguments.twin);
+}
+
+/// Written whole or not at all.
+core::Status write_text(const std::string& text, const std::filesystem::path& path) {
+  const std::filesystem::path partial = path.string() + ".partial";
+  std::ofstream file(partial);
+  file << text;
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(partial, path, error);
+  if (!file || error) {
+    std::filesystem::remove(partial, error);
+    return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path.string())};
+  }
+  return {};
+}
+
+core::Result<host::Summary> run(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
+                            model::read_blob(arguments.weights));
+  RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
+                            host::PluginLibrary::open(arguments.plugin));
+  RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
+                            host::PluginInstance::create(library, library.default_config()));
+  RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
+
+  record::Recording recording;
+  std::unique_ptr<host::RobotSource> source;
+  if (!arguments.recording.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(recording,
+                              record::load_recording(arguments.recording, arguments.load));
+    RAVENCAL_ASSIGN_OR_RETURN(source, host::make_recording_source(recording, model.features));
+  } else {
+    RAVENCAL_ASSIGN_OR_RETURN(source, make_twin(arguments));
+  }
+
+  host::LoopOptions loop = arguments.loop;
+  loop.ticks = arguments.ticks;
+  plugin.api().enable(plugin.get(), 1);
+  cli::catch_interrupts();
+  cli::Progress progress("host");
+  const host::LoopResult result = host::run_loop(loop, plugin, *source, [&](double done) {
+    progress.update(done);
+    return !cli::interrupted();
+  });
+  const host::Summary summary = host::summarise(result, loop, plugin, model);
+  if (!arguments.json.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(write_text(host::summary_json(summary), arguments.json));
+  }
+  return summary;
+}
+
+int report(const core::Result<host::Summary>& summary) {
+  if (!summary.ok()) {
+    fmt::print(stderr, "ravencal host: {}\n", summary.error().message);
+    return cli::exit_code_of(summary.error().code);
+  }
+  fmt::print("{}", host::summary_text(*summary));
+  if (summary->active_ticks > 0) return cli::kOk;
+  fmt::print("the correction was never fully in: see the doubts above\n");
+  return cli::kFinding;
+}
+
+}  // namespace
+
+void add_host(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("host", "Run the plugin in a stand-in for the robot's 1 kHz loop");
+  command->add_option("--plugin", arguments->plugin, "libravencal_plugin.so")->required();
+  command->add_option("--weights", arguments->weights, "Weights (.blob)")->required();
+  auto* source = command->add_option_group("robot", "What stands in for the robot");
+  source->add_option("--plant", arguments->plant, "The digital twin of this plant (.toml), live");
+  source->add_option("--recording", arguments->recording,
+                     "A recording, each row held until the next");
+  source->require_option(1);
+  command->add_option("--trajectory", arguments->trajectory,
+                      "With --plant: CSV of `ravencal trajectory`; default: 60 s of random motion");
+  command->add_option("--payload-g", arguments->payload_g, "With --plant: weight at the tool, g")
+      ->check(CLI::Range(0.0, 5000.0));
+  command->add_option("--seed", arguments->twin.seed, "With --plant: disturbances, random motion")
+      ->capture_default_str();
+  command->add_option("--homing-seed", arguments->twin.homing_seed, "With --plant: homing")
+      ->capture_default_str();
+  command->add_option("--profile", arguments->load.profile, "For a .csv recording, e.g. raven2");
+  command
+      ->add_option("--rate-hz", arguments->loop.rate_hz,
+                   "Wake-ups per second; each is 1 ms of the robot's time. 0: as fast as possible")
+      ->check(CLI::Range(0.0, 1e5))
+      ->capture_default_str();
+  command->add_option("--ticks", arguments->ticks, "Cycles to run; default: to the motion's end")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{100'000'000}));
+  command->add_option("--json", arguments->json, "Write the figures to this file");
+  command->footer(
+      "The table counts the cycles in which the correction was fully in.\n"
+      "Exit 1 if it never was. Example:\n"
+      "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
+      "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
+  command->callback([arguments, &exit_code] { exit_code = report(run(*arguments)); });
+}
 
 }  // namespace ravencal::commands

@@ -1,8 +1,113 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "commands/commands.hpp"
+#include "physics/plant.hpp"
+#include "simulation/session.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_simulate(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::string plant;
+  std::string trajectory;
+  std::string out;
+  double payload_g = -1.0;  // negative: as the plant says
+  double rate_hz = 0.0;     // 0: as the plant says
+  bool json = false;
+  simulation::SessionOptions session;
+};
+
+void print_summary(const simulation::SessionSummary& summary, const Arguments& arguments,
+                   double wall_s) {
+  const double factor = summary.simulated_s / wall_s;
+  if (arguments.json) {
+    const nlohmann::json json = {{"file", arguments.out},
+                                 {"rows", summary.rows},
+                                 {"homings", summary.homings},
+                                 {"simulated_s", summary.simulated_s},
+                                 {"wall_s", wall_s},
+                                 {"times_real_time", factor},
+                                 {"interrupted", summary.interrupted}};
+    fmt::print("{}\n", json.dump());
+    return;
+  }
+  fmt::print(
+      "{}: {} rows, {} homing(s), {:.0f} s simulated in {:.1f} s ({:.0f} times real time){}\n",
+      arguments.out, summary.rows, summary.homings, summary.simulated_s, wall_s, factor,
+      summary.interrupted ? "; stopped early, the recording is valid" : "");
+}
+
+core::Status run(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
+  RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
+                            trajectory::read_csv(arguments.trajectory));
+  if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
+  simulation::SessionOptions session = arguments.session;
+  if (arguments.rate_hz > 0.0) session.rate_hz = arguments.rate_hz;
+  session.trajectory_name = std::filesystem::path(arguments.trajectory).filename().string();
+  cli::catch_interrupts();
+  cli::Progress progress("simulate");
+  const auto start = std::chrono::steady_clock::now();
+  const auto look = [&](double done) {
+    progress.update(done);
+    return !cli::interrupted();
+  };
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const simulation::SessionSummary summary,
+      simulation::record_session(plant, trajectory, arguments.out, session, look));
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  print_summary(summary, arguments, wall.count());
+  return {};
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  simulation::SessionOptions& session = arguments->session;
+  CLI::App* command = app.add_subcommand("simulate", "Record the digital twin along a trajectory");
+  command
+      ->add_option("--plant", arguments->plant, "The robot (.toml), e.g. tools/plants/raven2.toml")
+      ->required();
+  command->add_option("--trajectory", arguments->trajectory, "CSV of `ravencal trajectory`")
+      ->required();
+  command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
+  command->add_option("--seed", session.seed, "Disturbances during the run")->capture_default_str();
+  command
+      ->add_option("--homing-seed", session.homing_seed,
+                   "Power-on and homing; equal numbers are one session without re-homing")
+      ->capture_default_str();
+  command
+      ->add_option("--payload-g", arguments->payload_g,
+                   "Weight at the tool carriage, g (paper: 0, 500)")
+      ->check(CLI::Range(0.0, 5000.0));
+  command
+      ->add_option("--rate-hz", arguments->rate_hz,
+                   "Rows per second; default: the plant's logger (100)")
+      ->check(CLI::Range(0.001, 1e6));
+  command->add_option("--rehome-every-s", session.rehome_every_s, "Home again after so long")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--drift", session.drift, "Hours of warm-up: add the slow thermal drift");
+  command->add_flag("--force", session.overwrite, "Replace an existing recording");
+  command->add_flag("--json", arguments->json, "Print the summary as JSON");
+  command->footer(
+      "The twin is a stand-in: its cables are tuned to published error sizes, see the plant file.\n"
+      "Example: ravencal simulate --plant tools/plants/raven2.toml --trajectory zigzag3.csv --out "
+      "zigzag3.db");
+  command->callback([arguments, &exit_code] {
+    const core::Status status = run(*arguments);
+    if (status.ok()) return;
+    fmt::print(stderr, "ravencal simulate: {}\n", status.error().message);
+    exit_code = cli::exit_code_of(status.error().code);
+  });
+}
 
 }  // namespace ravencal::commands

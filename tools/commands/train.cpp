@@ -1,8 +1,238 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "learn/train.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "commands/commands.hpp"
+#include "learn/calibration_report.hpp"
+#include "learn/evaluate.hpp"
+#include "learn/onnx_file.hpp"
+#include "record/load.hpp"
+#include "report/report.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_train(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Arguments {
+  std::vector<std::string> recordings;
+  std::vector<std::string> validation;
+  std::string out;
+  std::string report_folder;
+  std::string hidden = "600,500,400";
+  std::string activation = "sigmoid";
+  std::string isa;
+  record::LoadOptions load;
+  learn::TrainOptions train;
+};
+
+core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
+
+core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
+  std::vector<std::uint32_t> hidden;
+  if (text == "none") return hidden;
+  constexpr std::uint32_t kWidest = 16384;
+  for (const std::string& word : CLI::detail::split(text, ',')) {
+    std::uint32_t width = 0;
+    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
+      return usage(fmt::format(
+          "--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32 or none", text,
+          word, kWidest));
+    }
+    hidden.push_back(width);
+  }
+  return hidden;
+}
+
+core::Status complete(Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(arguments.train.hidden, hidden_from(arguments.hidden));
+  if (arguments.activation == "tanh") arguments.train.activation = model::Activation::kTanh;
+  if (arguments.activation == "relu") arguments.train.activation = model::Activation::kRelu;
+  if (!arguments.isa.empty()) {
+    const auto isa = learn::isa_from(arguments.isa);
+    if (!isa || !learn::is_supported(*isa)) {
+      return usage(fmt::format("--isa {}: this processor or build lacks it; the best here is {}",
+                               arguments.isa, learn::name_of(learn::best_isa())));
+    }
+    arguments.train.trainer.isa = *isa;
+  }
+  // Find out now, not after an hour of training.
+  const std::filesystem::path folder = std::filesystem::absolute(arguments.out).parent_path();
+  if (!std::filesystem::is_directory(folder)) {
+    return core::Error{core::ErrorCode::kIo, fmt::format("--out {}: there is no folder {}",
+                                                         arguments.out, folder.string())};
+  }
+  return {};
+}
+
+core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
+                                                      const record::LoadOptions& options) {
+  std::vector<record::Recording> recordings;
+  for (const std::string& path : paths) {
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
+    recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
+std::vector<const record::Recording*> pointers(const std::vector<record::Recording>& recordings) {
+  std::vector<const record::Recording*> result;
+  for (const record::Recording& recording : recordings) result.push_back(&recording);
+  return result;
+}
+
+/// One line of progress per epoch; false once the user asked to stop.
+bool show_epoch(cli::Progress& progress, std::uint32_t epochs, const learn::EpochReport& epoch) {
+  std::string detail = fmt::format("epoch {}/{}, loss {:.5f}, with penalties {:.5f}", epoch.epoch,
+                                   epochs, epoch.training, epoch.training + epoch.penalty);
+  if (epoch.validation == epoch.validation) {
+    detail += fmt::format(", held out {:.5f}{}", epoch.validation, epoch.best ? " (best)" : "");
+  }
+  progress.update(static_cast<double>(epoch.epoch) / epochs, detail);
+  return !cli::interrupted();
+}
+
+core::Status write_report(const Arguments& arguments, const learn::TrainResult& result,
+                          const learn::Evaluation& evaluation, const std::string& title) {
+  std::error_code error;
+  std::filesystem::create_directories(arguments.report_folder, error);
+  const std::filesystem::path path = std::filesystem::path(arguments.report_folder) / "train.html";
+  RAVENCAL_RETURN_IF_ERROR(report::write_html(
+      learn::make_report(result.model, evaluation, title, result.epochs, result.kept_epoch), path));
+  fmt::print("report: {}\n", path.string());
+  return {};
+}
+
+core::Status run(Arguments arguments) {
+  RAVENCAL_RETURN_IF_ERROR(complete(arguments));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out, load_all(arguments.validation, arguments.load));
+  cli::catch_interrupts();
+  core::Result<learn::TrainResult> trained = [&] {
+    cli::Progress progress("train");
+    const std::uint32_t epochs = arguments.train.trainer.epochs;
+    return learn::train_model(
+        pointers(training), pointers(held_out), arguments.train,
+        [&](const learn::EpochReport& epoch) { return show_epoch(progress, epochs, epoch); });
+  }();
+  if (!trained.ok()) return trained.error();
+  const learn::TrainResult& result = *trained;
+  for (const std::string& warning : result.warnings) {
+    fmt::print(stderr, "ravencal: warning: {}\n", warning);
+  }
+  RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(result.model, arguments.out));
+  if (result.interrupted) {
+    fmt::print("interrupted: {} holds the {} epoch, {} of {}\n", arguments.out,
+               held_out.empty() ? "last finished" : "best", result.kept_epoch,
+               arguments.train.trainer.epochs);
+  }
+  const auto& shown = held_out.empty() ? training : held_out;
+  const std::string title = held_out.empty() ? "training recordings (not a test)"
+                                             : "validation recordings (chose the epoch)";
+  RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
+                            learn::evaluate(result.model, pointers(shown)));
+  fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
+             result.rows, title, learn::evaluation_table(evaluation));
+  if (arguments.report_folder.empty()) return {};
+  return write_report(arguments, result, evaluation, title);
+}
+
+void add_data_options(CLI::App& command, Arguments& arguments) {
+  command.add_option("recordings", arguments.recordings, "Recordings to train on (.db, .csv)")
+      ->required();
+  command.add_option("--out", arguments.out, "Model to write (.onnx)")->required();
+  command.add_option("--validate", arguments.validation,
+                     "Held-out recordings that choose the epoch; never the test set");
+  command.add_option("--report", arguments.report_folder, "Folder for train.html");
+  command.add_option("--profile", arguments.load.profile, "Profile of .csv recordings");
+  command.add_option("--arm", arguments.load.profile_options.arm, "raven2: the calibrated arm")
+      ->check(CLI::IsMember({"gold", "green"}))
+      ->capture_default_str();
+  command.add_flag("--skip-bad", arguments.load.skip_bad, "Drop rows that cannot be read");
+  command
+      .add_option("--joints", arguments.train.joints,
+                  "Joints to correct; without it all that have a truth")
+      ->delimiter(',');
+}
+
+void add_network_options(CLI::App& command, Arguments& arguments) {
+  learn::TrainOptions& train = arguments.train;
+  command.add_option("--features", train.features,
+                     "paper112, notebook208, light, group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
+                     "NAME~HALF_WIDTH, -TERM; separated by commas");
+  command.add_option("--history", train.history, "Past copies of each feature")
+      ->check(CLI::Range(0, 1000));
+  command.add_option("--history-step", train.history_step, "Rows between them")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command
+      .add_option("--play", train.play,
+                  "Adds play operators of these half-widths (SI units) of every position")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',');
+  command.add_option("--hidden", arguments.hidden, "Hidden layers; none: linear regression")
+      ->capture_default_str();
+  command.add_option("--activation", arguments.activation, "Of the hidden layers")
+      ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
+      ->capture_default_str();
+  command.add_option("--ridge", train.ridge, "Linear regression: penalty on squared weights")
+      ->check(CLI::NonNegativeNumber);
+}
+
+void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
+  command.add_option("--epochs", trainer.epochs, "Passes over the recordings")
+      ->check(CLI::Range(1U, 1000000U))
+      ->capture_default_str();
+  command.add_option("--batch", trainer.batch, "Rows per step")
+      ->check(CLI::Range(1U, 1000000U))
+      ->capture_default_str();
+  command.add_option("--learning-rate", trainer.adam.learning_rate, "Adam's step size")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option_function<double>(
+          "--penalty-scale",
+          [&trainer](double scale) {
+            learn::Penalties& penalties = trainer.penalties;
+            penalties.l1_weights *= scale;
+            penalties.l2_weights *= scale;
+            penalties.l2_biases *= scale;
+            penalties.l2_activity *= scale;
+          },
+          "Multiplies the paper's L1 and L2 penalties")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", trainer.seed, "Of weights and shuffles")->capture_default_str();
+  command.add_option("--threads", trainer.threads, "0: as many as pay off; changes no result")
+      ->check(CLI::Range(0U, 1024U));
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("train", "Learn the joint error from recordings");
+  add_data_options(*command, *arguments);
+  add_network_options(*command, *arguments);
+  add_optimiser_options(*command, arguments->train.trainer);
+  command
+      ->add_option("--isa", arguments->isa,
+                   "Instruction set of the kernels; pins the last bits of the result")
+      ->check(CLI::IsMember({"baseline", "avx2", "avx512"}));
+  command->footer(
+      "Example: ravencal train run1.db run2.db --validate run3.db --features light "
+      "--hidden 128,64,32 --out arm.onnx --report report/");
+  command->callback([arguments, &exit_code] {
+    const core::Status status = run(*arguments);
+    if (status.ok()) return;
+    fmt::print(stderr, "ravencal: {}\n", status.error().message);
+    exit_code = cli::exit_code_of(status.error().code);
+  });
+}
 
 }  // namespace ravencal::commands

@@ -1,8 +1,125 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "trajectory/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
 
 namespace ravencal::commands {
+namespace {
 
-void add_trajectory(CLI::App& /*app*/, int& /*exit_code*/) {}
+struct Options {
+  std::string out;
+  std::string kind = "yz";
+  std::string sparsity = "1/3";
+  std::string mode = "paper";
+  double duration_s = 600.0;
+  std::uint64_t seed = 1;
+  bool force = false;
+  bool json = false;
+};
+
+int fail(const core::Error& error) {
+  fmt::print(stderr, "ravencal trajectory: {}\n", error.message);
+  return cli::exit_code_of(error.code);
+}
+
+/// "1/3" or "3".
+core::Result<int> divisions_from(std::string_view text) {
+  std::string_view digits = text;
+  if (digits.starts_with("1/")) digits.remove_prefix(2);
+  int divisions = 0;
+  const auto [end, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), divisions);
+  if (error != std::errc{} || end != digits.data() + digits.size()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("--sparsity '{}' must be written like 1/3", text)};
+  }
+  return divisions;
+}
+
+int save(const core::Result<trajectory::Trajectory>& made, const Options& options) {
+  if (!made) return fail(made.error());
+  if (const core::Status status = trajectory::write_csv(*made, options.out, options.force);
+      !status) {
+    return fail(status.error());
+  }
+  if (options.json) {
+    const nlohmann::json summary = {{"file", options.out},
+                                    {"samples", made->t_s.size()},
+                                    {"duration_s", made->duration_s()},
+                                    {"rate_hz", trajectory::kSampleRateHz}};
+    fmt::print("{}\n", summary.dump());
+  } else {
+    fmt::print("{}: {:.1f} s, {} samples at {:.0f} Hz\n", options.out, made->duration_s(),
+               made->t_s.size(), trajectory::kSampleRateHz);
+  }
+  return cli::kOk;
+}
+
+int run_zigzag(const Options& options) {
+  trajectory::ZigzagOptions zigzag;
+  const auto kind = trajectory::zigzag_kind_from(options.kind);
+  if (!kind) return fail(kind.error());
+  const auto divisions = divisions_from(options.sparsity);
+  if (!divisions) return fail(divisions.error());
+  zigzag.kind = *kind;
+  zigzag.divisions = *divisions;
+  return save(trajectory::make_zigzag(zigzag), options);
+}
+
+int run_sinusoid(const Options& options) {
+  trajectory::RandomOptions random;
+  random.mode =
+      options.mode == "code" ? trajectory::RandomMode::kCode : trajectory::RandomMode::kPaper;
+  random.duration_s = options.duration_s;
+  random.seed = options.seed;
+  return save(trajectory::make_random(random), options);
+}
+
+void add_common(CLI::App& command, Options& options) {
+  command.add_option("--out", options.out, "CSV to write: t_s,shoulder_rad,elbow_rad,insertion_m")
+      ->required();
+  command.add_flag("--force", options.force, "Replace an existing file");
+  command.add_flag("--json", options.json, "Print the summary as JSON");
+}
+
+}  // namespace
+
+void add_trajectory(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("trajectory", "Make a joint trajectory for calibration or test");
+  command->require_subcommand(1);
+
+  CLI::App* zigzag =
+      command->add_subcommand("zigzag", "Calibration: a snake through the workspace");
+  add_common(*zigzag, *options);
+  zigzag->add_option("--sparsity", options->sparsity, "Step between sweeps, as a part of the edge")
+      ->capture_default_str();
+  zigzag->add_option("--kind", options->kind, "Direction of the sweeps: x, y, z, xy, yz, xz or xyz")
+      ->capture_default_str();
+  zigzag->footer("Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv");
+  zigzag->callback([options, &exit_code] { exit_code = run_zigzag(*options); });
+
+  CLI::App* sinusoid =
+      command->add_subcommand("sinusoid", "Test: random targets and speeds per joint");
+  add_common(*sinusoid, *options);
+  sinusoid->add_option("--duration-s", options->duration_s, "Length, s")->capture_default_str();
+  sinusoid->add_option("--seed", options->seed, "Random seed")->capture_default_str();
+  sinusoid->add_option("--mode", options->mode, "paper: half cosines; code: the authors' script")
+      ->check(CLI::IsMember({"paper", "code"}))
+      ->capture_default_str();
+  sinusoid->footer(
+      "Example: ravencal trajectory sinusoid --duration-s 1200 --seed 7 --out test.csv");
+  sinusoid->callback([options, &exit_code] { exit_code = run_sinusoid(*options); });
+
+  command->footer("Example: ravencal trajectory zigzag --sparsity 1/3 --out zigzag3.csv");
+}
 
 }  // namespace ravencal::commands

@@ -43,9 +43,12 @@ double peak_of(const JointView& view) {
   return peak > 0 ? peak : 1.0;
 }
 
-constexpr double kPanelWidth = 206;
-constexpr double kPanelHeight = 150;
-constexpr double kPanelGap = 26;
+constexpr double kPanelWidth = 16 * kMapCells;
+constexpr double kPanelHeight = 11 * kMapCells;
+constexpr double kColumnStep = kPanelWidth + 28;
+constexpr double kOwnColumn = 3 * kColumnStep + 24;
+constexpr double kRowStep = kPanelHeight + 42;
+constexpr double kLegendTop = kRowStep + kPanelHeight + 44;
 
 struct Panel {
   std::string data;
@@ -60,19 +63,20 @@ json map_data(const std::string& name, const MapGrid& grid, const std::vector<Ma
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].samples < kLeastCellSamples) continue;
     column.push_back(static_cast<double>(i % grid.columns));
-    row.push_back(static_cast<double>(i / grid.columns));
+    const std::size_t row_index = i / grid.columns;
+    row.push_back(static_cast<double>(row_index));
     rmse.push_back(cells[i].rmse);
     mean.push_back(cells[i].mean);
     samples.push_back(static_cast<double>(cells[i].samples));
   }
-  return columns_data(name, {{"column", std::move(column)},
-                             {"row", std::move(row)},
-                             {"rmse", std::move(rmse)},
-                             {"mean", std::move(mean)},
-                             {"samples", std::move(samples)}});
+  return significant_data(name, {{"column", std::move(column)},
+                                 {"row", std::move(row)},
+                                 {"rmse", std::move(rmse)},
+                                 {"mean", std::move(mean)},
+                                 {"samples", std::move(samples)}});
 }
 
-json map_cells(const Panel& panel, const MapGrid& grid, const std::string& unit) {
+json map_cells(const Panel& panel, const MapGrid& grid) {
   const double width = kPanelWidth / static_cast<double>(grid.columns);
   const double height = kPanelHeight / static_cast<double>(grid.rows);
   return {{"type", "rect"},
@@ -85,13 +89,13 @@ json map_cells(const Panel& panel, const MapGrid& grid, const std::string& unit)
               {"height", {{"value", height}}},
               {"fill", {{"scale", panel.colour_scale}, {"field", "rmse"}}},
               {"tooltip",
-               {{"signal", fmt::format("format(datum.rmse, '.3~g') + ' {0} RMSE, mean ' + "
-                                       "format(datum.mean, '+.3~g') + ' {0}, ' + "
-                                       "format(datum.samples, 'd') + ' samples'",
-                                       unit)}}}}}}}};
+               {{"signal",
+                 "format(datum.rmse, '.3~g') + ' ' + unit + ' RMSE, mean ' + "
+                 "format(datum.mean, '+.3~g') + ' ' + unit + ', ' + "
+                 "format(datum.samples, 'd') + ' samples'"}}}}}}}};
 }
 
-json map_panel(const Panel& panel, const MapAxes& axes, const std::string& unit) {
+json map_panel(const Panel& panel, const MapAxes& axes) {
   json x_axis =
       axis("bottom", "x", panel.bottom ? fmt::format("{} [{}]", axes.x.joint, axes.x.unit) : "");
   json y_axis =
@@ -107,16 +111,19 @@ json map_panel(const Panel& panel, const MapAxes& axes, const std::string& unit)
       {"encode",
        {{"enter",
          {{"x", {{"value", 0}}}, {"y", {{"value", -6}}}, {"text", {{"value", panel.title}}}}}}}};
-  return {{"type", "group"},
-          {"encode",
-           {{"enter",
-             {{"x", {{"value", panel.x}}},
-              {"y", {{"value", panel.y}}},
-              {"width", {{"value", kPanelWidth}}},
-              {"height", {{"value", kPanelHeight}}},
-              {"fill", {{"value", "url(#untested)"}}}}}}},
-          {"axes", json::array({std::move(x_axis), std::move(y_axis)})},
-          {"marks", json::array({map_cells(panel, axes.grid, unit), std::move(title)})}};
+  json group = plot_area(panel.x, panel.y, kPanelWidth, kPanelHeight);
+  group["encode"]["enter"]["fill"] = {{"value", "url(#untested)"}};
+  group["axes"] = {std::move(x_axis), std::move(y_axis)};
+  group["marks"] = {map_cells(panel, axes.grid), std::move(title)};
+  return group;
+}
+
+double greatest_rmse(const std::vector<MapCell>& cells) {
+  double greatest = 0.0;
+  for (const MapCell& cell : cells) {
+    if (cell.samples >= kLeastCellSamples) greatest = std::max(greatest, cell.rmse);
+  }
+  return greatest;
 }
 
 json colour_scale(const char* name, double greatest) {
@@ -129,11 +136,10 @@ json colour_scale(const char* name, double greatest) {
           {"zero", true}};
 }
 
-json colour_legend(const char* scale_name, double x, double y, double length,
-                   const std::string& title) {
+json colour_legend(const char* scale_name, double x, double length, const std::string& title) {
   return {{"fill", scale_name},       {"type", "gradient"},  {"direction", "horizontal"},
-          {"orient", "none"},         {"legendX", x},        {"legendY", y},
-          {"gradientLength", length}, {"tickCount", 4},      {"gradientThickness", 10},
+          {"orient", "none"},         {"legendX", x},        {"legendY", kLegendTop},
+          {"gradientLength", length}, {"tickCount", 3},      {"gradientThickness", 10},
           {"title", title},           {"titleLimit", length}};
 }
 
@@ -142,29 +148,32 @@ json colour_legend(const char* scale_name, double x, double y, double length,
 json histogram_chart(const JointView& view) {
   json spec = chart(view.series.joint + ": number of samples by error", kWidth, kHeight);
   const double half_width = peak_of(view);
+  constexpr double kFoot = 0.5;
   double most = 1.0;
   for (const Estimate& estimate : estimates_of(view)) {
     const Histogram bins = histogram(estimate.error, half_width, kHistogramBins);
     std::vector<double> edges, counts;
     for (std::size_t i = 0; i < bins.counts.size(); ++i) {
+      const auto count = static_cast<double>(bins.counts[i]);
       edges.push_back(bins.from + bins.width * static_cast<double>(i));
-      // Half a sample stands for none: a logarithmic axis has no zero, and its foot is there.
-      counts.push_back(bins.counts[i] > 0 ? static_cast<double>(bins.counts[i]) : 0.5);
-      most = std::max(most, counts.back());
+      // The foot of the axis stands for none: a logarithmic axis has no zero.
+      counts.push_back(std::max(count, kFoot));
+      most = std::max(most, count);
     }
     edges.push_back(half_width);
-    counts.push_back(0.5);
-    spec["data"].push_back(columns_data(estimate.name, {{"edge", edges}, {"count", counts}}));
+    counts.push_back(kFoot);
+    spec["data"].push_back(significant_data(
+        estimate.name, {{"edge", std::move(edges)}, {"count", std::move(counts)}}));
     spec["marks"].push_back(line_mark(estimate.name, "edge", "count",
                                       {estimate.colour, 1.5, estimate.dash, "step-after"}));
   }
   spec["scales"] = {scale("x", "linear", {-half_width, half_width}, 0, kWidth),
-                    scale("y", "log", {0.5, 1.4 * most}, kHeight, 0)};
+                    scale("y", "log", {kFoot, 1.4 * most}, kHeight, 0)};
   json y_axis =
       axis("left", "y",
            fmt::format("samples per {:.2g} {}", 2 * half_width / kHistogramBins, view.series.unit));
   y_axis["values"] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000};
-  y_axis["format"] = ",d";
+  y_axis["format"] = "~s";
   spec["axes"] = {
       axis("bottom", "x", fmt::format("{} error [{}]", view.series.joint, view.series.unit)),
       std::move(y_axis)};
@@ -174,82 +183,76 @@ json histogram_chart(const JointView& view) {
 json quantile_chart(const JointView& view) {
   json spec =
       chart(view.series.joint + ": share of samples within a magnitude of error", kWidth, kHeight);
+  constexpr double kLeastMagnitude = 1e-12;  // a logarithmic axis has no zero
   double greatest = 0.0;
   double least = std::numeric_limits<double>::infinity();
   for (const Estimate& estimate : estimates_of(view)) {
     const auto quantiles = magnitude_quantiles(estimate.error, kQuantilePoints);
-    json rows = json::array();
+    std::vector<double> magnitudes, shares;
     for (const QuantilePoint& point : quantiles) {
-      rows.push_back({{"magnitude", std::max(point.magnitude, 1e-12)}, {"share", point.share}});
+      magnitudes.push_back(std::max(point.magnitude, kLeastMagnitude));
+      shares.push_back(point.share);
       greatest = std::max(greatest, point.magnitude);
       if (point.share >= 0.05 && point.magnitude > 0) least = std::min(least, point.magnitude);
     }
-    spec["data"].push_back({{"name", estimate.name}, {"values", std::move(rows)}});
+    spec["data"].push_back(significant_data(
+        estimate.name, {{"magnitude", std::move(magnitudes)}, {"share", std::move(shares)}}));
     spec["marks"].push_back(line_mark(estimate.name, "magnitude", "share",
                                       {estimate.colour, 1.5, estimate.dash, "linear"}));
   }
   if (!(greatest > 0) || !std::isfinite(least)) least = greatest = 1.0;
   least = std::clamp(least, greatest / 1e4, greatest / 10);
-  spec["scales"] = {scale("x", "log", {least, greatest * 1.05}, 0, kWidth),
+  const Extent magnitudes = {least, greatest * 1.05};
+  spec["scales"] = {scale("x", "log", magnitudes, 0, kWidth),
                     scale("y", "linear", {0, 1}, kHeight, 0)};
   json y_axis = axis("left", "y", "samples within that error");
   y_axis["format"] = ".0%";
-  y_axis["values"] = {0, 0.25, 0.5, 0.75, 0.95, 1};
+  y_axis["values"] = {0, 0.25, 0.5, 0.75, 0.95};
+  y_axis["labelOverlap"] = false;
   json x_axis =
       axis("bottom", "x", fmt::format("|{} error| [{}]", view.series.joint, view.series.unit));
   x_axis["format"] = "~g";
-  x_axis["tickCount"] = 6;
+  x_axis["values"] = log_ticks(magnitudes);
   spec["axes"] = {std::move(x_axis), std::move(y_axis)};
   return spec;
 }
 
 json map_chart(const JointView& view, const MapAxes& axes) {
-  constexpr double kRowStep = kPanelHeight + 42;
-  constexpr double kColumnStep = kPanelWidth + kPanelGap;
-  const double last_column = 3 * kColumnStep + 20;
   json spec = chart(view.series.joint + ": RMS error over the workspace by direction of motion",
-                    last_column + kPanelWidth, kRowStep + kPanelHeight);
+                    kOwnColumn + kPanelWidth, kRowStep + kPanelHeight);
+  spec["signals"] = {{{"name", "unit"}, {"value", view.series.unit}}};
   double greatest = 0.0;
   double greatest_corrected = 0.0;
-  json panels = json::array();
-  for (const std::int8_t direction : {std::int8_t{1}, std::int8_t{-1}}) {
-    const bool first_row = direction > 0;
-    const std::string suffix = first_row ? "rising" : "falling";
-    const double y = first_row ? 0.0 : kRowStep;
+  for (const bool rising : {true, false}) {
+    const std::string motion = rising ? "rising" : "falling";
+    const double y = rising ? 0.0 : kRowStep;
     double x = 0.0;
     for (const Estimate& estimate : estimates_of(view)) {
       const auto cells = error_map(axes.grid, axes.x.truth, axes.y.truth, estimate.error,
-                                   view.direction, direction);
-      const std::string name = fmt::format("{}_{}", estimate.name, suffix);
+                                   view.direction, rising ? 1 : -1);
+      const std::string name = fmt::format("{}_{}", estimate.name, motion);
+      const std::string title = fmt::format("{}, {} {}", estimate.title, view.series.joint, motion);
       spec["data"].push_back(map_data(name, axes.grid, cells));
-      const std::string title = fmt::format("{}, {} {}", estimate.title, view.series.joint, suffix);
-      panels.push_back(
-          map_panel({name, title, "colour", x, y, x == 0, !first_row}, axes, view.series.unit));
-      const bool is_corrected = &estimate.error == &view.corrected_error;
-      for (const MapCell& cell : cells) {
-        if (cell.samples < kLeastCellSamples) continue;
-        greatest = std::max(greatest, cell.rmse);
-        if (is_corrected) greatest_corrected = std::max(greatest_corrected, cell.rmse);
-      }
-      if (is_corrected) {
-        panels.push_back(map_panel({name, fmt::format("corrected, {}, own colours", suffix),
-                                    "own_colour", last_column, y, false, !first_row},
-                                   axes, view.series.unit));
+      spec["marks"].push_back(map_panel({name, title, "colour", x, y, x == 0, !rising}, axes));
+      greatest = std::max(greatest, greatest_rmse(cells));
+      if (&estimate.error == &view.corrected_error) {
+        greatest_corrected = std::max(greatest_corrected, greatest_rmse(cells));
       }
       x += kColumnStep;
     }
+    const std::string own_title = fmt::format("corrected, {}, own colours", motion);
+    spec["marks"].push_back(map_panel(
+        {"corrected_" + motion, own_title, "own_colour", kOwnColumn, y, false, !rising}, axes));
   }
   spec["scales"] = {scale("x", "linear", {axes.grid.x_from, axes.grid.x_to}, 0, kPanelWidth),
                     scale("y", "linear", {axes.grid.y_from, axes.grid.y_to}, kPanelHeight, 0),
                     colour_scale("colour", greatest),
                     colour_scale("own_colour", greatest_corrected)};
-  const double legend_y = kRowStep + kPanelHeight + 44;
-  spec["legends"] = {colour_legend("colour", 0, legend_y, 2 * kColumnStep + kPanelWidth,
+  spec["legends"] = {colour_legend("colour", 0, 2 * kColumnStep + kPanelWidth,
                                    fmt::format("RMSE of the {} [{}], first three columns",
                                                view.series.joint, view.series.unit)),
-                     colour_legend("own_colour", last_column, legend_y, kPanelWidth,
+                     colour_legend("own_colour", kOwnColumn, kPanelWidth,
                                    fmt::format("RMSE [{}], last column", view.series.unit))};
-  spec["marks"] = std::move(panels);
   return spec;
 }
 

@@ -31,14 +31,11 @@ json plot_group(double y, double width, double height, Extent extent, const std:
   }
   json y_axis = axis("left", "y", y_title);
   y_axis["tickCount"] = 5;
-  return {
-      {"type", "group"},
-      {"encode",
-       {{"enter",
-         {{"y", {{"value", y}}}, {"width", {{"value", width}}}, {"height", {{"value", height}}}}}}},
-      {"scales", json::array({scale("y", "linear", extent, height, 0)})},
-      {"axes", json::array({std::move(time_axis), std::move(y_axis)})},
-      {"marks", std::move(marks)}};
+  json group = plot_area(0, y, width, height);
+  group["scales"] = json::array({scale("y", "linear", extent, height, 0)});
+  group["axes"] = {std::move(time_axis), std::move(y_axis)};
+  group["marks"] = std::move(marks);
+  return group;
 }
 
 /// Dashed rules where the next recording starts.

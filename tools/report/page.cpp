@@ -107,7 +107,8 @@ void add_map(Page& page, const JointView& view, const MapAxes& axes) {
           "RMS error by {} and {}, apart for rising and falling {}: friction and slack show as a "
           "difference between the two rows. The first three columns share one colour scale; the "
           "last shows the corrected errors again on their own. Hatched: fewer than {} samples, "
-          "untested. Samples at rest are in neither row ({:.1f} %). Point at a cell for its "
+          "untested. Samples at rest or without truth are in neither row ({:.1f} %). Point at a "
+          "cell for its "
           "figures.",
           axes.x.joint, axes.y.joint, view.series.joint, kLeastCellSamples, share),
       true);
@@ -122,7 +123,7 @@ void add_joint(Page& page, const JointSeries& series, std::size_t index,
       view.timeline.recording_starts.empty() ? "" : " Dashed: the next recording begins.";
   page.figure(
       trace_chart(view), "Position and error over time",
-      "Error = estimate - truth. Each pixel column shows its least and its greatest sample, so no "
+      "Error = estimate − truth. Each pixel column shows its least and its greatest sample, so no "
       "peak is lost; a gap is missing data." +
           boundaries,
       true);

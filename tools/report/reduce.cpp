@@ -83,6 +83,12 @@ double range_95(std::span<const double> values) {
   return at(0.975) - at(0.025);
 }
 
+/// -1 or +1 where |value| > threshold, else 0.
+std::int8_t sign_beyond(double value, double threshold) {
+  if (!(std::abs(value) > threshold)) return 0;
+  return value > 0 ? 1 : -1;
+}
+
 IndexRange window_around(const Timeline& timeline, IndexRange stretch, std::size_t centre,
                          double duration_s) {
   const auto& t = timeline.t_s;
@@ -245,9 +251,7 @@ std::vector<std::int8_t> direction_of_motion(const Timeline& timeline,
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
       while (t[i] - t[before] > kHalfSpan_s && before + 1 < i) ++before;
       while (after + 1 < stretch.end && t[after] - t[i] < kHalfSpan_s) ++after;
-      if (!(t[after] > t[before])) continue;
-      const double speed = (truth[after] - truth[before]) / (t[after] - t[before]);
-      if (std::abs(speed) > rest_speed) direction[i] = speed > 0 ? 1 : -1;
+      direction[i] = sign_beyond(truth[after] - truth[before], rest_speed * (t[after] - t[before]));
     }
   }
   return direction;

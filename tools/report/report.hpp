@@ -41,9 +41,10 @@ struct ErrorRow {
 };
 
 struct ErrorTable {
-  std::string title;            ///< e.g. "held-out recordings"
-  std::string note;             ///< shown below the table; may be empty
-  std::string published_label;  ///< source of the `published` figures; empty if there are none
+  std::string title;  ///< e.g. "held-out recordings"
+  std::string note;   ///< shown below the table; may be empty
+  std::string
+      published_label;  ///< source of the `published` figures, e.g. "arXiv 2302.04999, table II"
   std::vector<ErrorRow> rows;
 };
 

@@ -37,8 +37,9 @@ std::string error_row_html(const ErrorRow& row, bool with_published) {
     if (std::isfinite(rmse)) least = std::isfinite(least) ? std::min(least, rmse) : rmse;
   }
   const int decimals = decimals_for(least);
-  std::string html = fmt::format("<tr><th scope=\"row\">{}</th>", html_escape(row.joint));
-  html += cell(html_escape(row.unit)) + cell(fmt::format("{}", row.samples));
+  std::string html = fmt::format("<tr><th scope=\"row\">{} [{}]</th>", html_escape(row.joint),
+                                 html_escape(row.unit));
+  html += cell(fmt::format("{}", row.samples));
   html += figure_cells(row.raw, decimals, "group");
   html += figure_cells(row.bias_removed, decimals, "group");
   html += figure_cells(row.calibrated, decimals, "group strong");
@@ -50,6 +51,10 @@ std::string error_row_html(const ErrorRow& row, bool with_published) {
     html += figure_cells(row.published.value_or(ErrorFigure{}), decimals, "group");
   }
   return html + "</tr>\n";
+}
+
+std::string note_html(const std::string& text) {
+  return "<p class=\"note\">" + html_escape(text) + "</p>\n";
 }
 
 std::string microseconds(double duration_ns) {
@@ -79,26 +84,22 @@ std::string figure_text(double value, int decimals) {
 std::string reduction_text(double before, double after) {
   if (!std::isfinite(before) || !std::isfinite(after) || before <= 0) return kDash;
   const double percent = 100 * (1 - after / before);
-  return percent >= 0 ? fmt::format("{:.1f} %", percent) : fmt::format("{:.1f} % worse", -percent);
+  return percent >= 0 ? fmt::format("{:.1f} %", percent) : fmt::format("−{:.1f} %", -percent);
 }
 
 std::string error_table_html(const ErrorTable& table) {
   const bool with_published =
       std::any_of(table.rows.begin(), table.rows.end(),
                   [](const ErrorRow& row) { return row.published.has_value(); });
-  std::string html = "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"";
-  html += html_escape(table.title) + "\"><table>\n<caption>" + html_escape(table.title) +
-          "</caption>\n";
-  html +=
-      "<thead><tr><th rowspan=\"2\" scope=\"col\">joint</th><th rowspan=\"2\" "
-      "scope=\"col\">unit</th>"
-      "<th rowspan=\"2\" scope=\"col\">samples</th>";
-  std::vector<std::string> groups = {"raw", "bias removed", "calibrated", "less than raw",
-                                     "less than bias removed"};
-  if (with_published) {
-    groups.push_back(table.published_label.empty() ? "published"
-                                                   : html_escape(table.published_label));
-  }
+  std::vector<std::string> groups = {"raw", "bias removed", "calibrated", "reduction from raw",
+                                     "from bias removed"};
+  if (with_published) groups.emplace_back("published");
+  const std::string title = html_escape(table.title);
+  std::string html = fmt::format(
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\"><table>\n"
+      "<caption>{0}</caption>\n<thead><tr><th rowspan=\"2\" scope=\"col\">joint</th>"
+      "<th rowspan=\"2\" scope=\"col\">samples</th>",
+      title);
   for (const std::string& group : groups) {
     html += fmt::format("<th colspan=\"2\" scope=\"colgroup\" class=\"group\">{}</th>", group);
   }
@@ -109,7 +110,10 @@ std::string error_table_html(const ErrorTable& table) {
   html += "</tr></thead>\n<tbody>\n";
   for (const ErrorRow& row : table.rows) html += error_row_html(row, with_published);
   html += "</tbody></table></div>\n";
-  if (!table.note.empty()) html += "<p class=\"note\">" + html_escape(table.note) + "</p>\n";
+  if (with_published && !table.published_label.empty()) {
+    html += note_html("Published, calibrated: " + table.published_label + ".");
+  }
+  if (!table.note.empty()) html += note_html(table.note);
   return html;
 }
 

@@ -18,8 +18,8 @@ std::string duration_table_html(const RealTimeFigures& figures);
 /// Two columns, name and value.
 std::string facts_html(const std::vector<std::pair<std::string, std::string>>& facts);
 
-/// Reduction of `after` against `before` as a text in %: "86.2 %", "12.0 % worse", or a dash when
-/// either is unknown or `before` is not positive.
+/// Reduction of `after` against `before` as a text in %: "86.2 %", "−12.0 %" (it became worse), or
+/// a dash when either is unknown or `before` is not positive.
 std::string reduction_text(double before, double after);
 /// A figure in fixed decimals or, if unknown, a dash.
 std::string figure_text(double value, int decimals);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/vega_spec.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace ravencal::report {
@@ -42,8 +45,23 @@ Extent extent_of(std::initializer_list<std::span<const Point>> lines) {
   return {least - margin, greatest + margin};
 }
 
-json columns_data(std::string_view name,
-                  const std::vector<std::pair<std::string, std::vector<double>>>& columns) {
+json significant_data(std::string_view name, const Columns& columns) {
+  json encoded = json::object();
+  for (const auto& [column, values] : columns) {
+    json rounded = json::array();
+    for (const double value : values) {
+      if (std::isfinite(value)) {
+        rounded.push_back(std::strtod(fmt::format("{:.5g}", value).c_str(), nullptr));
+      } else {
+        rounded.push_back(nullptr);
+      }
+    }
+    encoded[column] = {{"q", 1}, {"v", std::move(rounded)}};
+  }
+  return {{"name", name}, {"columns", std::move(encoded)}};
+}
+
+json columns_data(std::string_view name, const Columns& columns) {
   json encoded = json::object();
   for (const auto& [column, values] : columns) {
     const double quantum = quantum_of(values);
@@ -110,6 +128,36 @@ json zero_rule(double width) {
               {"y", {{"scale", "y"}, {"value", 0}}},
               {"stroke", {{"value", kInkColour}}},
               {"strokeWidth", {{"value", 0.8}}}}}}}};
+}
+
+json plot_area(double x, double y, double width, double height) {
+  return {
+      {"type", "group"},
+      {"signals", {{{"name", "width"}, {"value", width}}, {{"name", "height"}, {"value", height}}}},
+      {"encode",
+       {{"enter",
+         {{"x", {{"value", x}}},
+          {"y", {{"value", y}}},
+          {"width", {{"value", width}}},
+          {"height", {{"value", height}}}}}}}};
+}
+
+json log_ticks(Extent domain) {
+  const auto first = static_cast<int>(std::floor(std::log10(domain.from)));
+  const auto last = static_cast<int>(std::floor(std::log10(domain.to)));
+  const auto ticks = [&](std::initializer_list<double> steps) {
+    json values = json::array();
+    for (int exponent = first; exponent <= last; ++exponent) {
+      for (const double step : steps) {
+        const double tick = step * std::pow(10.0, exponent);
+        if (tick >= domain.from && tick <= domain.to) values.push_back(tick);
+      }
+    }
+    return values;
+  };
+  constexpr std::size_t kMostTicks = 12;
+  json values = ticks({1, 2, 5});
+  return values.size() > kMostTicks ? ticks({1}) : values;
 }
 
 json chart(std::string_view description, double width, double height) {

@@ -34,10 +34,13 @@ struct Extent {
 /// Extent of the finite values of all lines, widened by 4 % on both sides; never empty.
 Extent extent_of(std::initializer_list<std::span<const Point>> lines);
 
-/// A data set whose columns travel as whole multiples of a quantum fine enough for a screen
-/// (1/4000 of the column's range or finer); page.js makes rows of them.
-json columns_data(std::string_view name,
-                  const std::vector<std::pair<std::string, std::vector<double>>>& columns);
+using Columns = std::vector<std::pair<std::string, std::vector<double>>>;
+
+/// A data set for linear axes: columns travel as whole multiples of a quantum fine enough for a
+/// screen (1/4000 of the column's range or finer); page.js makes rows of them.
+json columns_data(std::string_view name, const Columns& columns);
+/// A data set for logarithmic axes: columns travel with five significant digits.
+json significant_data(std::string_view name, const Columns& columns);
 /// Columns t and v.
 json line_data(std::string_view name, std::span<const Point> line);
 
@@ -55,6 +58,11 @@ struct LineStyle {
 /// A line through columns `x_field`, `y_field` of `data`, interrupted where y is missing.
 json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
                const LineStyle& style, std::string_view y_scale = "y");
+/// A plot inside a chart: signals and encoding of a group of that place and size. Its signals stand
+/// in for the chart's, which is what axes take the length of their grid from.
+json plot_area(double x, double y, double width, double height);
+/// Ticks 1, 2 and 5 times powers of ten (only the powers if there would be more than 12).
+json log_ticks(Extent domain);
 /// A horizontal rule at y = 0 across `width` pixels.
 json zero_rule(double width);
 

@@ -53,6 +53,24 @@ extern "C" {
 #define RAVENCAL_STATE_FAULT 6
 #define RAVENCAL_STATE_COUNT 7
 
+/* Why a correction is not applied in full: bits of ravencal_output.doubts. */
+#define RAVENCAL_DOUBT_ROBOT_STATE 1u   /* run level or joints not ready */
+#define RAVENCAL_DOUBT_NO_WEIGHTS 2u    /* nothing loaded yet */
+#define RAVENCAL_DOUBT_TIME 4u          /* time stood still, ran back or jumped */
+#define RAVENCAL_DOUBT_NOT_LATCHED 8u   /* observe_cycle_end was not called in the last cycle */
+#define RAVENCAL_DOUBT_NOT_FINITE 16u   /* an input was NaN or infinite */
+#define RAVENCAL_DOUBT_OUT_OF_RANGE 32u /* an input far outside the trained range */
+#define RAVENCAL_DOUBT_WARMING_UP 64u   /* fewer cycles seen than the oldest input of the network */
+#define RAVENCAL_DOUBT_MAGNITUDE 128u   /* the network asks for more than max_correction_ji */
+#define RAVENCAL_DOUBT_NETWORK 256u     /* finite inputs, but the result is not: FAULT */
+#define RAVENCAL_DOUBT_KINDS 9
+
+/* Instruction sets, for config.max_isa and info. */
+#define RAVENCAL_ISA_BEST 0u /* the best that the processor has */
+#define RAVENCAL_ISA_BASELINE 1u
+#define RAVENCAL_ISA_AVX2 2u
+#define RAVENCAL_ISA_AVX512 3u
+
 /* One arm, as the controller holds it. */
 typedef struct ravencal_arm {
   int32_t type;                              /* USB serial or arm id, as raven_state publishes it */
@@ -94,6 +112,7 @@ typedef struct ravencal_output {
   float jpos_ji[RAVENCAL_JOINTS];        /* corrected joints; equal to the input where not corrected */
   float correction_ji[RAVENCAL_JOINTS];  /* what was added */
   float predicted_ji[RAVENCAL_JOINTS];   /* what the network asked for, before fading and limits */
+  uint32_t doubts;                       /* RAVENCAL_DOUBT_* of this cycle */
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
@@ -103,6 +122,7 @@ typedef struct ravencal_config {
   float slew_ji_per_s[RAVENCAL_JOINTS];         /* fastest change of a correction when fading in, out or held */
   float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
   float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
+  uint32_t max_isa;                             /* RAVENCAL_ISA_*: do not go beyond this one */
 } ravencal_config;
 
 /* Everything that happened, for a host to show. Copied whole by `counters`. */
@@ -112,14 +132,25 @@ typedef struct ravencal_counters {
   uint64_t ticks;
   uint64_t ticks_in_state[RAVENCAL_STATE_COUNT];
   uint64_t transitions;
-  uint64_t refused_not_finite;       /* a feature was NaN or Inf */
-  uint64_t refused_time;             /* time stood still, ran back or jumped */
-  uint64_t refused_out_of_range;     /* outside the trained range */
-  uint64_t refused_magnitude;        /* prediction above max_correction_ji */
-  uint64_t refused_robot_state;      /* run level or joints not ready */
-  uint64_t limited_rate;             /* correction slowed to max_correction_rate */
-  uint64_t loads;                    /* blobs loaded */
+  uint64_t ticks_in_doubt[RAVENCAL_DOUBT_KINDS]; /* in the order of the RAVENCAL_DOUBT_* bits */
+  uint64_t clamped_inputs;                       /* inputs taken at the border of their trained range */
+  uint64_t limited_rate;                         /* corrections slowed to the maximum rate, per joint */
+  uint64_t swaps;                                /* weights taken into use by step */
 } ravencal_counters;
+
+/* What load made of the last blob that it accepted. */
+typedef struct ravencal_info {
+  uint32_t struct_size;
+  uint32_t isa;               /* RAVENCAL_ISA_* of the network that runs */
+  uint32_t inputs;            /* of the blob */
+  uint32_t padded_inputs;     /* of the compiled network that runs it */
+  uint64_t parameters;        /* of the blob */
+  uint64_t bytes_per_step;    /* weights and scaling read by one step */
+  uint32_t memory_locked;     /* 1 if the weights are locked in RAM, 0 if the system refused */
+  uint32_t longest_lag_ticks; /* of its oldest input */
+  uint32_t checksum;          /* CRC-32C of the blob */
+  uint32_t needs_cycle_end;   /* 1 if observe_cycle_end must be called each cycle */
+} ravencal_info;
 
 typedef struct ravencal_instance ravencal_instance;
 
@@ -155,8 +186,12 @@ typedef struct ravencal_api {
   /* [any] Asks the correction to fade in (1) or out (0). */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
+  /* [init] What runs. RAVENCAL_ERROR_ARGUMENT before the first successful load. */
+  int32_t (*info)(const ravencal_instance* instance, ravencal_info* info);
+
   /* [rt] One control cycle, called at the hook: after the forward cable coupling, before the
-   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT. */
+   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT; RAVENCAL_ERROR_ARGUMENT, with
+   * nothing written, for a null pointer or a struct_size below this version's. */
   int32_t (*step)(ravencal_instance* instance, const ravencal_state* state, ravencal_output* output);
 
   /* [rt] The control-safe inverse: the joint position that the uncorrected cable coupling must be
@@ -172,7 +207,7 @@ typedef struct ravencal_api {
   /* [any] Copies the counters; counters->struct_size must be set. */
   int32_t (*counters)(const ravencal_instance* instance, ravencal_counters* counters);
 
-  /* [init] Leaves FAULT for OFF. */
+  /* [any] Leaves FAULT for OFF at the next step; enable(1) must be called again. */
   void (*reset)(ravencal_instance* instance);
 
   /* [init] Releases what load took. The storage stays the host's. */
@@ -182,6 +217,21 @@ typedef struct ravencal_api {
 /* [init] The only exported symbol. Null if `host_abi_major` is not RAVENCAL_ABI_MAJOR. */
 typedef const ravencal_api* (*ravencal_plugin_entry_fn)(uint32_t host_abi_major);
 const ravencal_api* ravencal_plugin_entry(uint32_t host_abi_major);
+
+/* Sizes and offsets that both sides must agree on; a compiler that lays them out differently stops
+ * here. */
+#define RAVENCAL_STATIC_ASSERT(name, condition) typedef char name[(condition) ? 1 : -1]
+RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_size, sizeof(ravencal_arm) == 476);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_enc, offsetof(ravencal_arm, enc_counts) == 100);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_jpos, offsetof(ravencal_arm, jpos_ji) == 324);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_ready, offsetof(ravencal_arm, joints_ready) == 472);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 48);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 48);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 176);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 48);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "quadrature_reader/logger.hpp"
+
+namespace ravencal::quadrature_reader {
+
+/// The status as a table for people: one line per joint in degrees or millimetres, one for the
+/// rest.
+std::string table_of(const LoggerStatus& status);
+
+/// The status as one line of JSON in SI units, without newline.
+std::string json_of(const LoggerStatus& status);
+
+}  // namespace ravencal::quadrature_reader

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The live path: one reader thread per source, their rings, and the calling thread as writer.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "quadrature_reader/config.hpp"
+#include "quadrature_reader/reader_thread.hpp"
+#include "quadrature_reader/recorder.hpp"
+
+namespace ravencal::quadrature_reader {
+
+struct LoggerOptions {
+  bool every_edge = false;
+  double duration_s = 0.0;    ///< 0: until stopped
+  int realtime_priority = 0;  ///< of the reader threads; 0: ordinary scheduling
+};
+
+/// A picture of the run, for the terminal and for --json.
+struct LoggerStatus {
+  struct Joint {
+    std::string name;
+    std::string unit;
+    std::int64_t count = 0;
+    AxisSample sample;
+    std::int64_t edges = 0;
+    double edges_per_s = 0.0;
+    std::int64_t losses = 0;
+    bool delivering = false;
+  };
+  double elapsed_s = 0.0;
+  std::vector<Joint> joints;
+  double fullest_ring = 0.0;  ///< fill level of the fullest ring since the last status, 0 to 1
+  std::int64_t rows = 0;
+  std::string trouble;  ///< last device or disk error, empty if none
+};
+
+class Logger {
+ public:
+  static core::Result<std::unique_ptr<Logger>> create(const Config& config,
+                                                      const std::filesystem::path& path,
+                                                      const LoggerOptions& options);
+  ~Logger();
+
+  /// Records until `stop` says so, the duration is over, or all sources have ended. `on_status` is
+  /// called ten times a second. The result is that of closing the recording.
+  core::Status run(const std::function<bool()>& stop,
+                   const std::function<void(const LoggerStatus&)>& on_status);
+
+  /// A device failed, or data was lost: the program's exit code is kDevice.
+  [[nodiscard]] bool failed() const;
+  Recorder& recorder() { return recorder_; }
+
+ private:
+  Logger(const Config& config, Recorder recorder, const LoggerOptions& options);
+  bool drain_rings();
+  [[nodiscard]] bool sources_ended() const;
+  LoggerStatus status(std::int64_t now_ns);
+  void store_clock_offset();
+
+  Config config_;
+  LoggerOptions options_;
+  Recorder recorder_;
+  std::vector<std::unique_ptr<ReaderThread>> readers_;
+  std::vector<AxisSample> last_samples_;
+  std::vector<std::int64_t> last_edges_;
+  std::int64_t started_ns_ = 0;
+  std::int64_t last_status_ns_ = 0;
+  double fullest_ring_ = 0.0;
+};
+
+}  // namespace ravencal::quadrature_reader

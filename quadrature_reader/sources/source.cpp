@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "quadrature_reader/sources/source.hpp"
+
+#include <ctime>
+
+#include "quadrature_reader/sources/make_gpio.hpp"
+#include "quadrature_reader/sources/replay.hpp"
+
+namespace ravencal::quadrature_reader {
+
+core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings) {
+  switch (settings.kind) {
+    case SourceKind::kGpio:
+      return make_gpio_source(settings);
+    case SourceKind::kReplay:
+      return std::unique_ptr<Source>(std::make_unique<ReplaySource>(settings));
+    case SourceKind::kCan:
+    case SourceKind::kCounter:
+      break;
+  }
+  return core::Error{core::ErrorCode::kUsage, "sources of this kind are not built in"};
+}
+
+std::int64_t monotonic_now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace ravencal::quadrature_reader

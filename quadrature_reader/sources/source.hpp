@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where readings come from: GPIO edges, CAN frames, a kernel counter, a recording.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "core/result.hpp"
+#include "quadrature_reader/config.hpp"
+#include "quadrature_reader/reading.hpp"
+
+namespace ravencal::quadrature_reader {
+
+/// One device. Used by one thread, after construction on another.
+class Source {
+ public:
+  Source() = default;
+  virtual ~Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+
+  /// Opens the device; after a failed read() it may be called again.
+  virtual core::Status open() = 0;
+
+  /// Waits for readings, at most `timeout`, and appends them to `out` in time order, closed by a
+  /// kAlive with kEveryAxis. An error means that the device is gone; what was read is in `out`.
+  virtual core::Status read(std::vector<Reading>& out, std::chrono::milliseconds timeout) = 0;
+
+  /// True if the source can be kept waiting when the ring is full (a recording can, a device not).
+  [[nodiscard]] virtual bool patient() const { return false; }
+
+  /// True once nothing more will come (a recording has been replayed).
+  [[nodiscard]] virtual bool finished() const { return false; }
+};
+
+/// The source that `settings` describe, not opened yet. Error if this build lacks its kind.
+core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings);
+
+/// CLOCK_MONOTONIC in ns.
+std::int64_t monotonic_now_ns();
+
+}  // namespace ravencal::quadrature_reader

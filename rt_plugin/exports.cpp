@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The C ABI: checks what the host gives, then calls the C++ inside. Nothing else is exported.
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+
+#include "core/version.hpp"
+#include "ravencal/plugin.h"
+#include "rt_plugin/instance.hpp"
+#include "rt_plugin/step.hpp"
+
+namespace {
+
+// Sizes of version 1.0. A host may pass larger structs (a newer header) but never smaller ones.
+constexpr std::size_t kStateBytes = sizeof(ravencal_state);
+constexpr std::size_t kOutputBytes = sizeof(ravencal_output);
+
+template <typename Struct>
+bool large_enough(const Struct* value) noexcept {
+  return value != nullptr && value->struct_size >= sizeof(Struct);
+}
+
+const char* version() noexcept { return ravencal::core::kVersion; }
+
+std::int32_t default_config(ravencal_config* config) noexcept {
+  if (!large_enough(config)) return RAVENCAL_ERROR_ARGUMENT;
+  config->tick_ns = 1'000'000;
+  config->max_isa = RAVENCAL_ISA_BEST;
+  // Fading at 0.05 rad/s and 10 mm/s: the whole of a RAVEN-II's offset (7.5 deg, 10.5 mm between
+  // the controller's hard stops and the authors' encoder zero) comes in within three seconds.
+  // In normal work ten times that, which hysteresis at a reversal needs. Corrections beyond 11.5
+  // deg or 20 mm are not calibration but a fault.
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const bool prismatic = j == 2;
+    config->slew_ji_per_s[j] = prismatic ? 0.01F : 0.05F;
+    config->max_correction_rate_ji_per_s[j] = prismatic ? 0.1F : 0.5F;
+    config->max_correction_ji[j] = prismatic ? 0.02F : 0.2F;
+  }
+  return RAVENCAL_SUCCESS;
+}
+
+bool is_positive(const float (&values)[RAVENCAL_JOINTS]) noexcept {
+  for (const float value : values) {
+    if (!(value > 0.0F) || !std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+bool is_valid(const ravencal_config& config) noexcept {
+  constexpr std::uint32_t kShortestTickNs = 10'000;
+  constexpr std::uint32_t kLongestTickNs = 100'000'000;
+  return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
+         config.max_isa <= RAVENCAL_ISA_AVX512 && is_positive(config.slew_ji_per_s) &&
+         is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
+}
+
+std::size_t storage_size() noexcept { return sizeof(ravencal_instance); }
+std::size_t storage_alignment() noexcept { return alignof(ravencal_instance); }
+
+std::int32_t create(const ravencal_config* config, void* storage, std::size_t storage_bytes,
+                    ravencal_instance** instance) noexcept {
+  if (instance == nullptr || storage == nullptr || !large_enough(config) || !is_valid(*config)) {
+    return RAVENCAL_ERROR_ARGUMENT;
+  }
+  const bool misaligned = reinterpret_cast<std::uintptr_t>(storage) % storage_alignment() != 0;
+  if (storage_bytes < storage_size() || misaligned) return RAVENCAL_ERROR_MEMORY;
+  *instance = new (storage) ravencal_instance(*config);
+  return RAVENCAL_SUCCESS;
+}
+
+std::int32_t load(ravencal_instance* instance, const char* path) noexcept {
+  if (instance == nullptr || path == nullptr) return RAVENCAL_ERROR_ARGUMENT;
+  instance->last_load = {};
+  ravencal::rt::LoadedModel* const model =
+      ravencal::rt::load_model(path, instance->config, instance->last_load);
+  if (model == nullptr) return instance->last_load.code;
+  instance->loaded = model->info();
+  instance->swap.offer(model);
+  return RAVENCAL_SUCCESS;
+}
+
+const char* last_error(const ravencal_instance* instance) noexcept {
+  return instance == nullptr ? "no instance" : instance->last_load.message.data();
+}
+
+void enable(ravencal_instance* instance, std::int32_t on) noexcept {
+  if (instance == nullptr) return;
+  instance->enabled.store(on != 0 ? 1 : 0, std::memory_order_relaxed);
+}
+
+std::int32_t info(const ravencal_instance* instance, ravencal_info* result) noexcept {
+  if (instance == nullptr || !large_enough(result) || instance->loaded.struct_size == 0) {
+    return RAVENCAL_ERROR_ARGUMENT;
+  }
+  const std::uint32_t host_size = result->struct_size;
+  *result = instance->loaded;
+  result->struct_size = host_size;
+  return RAVENCAL_SUCCESS;
+}
+
+std::int32_t step(ravencal_instance* instance, const ravencal_state* state,
+                  ravencal_output* output) noexcept {
+  if (instance == nullptr || state == nullptr || output == nullptr ||
+      state->struct_size < kStateBytes || output->struct_size < kOutputBytes) {
+    return RAVENCAL_ERROR_ARGUMENT;
+  }
+  return ravencal::rt::step(*instance, *state, *output);
+}
+
+void uncorrect_desired(const ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
+                       float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
+  if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
+  const ravencal::rt::JointVector& correction_ji = instance->envelope.correction_ji();
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    uncorrected_ji[j] = desired_ji[j] - correction_ji[j];
+  }
+}
+
+void observe_cycle_end(ravencal_instance* instance, const ravencal_state* state) noexcept {
+  if (instance == nullptr || state == nullptr || state->struct_size < kStateBytes) return;
+  ravencal::rt::observe_cycle_end(*instance, *state);
+}
+
+std::uint64_t read(const std::uint64_t& counter) noexcept {
+  // atomic_ref wants a mutable object even to read it; the instance is not const itself.
+  return std::atomic_ref<std::uint64_t>(const_cast<std::uint64_t&>(counter))
+      .load(std::memory_order_relaxed);
+}
+
+template <std::size_t kCount>
+void read(const std::uint64_t (&from)[kCount], std::uint64_t (&to)[kCount]) noexcept {
+  for (std::size_t i = 0; i < kCount; ++i) to[i] = read(from[i]);
+}
+
+std::int32_t counters(const ravencal_instance* instance, ravencal_counters* result) noexcept {
+  if (instance == nullptr || !large_enough(result)) return RAVENCAL_ERROR_ARGUMENT;
+  const ravencal_counters& from = instance->counters;
+  result->reserved = 0;
+  result->ticks = read(from.ticks);
+  read(from.ticks_in_state, result->ticks_in_state);
+  result->transitions = read(from.transitions);
+  read(from.ticks_in_doubt, result->ticks_in_doubt);
+  result->clamped_inputs = read(from.clamped_inputs);
+  result->limited_rate = read(from.limited_rate);
+  result->swaps = read(from.swaps);
+  return RAVENCAL_SUCCESS;
+}
+
+void reset(ravencal_instance* instance) noexcept {
+  if (instance == nullptr) return;
+  instance->enabled.store(0, std::memory_order_relaxed);
+  instance->reset_requested.store(1, std::memory_order_relaxed);
+}
+
+void destroy(ravencal_instance* instance) noexcept {
+  if (instance == nullptr) return;
+  instance->swap.clear();
+  ravencal::rt::free_model(instance->model);
+  instance->~ravencal_instance();
+}
+
+constexpr ravencal_api kApi = {
+    sizeof(ravencal_api),
+    RAVENCAL_ABI_MAJOR,
+    RAVENCAL_ABI_MINOR,
+    0,
+    &version,
+    &default_config,
+    &storage_size,
+    &storage_alignment,
+    &create,
+    &load,
+    &last_error,
+    &enable,
+    &info,
+    &step,
+    &uncorrect_desired,
+    &observe_cycle_end,
+    &counters,
+    &reset,
+    &destroy,
+};
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) const ravencal_api* ravencal_plugin_entry(
+    uint32_t host_abi_major) {
+  return host_abi_major == RAVENCAL_ABI_MAJOR ? &kApi : nullptr;
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A verified model, ready to run: everything that one step reads or writes for it, in one mapping
+// that is page-aligned, touched and, where the system allows it, locked in RAM. Made and freed by a
+// thread that is not the real-time one; between that, the real-time thread owns it alone.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "model/feature_state.hpp"
+#include "model/kinds.hpp"
+#include "ravencal/plugin.h"
+#include "rt_plugin/envelope.hpp"
+#include "rt_plugin/gather.hpp"
+#include "rt_plugin/kernels.hpp"
+
+namespace ravencal::rt {
+
+class LoadedModel {
+ public:
+  /// What one evaluation says.
+  struct Prediction {
+    JointVector error_ji{};    ///< to add to the joints; 0 where the model has no output
+    std::uint32_t doubts = 0;  ///< RAVENCAL_DOUBT_*
+    std::uint32_t clamped_inputs = 0;
+  };
+
+  /// [rt] Evaluates the network for this cycle. Takes the same time whatever the values are.
+  Prediction predict(const ravencal_state& current, const ravencal_state& latched,
+                     float time_s) noexcept;
+
+  /// [rt] Forgets past ticks: what came before has no known distance in time.
+  void forget_history() noexcept;
+
+  [[nodiscard]] const ravencal_info& info() const noexcept { return info_; }
+
+ private:
+  friend class ModelLoader;
+  friend void free_model(LoadedModel* model) noexcept;
+
+  [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
+
+  const NetworkKernel* kernel_ = nullptr;
+  const float* arena_ = nullptr;  ///< scaling, weights, biases (model::NetworkShape)
+  std::array<model::Activation, model::NetworkShape::kMaxLayers> activations_{};
+  std::array<std::uint8_t, RAVENCAL_JOINTS> joint_of_output_{};
+  std::size_t output_count_ = 0;
+
+  std::span<ChannelReader> readers_;  ///< one per channel used
+  std::span<float> channels_;         ///< their values in this tick
+  std::span<model::FeatureOp> ops_;   ///< one per input
+  model::FeatureState feature_state_;
+  std::span<float> features_;        ///< inputs, padded to the kernel's, 64-byte aligned
+  std::span<float> doubtful_below_;  ///< per input: beyond these, the model does not know
+  std::span<float> doubtful_above_;
+  std::size_t ticks_seen_ = 0;
+
+  ravencal_info info_{};
+  std::size_t mapping_bytes_ = 0;
+};
+
+/// Why a load was refused: a RAVENCAL_ERROR_* and a sentence.
+struct LoadFailure {
+  std::int32_t code = RAVENCAL_SUCCESS;
+  std::array<char, 256> message{};
+};
+
+/// [init] Reads, verifies and maps the blob at `path`. Null on refusal, with the reason in
+/// `failure`.
+LoadedModel* load_model(const char* path, const ravencal_config& config,
+                        LoadFailure& failure) noexcept;
+
+/// [init] Gives the memory back; null is allowed.
+void free_model(LoadedModel* model) noexcept;
+
+}  // namespace ravencal::rt

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/calibration_model.hpp"
+
+#include "model/layers.hpp"
+
+namespace ravencal::model {
+
+Eigen::MatrixXd CalibrationModel::predict(const Eigen::MatrixXd& features_si) const {
+  const Eigen::VectorXd inverse_scale = input.scale.cwiseInverse();
+  Eigen::MatrixXd values(features_si.cols(), features_si.rows());
+  standardise(input.mean, inverse_scale, features_si.transpose(), values);
+  for (const DenseLayer& layer : layers) {
+    const Eigen::MatrixXd weights = layer.weights.cast<double>();
+    const Eigen::VectorXd biases = layer.biases.cast<double>();
+    Eigen::MatrixXd sums(layer.weights.rows(), values.cols());
+    dense(weights, biases, layer.activation, values, sums);
+    values = std::move(sums);
+  }
+  unstandardise(output.mean, output.scale, values);
+  return values.transpose();
+}
+
+}  // namespace ravencal::model

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The transmission of one joint behind the motor: cable stretch with its history (spring, gap,
+// strand hysteresis, creep), pulley run-out and slow change of length. Every part is absent unless
+// the plant names its effect; without `compliance` there is no cable and create fails.
+#pragma once
+
+#include "core/result.hpp"
+#include "physics/effects/creep.hpp"
+#include "physics/effects/hysteresis.hpp"
+#include "physics/effects/wander.hpp"
+#include "physics/plant.hpp"
+#include "physics/random_source.hpp"
+
+namespace ravencal::physics {
+
+/// Real-time safe after construction. Units: the joint's (rad, N m or m, N).
+class Cable {
+ public:
+  static core::Result<Cable> create(const Joint& joint);
+
+  /// Position that the drive asks of the joint: adds the pulley's run-out.
+  [[nodiscard]] double with_eccentricity(double drive) const;
+
+  /// Once per control cycle: slow change of length at `age_s` since power-on.
+  void advance_length(double dt_s, double age_s, bool with_drift, RandomSource& random);
+  void restart_wander(RandomSource& random);
+
+  /// Effort on the joint (and its reaction on the drive) after one inner step.
+  double step(double drive, double drive_velocity, double joint, double joint_velocity,
+              double dt_s);
+
+ private:
+  double stiffness_ = 0.0;
+  double damping_ = 0.0;
+  double gap_half_width_ = 0.0;
+  double eccentricity_ = 0.0;
+  double eccentricity_order_ = 0.0;
+  double eccentricity_phase_rad_ = 0.0;
+  double drift_final_ = 0.0;
+  double drift_time_s_ = 0.0;
+  bool has_creep_ = false;
+  bool started_ = false;
+  double last_stretch_ = 0.0;
+  double length_change_ = 0.0;
+  Hysteresis hysteresis_;
+  Creep creep_;
+  Wander wander_;
+};
+
+}  // namespace ravencal::physics

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/effects/effect_spec.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace ravencal::physics {
+namespace {
+
+constexpr ParameterSpec kGainError[] = {{"ratio", Dimension::kRatio, true}};
+constexpr ParameterSpec kCouplingError[] = {{"error", Dimension::kCoupling, true}};
+constexpr ParameterSpec kCompliance[] = {{"stiffness", Dimension::kStiffness, true},
+                                         {"damping", Dimension::kDamping, true}};
+constexpr ParameterSpec kBacklash[] = {{"half_width", Dimension::kPosition, true}};
+constexpr ParameterSpec kJointFriction[] = {
+    {"level", Dimension::kEffort, true},     {"presliding", Dimension::kPosition, true},
+    {"damping", Dimension::kDamping, false}, {"load_share", Dimension::kRatio, false},
+    {"variation", Dimension::kRatio, false}, {"variation_time", Dimension::kTime, false}};
+constexpr ParameterSpec kHysteresis[] = {{"stiffness", Dimension::kStiffness, true},
+                                         {"yield", Dimension::kPosition, true}};
+constexpr ParameterSpec kCreep[] = {{"compliance", Dimension::kCompliance, true},
+                                    {"time", Dimension::kTime, true}};
+constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, true},
+                                           {"order", Dimension::kOrder, true},
+                                           {"phase", Dimension::kAngle, false}};
+constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, true}};
+constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, true},
+                                      {"variation", Dimension::kRatio, false},
+                                      {"variation_time", Dimension::kTime, false}};
+constexpr ParameterSpec kViscous[] = {{"damping", Dimension::kDamping, true}};
+constexpr ParameterSpec kStribeck[] = {{"extra", Dimension::kEffort, true},
+                                       {"velocity", Dimension::kVelocity, true}};
+constexpr ParameterSpec kPresliding[] = {{"displacement", Dimension::kPosition, true},
+                                         {"damping", Dimension::kDamping, false}};
+constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true}};
+constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false},
+                                           {"time", Dimension::kTime, false},
+                                           {"wander", Dimension::kPosition, false},
+                                           {"wander_time", Dimension::kTime, false}};
+
+constexpr std::array<EffectSpec, 15> kSpecs = {{
+    {"homing_offset", "the seat at the hard stop differs at each homing", kHomingOffset},
+    {"gain_error", "the transmission ratio is not the one that the controller knows", kGainError},
+    {"coupling", "another joint moves this one more than the controller knows", kCouplingError},
+    {"compliance", "the cable stretches under load", kCompliance},
+    {"backlash", "a gap without torque between drive and joint", kBacklash},
+    {"joint_friction", "friction behind the cable, which holds part of its stretch",
+     kJointFriction},
+    {"hysteresis", "the cable's strands rub: stretch depends on the load's history", kHysteresis},
+    {"creep", "the cable yields slowly under load and recovers slowly", kCreep},
+    {"eccentricity", "a pulley runs out of true", kEccentricity},
+    {"coulomb_friction", "dry friction of motor and gearbox", kCoulomb},
+    {"viscous_friction", "friction that grows with speed", kViscous},
+    {"stribeck_friction", "friction is higher at rest than in motion", kStribeck},
+    {"presliding", "friction yields elastically before it slips", kPresliding},
+    {"torque_constant", "the motor gives more or less torque than commanded", kTorqueConstant},
+    {"thermal_drift", "cable length wanders slowly, without load", kThermalDrift},
+}};
+
+}  // namespace
+
+std::span<const EffectSpec> effect_specs() { return kSpecs; }
+
+const EffectSpec* find_effect_spec(std::string_view id) {
+  const auto it = std::find_if(kSpecs.begin(), kSpecs.end(),
+                               [&](const EffectSpec& spec) { return spec.id == id; });
+  return it == kSpecs.end() ? nullptr : &*it;
+}
+
+std::string_view unit_suffix(Dimension dimension, JointKind kind) {
+  const bool revolute = kind == JointKind::kRevolute;
+  switch (dimension) {
+    case Dimension::kRatio:
+      return "";
+    case Dimension::kCoupling:
+      return revolute ? "_rad_per_rad" : "_m_per_rad";
+    case Dimension::kPosition:
+      return revolute ? "_rad" : "_m";
+    case Dimension::kVelocity:
+      return revolute ? "_rad_per_s" : "_m_per_s";
+    case Dimension::kEffort:
+      return revolute ? "_n_m" : "_n";
+    case Dimension::kStiffness:
+      return revolute ? "_n_m_per_rad" : "_n_per_m";
+    case Dimension::kDamping:
+      return revolute ? "_n_m_s_per_rad" : "_n_s_per_m";
+    case Dimension::kCompliance:
+      return revolute ? "_rad_per_n_m" : "_m_per_n";
+    case Dimension::kTime:
+      return "_s";
+    case Dimension::kAngle:
+      return "_rad";
+    case Dimension::kOrder:
+      return revolute ? "" : "_rad_per_m";
+  }
+  return "";
+}
+
+std::string key_of(const ParameterSpec& parameter, JointKind kind) {
+  return std::string(parameter.name) + std::string(unit_suffix(parameter.dimension, kind));
+}
+
+}  // namespace ravencal::physics

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A plant: everything that a simulation needs to know about a robot, as data. Read from a `.toml`
+// (load_plant); the schema is explained in shared/FORMATS.md and by the shipped
+// tools/plants/*.toml. Units stand in the names. Quantities of a joint are referred to the joint's
+// side of the transmission, in rad and N m for a revolute joint, in m and N for a prismatic one
+// (`_ji`).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ravencal::physics {
+
+enum class JointKind { kRevolute, kPrismatic };
+
+/// One physical effect of a joint: an id of the vocabulary (effects/effect_spec.hpp) with its
+/// parameters, keyed by their names without the unit suffix, in SI units.
+struct Effect {
+  std::string id;
+  std::string from;  ///< effect `coupling` only: the joint that disturbs this one
+  std::map<std::string, double, std::less<>> parameters;
+};
+
+/// Rigid link that the joint moves. Frame: the joint's, after Craig's Denavit-Hartenberg
+/// convention.
+struct Link {
+  double mass_kg = 0.0;
+  std::array<double, 3> com_m{};
+  std::array<double, 3> inertia_kg_m2{};  ///< principal moments about the centre of mass
+};
+
+/// What turns a command into motor torque.
+struct Drive {
+  std::string input = "torque_n_m";  ///< torque_n_m, force_n, voltage_v or current_a
+  double gain = 1.0;                 ///< input unit to torque at the gearbox output
+  double dac_counts_per_n_m = 0.0;   ///< signed; 0: no DAC between command and drive
+};
+
+/// The controller's servo: PD on motor position, torque at the gearbox output from motor angle.
+struct Controller {
+  double kp_n_m_per_rad = 0.0;
+  double kd_n_m_s_per_rad = 0.0;
+  double dac_limit_counts = 0.0;      ///< command is clipped to this magnitude
+  bool gravity_compensation = false;  ///< feed-forward of the links' weight (Cartesian mode only)
+};
+
+/// How the controller and the external encoder find their zeros.
+struct Homing {
+  double speed_ji = 0.0;              ///< signed: towards the hard stop, per second
+  double dac_threshold_counts = 0.0;  ///< the stop counts as reached at this command
+  double stop_controller_ji = 0.0;    ///< position that the controller takes the stop for
+  double stop_encoder_ji = 0.0;       ///< the same stop as the external encoder's zero defines it
+  double stop_stiffness = 0.0;        ///< N m/rad or N/m
+  double stop_damping = 0.0;          ///< N m s/rad or N s/m
+  double home_ji = 0.0;               ///< where the arm goes after the stop, controller's position
+};
+
+struct Joint {
+  std::string name;
+  JointKind kind = JointKind::kRevolute;
+  double motor_inertia_kg_m2 = 0.0;          ///< rotor and gearbox, at the motor shaft
+  double gearbox_ratio = 1.0;                ///< motor shaft to gearbox output (capstan)
+  double reduction = 1.0;                    ///< motor rad per joint rad, or per m
+  double encoder_sign = 1.0;                 ///< sign of the raw motor encoder count
+  double joint_encoder_resolution_ji = 0.0;  ///< rad or m per count of the external encoder
+  Link link;
+  Drive drive;
+  std::optional<Controller> controller;
+  std::optional<Homing> homing;
+  std::vector<Effect> effects;
+  std::map<std::string, double, std::less<>> tolerance;  ///< relative; absent: 0.10
+
+  [[nodiscard]] const Effect* find_effect(std::string_view id) const;
+  /// Parameter of an effect; 0 if the joint does not have the effect, or the effect not the value.
+  [[nodiscard]] double parameter(std::string_view effect_id, std::string_view name) const;
+};
+
+struct Robot {
+  std::string name;
+  std::string arm;  ///< "gold" or "green"
+  double control_rate_hz = 1000.0;
+  double inner_rate_hz = 10000.0;            ///< integration; a multiple of control_rate_hz
+  std::array<double, 3> gravity_m_per_s2{};  ///< in frame 0
+  std::array<double, 4> tool_joints_rad{};   ///< roll, wrist, grasp1, grasp2: held
+};
+
+/// A weight fixed to the last link.
+struct Payload {
+  double mass_kg = 0.0;
+  std::array<double, 3> com_m{};
+};
+
+struct Sensors {
+  double motor_encoder_counts_per_rev = 4000.0;
+};
+
+/// How the recorder pairs the external encoders with the robot's messages (nearest stamp).
+struct Logger {
+  double rate_hz = 100.0;
+  double truth_period_s = 0.01;            ///< between two readings of the external encoders
+  double truth_latency_s = 0.0;            ///< from reading to time stamp
+  double truth_latency_deviation_s = 0.0;  ///< standard deviation of the latency
+};
+
+struct Plant {
+  Robot robot;
+  Payload payload;
+  Sensors sensors;
+  Logger logger;
+  std::vector<Joint> joints;
+  std::vector<std::vector<double>>
+      coupling;            ///< [joint][joint]: joint = motor/reduction + coupling * joints
+  std::string source;      ///< path it was read from, for messages
+  std::uint64_t hash = 0;  ///< FNV-1a 64 of the file's bytes
+
+  [[nodiscard]] std::optional<std::size_t> joint_index(std::string_view name) const;
+};
+
+/// Reads a plant. Unknown keys and effect ids are errors: `raven2.toml:41: unknown key 'mas_kg'
+/// ...`.
+core::Result<Plant> load_plant(const std::filesystem::path& path);
+
+/// The same from text; `source` stands for the path in messages.
+core::Result<Plant> parse_plant(std::string_view text, const std::string& source);
+
+/// A plant in words, several lines, for people.
+std::string describe_plant(const Plant& plant);
+
+}  // namespace ravencal::physics

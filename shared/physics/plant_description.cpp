@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "physics/effects/effect_spec.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+std::string describe_effect(const Effect& effect, JointKind kind) {
+  const EffectSpec* spec = find_effect_spec(effect.id);
+  if (spec == nullptr) return fmt::format("    {}\n", effect.id);
+  std::string text = fmt::format("    {:<18}{}", effect.id, spec->sentence);
+  if (!effect.from.empty()) text += fmt::format("; from {}", effect.from);
+  for (const ParameterSpec& parameter : spec->parameters) {
+    const auto it = effect.parameters.find(parameter.name);
+    if (it == effect.parameters.end()) continue;
+    text += fmt::format("; {} {:.4g}", key_of(parameter, kind), it->second);
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string describe_plant(const Plant& plant) {
+  std::string text = fmt::format(
+      "plant {} ({} arm), {} joints, integrated at {:.0f} Hz inside {:.0f} Hz\n", plant.robot.name,
+      plant.robot.arm, plant.joints.size(), plant.robot.inner_rate_hz, plant.robot.control_rate_hz);
+  text +=
+      fmt::format("payload {:.3g} kg; motor encoders {:.0f} counts/rev; hash {:016x}\n",
+                  plant.payload.mass_kg, plant.sensors.motor_encoder_counts_per_rev, plant.hash);
+  for (const Joint& joint : plant.joints) {
+    const bool revolute = joint.kind == JointKind::kRevolute;
+    text +=
+        fmt::format("  {}: {}, reduction {:.6g} {}, motor inertia {:.3g} kg m2, link {:.3g} kg\n",
+                    joint.name, revolute ? "revolute" : "prismatic", joint.reduction,
+                    revolute ? "rad/rad" : "rad/m", joint.motor_inertia_kg_m2, joint.link.mass_kg);
+    if (joint.controller) {
+      text += fmt::format(
+          "    PD {:.4g} N m/rad, {:.4g} N m s/rad at the motor, clipped at {:.0f} DAC counts\n",
+          joint.controller->kp_n_m_per_rad, joint.controller->kd_n_m_s_per_rad,
+          joint.controller->dac_limit_counts);
+    }
+    for (const Effect& effect : joint.effects) text += describe_effect(effect, joint.kind);
+  }
+  return text;
+}
+
+}  // namespace ravencal::physics

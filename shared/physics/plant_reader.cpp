@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "physics/effects/effect_spec.hpp"
+#include "physics/plant.hpp"
+#include "physics/toml_table.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+template <std::size_t N>
+std::array<double, N> array_of(const std::vector<double>& values) {
+  std::array<double, N> result{};
+  std::copy_n(values.begin(), std::min(N, values.size()), result.begin());
+  return result;
+}
+
+/// FNV-1a, 64 bit: identifies the file in a recording's metadata; not a security measure.
+std::uint64_t fnv1a(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char byte : bytes) {
+    hash ^= static_cast<unsigned char>(byte);
+    hash *= 0x100000001b3ULL;
+  }
+  return hash;
+}
+
+core::Status read_robot(TomlTable& root, Robot& robot) {
+  auto table = root.table("robot");
+  if (!table) {
+    root.fail("robot", "table [robot] is missing");
+    return root.finish();
+  }
+  robot.name = table->text("name");
+  robot.arm = table->text_or("arm", "gold");
+  robot.control_rate_hz = table->number_or("control_rate_hz", 1000.0);
+  robot.inner_rate_hz = table->number_or("inner_rate_hz", 10000.0);
+  robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3));
+  robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4));
+  const double steps = robot.inner_rate_hz / robot.control_rate_hz;
+  if (!(robot.control_rate_hz > 0.0) || !(steps >= 1.0) || steps != std::floor(steps)) {
+    table->fail("inner_rate_hz", "inner_rate_hz must be a whole multiple of control_rate_hz");
+  }
+  return table->finish();
+}
+
+core::Status read_environment(TomlTable& root, Plant& plant) {
+  if (auto table = root.table("payload")) {
+    plant.payload.mass_kg = table->number("mass_kg");
+    plant.payload.com_m = array_of<3>(table->numbers("com_m", 3));
+    if (plant.payload.mass_kg < 0.0) table->fail("mass_kg", "a mass cannot be negative");
+    RAVENCAL_RETURN_IF_ERROR(table->finish());
+  }
+  if (auto table = root.table("sensors")) {
+    plant.sensors.motor_encoder_counts_per_rev = table->number("motor_encoder_counts_per_rev");
+    RAVENCAL_RETURN_IF_ERROR(table->finish());
+  }
+  if (auto table = root.table("logger")) {
+    plant.logger.rate_hz = table->number("rate_hz");
+    plant.logger.truth_period_s = table->number("truth_period_s");
+    plant.logger.truth_latency_s = table->number("truth_latency_s");
+    plant.logger.truth_latency_deviation_s = table->number("truth_latency_deviation_s");
+    RAVENCAL_RETURN_IF_ERROR(table->finish());
+  }
+  return {};
+}
+
+core::Status read_link(TomlTable& joint, Link& link) {
+  auto table = joint.table("link");
+  if (!table) return {};
+  link.mass_kg = table->number("mass_kg");
+  link.com_m = array_of<3>(table->numbers("com_m", 3));
+  link.inertia_kg_m2 = array_of<3>(table->numbers("inertia_kg_m2", 3));
+  return table->finish();
+}
+
+core::Status read_drive(TomlTable& joint, Drive& drive) {
+  auto table = joint.table("drive");
+  if (!table) return {};
+  drive.input = table->text("input");
+  drive.gain = table->number_or("gain", 1.0);
+  drive.dac_counts_per_n_m = table->number_or("dac_counts_per_n_m", 0.0);
+  constexpr std::array<std::string_view, 4> kInputs = {"torque_n_m", "force_n", "voltage_v",
+                                                       "current_a"};
+  if (std::find(kInputs.begin(), kInputs.end(), drive.input) == kInputs.end()) {
+    table->fail("input",
+                fmt::format("input '{}' is not one of {}", drive.input, fmt::join(kInputs, ", ")));
+  }
+  return table->finish();
+}
+
+core::Status read_controller(TomlTable& joint, std::optional<Controller>& controller) {
+  auto table = joint.table("controller");
+  if (!table) return {};
+  controller.emplace();
+  controller->kp_n_m_per_rad = table->number("kp_n_m_per_rad");
+  controller->kd_n_m_s_per_rad = table->number("kd_n_m_s_per_rad");
+  controller->dac_limit_counts = table->number("dac_limit_counts");
+  controller->gravity_compensation = table->boolean_or("gravity_compensation", false);
+  return table->finish();
+}
+
+core::Status read_homing(TomlTable& joint, JointKind kind, std::optional<Homing>& homing) {
+  auto table = joint.table("homing");
+  if (!table) return {};
+  const auto key = [kind](std::string_view name, Dimension dimension) {
+    return std::string(name) + std::string(unit_suffix(dimension, kind));
+  };
+  homing.emplace();
+  homing->speed_ji = table->number(key("speed", Dimension::kVelocity));
+  homing->dac_threshold_counts = table->number("dac_threshold_counts");
+  homing->stop_controller_ji = table->number(key("stop_controller", Dimension::kPosition));
+  homing->stop_encoder_ji = table->number(key("stop_encoder", Dimension::kPosition));
+  homing->stop_stiffness = table->number(key("stop_stiffness", Dimension::kStiffness));
+  homing->stop_damping = table->number(key("stop_damping", Dimension::kDamping));
+  homing->home_ji = table->number(key("home", Dimension::kPosition));
+  return table->finish();
+}
+
+std::string known_effect_ids() {
+  std::string ids;
+  for (const EffectSpec& spec : effect_specs()) {
+    ids += ids.empty() ? "" : ", ";
+    ids += spec.id;
+  }
+  return ids;
+}
+
+core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
+  Effect effect;
+  effect.id = table.text("id");
+  const EffectSpec* spec = find_effect_spec(effect.id);
+  if (spec == nullptr) {
+    table.fail("id", fmt::format("unknown effect '{}'; known: {}", effect.id, known_effect_ids()));
+    return table.finish().error();
+  }
+  if (effect.id == "coupling") effect.from = table.text("from");
+  for (const ParameterSpec& parameter : spec->parameters) {
+    const std::string key = key_of(parameter, joint.kind);
+    if (!parameter.required && !table.has(key)) continue;
+    effect.parameters.emplace(parameter.name, table.number(key));
+  }
+  RAVENCAL_RETURN_IF_ERROR(table.finish());
+  return effect;
+}
+
+core::Status read_effects(TomlTable& table, Joint& joint) {
+  for (TomlTable& effect_table : table.tables("effect")) {
+    RAVENCAL_ASSIGN_OR_RETURN(Effect effect, read_effect(effect_table, joint));
+    if (effect.id != "coupling" && joint.find_effect(effect.id) != nullptr) {
+      effect_table.fail("id",
+                        fmt::format("joint '{}' has effect '{}' twice", joint.name, effect.id));
+      return effect_table.finish();
+    }
+    joint.effects.push_back(std::move(effect));
+  }
+  return {};
+}
+
+core::Result<Joint> read_joint(TomlTable& table) {
+  Joint joint;
+  joint.name = table.text("name");
+  const std::string kind = table.text("kind");
+  if (kind != "revolute" && kind != "prismatic") {
+    table.fail("kind", fmt::format("kind '{}' is not revolute or prismatic", kind));
+  }
+  if (table.failed()) return table.finish().error();  // the kind decides the other keys' names
+  joint.kind = kind == "prismatic" ? JointKind::kPrismatic : JointKind::kRevolute;
+  const bool revolute = joint.kind == JointKind::kRevolute;
+  joint.motor_inertia_kg_m2 = table.number("motor_inertia_kg_m2");
+  joint.gearbox_ratio = table.number("gearbox_ratio");
+  joint.reduction = table.number(revolute ? "reduction" : "reduction_rad_per_m");
+  joint.encoder_sign = table.number_or("encoder_sign", 1.0);
+  joint.joint_encoder_resolution_ji =
+      table.number(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m");
+  for (const auto& [key, value] :
+       {std::pair{"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
+        std::pair{"gearbox_ratio", joint.gearbox_ratio}, std::pair{"reduction", joint.reduction}}) {
+    if (!(value > 0.0)) table.fail(key, fmt::format("'{}' must be above zero", key));
+  }
+  RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
+  RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
+  RAVENCAL_RETURN_IF_ERROR(read_controller(table, joint.controller));
+  RAVENCAL_RETURN_IF_ERROR(read_homing(table, joint.kind, joint.homing));
+  RAVENCAL_RETURN_IF_ERROR(read_effects(table, joint));
+  if (auto tolerance = table.table("tolerance")) {
+    for (const std::string& key : tolerance->unread_keys()) {
+      joint.tolerance.emplace(key, tolerance->number(key));
+    }
+    RAVENCAL_RETURN_IF_ERROR(tolerance->finish());
+  }
+  RAVENCAL_RETURN_IF_ERROR(table.finish());
+  return joint;
+}
+
+core::Status read_coupling(TomlTable& root, Plant& plant) {
+  const std::size_t count = plant.joints.size();
+  plant.coupling.assign(count, std::vector<double>(count, 0.0));
+  if (!root.has("coupling")) return {};
+  plant.coupling = root.matrix("coupling", count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = i; k < count; ++k) {
+      if (plant.coupling[i][k] != 0.0) {
+        root.fail("coupling",
+                  "'coupling' must be zero on and above the diagonal: a joint is moved by "
+                  "those before it");
+      }
+    }
+  }
+  return {};
+}
+
+core::Status check_names(const Plant& plant) {
+  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
+    const Joint& joint = plant.joints[i];
+    if (plant.joint_index(joint.name) != i) {
+      return core::Error{core::ErrorCode::kData,
+                         fmt::format("{}: two joints are called '{}'", plant.source, joint.name)};
+    }
+    for (const Effect& effect : joint.effects) {
+      if (effect.id == "coupling" && plant.joint_index(effect.from).value_or(i) >= i) {
+        return core::Error{core::ErrorCode::kData,
+                           fmt::format("{}: joint '{}': coupling from '{}': name a joint before it",
+                                       plant.source, joint.name, effect.from)};
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+const Effect* Joint::find_effect(std::string_view id) const {
+  const auto it = std::find_if(effects.begin(), effects.end(),
+                               [&](const Effect& effect) { return effect.id == id; });
+  return it == effects.end() ? nullptr : &*it;
+}
+
+double Joint::parameter(std::string_view effect_id, std::string_view name_of_parameter) const {
+  const Effect* effect = find_effect(effect_id);
+  if (effect == nullptr) return 0.0;
+  const auto it = effect->parameters.find(name_of_parameter);
+  return it == effect->parameters.end() ? 0.0 : it->second;
+}
+
+std::optional<std::size_t> Plant::joint_index(std::string_view name) const {
+  const auto it = std::find_if(joints.begin(), joints.end(),
+                               [&](const Joint& joint) { return joint.name == name; });
+  if (it == joints.end()) return std::nullopt;
+  return static_cast<std::size_t>(it - joints.begin());
+}
+
+core::Result<Plant> parse_plant(std::string_view text, const std::string& source) {
+  toml::table document;
+  try {
+    document = toml::parse(text, source);
+  } catch (const toml::parse_error& error) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}:{}: column {}: {}", source, error.source().begin.line,
+                                   error.source().begin.column, error.description())};
+  }
+  Plant plant;
+  plant.source = source;
+  plant.hash = fnv1a(text);
+  TomlTable root(document, source, "plant");
+  RAVENCAL_RETURN_IF_ERROR(read_robot(root, plant.robot));
+  RAVENCAL_RETURN_IF_ERROR(read_environment(root, plant));
+  for (TomlTable& table : root.tables("joint")) {
+    RAVENCAL_ASSIGN_OR_RETURN(Joint joint, read_joint(table));
+    plant.joints.push_back(std::move(joint));
+  }
+  if (plant.joints.empty()) root.fail("joint", "a plant needs at least one [[joint]]");
+  RAVENCAL_RETURN_IF_ERROR(read_coupling(root, plant));
+  RAVENCAL_RETURN_IF_ERROR(root.finish());
+  RAVENCAL_RETURN_IF_ERROR(check_names(plant));
+  return plant;
+}
+
+core::Result<Plant> load_plant(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: cannot be opened for reading", path.string())};
+  }
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.bad()) {
+    return core::Error{core::ErrorCode::kIo, fmt::format("{}: reading failed", path.string())};
+  }
+  return parse_plant(text, path.string());
+}
+
+}  // namespace ravencal::physics

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/raven_twin.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "physics/arm_physics.hpp"
+#include "physics/effects/quantisation.hpp"
+#include "physics/random_source.hpp"
+#include "physics/raven_controller.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+using core::JointSlot;
+using Eigen::Index;
+using Eigen::Vector3d;
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr int kHomingTimeoutCycles = 120'000;  // two minutes; the slowest joint needs some 15 s
+
+Arm arm_of(const Plant& plant) { return plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold; }
+
+core::Status check_plant(const Plant& plant) {
+  const auto fail = [&](const std::string& why) {
+    return core::Error{core::ErrorCode::kData, fmt::format("{}: {}", plant.source, why)};
+  };
+  if (plant.robot.arm != "gold" && plant.robot.arm != "green") {
+    return fail(fmt::format("robot.arm '{}' is not gold or green", plant.robot.arm));
+  }
+  if (plant.joints.size() != 3) {
+    return fail(fmt::format("the RAVEN twin needs 3 joints, found {}", plant.joints.size()));
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Joint& joint = plant.joints[i];
+    if (joint.name != core::kSlotNames[i]) {
+      return fail(
+          fmt::format("joint {} must be '{}', found '{}'", i + 1, core::kSlotNames[i], joint.name));
+    }
+    if ((joint.kind == JointKind::kPrismatic) != (i == 2)) {
+      return fail(fmt::format("joint '{}' is of the wrong kind", joint.name));
+    }
+    if (!joint.controller || !joint.homing) {
+      return fail(fmt::format("joint '{}' needs a controller and a homing table", joint.name));
+    }
+    if (joint.drive.input != "torque_n_m" || joint.drive.dac_counts_per_n_m == 0.0) {
+      return fail(
+          fmt::format("joint '{}': the twin drives torque_n_m through a DAC "
+                      "(drive.dac_counts_per_n_m)",
+                      joint.name));
+    }
+    if (!(joint.link.mass_kg > 0.0) || !(joint.joint_encoder_resolution_ji > 0.0)) {
+      return fail(
+          fmt::format("joint '{}': link.mass_kg and the joint encoder's resolution must be "
+                      "above zero",
+                      joint.name));
+    }
+  }
+  return {};
+}
+
+/// The other arm: homed, parked with brakes on, its encoders still.
+ArmState parked_arm(Arm arm, const Plant& plant, RandomSource& random) {
+  RavenController controller(plant, arm);
+  SlotCounts counts{};
+  for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
+    counts[slot] = static_cast<std::int64_t>(random.uniform(-2e5, 2e5));
+  }
+  const Vector3d joints(30.0 * kDeg, 90.0 * kDeg, 0.40);
+  const Vector3d arm_motors = motors_from_joints(plant, joints);
+  SlotVector motors = {arm_motors[0], arm_motors[1], arm_motors[2]};
+  tool_motors_from_joints(arm, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 45.0 * kDeg, 45.0 * kDeg}, motors);
+  for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
+    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
+    const double signed_counts = controller.encoder_sign(slot) * static_cast<double>(counts[slot]);
+    controller.set_encoder_offset(
+        static_cast<JointSlot>(slot),
+        static_cast<std::int64_t>(signed_counts - motors[slot] * counts_per_rad));
+  }
+  controller.read_sensors(counts);
+  controller.control(joints);
+  ArmState state = controller.state();
+  state.dac = {};
+  state.tau_n_m = {};
+  return state;
+}
+
+}  // namespace
+
+struct RavenTwin::Impl {
+  Impl(const Plant& plant_in, ArmPhysics physics_in, const TwinOptions& options_in)
+      : plant(plant_in),
+        options(options_in),
+        arm(arm_of(plant)),
+        physics(std::move(physics_in)),
+        controller(plant, arm),
+        run_random(options.seed * 2 + 1),
+        power_on_random(options.homing_seed * 2) {
+    for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
+      power_on_counts[slot] = static_cast<std::int64_t>(power_on_random.uniform(-2e5, 2e5));
+    }
+    other = parked_arm(arm == Arm::kGold ? Arm::kGreen : Arm::kGold, plant, power_on_random);
+    Vector3d start;
+    for (Index i = 0; i < 3; ++i) {
+      const Joint& joint = plant.joints[static_cast<std::size_t>(i)];
+      const double spread = joint.kind == JointKind::kRevolute ? 0.05 : 0.01;
+      start[i] = joint.homing->home_ji + power_on_random.uniform(-spread, spread);
+    }
+    physics.place(start);
+    physics.restart_disturbances(run_random);
+    read_encoders();
+    write_status_fields(0.0, 3, 0, published);
+    write_sensor_fields(other, true, published);
+    write_control_fields(other, true, published);
+  }
+
+  /// Raw counts: motors of joints 1 to 3 as they turn, tool motors where the controller wants them.
+  void read_encoders() {
+    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
+    SlotCounts counts = power_on_counts;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto turned =
+          encoder_counts(physics.motors_rad()[static_cast<Index>(i)], 1.0 / counts_per_rad);
+      counts[i] += static_cast<std::int64_t>(controller.encoder_sign(i)) * turned;
+    }
+    const SlotVector tool = controller.tool_motors_rad();
+    for (std::size_t slot = 4; slot < core::kSlotCount; ++slot) {
+      const double sign = controller.encoder_sign(slot);
+      const auto offset = static_cast<double>(controller.state().encoder_offset[slot]);
+      counts[slot] =
+          static_cast<std::int64_t>(sign * std::round(tool[slot] * counts_per_rad + offset));
+    }
+    controller.read_sensors(counts);
+  }
+
+  void advance(RandomSource& random) {
+    physics.advance(controller.commanded_torque_n_m(), random);
+    ++cycle;
+  }
+
+  /// Offsets of the slots that homing sets without a dynamic joint: tool and void.
+  void draw_other_offsets(RandomSource& random) {
+    for (const JointSlot slot : {JointSlot::kVoid, JointSlot::kRoll, JointSlot::kWrist,
+                                 JointSlot::kGrasp1, JointSlot::kGrasp2}) {
+      controller.set_encoder_offset(slot, static_cast<std::int64_t>(random.uniform(-2e5, 2e5)));
+    }
+  }
+
+  Plant plant;
+  TwinOptions options;
+  Arm arm;
+  ArmPhysics physics;
+  RavenController controller;
+  ArmState other;
+  SlotCounts power_on_counts{};
+  RandomSource run_random;
+  RandomSource power_on_random;
+  std::uint64_t homings = 0;
+  std::int64_t cycle = 0;
+  RavenMessage published{};
+  RavenMessage at_hook{};
+};
+
+core::Result<RavenTwin> RavenTwin::create(const Plant& plant, std::uint64_t seed) {
+  TwinOptions options;
+  options.seed = seed;
+  return create(plant, options);
+}
+
+core::Result<RavenTwin> RavenTwin::create(const Plant& plant, const TwinOptions& options) {
+  RAVENCAL_RETURN_IF_ERROR(check_plant(plant));
+  RAVENCAL_ASSIGN_OR_RETURN(ArmPhysics physics, ArmPhysics::create(plant, options.drift));
+  return RavenTwin(std::make_unique<Impl>(plant, std::move(physics), options));
+}
+
+RavenTwin::RavenTwin(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RavenTwin::RavenTwin(RavenTwin&&) noexcept = default;
+RavenTwin& RavenTwin::operator=(RavenTwin&&) noexcept = default;
+RavenTwin::~RavenTwin() = default;
+
+void RavenTwin::home() {
+  Impl& twin = *impl_;
+  // A stream of its own, so that equal homing seeds give equal offsets whatever the run's seed is.
+  RandomSource random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
+  twin.physics.draw_stop_seats(random);
+  twin.physics.restart_disturbances(random);
+  twin.draw_other_offsets(random);
+  twin.controller.start_homing();
+  for (int i = 0; i < kHomingTimeoutCycles; ++i) {
+    twin.read_encoders();
+    const bool done = twin.controller.home_step();
+    twin.advance(random);
+    if (done) break;
+  }
+  twin.physics.restart_disturbances(twin.run_random);
+}
+
+Vector3d RavenTwin::estimate_ji() const {
+  const SlotVector& jpos = impl_->controller.state().jpos_ji;
+  return {jpos[0], jpos[1], jpos[2]};
+}
+
+const RavenMessage& RavenTwin::begin_cycle() {
+  Impl& twin = *impl_;
+  twin.read_encoders();
+  twin.at_hook = twin.published;
+  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, twin.at_hook);
+  write_sensor_fields(twin.controller.state(), false, twin.at_hook);
+  clear_dac_fields(twin.at_hook);
+  return twin.at_hook;
+}
+
+const RavenMessage& RavenTwin::end_cycle(const Vector3d& desired_ji) {
+  Impl& twin = *impl_;
+  twin.controller.control(desired_ji);
+  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, twin.published);
+  write_sensor_fields(twin.controller.state(), false, twin.published);
+  write_control_fields(twin.controller.state(), false, twin.published);
+  twin.advance(twin.run_random);
+  return twin.published;
+}
+
+Truth RavenTwin::truth() const {
+  Truth truth;
+  truth.joints_ji = impl_->physics.joints_ji();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto n = static_cast<Index>(i);
+    const double resolution = impl_->plant.joints[i].joint_encoder_resolution_ji;
+    truth.encoder_counts[i] = encoder_counts(truth.joints_ji[n], resolution);
+    truth.encoder_ji[n] = static_cast<double>(truth.encoder_counts[i]) * resolution;
+  }
+  return truth;
+}
+
+std::int64_t RavenTwin::t_ns() const {
+  return static_cast<std::int64_t>(
+      std::llround(static_cast<double>(impl_->cycle) * 1e9 / impl_->plant.robot.control_rate_hz));
+}
+
+}  // namespace ravencal::physics

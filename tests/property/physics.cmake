@@ -1,0 +1,3 @@
+ravencal_test(NAME physics_property_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/physics_property_test.cpp
+  LIBS ravencal::physics ravencal_trajectory rapidcheck LABELS property)

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the plugin's tests share: models built in code, a robot state in good health, and a plugin
+// loaded as a host loads it, ticked once per millisecond of made-up time.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/plugin_library.hpp"
+#include "model/calibration_model.hpp"
+#include "ravencal/plugin.h"
+
+namespace ravencal::test {
+
+/// A model with random weights of a fixed seed. Inputs are joint positions, motor positions, torque
+/// and so on of the catalogue, in its order, `inputs` of them; outputs are joints 1 to 3 with a
+/// mean of (0.02, -0.05, 0.003) and a scale of (0.004, 0.004, 0.0004).
+model::CalibrationModel make_model(std::uint32_t inputs, const std::vector<std::uint32_t>& hidden,
+                                   std::uint64_t seed = 1);
+
+/// The same, with these inputs (feature_spec.hpp text form: "jpos.elbow", "...@3", "...~0.01").
+model::CalibrationModel make_model(const std::vector<model::FeatureSpec>& features,
+                                   const std::vector<std::uint32_t>& hidden,
+                                   std::uint64_t seed = 1);
+
+model::FeatureSpec plain(const std::string& channel);
+model::FeatureSpec lagged(const std::string& channel, std::uint32_t rows);
+model::FeatureSpec with_play(const std::string& channel, float half_width);
+
+/// Homed, pedal down, every value in the middle of make_model's trained ranges.
+ravencal_state healthy_state(std::int64_t t_ns = 0);
+
+/// A folder of this test process, removed at its end.
+std::filesystem::path scratch_folder();
+
+/// Writes the model's blob into the scratch folder.
+std::filesystem::path write_weights(const model::CalibrationModel& model, const std::string& name);
+
+/// Plugin, instance, state and output; fails the test if the plugin cannot be loaded.
+class Rig {
+ public:
+  explicit Rig(std::uint32_t max_isa = RAVENCAL_ISA_BEST);
+
+  void load(const model::CalibrationModel& model);
+  void enable(bool on = true) { api().enable(instance.get(), on ? 1 : 0); }
+  /// One cycle: time advances 1 ms, step, cycle end. Returns step's status.
+  std::int32_t tick();
+  /// Ticks until that state, at most `limit` of them; returns whether it was reached.
+  bool tick_until(std::int32_t wanted, int limit = 20000);
+  [[nodiscard]] const ravencal_api& api() const { return library.api(); }
+
+  host::PluginLibrary library;
+  ravencal_config config;
+  host::PluginInstance instance;
+  ravencal_state state;
+  ravencal_output output{};
+};
+
+}  // namespace ravencal::test

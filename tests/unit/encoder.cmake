@@ -1,0 +1,11 @@
+ravencal_test(NAME encoder_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_axis_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_parts_test.cpp
+  LIBS ravencal::quadrature LABELS unit)
+ravencal_test(NAME encoder_recording_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_config_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_recorder_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_sorter_test.cpp
+  LIBS ravencal::encoder_recording fmt::fmt LABELS unit)

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Readings to recordings: rows, gaps, events, replay, and a disk that fails.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "quadrature_reader/encode.hpp"
+#include "quadrature_reader/logger.hpp"
+#include "quadrature_reader/recorder.hpp"
+#include "quadrature_reader/sources/replay.hpp"
+#include "record/load.hpp"
+
+namespace ravencal::quadrature_reader {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::int64_t kMs = 1'000'000;
+constexpr double kRadPerCount = 2.0 * std::numbers::pi / 80'000.0;
+
+class RecorderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::temp_directory_path() / ("encoder_recorder_" + std::to_string(::getpid()) +
+                                     testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static Config two_joints() {
+    Config config;
+    config.meta["robot"] = "raven2";
+    for (const char* joint : {"shoulder", "elbow"}) {
+      EncoderSettings encoder;
+      encoder.axis.joint = joint;
+      encoder.axis.si_per_count = kRadPerCount;
+      encoder.axis.zero_counts = 0;
+      config.encoders.push_back(encoder);
+    }
+    SourceSettings source;
+    source.kind = SourceKind::kReplay;
+    source.replay_joints = {{"shoulder", 0}, {"elbow", 1}};
+    source.replay_speed = 0.0;
+    config.sources.push_back(source);
+    return config;
+  }
+
+  static double shoulder_at(std::int64_t t) {
+    return 0.1 * std::sin(4e-9 * static_cast<double>(t));
+  }
+  static double elbow_at(std::int64_t t) {
+    return 0.05 - 0.05 * std::cos(7e-9 * static_cast<double>(t));
+  }
+
+  /// Both joints moving for a second, merged in time order.
+  static std::vector<Reading> motion() {
+    std::vector<std::int64_t> t_ns;
+    std::vector<double> shoulder;
+    std::vector<double> elbow;
+    for (std::int64_t t = 0; t <= 1000 * kMs; t += kMs / 5) {
+      t_ns.push_back(t);
+      shoulder.push_back(shoulder_at(t));
+      elbow.push_back(elbow_at(t));
+    }
+    auto readings = encode_motion(t_ns, shoulder, {1.0 / kRadPerCount, 0, 0});
+    const auto others = encode_motion(t_ns, elbow, {1.0 / kRadPerCount, 0, 1});
+    readings.insert(readings.end(), others.begin(), others.end());
+    std::stable_sort(readings.begin(), readings.end(),
+                     [](const Reading& x, const Reading& y) { return x.t_ns < y.t_ns; });
+    return readings;
+  }
+
+  static Reading alive(std::int64_t t_ns) {
+    return {t_ns, 0, kEveryAxis, ReadingKind::kAlive, Line::kA, Fault::kNone};
+  }
+
+  record::Recording written(const fs::path& path) {
+    auto loaded = record::load_recording(path, {});
+    EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.error().message);
+    return loaded.ok() ? std::move(loaded).value() : record::Recording{};
+  }
+
+  record::Recording record(const std::vector<Reading>& readings, const RecorderOptions& options,
+                           const fs::path& path) {
+    auto recorder = Recorder::create(two_joints(), path, options);
+    EXPECT_TRUE(recorder.ok());
+    for (const auto& reading : readings) {
+      recorder->take(0, reading);
+      if (reading.t_ns > stalled_from_ns_ && reading.t_ns < stalled_to_ns_) continue;
+      recorder->take(0, alive(reading.t_ns));
+      recorder->write_due();
+    }
+    EXPECT_TRUE(recorder->finish().ok());
+    return written(path);
+  }
+
+  fs::path folder_;
+  std::int64_t stalled_from_ns_ = 0;  // the reader thread does not run between these instants
+  std::int64_t stalled_to_ns_ = 0;
+};
+
+TEST_F(RecorderTest, WritesTheTrueJointOnAFixedGrid) {
+  const auto recording = record(motion(), {}, folder_ / "r.db");
+  ASSERT_GE(recording.rows(), 990);
+  const auto shoulder = recording.column(record::Role::kJointTruth, "shoulder");
+  const auto elbow = recording.column(record::Role::kJointTruth, "elbow");
+  ASSERT_TRUE(shoulder && elbow);
+  for (Eigen::Index row = 0; row < recording.rows(); ++row) {
+    const std::int64_t t = recording.t_ns[static_cast<std::size_t>(row)];
+    ASSERT_EQ(t % kMs, 0);
+    EXPECT_NEAR(recording.samples(row, *shoulder), shoulder_at(t), 0.51 * kRadPerCount);
+    EXPECT_NEAR(recording.samples(row, *elbow), elbow_at(t), 0.51 * kRadPerCount);
+  }
+  EXPECT_EQ(recording.meta.at("robot"), "raven2");
+  EXPECT_EQ(recording.meta.at("clock"), "CLOCK_MONOTONIC");
+}
+
+TEST_F(RecorderTest, ReplayOfEveryEdgeGivesTheSameRecordingAsTheLiveRun) {
+  const auto live = record(motion(), {}, folder_ / "live.db");
+  const auto edges = record(motion(), {true}, folder_ / "edges.db");
+  const auto readings = readings_of(edges, {{"shoulder", 0}, {"elbow", 1}});
+  ASSERT_TRUE(readings.ok());
+  const auto again = record(*readings, {}, folder_ / "again.db");
+  ASSERT_EQ(again.rows(), live.rows());
+  EXPECT_EQ(again.t_ns, live.t_ns);
+  EXPECT_EQ(again.samples, live.samples);
+}
+
+TEST_F(RecorderTest, LeavesANullAndAnEventWhereEdgesWereLost) {
+  auto readings = motion();
+  // The reader is stopped for 100 ms, and the shoulder's kernel queue overflows meanwhile.
+  stalled_from_ns_ = 100 * kMs;
+  stalled_to_ns_ = 200 * kMs;
+  std::erase_if(readings, [](const Reading& r) {
+    return r.axis == 0 && r.t_ns > 100 * kMs && r.t_ns < 200 * kMs;
+  });
+  // As the libgpiod 1 source says it: after the last edge that the full queue had kept.
+  const auto at = std::find_if(readings.begin(), readings.end(),
+                               [](const Reading& r) { return r.t_ns > 100 * kMs; });
+  readings.insert(at, {100 * kMs, 0, 0, ReadingKind::kLost, Line::kA, Fault::kQueueOverflow});
+  const auto recording = record(readings, {}, folder_ / "r.db");
+  const auto shoulder = *recording.column("shoulder.counts");
+  const auto truth = *recording.column("shoulder.joint_truth");
+  const auto elbow = *recording.column("elbow.joint_truth");
+  for (Eigen::Index row = 0; row < recording.rows(); ++row) {
+    const std::int64_t t = recording.t_ns[static_cast<std::size_t>(row)];
+    if (t > 101 * kMs && t < 199 * kMs) {
+      EXPECT_TRUE(std::isnan(recording.samples(row, shoulder))) << t;
+    }
+    if (t > 203 * kMs) {
+      EXPECT_FALSE(std::isnan(recording.samples(row, shoulder))) << t;
+      EXPECT_TRUE(std::isnan(recording.samples(row, truth))) << "nobody counted what was lost";
+    }
+    EXPECT_FALSE(std::isnan(recording.samples(row, elbow))) << t;
+  }
+  ASSERT_EQ(recording.events.size(), 1U);
+  EXPECT_EQ(recording.events[0].kind, "edges_lost");
+  EXPECT_NE(recording.events[0].detail.find("\"joint\":\"shoulder\""), std::string::npos);
+}
+
+TEST_F(RecorderTest, GoesOnInANewFileWhenTheFolderDisappears) {
+  const fs::path path = folder_ / "gone" / "r.db";
+  fs::create_directories(path.parent_path());
+  auto recorder = Recorder::create(two_joints(), path, {});
+  ASSERT_TRUE(recorder.ok());
+  const auto readings = motion();
+  bool removed = false;
+  for (const auto& reading : readings) {
+    recorder->take(0, reading);
+    recorder->take(0, alive(reading.t_ns));
+    recorder->write_due();
+    if (!removed && reading.t_ns > 500 * kMs) {
+      removed = true;
+      fs::remove_all(path.parent_path());
+      recorder->sink().maintain(reading.t_ns);  // finds it gone
+    }
+    if (removed && reading.t_ns > 600 * kMs) recorder->sink().maintain(reading.t_ns);
+  }
+  EXPECT_TRUE(recorder->sink().lost_rows());
+  EXPECT_TRUE(recorder->finish().ok());
+  const auto rest = written(path.parent_path() / "r.2.db");
+  EXPECT_GT(rest.rows(), 350);
+  ASSERT_FALSE(rest.events.empty());
+  EXPECT_EQ(rest.events.front().kind, "gap");
+  EXPECT_EQ(rest.meta.at("continues"), "r.db");
+}
+
+TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
+  (void)record(motion(), {true}, folder_ / "edges.db");
+  Config config = two_joints();
+  config.sources[0].device = folder_ / "edges.db";
+  auto logger = Logger::create(config, folder_ / "out.db", {});
+  ASSERT_TRUE(logger.ok()) << logger.error().message;
+  EXPECT_TRUE((*logger)->run([] { return false; }, [](const LoggerStatus&) {}).ok());
+  EXPECT_FALSE((*logger)->failed());
+  const auto live = record(motion(), {}, folder_ / "live.db");
+  const auto replayed = written(folder_ / "out.db");
+  EXPECT_EQ(replayed.samples, live.samples);
+  EXPECT_TRUE(replayed.meta.contains("clock.realtime_minus_monotonic_ns"));
+}
+
+}  // namespace
+}  // namespace ravencal::quadrature_reader

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Kinematics against published vectors; dynamics against conservation.
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "physics/arm_dynamics.hpp"
+#include "physics/arm_physics.hpp"
+#include "physics/raven_kinematics.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+Plant shipped_plant() {
+  auto plant = load_plant(std::string(RAVENCAL_SOURCE_DIR) + "/tools/plants/raven2.toml");
+  EXPECT_TRUE(plant.ok()) << plant.error().message;
+  return std::move(plant).value();
+}
+
+void remove_effect(Plant& plant, std::string_view id) {
+  for (Joint& joint : plant.joints) {
+    std::erase_if(joint.effects, [&](const Effect& effect) { return effect.id == id; });
+  }
+}
+
+TEST(ForwardKinematics, ReproducesTheControllersTestVectors) {
+  const SlotVector joints = {30.0 * kDeg, 90.0 * kDeg, 0.40, 0, 0, 0, 0, 0};
+  const ToolPose gold = forward_kinematics(Arm::kGold, joints);
+  EXPECT_NEAR(gold.position_um[0], -77947.0, 1.0);
+  EXPECT_NEAR(gold.position_um[1], -25265.6, 1.0);
+  EXPECT_NEAR(gold.position_um[2], 13225.6, 1.0);
+  const ToolPose green = forward_kinematics(Arm::kGreen, joints);
+  EXPECT_NEAR(green.position_um[0], -77947.0, 1.0);
+  EXPECT_NEAR(green.position_um[1], 25265.6, 1.0);
+  EXPECT_NEAR(green.position_um[2], 13225.6, 1.0);
+}
+
+TEST(PlaceholderJacobian, IsAFixedLinearFunctionOfTheVelocities) {
+  const SlotVector joints = {0.5, 1.5, 0.4, 0, 0.1, 0.2, 0.7, 0.8};
+  SlotVector velocities = {0.01, 0.02, 0.003, 0, 0.1, 0.2, 0, 0};
+  const auto once = placeholder_jacobian_velocity(joints, velocities);
+  for (double& velocity : velocities) velocity *= 2.0;
+  const auto twice = placeholder_jacobian_velocity(joints, velocities);
+  double size = 0.0;
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_NEAR(twice[i], 2.0 * once[i], 1e-12);
+    size += std::abs(once[i]);
+  }
+  EXPECT_GT(size, 0.0);
+}
+
+TEST(ArmDynamics, GravityIsTheGradientOfThePotentialEnergy) {
+  // Independent of KDL: gravity from the height of the centres of mass by finite differences.
+  const Plant plant = shipped_plant();
+  ArmDynamics dynamics(plant, Arm::kGold, true);
+  const DhTable& dh = dh_table(Arm::kGold);
+  const auto potential = [&](const Vector3d& q) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    double energy = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      pose.rotate(Eigen::AngleAxisd(dh.alpha_rad[i], Vector3d::UnitX()));
+      const double theta = dh.theta_offset_rad[i] + (i < 2 ? q[static_cast<Eigen::Index>(i)] : 0.0);
+      pose.rotate(Eigen::AngleAxisd(theta, Vector3d::UnitZ()));
+      if (i == 2) pose.translate(Vector3d(0, 0, q[2]));
+      const Link& link = plant.joints[i].link;
+      energy +=
+          link.mass_kg * 9.8 * (pose * Vector3d(link.com_m[0], link.com_m[1], link.com_m[2])).x();
+    }
+    return energy;
+  };
+  const Vector3d q(40 * kDeg, 80 * kDeg, 0.38);
+  const Vector3d gravity = dynamics.gravity(q);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    Vector3d step = Vector3d::Zero();
+    step[i] = 1e-6;
+    EXPECT_NEAR(gravity[i], (potential(q + step) - potential(q - step)) / 2e-6, 1e-6) << i;
+  }
+}
+
+TEST(ArmDynamics, MassMatrixIsSymmetricAndPositive) {
+  const Plant plant = shipped_plant();
+  ArmDynamics dynamics(plant, Arm::kGold, true);
+  const Eigen::Matrix3d mass = dynamics.mass_matrix({0.6, 1.4, 0.38});
+  EXPECT_LT((mass - mass.transpose()).norm(), 1e-12);
+  EXPECT_GT(mass.eigenvalues().real().minCoeff(), 0.0);
+  EXPECT_NEAR(mass(2, 2), 0.231, 1e-9);
+}
+
+TEST(ArmPhysics, AStillArmWithoutWeightStaysStill) {
+  Plant plant = shipped_plant();
+  plant.robot.gravity_m_per_s2 = {};
+  remove_effect(plant, "thermal_drift");
+  remove_effect(plant, "eccentricity");
+  auto arm = ArmPhysics::create(plant, false);
+  ASSERT_TRUE(arm.ok()) << arm.error().message;
+  RandomSource random(1);
+  const Vector3d start(0.7, 1.4, 0.38);
+  arm->place(start);
+  for (int i = 0; i < 5000; ++i) arm->advance(Vector3d::Zero(), random);
+  EXPECT_LT((arm->joints_ji() - start).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(arm->kinetic_energy_j(), 0.0);
+}
+
+TEST(ArmPhysics, AFreeOscillationDies) {
+  Plant plant = shipped_plant();
+  plant.robot.gravity_m_per_s2 = {};
+  remove_effect(plant, "thermal_drift");
+  auto arm = ArmPhysics::create(plant, false);
+  ASSERT_TRUE(arm.ok());
+  RandomSource random(1);
+  arm->place({0.7, 1.4, 0.38});
+  for (int i = 0; i < 50; ++i) arm->advance({1.5, 1.5, 1.0}, random);  // a blow
+  const double after_blow = arm->kinetic_energy_j();
+  EXPECT_GT(after_blow, 1e-3);
+  double largest_late = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    arm->advance(Vector3d::Zero(), random);
+    if (i > 2000) largest_late = std::max(largest_late, arm->kinetic_energy_j());
+  }
+  EXPECT_LT(largest_late, 1e-9 * after_blow);
+}
+
+TEST(ArmPhysics, WithoutFrictionAndDampingTheEnergyIsKept) {
+  Plant plant = shipped_plant();
+  for (const char* id :
+       {"thermal_drift", "eccentricity", "joint_friction", "hysteresis", "creep", "backlash",
+        "coulomb_friction", "viscous_friction", "stribeck_friction", "presliding"}) {
+    remove_effect(plant, id);
+  }
+  for (Joint& joint : plant.joints) {
+    for (Effect& effect : joint.effects) {
+      if (effect.id == "compliance") effect.parameters["damping"] = 0.0;
+    }
+    joint.homing.reset();
+  }
+  plant.robot.gravity_m_per_s2 = {};
+  auto arm = ArmPhysics::create(plant, false);
+  ASSERT_TRUE(arm.ok());
+  RandomSource random(1);
+  arm->place({0.7, 1.4, 0.38});
+  for (int i = 0; i < 5; ++i) arm->advance({0.5, -0.5, 0.3}, random);
+  // Energy moves between links and springs; over whole seconds its kinetic peak must not change.
+  const auto peak = [&] {
+    double largest = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+      arm->advance(Vector3d::Zero(), random);
+      largest = std::max(largest, arm->kinetic_energy_j());
+    }
+    return largest;
+  };
+  const double early = peak();
+  double late = 0.0;
+  for (int i = 0; i < 5; ++i) late = peak();
+  EXPECT_NEAR(late / early, 1.0, 0.05);
+}
+
+TEST(ArmPhysics, RefusesAPlantWithoutCables) {
+  Plant plant = shipped_plant();
+  remove_effect(plant, "compliance");
+  const auto arm = ArmPhysics::create(plant, false);
+  ASSERT_FALSE(arm.ok());
+  EXPECT_NE(arm.error().message.find("compliance"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ravencal::physics

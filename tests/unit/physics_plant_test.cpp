@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "physics/effects/effect_spec.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+const std::string kPlantPath = std::string(RAVENCAL_SOURCE_DIR) + "/tools/plants/raven2.toml";
+
+std::string shipped_text() {
+  std::ifstream file(kPlantPath);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// The shipped plant with one text replaced; fails the test if the text is not there.
+std::string changed(const std::string& from, const std::string& to) {
+  std::string text = shipped_text();
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+  return text;
+}
+
+std::string error_of(const std::string& text) {
+  const auto plant = parse_plant(text, "p.toml");
+  EXPECT_FALSE(plant.ok());
+  return plant.ok() ? "" : plant.error().message;
+}
+
+std::size_t line_of(const std::string& text, const std::string& needle) {
+  return 1 +
+         static_cast<std::size_t>(std::count(
+             text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(needle)), '\n'));
+}
+
+TEST(Plant, ReadsTheShippedRobotWithThePublishedConstants) {
+  const auto plant = load_plant(kPlantPath);
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  ASSERT_EQ(plant->joints.size(), 3U);
+  EXPECT_EQ(plant->joints[0].name, "shoulder");
+  EXPECT_EQ(plant->joints[2].kind, JointKind::kPrismatic);
+  EXPECT_DOUBLE_EQ(plant->joints[1].reduction, 121.522074965);
+  EXPECT_DOUBLE_EQ(plant->coupling[1][0], -0.14545);
+  EXPECT_DOUBLE_EQ(plant->joints[2].controller->kd_n_m_s_per_rad, 0.012);
+  EXPECT_DOUBLE_EQ(plant->joints[0].homing->dac_threshold_counts, 2100);
+  EXPECT_GT(plant->joints[1].parameter("compliance", "stiffness"), 0.0);
+  EXPECT_EQ(plant->joints[1].find_effect("coupling")->from, "shoulder");
+  EXPECT_NE(plant->hash, 0U);
+}
+
+TEST(Plant, NamesFileLineAndKnownKeysOfAnUnknownKey) {
+  const std::string text = changed("mass_kg = 0.494", "mas_kg = 0.494");
+  const std::string error = error_of(text);
+  EXPECT_NE(error.find("p.toml:"), std::string::npos) << error;
+  EXPECT_NE(error.find("mass_kg"), std::string::npos) << error;
+  const std::string extra = changed("name = \"shoulder\"", "name = \"shoulder\"\nwheels = 4");
+  const std::string unknown = error_of(extra);
+  EXPECT_NE(unknown.find("p.toml:" + std::to_string(line_of(extra, "wheels"))), std::string::npos)
+      << unknown;
+  EXPECT_NE(unknown.find("unknown key 'wheels'"), std::string::npos) << unknown;
+}
+
+TEST(Plant, RefusesAnEffectOutsideTheVocabularyAndSaysWhichExist) {
+  const std::string text = changed("id = \"backlash\"", "id = \"gremlins\"");
+  const std::string error = error_of(text);
+  EXPECT_NE(error.find("p.toml:" + std::to_string(line_of(text, "gremlins"))), std::string::npos)
+      << error;
+  EXPECT_NE(error.find("unknown effect 'gremlins'"), std::string::npos) << error;
+  EXPECT_NE(error.find("compliance"), std::string::npos) << error;
+}
+
+TEST(Plant, RefusesValuesThatMakeNoSense) {
+  EXPECT_NE(error_of(changed("kind = \"prismatic\"", "kind = \"wobbly\"")).find("wobbly"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("reduction = 136.196255507", "reduction = -1")).find("reduction"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("reduction = 136.196255507", "reduction = \"a\"")).find("number"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("inner_rate_hz = 10000", "inner_rate_hz = 10500")).find("multiple"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("[-0.14545,       0.0, ", "[-0.14545,       0.5, ")).find("diagonal"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("from = \"shoulder\"", "from = \"nose\"")).find("nose"),
+            std::string::npos);
+  EXPECT_NE(error_of(changed("name = \"elbow\"", "name = \"shoulder\"")).find("two joints"),
+            std::string::npos);
+  EXPECT_NE(error_of("robot = [").find("p.toml:1"), std::string::npos);
+}
+
+TEST(Plant, SaysThatAFileCannotBeOpened) {
+  const auto plant = load_plant("/nonexistent/plant.toml");
+  ASSERT_FALSE(plant.ok());
+  EXPECT_EQ(plant.error().code, core::ErrorCode::kIo);
+}
+
+TEST(Plant, IsDescribedWithEveryEffectItHas) {
+  const auto plant = load_plant(kPlantPath);
+  ASSERT_TRUE(plant.ok());
+  const std::string text = describe_plant(*plant);
+  for (const Joint& joint : plant->joints) {
+    EXPECT_NE(text.find(joint.name), std::string::npos);
+    for (const Effect& effect : joint.effects) EXPECT_NE(text.find(effect.id), std::string::npos);
+  }
+}
+
+TEST(EffectSpecs, GiveUnitsByTheKindOfJoint) {
+  const EffectSpec* spec = find_effect_spec("compliance");
+  ASSERT_NE(spec, nullptr);
+  EXPECT_EQ(key_of(spec->parameters[0], JointKind::kRevolute), "stiffness_n_m_per_rad");
+  EXPECT_EQ(key_of(spec->parameters[0], JointKind::kPrismatic), "stiffness_n_per_m");
+  EXPECT_EQ(find_effect_spec("unknown"), nullptr);
+}
+
+}  // namespace
+}  // namespace ravencal::physics

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// How the loaded plugin fades, refuses and recovers, seen only through its C ABI.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "rt/rig.hpp"
+
+namespace ravencal::test {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+class Envelope : public ::testing::Test {
+ protected:
+  void SetUp() override { rig.load(make_model(16, {})); }  // the joints of both arms
+
+  void activate() {
+    rig.enable();
+    ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  }
+
+  /// After `disturb` the correction must reach zero and the state `resting`, never by a step.
+  template <typename Disturb>
+  void expect_fade_out(Disturb disturb, std::int32_t resting, std::uint32_t doubt) {
+    activate();
+    disturb();
+    EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
+    EXPECT_EQ(rig.output.doubts & doubt, doubt);
+    EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
+    EXPECT_NE(rig.output.correction_ji[0], 0.0F);
+    ASSERT_TRUE(rig.tick_until(resting));
+    for (const float correction : rig.output.correction_ji) EXPECT_EQ(correction, 0.0F);
+  }
+
+  Rig rig;
+};
+
+TEST_F(Envelope, IsTheRobotsOwnValueBitForBitUntilItIsEnabled) {
+  rig.state.arm[0].jpos_ji[1] = -0.0F;
+  EXPECT_EQ(rig.tick(), RAVENCAL_BYPASS);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_OFF);
+  EXPECT_EQ(std::memcmp(rig.output.jpos_ji, rig.state.arm[0].jpos_ji, sizeof rig.output.jpos_ji),
+            0);
+}
+
+TEST_F(Envelope, ArmsFadesInAndReachesThePrediction) {
+  rig.enable();
+  rig.tick();
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ARMED);
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_FADING_IN));
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+    EXPECT_EQ(rig.output.correction_ji[j], rig.output.predicted_ji[j]);
+    EXPECT_EQ(rig.output.jpos_ji[j], rig.state.arm[0].jpos_ji[j] + rig.output.correction_ji[j]);
+  }
+}
+
+TEST_F(Envelope, StaysArmedWithoutWeights) {
+  Rig empty;
+  empty.enable();
+  EXPECT_FALSE(empty.tick_until(RAVENCAL_STATE_FADING_IN, 1000));
+  EXPECT_EQ(empty.output.state, RAVENCAL_STATE_ARMED);
+  EXPECT_EQ(empty.output.doubts, RAVENCAL_DOUBT_NO_WEIGHTS);
+}
+
+TEST_F(Envelope, FadesOutWhenDisabled) {
+  expect_fade_out([&] { rig.enable(false); }, RAVENCAL_STATE_OFF, 0);
+}
+
+TEST_F(Envelope, FadesOutInEmergencyStop) {
+  expect_fade_out([&] { rig.state.runlevel = 0; }, RAVENCAL_STATE_ARMED,
+                  RAVENCAL_DOUBT_ROBOT_STATE);
+}
+
+TEST_F(Envelope, FadesOutWhileHoming) {
+  expect_fade_out([&] { rig.state.runlevel = 1; }, RAVENCAL_STATE_ARMED,
+                  RAVENCAL_DOUBT_ROBOT_STATE);
+}
+
+TEST_F(Envelope, FadesOutWhenAJointIsNotReady) {
+  expect_fade_out([&] { rig.state.arm[0].joints_ready = 0xFB; }, RAVENCAL_STATE_ARMED,
+                  RAVENCAL_DOUBT_ROBOT_STATE);
+}
+
+TEST_F(Envelope, IgnoresToolJointsThatAreNotReady) {
+  activate();
+  rig.state.arm[0].joints_ready = 0x07;
+  EXPECT_EQ(rig.tick(), RAVENCAL_OK);
+}
+
+TEST_F(Envelope, KeepsTheCorrectionWhenThePedalIsReleased) {
+  activate();
+  const float before = rig.output.correction_ji[0];
+  rig.state.runlevel = 2;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(rig.tick(), RAVENCAL_OK);
+    EXPECT_EQ(rig.output.correction_ji[0], before);
+  }
+}
+
+TEST_F(Envelope, FadesOutOnANotANumber) {
+  expect_fade_out([&] { rig.state.arm[0].jpos_ji[5] = kNan; }, RAVENCAL_STATE_BYPASS,
+                  RAVENCAL_DOUBT_NOT_FINITE);
+}
+
+TEST_F(Envelope, FadesOutOnAnInfinity) {
+  expect_fade_out([&] { rig.state.arm[0].jpos_ji[5] = std::numeric_limits<float>::infinity(); },
+                  RAVENCAL_STATE_BYPASS, RAVENCAL_DOUBT_NOT_FINITE);
+}
+
+TEST_F(Envelope, FadesOutFarOutsideTheTrainedRange) {
+  expect_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 0.65F; }, RAVENCAL_STATE_BYPASS,
+                  RAVENCAL_DOUBT_OUT_OF_RANGE);
+}
+
+TEST_F(Envelope, ClampsJustOutsideTheTrainedRange) {
+  activate();
+  rig.state.arm[0].jpos_ji[0] += 0.5F;
+  rig.tick();
+  const float at_border = rig.output.predicted_ji[0];
+  rig.state.arm[0].jpos_ji[0] += 0.05F;
+  EXPECT_EQ(rig.tick(), RAVENCAL_OK);
+  EXPECT_EQ(rig.output.doubts, 0U);
+  EXPECT_NEAR(rig.output.predicted_ji[0], at_border, 1e-7);
+  EXPECT_GT(rig.instance.counters().clamped_inputs, 0U);
+}
+
+TEST_F(Envelope, FadesOutWhileTimeStandsStill) {
+  activate();
+  for (int i = 0; i < 2000 && rig.output.state != RAVENCAL_STATE_BYPASS; ++i) {
+    rig.state.t_ns -= 1'000'000;  // tick() adds it again
+    rig.tick();
+    EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_TIME);
+  }
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_BYPASS);
+  EXPECT_EQ(rig.output.correction_ji[1], 0.0F);
+}
+
+TEST_F(Envelope, DipsAndRecoversWhenTimeJumpsOnce) {
+  for (const std::int64_t jump_ns : {5'000'000'000LL, -5'000'000'000LL, 11'000'000LL}) {
+    activate();
+    const float before = rig.output.correction_ji[1];
+    rig.state.t_ns += jump_ns;
+    EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
+    EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_TIME);
+    EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
+    EXPECT_LT(std::fabs(rig.output.correction_ji[1]), std::fabs(before));
+    EXPECT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE, 300));
+  }
+}
+
+TEST_F(Envelope, AcceptsATickThatIsLateBySchedulingOnly) {
+  activate();
+  rig.state.t_ns += 4'000'000;
+  EXPECT_EQ(rig.tick(), RAVENCAL_OK);
+}
+
+TEST_F(Envelope, FadesOutWhenTheNetworkAsksForTooMuch) {
+  model::CalibrationModel model = make_model({plain("jpos.shoulder")}, {});
+  model.layers[0].weights << 200.0F, 0.0F, 0.0F;  // 0.8 rad per half width of the range
+  model.layers[0].biases.setZero();
+  rig.load(model);
+  expect_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 0.4F; }, RAVENCAL_STATE_BYPASS,
+                  RAVENCAL_DOUBT_MAGNITUDE);
+}
+
+TEST_F(Envelope, LimitsTheRateInNormalWork) {
+  model::CalibrationModel model = make_model({plain("jpos.shoulder")}, {});
+  model.layers[0].weights << 10.0F, 0.0F, 0.0F;
+  rig.load(model);
+  activate();
+  const float before = rig.output.correction_ji[0];
+  rig.state.arm[0].jpos_ji[0] += 0.4F;
+  EXPECT_EQ(rig.tick(), RAVENCAL_OK);
+  EXPECT_NEAR(rig.output.correction_ji[0] - before, 0.5e-3, 1e-6);
+  EXPECT_GT(rig.instance.counters().limited_rate, 0U);
+}
+
+TEST_F(Envelope, LatchesAFaultOfTheNetworkUntilReset) {
+  // Finite weights whose products cancel on the self-test's rows but overflow in a corner of the
+  // trained range that none of them visits.
+  model::CalibrationModel model = make_model({plain("jpos.shoulder"), plain("jpos.elbow")}, {2, 2});
+  for (model::DenseLayer& layer : model.layers) layer.activation = model::Activation::kLinear;
+  model.layers[0].weights << 1.8e38F, -1.8e38F, 0.0F, 0.0F;
+  model.layers[0].biases.setZero();
+  model.layers[1].weights << 1e-38F, 0.0F, 0.0F, 0.0F;
+  model.layers[1].biases.setZero();
+  rig.load(model);
+  expect_fade_out(
+      [&] {
+        rig.state.arm[0].jpos_ji[0] += 0.5F;
+        rig.state.arm[0].jpos_ji[1] -= 0.5F;
+      },
+      RAVENCAL_STATE_FAULT, RAVENCAL_DOUBT_NETWORK);
+  rig.state = healthy_state(rig.state.t_ns);
+  EXPECT_FALSE(rig.tick_until(RAVENCAL_STATE_FADING_IN, 1000)) << "a fault must not heal by itself";
+  EXPECT_EQ(rig.tick(), RAVENCAL_FAULT);
+  rig.api().reset(rig.instance.get());
+  EXPECT_EQ(rig.tick(), RAVENCAL_BYPASS);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_OFF);
+}
+
+TEST_F(Envelope, NeedsThePublishedStateOfTheCycleBefore) {
+  rig.load(make_model({plain("tau.elbow"), plain("dac.elbow")}, {}));
+  rig.enable();
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  EXPECT_EQ(rig.instance.info().needs_cycle_end, 1U);
+  rig.state.t_ns += 1'000'000;
+  rig.api().step(rig.instance.get(), &rig.state, &rig.output);  // and no observe_cycle_end
+  rig.state.t_ns += 1'000'000;
+  EXPECT_EQ(rig.api().step(rig.instance.get(), &rig.state, &rig.output), RAVENCAL_HELD);
+  EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_NOT_LATCHED);
+}
+
+TEST_F(Envelope, WarmsUpForAsLongAsItsOldestInput) {
+  rig.load(make_model({plain("jpos.elbow"), lagged("jpos.elbow", 50)}, {}));
+  rig.enable();
+  int warming = 0;
+  for (int i = 0; i < 1000; ++i) {
+    rig.tick();
+    warming += (rig.output.doubts & RAVENCAL_DOUBT_WARMING_UP) != 0 ? 1 : 0;
+  }
+  EXPECT_EQ(warming, 500);  // 50 rows of 10 ms at 1 kHz
+}
+
+TEST_F(Envelope, UncorrectsDesiredJointsByTheAppliedCorrection) {
+  activate();
+  const float desired[RAVENCAL_JOINTS] = {rig.output.jpos_ji[0], rig.output.jpos_ji[1],
+                                          rig.output.jpos_ji[2]};
+  float uncorrected[RAVENCAL_JOINTS];
+  rig.api().uncorrect_desired(rig.instance.get(), desired, uncorrected);
+  // Desired re-seeded from the corrected measurement must give back the uncorrected one, or the
+  // motor would jump.
+  for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+    EXPECT_NEAR(uncorrected[j], rig.state.arm[0].jpos_ji[j], 1e-7);
+  }
+}
+
+TEST_F(Envelope, CountsEveryTickOnceAndEveryTransition) {
+  activate();
+  rig.state.runlevel = 0;
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ARMED));
+  const ravencal_counters counters = rig.instance.counters();
+  std::uint64_t sum = 0;
+  for (const std::uint64_t ticks : counters.ticks_in_state) sum += ticks;
+  EXPECT_EQ(sum, counters.ticks);
+  EXPECT_EQ(counters.transitions, 5U);  // armed, fading in, active, fading out, armed
+  EXPECT_GT(counters.ticks_in_doubt[0], 0U);
+  EXPECT_EQ(counters.swaps, 1U);
+}
+
+}  // namespace
+}  // namespace ravencal::test

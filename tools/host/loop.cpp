@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/loop.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+namespace ravencal::host {
+namespace {
+
+constexpr std::int64_t kNsPerS = 1'000'000'000;
+constexpr int kPriority = 80;  // below the kernel's own real-time threads, above everything else
+
+std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kNsPerS + now.tv_nsec;
+}
+
+void sleep_until(std::int64_t deadline_ns) {
+  const timespec deadline{deadline_ns / kNsPerS, deadline_ns % kNsPerS};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+std::uint32_t to_u32(std::int64_t ns) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, UINT32_MAX));
+}
+
+/// What the loop's thread works on; everything is allocated and touched before it starts.
+struct Work {
+  std::int64_t period_ns;  ///< 0: do not wait
+  std::int64_t ticks;
+  PluginInstance& plugin;
+  RobotSource& source;
+  LoopResult& result;
+  std::atomic<std::int64_t> done{0};
+  std::atomic<bool> stop{false};
+  std::atomic<bool> finished{false};
+};
+
+Tick run_cycle(Work& work, ravencal_state& state, ravencal_output& output) {
+  Tick tick;
+  work.source.begin(state);
+  tick.truth_ji = work.source.truth_ji();
+
+  const std::int64_t before_ns = now_ns();
+  work.plugin.api().step(work.plugin.get(), &state, &output);
+  tick.step_ns = to_u32(now_ns() - before_ns);
+
+  tick.state = output.state;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    tick.raw_ji[j] = state.arm[0].jpos_ji[j];
+    tick.corrected_ji[j] = output.jpos_ji[j];
+  }
+  work.source.end(state);
+  work.plugin.api().observe_cycle_end(work.plugin.get(), &state);
+  return tick;
+}
+
+void loop(Work& work) {
+  ravencal_state state{};
+  ravencal_output output{};
+  output.struct_size = sizeof output;
+  std::int64_t deadline_ns = now_ns();
+  for (std::int64_t i = 0; i < work.ticks && !work.stop.load(std::memory_order_relaxed); ++i) {
+    std::int64_t woke_ns = now_ns();
+    std::uint32_t wakeup_ns = 0;
+    if (work.period_ns > 0) {
+      deadline_ns += work.period_ns;
+      if (woke_ns > deadline_ns) {  // this cycle cannot start in time any more
+        ++work.result.overruns;
+        deadline_ns +=
+            (woke_ns - deadline_ns + work.period_ns - 1) / work.period_ns * work.period_ns;
+      }
+      sleep_until(deadline_ns);
+      woke_ns = now_ns();
+      wakeup_ns = to_u32(woke_ns - deadline_ns);
+    }
+    Tick& tick = work.result.ticks[static_cast<std::size_t>(i)];
+    tick = run_cycle(work, state, output);
+    tick.wakeup_ns = wakeup_ns;
+    tick.cycle_ns = to_u32(now_ns() - woke_ns);
+    work.done.store(i + 1, std::memory_order_relaxed);
+  }
+  work.finished.store(true, std::memory_order_release);
+}
+
+/// Asks for what a control process has. A loop that never sleeps does not: at SCHED_FIFO the kernel
+/// would stop it for 50 ms of every second (sched_rt_runtime_us), and the machine with it
+/// meanwhile.
+void become_real_time(LoopResult& result) {
+  result.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  if (!result.memory_locked) {
+    result.hindrance = fmt::format("mlockall: {} (raise the memlock limit)", std::strerror(errno));
+  }
+  sched_param parameters{};
+  parameters.sched_priority = kPriority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  result.real_time = error == 0;
+  if (error != 0) {
+    result.hindrance +=
+        fmt::format("{}SCHED_FIFO {}: {} (raise the rtprio limit)",
+                    result.hindrance.empty() ? "" : "; ", kPriority, std::strerror(error));
+  }
+}
+
+}  // namespace
+
+LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSource& source,
+                    const std::function<bool(double)>& keep_going) {
+  LoopResult result;
+  const std::int64_t ticks = std::min(options.ticks, source.cycles());
+  result.ticks.resize(static_cast<std::size_t>(ticks));
+  const bool waits = options.rate_hz > 0.0;
+  const std::int64_t period_ns =
+      waits ? std::llround(static_cast<double>(kNsPerS) / options.rate_hz) : 0;
+  Work work{period_ns, ticks, plugin, source, result};
+  std::thread thread([&] {
+    if (waits) {
+      become_real_time(result);
+    } else {
+      result.hindrance = "the loop does not wait (--rate-hz 0)";
+    }
+    loop(work);
+  });
+  while (!work.finished.load(std::memory_order_acquire)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(ticks < 5000 ? 5 : 100));
+    const auto done = static_cast<double>(work.done.load(std::memory_order_relaxed));
+    if (!keep_going(done / static_cast<double>(std::max<std::int64_t>(ticks, 1)))) {
+      work.stop.store(true, std::memory_order_relaxed);
+    }
+  }
+  thread.join();
+  result.ticks.resize(static_cast<std::size_t>(work.done.load()));
+  return result;
+}
+
+}  // namespace ravencal::host

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plugin_library.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+namespace ravencal::host {
+
+void PluginLibrary::Close::operator()(void* library) const { ::dlclose(library); }
+
+core::Result<PluginLibrary> PluginLibrary::open(const std::filesystem::path& path) {
+  // dlopen searches the system's folders for a bare name; a path was meant.
+  const std::string file = path.has_parent_path() ? path.string() : "./" + path.string();
+  PluginLibrary library;
+  library.library_.reset(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL));
+  if (library.library_ == nullptr) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("cannot load the plugin: {}", ::dlerror())};
+  }
+  void* const symbol = ::dlsym(library.library_.get(), "ravencal_plugin_entry");
+  if (symbol == nullptr) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: not a ravencal plugin: it has no ravencal_plugin_entry", path.string())};
+  }
+  library.api_ = reinterpret_cast<ravencal_plugin_entry_fn>(symbol)(RAVENCAL_ABI_MAJOR);
+  if (library.api_ == nullptr || library.api_->abi_major != RAVENCAL_ABI_MAJOR ||
+      library.api_->struct_size < sizeof(ravencal_api)) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: the plugin does not speak ABI {}.{}; build it again from "
+                                   "the same version as this program",
+                                   path.string(), RAVENCAL_ABI_MAJOR, RAVENCAL_ABI_MINOR)};
+  }
+  return library;
+}
+
+ravencal_config PluginLibrary::default_config() const {
+  ravencal_config config{};
+  config.struct_size = sizeof config;
+  api_->default_config(&config);
+  return config;
+}
+
+void PluginInstance::Free::operator()(void* storage) const { std::free(storage); }
+
+void PluginInstance::Destroy::operator()(ravencal_instance* instance) const {
+  api->destroy(instance);
+}
+
+core::Result<PluginInstance> PluginInstance::create(const PluginLibrary& library,
+                                                    const ravencal_config& config) {
+  PluginInstance plugin;
+  plugin.api_ = &library.api();
+  const std::size_t alignment = plugin.api_->storage_alignment();
+  const std::size_t bytes = (plugin.api_->storage_size() + alignment - 1) / alignment * alignment;
+  plugin.storage_.reset(std::aligned_alloc(alignment, bytes));
+  ravencal_instance* instance = nullptr;
+  if (plugin.storage_ == nullptr ||
+      plugin.api_->create(&config, plugin.storage_.get(), bytes, &instance) != RAVENCAL_SUCCESS) {
+    return core::Error{core::ErrorCode::kData, "the plugin refuses this configuration"};
+  }
+  plugin.instance_ = {instance, Destroy{plugin.api_}};
+  return plugin;
+}
+
+core::Status PluginInstance::load(const std::filesystem::path& weights) {
+  const std::int32_t code = api_->load(get(), weights.c_str());
+  if (code == RAVENCAL_SUCCESS) return {};
+  return core::Error{code == RAVENCAL_ERROR_IO ? core::ErrorCode::kIo : core::ErrorCode::kData,
+                     api_->last_error(get())};
+}
+
+ravencal_counters PluginInstance::counters() const {
+  ravencal_counters counters{};
+  counters.struct_size = sizeof counters;
+  api_->counters(get(), &counters);
+  return counters;
+}
+
+ravencal_info PluginInstance::info() const {
+  ravencal_info info{};
+  info.struct_size = sizeof info;
+  api_->info(get(), &info);
+  return info;
+}
+
+std::string isa_name(std::uint32_t isa) {
+  constexpr const char* kNames[] = {"best", "baseline", "AVX2", "AVX-512"};
+  return isa < std::size(kNames) ? kNames[isa] : fmt::format("instruction set {}", isa);
+}
+
+const char* state_name(std::int32_t state) {
+  constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {
+      "off", "armed", "fading_in", "active", "fading_out", "bypass", "fault"};
+  return state >= 0 && state < RAVENCAL_STATE_COUNT ? kNames[state] : "unknown";
+}
+
+const char* doubt_name(std::size_t kind) {
+  constexpr const char* kNames[RAVENCAL_DOUBT_KINDS] = {"robot_state", "no_weights", "time",
+                                                        "not_latched", "not_finite", "out_of_range",
+                                                        "warming_up",  "magnitude",  "network"};
+  return kind < RAVENCAL_DOUBT_KINDS ? kNames[kind] : "unknown";
+}
+
+}  // namespace ravencal::host

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Loads libravencal_plugin.so as a robot's control process would: dlopen, one symbol, C structs.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/result.hpp"
+#include "ravencal/plugin.h"
+
+namespace ravencal::host {
+
+/// The shared object and its function table. Keep it alive while instances of it live.
+class PluginLibrary {
+ public:
+  static core::Result<PluginLibrary> open(const std::filesystem::path& path);
+
+  [[nodiscard]] const ravencal_api& api() const { return *api_; }
+  /// The plugin's own defaults.
+  [[nodiscard]] ravencal_config default_config() const;
+
+ private:
+  struct Close {
+    void operator()(void* library) const;
+  };
+  std::unique_ptr<void, Close> library_;
+  const ravencal_api* api_ = nullptr;
+};
+
+/// One instance with its storage, destroyed with this object.
+class PluginInstance {
+ public:
+  static core::Result<PluginInstance> create(const PluginLibrary& library,
+                                             const ravencal_config& config);
+
+  /// Loads weights; the error is the plugin's own sentence.
+  core::Status load(const std::filesystem::path& weights);
+
+  [[nodiscard]] const ravencal_api& api() const { return *api_; }
+  [[nodiscard]] ravencal_instance* get() const { return instance_.get(); }
+  [[nodiscard]] ravencal_counters counters() const;
+  [[nodiscard]] ravencal_info info() const;
+
+ private:
+  struct Free {
+    void operator()(void* storage) const;
+  };
+  struct Destroy {
+    const ravencal_api* api;
+    void operator()(ravencal_instance* instance) const;
+  };
+  const ravencal_api* api_ = nullptr;
+  std::unique_ptr<void, Free> storage_;
+  std::unique_ptr<ravencal_instance, Destroy> instance_;
+};
+
+/// "AVX-512" for RAVENCAL_ISA_AVX512 and so on.
+std::string isa_name(std::uint32_t isa);
+/// "fading_in" for RAVENCAL_STATE_FADING_IN and so on, as in the JSON of `ravencal host`.
+const char* state_name(std::int32_t state);
+/// "out_of_range" for bit `kind` of the doubts.
+const char* doubt_name(std::size_t kind);
+
+}  // namespace ravencal::host

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a run of the loop showed, as a table for people and as JSON for programs.
+#pragma once
+
+#include <string>
+
+#include "host/loop.hpp"
+#include "host/plugin_library.hpp"
+#include "learn/evaluate.hpp"
+#include "model/calibration_model.hpp"
+
+namespace ravencal::host {
+
+struct Percentiles {
+  std::uint32_t p50 = 0;
+  std::uint32_t p99 = 0;
+  std::uint32_t p999 = 0;
+  std::uint32_t max = 0;
+};
+
+struct Summary {
+  learn::Evaluation evaluation;  ///< over the ticks with the correction fully in (state ACTIVE)
+  std::size_t active_ticks = 0;
+  std::size_t ticks = 0;
+  double rate_hz = 0.0;
+  bool real_time = false;
+  std::string hindrance;
+  std::uint64_t overruns = 0;
+  Percentiles step_ns;
+  Percentiles wakeup_ns;
+  Percentiles cycle_ns;
+  ravencal_counters counters{};
+  ravencal_info info{};
+};
+
+Summary summarise(const LoopResult& result, const LoopOptions& options,
+                  const PluginInstance& plugin, const model::CalibrationModel& model);
+
+std::string summary_text(const Summary& summary);
+std::string summary_json(const Summary& summary);
+
+}  // namespace ravencal::host

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/dataset.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::learn {
+namespace {
+
+using record::Recording;
+using record::Role;
+
+core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+/// Truth minus estimate, [rows x outputs]; NaN where either is lost.
+core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
+                                           const Recording& recording) {
+  Eigen::MatrixXd errors(recording.rows(), static_cast<Eigen::Index>(outputs.size()));
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    const auto truth = recording.column(Role::kJointTruth, outputs[k].joint);
+    const auto estimate = recording.column(outputs[k].estimate_channel);
+    if (!truth || !estimate) {
+      return data_error(fmt::format("{}: has no {} of joint {}", recording.source,
+                                    truth ? "estimate" : "truth", outputs[k].joint));
+    }
+    errors.col(static_cast<Eigen::Index>(k)) =
+        recording.samples.col(*truth) - recording.samples.col(*estimate);
+  }
+  return errors;
+}
+
+/// Population mean and standard deviation, two passes.
+template <typename Values>
+Scaling scaling_of(const Values& values) {
+  const Eigen::Index columns = values.cols();
+  const auto rows = static_cast<double>(values.rows());
+  Scaling result;
+  result.standardiser.mean.resize(columns);
+  result.standardiser.scale.resize(columns);
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    const Eigen::VectorXd column = values.col(c).template cast<double>();
+    double mean = column.sum() / rows;
+    double scale = std::sqrt((column.array() - mean).square().sum() / rows);
+    // Inputs are single precision, 6e-8 of the value: smaller spreads are rounding, not signal.
+    constexpr double kResolution = 1e-6;
+    const bool constant = column.minCoeff() == column.maxCoeff();
+    if (constant) mean = column(0);
+    if (constant || scale < kResolution * std::abs(mean)) {
+      scale = 1.0;
+      result.constant.push_back(c);
+    }
+    result.standardiser.mean(c) = mean;
+    result.standardiser.scale(c) = scale;
+  }
+  return result;
+}
+
+}  // namespace
+
+core::Result<std::vector<model::OutputSpec>> outputs_of(const Recording& recording,
+                                                        std::span<const std::string> joints) {
+  const std::vector<std::string> present = recording.calibratable_joints();
+  if (present.empty()) {
+    return data_error(fmt::format(
+        "{}: no joint has both an estimate and a truth; calibration needs an external encoder or "
+        "tracker in the recording (role joint_truth in its profile)",
+        recording.source));
+  }
+  for (const std::string& joint : joints) {
+    if (std::find(present.begin(), present.end(), joint) == present.end()) {
+      return data_error(fmt::format("{}: joint '{}' has no truth; those that have are {}",
+                                    recording.source, joint, fmt::join(present, ", ")));
+    }
+  }
+  std::vector<model::OutputSpec> outputs;
+  for (const std::string& joint : present) {
+    if (!joints.empty() && std::find(joints.begin(), joints.end(), joint) == joints.end()) continue;
+    const auto column = static_cast<std::size_t>(*recording.column(Role::kJointEstimate, joint));
+    outputs.push_back({joint, recording.channels[column].name, recording.channels[column].unit});
+  }
+  return outputs;
+}
+
+core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
+                                   std::span<const model::OutputSpec> outputs,
+                                   std::span<const Recording* const> recordings,
+                                   double row_period_s) {
+  Eigen::Index capacity = 0;
+  for (const Recording* recording : recordings) capacity += recording->rows();
+  Dataset dataset;
+  dataset.features.resize(capacity, static_cast<Eigen::Index>(features.size()));
+  dataset.errors.resize(capacity, static_cast<Eigen::Index>(outputs.size()));
+  Eigen::Index kept = 0;
+  for (const Recording* recording : recordings) {
+    RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd errors, joint_errors(outputs, *recording));
+    RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix inputs,
+                              model::feature_matrix(features, *recording, row_period_s));
+    for (Eigen::Index row = 0; row < recording->rows(); ++row) {
+      if (!errors.row(row).allFinite()) {
+        ++dataset.rows_without_truth;
+      } else if (!inputs.row(row).allFinite()) {
+        ++dataset.rows_without_feature;
+      } else {
+        dataset.features.row(kept) = inputs.row(row);
+        dataset.errors.row(kept) = errors.row(row);
+        ++kept;
+      }
+    }
+  }
+  dataset.features.conservativeResize(kept, Eigen::NoChange);
+  dataset.errors.conservativeResize(kept, Eigen::NoChange);
+  if (kept > 0) return dataset;
+  return data_error(fmt::format(
+      "{}: no usable row is left of {}: {} lack the truth or the estimate of a joint, {} lack a "
+      "feature; `ravencal info` shows which channels are lost, --features and --joints leave them "
+      "out",
+      recordings.empty() ? "no recording" : recordings.front()->source, capacity,
+      dataset.rows_without_truth, dataset.rows_without_feature));
+}
+
+Scaling fit_scaling(const Eigen::Ref<const Eigen::MatrixXd>& values) { return scaling_of(values); }
+
+Scaling fit_scaling(const model::FeatureMatrix& values) { return scaling_of(values); }
+
+}  // namespace ravencal::learn

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a network is trained on: features of every usable row, and the joint error (truth minus
+// estimate) at that row. Rows with a lost value are left out and counted.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "model/calibration_model.hpp"
+#include "model/feature_matrix.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::learn {
+
+/// SI units throughout.
+struct Dataset {
+  model::FeatureMatrix features;         ///< [rows x features], all finite
+  Eigen::MatrixXd errors;                ///< truth - estimate, [rows x outputs], all finite
+  std::size_t rows_without_truth = 0;    ///< left out: truth or estimate lost
+  std::size_t rows_without_feature = 0;  ///< left out: truth known, but a feature lost
+};
+
+/// The recording's calibratable joints, or those of them that are named in `joints`.
+/// Errors (kData): none, or one that is named has no truth or no estimate.
+core::Result<std::vector<model::OutputSpec>> outputs_of(const record::Recording& recording,
+                                                        std::span<const std::string> joints);
+
+/// Usable rows of all recordings, in order. `row_period_s` is the unit of lags.
+/// Errors (kData): a channel is missing, or no row is left.
+core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
+                                   std::span<const model::OutputSpec> outputs,
+                                   std::span<const record::Recording* const> recordings,
+                                   double row_period_s);
+
+/// Mean and standard deviation (population, as scikit-learn's StandardScaler) of each column. A
+/// column that is constant, or varies less than single precision resolves, keeps scale 1 and is
+/// listed in `constant`.
+struct Scaling {
+  model::Standardiser standardiser;
+  std::vector<Eigen::Index> constant;
+};
+Scaling fit_scaling(const Eigen::Ref<const Eigen::MatrixXd>& values);
+Scaling fit_scaling(const model::FeatureMatrix& values);
+
+}  // namespace ravencal::learn

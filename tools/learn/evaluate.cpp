@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/evaluate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "model/feature_matrix.hpp"
+
+namespace ravencal::learn {
+namespace {
+
+using record::Recording;
+using record::Role;
+
+constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
+
+/// Corrections of every row, NaN where a feature is lost; shape [rows x outputs].
+core::Result<Eigen::MatrixXd> corrections(const model::CalibrationModel& model,
+                                          const Recording& recording, std::size_t& lost) {
+  RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix features,
+                            model::feature_matrix(model.features, recording, model.row_period_s));
+  Eigen::MatrixXd result(features.rows(), static_cast<Eigen::Index>(model.outputs.size()));
+  constexpr Eigen::Index kRows = 4096;  // bounds the memory of the hidden layers
+  for (Eigen::Index row = 0; row < features.rows(); row += kRows) {
+    const Eigen::Index count = std::min(kRows, features.rows() - row);
+    result.middleRows(row, count) = model.predict(features.middleRows(row, count).cast<double>());
+  }
+  for (Eigen::Index row = 0; row < features.rows(); ++row) {
+    if (features.row(row).allFinite()) continue;
+    result.row(row).setConstant(std::nan(""));  // an activation may hide a NaN
+    ++lost;
+  }
+  return result;
+}
+
+core::Status append(const model::CalibrationModel& model, const Recording& recording,
+                    Evaluation& evaluation) {
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd correction,
+                            corrections(model, recording, evaluation.rows_without_feature));
+  evaluation.rows += static_cast<std::size_t>(recording.rows());
+  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
+    JointEvaluation& joint = evaluation.joints[k];
+    const auto truth = recording.column(Role::kJointTruth, joint.joint);
+    const auto estimate = recording.column(model.outputs[k].estimate_channel);
+    if (!truth || !estimate) {
+      return core::Error{
+          core::ErrorCode::kData,
+          fmt::format("{}: has no {} of joint {}, which the model corrects", recording.source,
+                      estimate ? "truth" : "estimate", joint.joint)};
+    }
+    for (Eigen::Index row = 0; row < recording.rows(); ++row) {
+      const double corrected =
+          recording.samples(row, *estimate) + correction(row, static_cast<Eigen::Index>(k));
+      const double true_value = recording.samples(row, *truth);
+      if (!std::isfinite(corrected) || !std::isfinite(true_value)) continue;
+      const auto t_ns = recording.t_ns[static_cast<std::size_t>(row)] - recording.t_ns.front();
+      joint.t_s.push_back(static_cast<double>(t_ns) * 1e-9);
+      joint.truth.push_back(true_value);
+      joint.estimate.push_back(recording.samples(row, *estimate));
+      joint.corrected.push_back(corrected);
+    }
+  }
+  return {};
+}
+
+nlohmann::ordered_json figures(const ErrorStatistics& statistics, double per_si) {
+  return {{"rmse", statistics.rmse * per_si}, {"peak", statistics.peak * per_si}};
+}
+
+}  // namespace
+
+ErrorStatistics error_statistics(const std::vector<double>& values,
+                                 const std::vector<double>& truth, double shift) {
+  ErrorStatistics result;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double error = values[i] + shift - truth[i];
+    squares += error * error;
+    result.peak = std::max(result.peak, std::abs(error));
+  }
+  result.rmse = std::sqrt(squares / static_cast<double>(values.size()));
+  return result;
+}
+
+core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
+                                  std::span<const Recording* const> recordings) {
+  Evaluation evaluation;
+  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
+    JointEvaluation joint;
+    joint.joint = model.outputs[k].joint;
+    joint.unit = model.outputs[k].unit;
+    joint.bias = model.output.mean(static_cast<Eigen::Index>(k));
+    evaluation.joints.push_back(std::move(joint));
+  }
+  for (const Recording* recording : recordings) {
+    RAVENCAL_RETURN_IF_ERROR(append(model, *recording, evaluation));
+  }
+  for (JointEvaluation& joint : evaluation.joints) {
+    if (joint.truth.empty()) {
+      return core::Error{core::ErrorCode::kData,
+                         fmt::format("joint {}: no row of {} has its truth, its estimate and every "
+                                     "feature",
+                                     joint.joint, evaluation.rows)};
+    }
+    joint.raw = error_statistics(joint.estimate, joint.truth, 0.0);
+    joint.bias_removed = error_statistics(joint.estimate, joint.truth, joint.bias);
+    joint.calibrated = error_statistics(joint.corrected, joint.truth, 0.0);
+  }
+  return evaluation;
+}
+
+DisplayUnit display_unit(std::string_view si_unit) {
+  if (si_unit == "rad") return {"deg", kDegreesPerRadian};
+  if (si_unit == "m") return {"mm", 1e3};
+  return {std::string(si_unit), 1.0};
+}
+
+std::string evaluation_json(const Evaluation& evaluation) {
+  nlohmann::ordered_json joints = nlohmann::ordered_json::array();
+  for (const JointEvaluation& joint : evaluation.joints) {
+    const DisplayUnit unit = display_unit(joint.unit);
+    joints.push_back({{"joint", joint.joint},
+                      {"unit", unit.name},
+                      {"samples", joint.truth.size()},
+                      {"raw", figures(joint.raw, unit.per_si)},
+                      {"bias_removed", figures(joint.bias_removed, unit.per_si)},
+                      {"calibrated", figures(joint.calibrated, unit.per_si)}});
+  }
+  return nlohmann::ordered_json{{"joints", joints}}.dump(2) + "\n";
+}
+
+std::string evaluation_table(const Evaluation& evaluation) {
+  std::string text = fmt::format("{:<12}{:<5}{:>9}{:>20}{:>20}{:>20}{:>10}\n", "joint", "unit",
+                                 "samples", "raw", "bias removed", "calibrated", "fall");
+  text += fmt::format("{:<26}{:>20}{:>20}{:>20}{:>10}\n", "", "RMSE     peak", "RMSE     peak",
+                      "RMSE     peak", "of RMSE");
+  for (const JointEvaluation& joint : evaluation.joints) {
+    const DisplayUnit unit = display_unit(joint.unit);
+    text += fmt::format("{:<12}{:<5}{:>9}", joint.joint, unit.name, joint.truth.size());
+    for (const ErrorStatistics& s : {joint.raw, joint.bias_removed, joint.calibrated}) {
+      text += fmt::format("{:>11.4f}{:>9.4f}", s.rmse * unit.per_si, s.peak * unit.per_si);
+    }
+    text += fmt::format("{:>8.1f} %\n", 100.0 * (1.0 - joint.calibrated.rmse / joint.raw.rmse));
+  }
+  return text;
+}
+
+}  // namespace ravencal::learn

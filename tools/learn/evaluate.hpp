@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// How well a model corrects recordings: per joint the error (estimate - truth) as it is, after the
+// training mean is taken off, and after the correction.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "model/calibration_model.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::learn {
+
+struct ErrorStatistics {
+  double rmse = 0.0;
+  double peak = 0.0;  ///< largest magnitude
+};
+
+/// Of values + shift against the truth; NaN if there are no values.
+ErrorStatistics error_statistics(const std::vector<double>& values,
+                                 const std::vector<double>& truth, double shift);
+
+/// One joint over all rows that have its truth, its estimate and every feature. SI units.
+struct JointEvaluation {
+  std::string joint;
+  std::string unit;  ///< "rad" or "m"
+  ErrorStatistics raw;
+  ErrorStatistics bias_removed;
+  ErrorStatistics calibrated;
+  std::vector<double> t_s;  ///< since the recording's start; falls where the next one begins
+  std::vector<double> truth;
+  std::vector<double> estimate;
+  std::vector<double> corrected;
+  double bias = 0.0;  ///< mean of truth - estimate in training
+};
+
+struct Evaluation {
+  std::vector<JointEvaluation> joints;
+  std::size_t rows = 0;
+  std::size_t rows_without_feature = 0;  ///< left out
+};
+
+/// Errors (kData): channels are missing, or a joint has no usable row.
+core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
+                                  std::span<const record::Recording* const> recordings);
+
+/// Unit in which a person reads a joint of SI unit `si_unit`: deg for rad, mm for m.
+struct DisplayUnit {
+  std::string name;
+  double per_si = 1.0;
+};
+DisplayUnit display_unit(std::string_view si_unit);
+
+/// The contract's JSON (deg, mm), and the table that the commands print.
+std::string evaluation_json(const Evaluation& evaluation);
+std::string evaluation_table(const Evaluation& evaluation);
+
+}  // namespace ravencal::learn

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/kernels.inc"
+
+namespace ravencal::learn {
+
+extern const Kernels<float> kFloatKernels_avx512;
+const Kernels<float> kFloatKernels_avx512 = kKernels<float>;
+
+}  // namespace ravencal::learn

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/onnx_metadata.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace ravencal::learn {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+
+core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+std::string numbers_text(const Eigen::VectorXd& values) {
+  return json(std::vector<double>(values.data(), values.data() + values.size())).dump();
+}
+
+class Reader {
+ public:
+  explicit Reader(const Metadata& metadata) : metadata_(metadata) {}
+
+  core::Result<json> value(const std::string& key) const {
+    const auto it = metadata_.find(key);
+    if (it == metadata_.end()) {
+      return bad(
+          fmt::format("metadata lacks '{}': not a model of ravencal, or one that another "
+                      "tool has rewritten",
+                      key));
+    }
+    json parsed = json::parse(it->second, nullptr, false);
+    if (parsed.is_discarded()) return bad(fmt::format("metadata '{}' is not JSON", key));
+    return parsed;
+  }
+
+  /// An array of `size` finite numbers.
+  core::Result<Eigen::VectorXd> numbers(const std::string& key, std::size_t size) const {
+    RAVENCAL_ASSIGN_OR_RETURN(const json array, value(key));
+    if (!array.is_array() || array.size() != size) {
+      return bad(fmt::format("metadata '{}' is not a list of {} numbers", key, size));
+    }
+    Eigen::VectorXd values(static_cast<Eigen::Index>(size));
+    for (std::size_t i = 0; i < size; ++i) {
+      if (!array[i].is_number() || !std::isfinite(array[i].get<double>())) {
+        return bad(fmt::format("metadata '{}': element {} is not a finite number", key, i));
+      }
+      values(static_cast<Eigen::Index>(i)) = array[i].get<double>();
+    }
+    return values;
+  }
+
+  core::Result<model::Standardiser> standardiser(const std::string& prefix,
+                                                 std::size_t size) const {
+    model::Standardiser result;
+    RAVENCAL_ASSIGN_OR_RETURN(result.mean, numbers(prefix + "_mean", size));
+    RAVENCAL_ASSIGN_OR_RETURN(result.scale, numbers(prefix + "_scale", size));
+    if (!(result.scale.minCoeff() > 0.0)) {
+      return bad(fmt::format("metadata '{}_scale' has a value that is not above 0", prefix));
+    }
+    return result;
+  }
+
+ private:
+  const Metadata& metadata_;
+};
+
+core::Result<std::vector<model::FeatureSpec>> features_from(const json& array) {
+  if (!array.is_array() || array.empty()) return bad("metadata 'ravencal.features' is no list");
+  std::vector<model::FeatureSpec> features;
+  for (const json& text : array) {
+    if (!text.is_string())
+      return bad("metadata 'ravencal.features' has an element that is no text");
+    auto feature = model::FeatureSpec::parse(text.get<std::string>());
+    if (!feature.ok()) return bad("metadata: " + feature.error().message);
+    features.push_back(*feature);
+  }
+  return features;
+}
+
+core::Result<std::vector<model::OutputSpec>> outputs_from(const json& array) {
+  if (!array.is_array() || array.empty()) return bad("metadata 'ravencal.outputs' is no list");
+  std::vector<model::OutputSpec> outputs;
+  for (const json& item : array) {
+    model::OutputSpec output;
+    const std::pair<const char*, std::string*> fields[] = {
+        {"joint", &output.joint}, {"estimate", &output.estimate_channel}, {"unit", &output.unit}};
+    for (const auto& [key, text] : fields) {
+      if (!item.is_object() || !item.contains(key) || !item[key].is_string()) {
+        return bad(fmt::format("metadata 'ravencal.outputs': an output lacks '{}'", key));
+      }
+      *text = item[key].get<std::string>();
+    }
+    outputs.push_back(std::move(output));
+  }
+  return outputs;
+}
+
+}  // namespace
+
+Metadata metadata_of(const model::CalibrationModel& model) {
+  json features = json::array();
+  for (const model::FeatureSpec& feature : model.features) features.push_back(feature.text());
+  json outputs = json::array();
+  for (const model::OutputSpec& output : model.outputs) {
+    outputs.push_back(
+        {{"joint", output.joint}, {"estimate", output.estimate_channel}, {"unit", output.unit}});
+  }
+  return {{"ravencal.format", json(kFormatVersion).dump()},
+          {"ravencal.features", features.dump()},
+          {"ravencal.outputs", outputs.dump()},
+          {"ravencal.input_mean", numbers_text(model.input.mean)},
+          {"ravencal.input_scale", numbers_text(model.input.scale)},
+          {"ravencal.input_min", numbers_text(model.input_min)},
+          {"ravencal.input_max", numbers_text(model.input_max)},
+          {"ravencal.output_mean", numbers_text(model.output.mean)},
+          {"ravencal.output_scale", numbers_text(model.output.scale)},
+          {"ravencal.row_period_s", json(model.row_period_s).dump()},
+          {"ravencal.provenance", json(model.provenance).dump()}};
+}
+
+core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metadata) {
+  const Reader reader(metadata);
+  model::CalibrationModel model;
+  RAVENCAL_ASSIGN_OR_RETURN(const json format, reader.value("ravencal.format"));
+  if (format != kFormatVersion) {
+    return bad(fmt::format("metadata format {} is unknown; this program reads format {}",
+                           format.dump(), kFormatVersion));
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const json features, reader.value("ravencal.features"));
+  RAVENCAL_ASSIGN_OR_RETURN(model.features, features_from(features));
+  RAVENCAL_ASSIGN_OR_RETURN(const json outputs, reader.value("ravencal.outputs"));
+  RAVENCAL_ASSIGN_OR_RETURN(model.outputs, outputs_from(outputs));
+  const std::size_t n = model.features.size();
+  RAVENCAL_ASSIGN_OR_RETURN(model.input, reader.standardiser("ravencal.input", n));
+  RAVENCAL_ASSIGN_OR_RETURN(model.input_min, reader.numbers("ravencal.input_min", n));
+  RAVENCAL_ASSIGN_OR_RETURN(model.input_max, reader.numbers("ravencal.input_max", n));
+  RAVENCAL_ASSIGN_OR_RETURN(model.output,
+                            reader.standardiser("ravencal.output", model.outputs.size()));
+  RAVENCAL_ASSIGN_OR_RETURN(const json period, reader.value("ravencal.row_period_s"));
+  if (!period.is_number() || !(period.get<double>() >= 0.0)) {
+    return bad("metadata 'ravencal.row_period_s' is not a duration");
+  }
+  model.row_period_s = period.get<double>();
+  RAVENCAL_ASSIGN_OR_RETURN(const json provenance, reader.value("ravencal.provenance"));
+  if (!provenance.is_object()) return bad("metadata 'ravencal.provenance' is not an object");
+  for (const auto& [key, value] : provenance.items()) {
+    model.provenance[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  return model;
+}
+
+}  // namespace ravencal::learn

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// From recordings to a calibration model: features, scaling, network. Scaling and ranges come from
+// the training recordings only; validation recordings choose the epoch and nothing else.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "learn/trainer.hpp"
+#include "model/calibration_model.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::learn {
+
+struct TrainOptions {
+  std::string features;             ///< grammar: model::select_features
+  std::vector<std::string> joints;  ///< outputs; empty: every joint that has a truth
+  std::vector<std::uint32_t> hidden = {600, 500, 400};  ///< empty: linear regression
+  model::Activation activation = model::Activation::kSigmoid;
+  std::uint32_t history = 0;       ///< past copies of each feature
+  std::uint32_t history_step = 1;  ///< rows between them
+  std::vector<float> play;         ///< half-widths of play operators, SI units
+  double ridge = 0.0;              ///< linear regression only, on scaled inputs
+  TrainerSettings trainer;
+};
+
+struct TrainResult {
+  model::CalibrationModel model;
+  std::vector<EpochReport> epochs;  ///< empty for linear regression
+  std::uint32_t kept_epoch = 0;
+  bool interrupted = false;
+  std::size_t rows = 0;  ///< trained on
+  std::size_t rows_without_truth = 0;
+  std::size_t rows_without_feature = 0;
+  std::vector<std::string> warnings;  ///< sentences
+};
+
+/// `keep_going` is called after each epoch; false stops with the best so far.
+/// Errors: kUsage for features that do not exist, kData for recordings that do not fit.
+core::Result<TrainResult> train_model(std::span<const record::Recording* const> training,
+                                      std::span<const record::Recording* const> validation,
+                                      const TrainOptions& options,
+                                      const std::function<bool(const EpochReport&)>& keep_going);
+
+}  // namespace ravencal::learn

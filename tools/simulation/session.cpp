@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation/session.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "core/joint_layout.hpp"
+#include "core/version.hpp"
+#include "physics/raven_twin.hpp"
+#include "record/profile.hpp"
+#include "record/recording_writer.hpp"
+#include "simulation/truth_stream.hpp"
+
+namespace ravencal::simulation {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kApproachS = 5.0;  // smooth move to the trajectory, longer than home ever takes
+constexpr double kProgressPeriodS = 1.0;  // simulated time between two looks at the user
+
+/// The raven2 profile's channels, in its order, and the external encoders' raw counts.
+core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& plant) {
+  record::ProfileOptions options;
+  options.arm = plant.robot.arm;
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Profile profile, record::load_profile("raven2", options));
+  std::vector<record::Channel> channels;
+  for (const record::ProfileChannel& channel : profile.channels)
+    channels.push_back(channel.channel);
+  for (const physics::Joint& joint : plant.joints) {
+    channels.push_back(
+        {"truth_counts." + joint.name, "counts", record::Role::kFeature, joint.name});
+  }
+  return channels;
+}
+
+std::map<std::string, std::string> meta_of(const physics::Plant& plant,
+                                           const SessionOptions& options, double rate_hz) {
+  return {{"robot", "RAVEN-II"},
+          {"arm", plant.robot.arm},
+          {"serial", "simulated"},
+          {"profile", "raven2"},
+          {"source", "ravencal simulate: a digital twin, not a robot"},
+          {"plant", std::filesystem::path(plant.source).filename().string()},
+          {"plant_hash", fmt::format("{:016x}", plant.hash)},
+          {"trajectory", options.trajectory_name},
+          {"seed", std::to_string(options.seed)},
+          {"homing_seed", std::to_string(options.homing_seed)},
+          {"payload_g", fmt::format("{:g}", plant.payload.mass_kg * 1000.0)},
+          {"drift", options.drift ? "1" : "0"},
+          {"rate_hz", fmt::format("{:g}", rate_hz)},
+          {"software_version", core::kVersion}};
+}
+
+/// Half-cosine blend from `from` to `to`, share in [0, 1].
+Vector3d blend(const Vector3d& from, const Vector3d& to, double share) {
+  return from + 0.5 * (1.0 - std::cos(std::numbers::pi * share)) * (to - from);
+}
+
+/// Runs the twin and pairs its messages with the truth stream.
+class Session {
+ public:
+  Session(const physics::Plant& plant, physics::RavenTwin twin, record::RecordingWriter writer,
+          const SessionOptions& options, std::int64_t cycles_per_row)
+      : plant_(plant),
+        twin_(std::move(twin)),
+        writer_(std::move(writer)),
+        truth_(plant.logger, options.seed * 2 + 1),
+        cycles_per_row_(cycles_per_row),
+        control_rate_hz_(plant.robot.control_rate_hz) {}
+
+  core::Status home() {
+    RAVENCAL_RETURN_IF_ERROR(event("run_level", "1 3"));
+    twin_.home();
+    ++summary_.homings;
+    RAVENCAL_RETURN_IF_ERROR(event("homing", fmt::format("{}", summary_.homings)));
+    return event("run_level", "3 0");
+  }
+
+  /// Moves to `to` without recording.
+  void approach(const Vector3d& to) {
+    const Vector3d from = twin_.estimate_ji();
+    const auto cycles = static_cast<std::int64_t>(kApproachS * control_rate_hz_);
+    for (std::int64_t i = 1; i <= cycles; ++i) {
+      cycle(blend(from, to, static_cast<double>(i) / static_cast<double>(cycles)));
+    }
+  }
+
+  /// One control cycle; the published message if `wanted`.
+  const physics::RavenMessage& cycle(const Vector3d& desired_ji) {
+    twin_.begin_cycle();
+    truth_.observe(static_cast<double>(twin_.t_ns()) * 1e-9, twin_.truth().encoder_counts);
+    return twin_.end_cycle(desired_ji);
+  }
+
+  core::Status follow(const trajectory::Trajectory& trajectory, double rehome_every_s,
+                      const ProgressFunction& progress) {
+    const auto cycles =
+        static_cast<std::int64_t>(std::floor(trajectory.duration_s() * control_rate_hz_));
+    const auto rehome_cycles = static_cast<std::int64_t>(rehome_every_s * control_rate_hz_);
+    const auto look_cycles = static_cast<std::int64_t>(kProgressPeriodS * control_rate_hz_);
+    for (std::int64_t i = 0; i <= cycles; ++i) {
+      const Vector3d desired = trajectory.at(static_cast<double>(i) / control_rate_hz_);
+      if (rehome_cycles > 0 && i > 0 && i % rehome_cycles == 0) {
+        RAVENCAL_RETURN_IF_ERROR(write_pending(true));
+        RAVENCAL_RETURN_IF_ERROR(home());
+        approach(desired);
+      }
+      const std::int64_t t_ns = twin_.t_ns();
+      const physics::RavenMessage& message = cycle(desired);
+      if (i % cycles_per_row_ == 0) pending_.push_back({t_ns, message});
+      RAVENCAL_RETURN_IF_ERROR(write_pending(false));
+      if (i % look_cycles == 0 &&
+          !progress(static_cast<double>(i) /
+                    static_cast<double>(std::max<std::int64_t>(1, cycles)))) {
+        summary_.interrupted = true;
+        RAVENCAL_RETURN_IF_ERROR(event("interrupted", "stopped by the user"));
+        break;
+      }
+    }
+    return write_pending(true);
+  }
+
+  core::Result<SessionSummary> finish() {
+    summary_.simulated_s = static_cast<double>(twin_.t_ns()) * 1e-9;
+    RAVENCAL_RETURN_IF_ERROR(writer_.finish());
+    return summary_;
+  }
+
+ private:
+  struct Row {
+    std::int64_t t_ns;
+    physics::RavenMessage message;
+  };
+
+  core::Status event(std::string_view kind, std::string detail) {
+    return writer_.append_event({twin_.t_ns(), std::string(kind), std::move(detail)});
+  }
+
+  /// Writes the rows whose nearest truth is known by now.
+  core::Status write_pending(bool final) {
+    while (!pending_.empty()) {
+      const Row& row = pending_.front();
+      const auto counts = truth_.nearest(static_cast<double>(row.t_ns) * 1e-9, final);
+      if (!counts) break;
+      RAVENCAL_RETURN_IF_ERROR(write_row(row, *counts));
+      pending_.pop_front();
+    }
+    return {};
+  }
+
+  core::Status write_row(const Row& row, const EncoderCounts& counts) {
+    if (summary_.rows == 0) first_row_ns_ = row.t_ns;
+    values_.clear();
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      values_.push_back(static_cast<double>(counts[i]) *
+                        plant_.joints[i].joint_encoder_resolution_ji);
+    }
+    values_.insert(values_.end(), row.message.begin(), row.message.end());
+    // The authors train on the time since the recording's start.
+    values_[core::kCalibratedJointCount + core::catalogue_index(core::RavenField::kTime, 0)] =
+        static_cast<double>(row.t_ns - first_row_ns_) * 1e-9;
+    values_.insert(values_.end(), counts.begin(), counts.end());
+    ++summary_.rows;
+    return writer_.append(row.t_ns, values_);
+  }
+
+  const physics::Plant& plant_;
+  physics::RavenTwin twin_;
+  record::RecordingWriter writer_;
+  TruthStream truth_;
+  std::int64_t cycles_per_row_;
+  double control_rate_hz_;
+  std::deque<Row> pending_;
+  std::vector<double> values_;
+  std::int64_t first_row_ns_ = 0;
+  SessionSummary summary_;
+};
+
+core::Result<std::int64_t> cycles_per_row(const physics::Plant& plant, double rate_hz) {
+  const double cycles = plant.robot.control_rate_hz / rate_hz;
+  if (!(rate_hz > 0.0) || !(cycles >= 1.0) || cycles != std::round(cycles)) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("a rate of {} Hz does not divide the controller's {} Hz",
+                                   rate_hz, plant.robot.control_rate_hz)};
+  }
+  return static_cast<std::int64_t>(cycles);
+}
+
+}  // namespace
+
+core::Result<SessionSummary> record_session(const physics::Plant& plant,
+                                            const trajectory::Trajectory& trajectory,
+                                            const std::filesystem::path& out,
+                                            const SessionOptions& options,
+                                            const ProgressFunction& progress) {
+  const double rate_hz = options.rate_hz.value_or(plant.logger.rate_hz);
+  RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, rate_hz));
+  physics::TwinOptions twin_options;
+  twin_options.seed = options.seed;
+  twin_options.homing_seed = options.homing_seed;
+  twin_options.drift = options.drift;
+  RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin twin,
+                            physics::RavenTwin::create(plant, twin_options));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels, channels_of(plant));
+  RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
+                            record::RecordingWriter::create(out, meta_of(plant, options, rate_hz),
+                                                            channels, options.overwrite));
+  Session session(plant, std::move(twin), std::move(writer), options, row_cycles);
+  RAVENCAL_RETURN_IF_ERROR(session.home());
+  session.approach(trajectory.at(0.0));
+  RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, options.rehome_every_s, progress));
+  return session.finish();
+}
+
+}  // namespace ravencal::simulation

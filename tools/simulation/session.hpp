@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One recording session on the digital twin: home, move to the start, follow the trajectory, write
+// what the robot and its external encoders say.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+#include "trajectory/trajectory.hpp"
+
+namespace ravencal::simulation {
+
+struct SessionOptions {
+  std::uint64_t seed = 1;
+  std::uint64_t homing_seed = 1;
+  std::optional<double> rate_hz;  ///< rows per second; the plant's logger rate if absent
+  double rehome_every_s = 0.0;    ///< 0: only at the start
+  bool drift = false;
+  bool overwrite = false;
+  std::string trajectory_name;  ///< for the recording's metadata
+};
+
+struct SessionSummary {
+  std::int64_t rows = 0;
+  int homings = 0;
+  double simulated_s = 0.0;  ///< homing included
+  bool interrupted = false;
+};
+
+/// Told the share done, in [0, 1]; returns false to stop early with a valid recording.
+using ProgressFunction = std::function<bool(double)>;
+
+core::Result<SessionSummary> record_session(const physics::Plant& plant,
+                                            const trajectory::Trajectory& trajectory,
+                                            const std::filesystem::path& out,
+                                            const SessionOptions& options,
+                                            const ProgressFunction& progress);
+
+}  // namespace ravencal::simulation

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "physics/random_source.hpp"
+#include "trajectory/trajectory.hpp"
+
+namespace ravencal::trajectory {
+namespace {
+
+using physics::RandomSource;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr double kLongestS = 24.0 * 3600.0;
+
+/// run_r2_random_joint_movement.py: bands of the turning points and of the speed, per joint.
+struct Band {
+  double low_from, low_to, high_from, high_to;  // rad or m
+  double speed_from, speed_to;                  // per second
+  double slowest;                               // the script's floor of the command
+};
+constexpr std::array<Band, 3> kBands = {{
+    {20 * kDeg, 25 * kDeg, 55 * kDeg, 60 * kDeg, 1.091 * kDeg, 3.0 * kDeg, 0.2 * kDeg},
+    {55 * kDeg, 65 * kDeg, 100 * kDeg, 110 * kDeg, 1.5 * kDeg, 4.0 * kDeg, 0.2 * kDeg},
+    {0.33, 0.35, 0.40, 0.42, 0.0025, 0.007, 0.001},
+}};
+constexpr int kScriptRateHz = 1000;
+constexpr double kRampLoops = 1200.0;  // the script's ramp after a turning point, in its loops
+
+/// One joint of the authors' script: runs to its target, then takes the opposite one.
+class Bouncer {
+ public:
+  Bouncer(const Band& band, RandomSource& random)
+      : band_(band), position_(random.uniform(band.low_from, band.high_to)) {
+    upward_ = random.uniform() < 0.5;
+    take_target(random);
+  }
+
+  double step(RandomSource& random) {
+    const double distance = target_ - position_;
+    if ((upward_ && distance <= kTolerance) || (!upward_ && distance >= -kTolerance)) {
+      upward_ = !upward_;
+      take_target(random);
+      return position_;
+    }
+    const double speed = std::clamp(std::abs(distance), band_.slowest, speed_);
+    const double ramp = std::min(1.0, ++loops_ / kRampLoops);
+    const double move = speed * ramp / kScriptRateHz;
+    position_ += upward_ ? std::min(move, distance) : -std::min(move, -distance);
+    return position_;
+  }
+
+ private:
+  static constexpr double kTolerance = 1e-9;
+
+  void take_target(RandomSource& random) {
+    target_ = upward_ ? random.uniform(band_.high_from, band_.high_to)
+                      : random.uniform(band_.low_from, band_.low_to);
+    speed_ = random.uniform(band_.speed_from, band_.speed_to);
+    loops_ = 0.0;
+  }
+
+  Band band_;
+  double position_;
+  double target_ = 0.0;
+  double speed_ = 0.0;
+  double loops_ = 0.0;
+  bool upward_ = true;
+};
+
+/// One joint of the paper's wording: half cosines; each cycle's ends and mean speed are random.
+class CosineWalker {
+ public:
+  CosineWalker(const Band& band, RandomSource& random) : band_(band) {
+    upward_ = random.uniform() < 0.5;
+    to_ = upward_ ? random.uniform(band.low_from, band.low_to)
+                  : random.uniform(band.high_from, band.high_to);
+    take_target(random);
+    phase_s_ = random.uniform() * duration_s_;
+  }
+
+  double step(double dt_s, RandomSource& random) {
+    phase_s_ += dt_s;
+    if (phase_s_ >= duration_s_) {
+      phase_s_ -= duration_s_;
+      upward_ = !upward_;
+      take_target(random);
+    }
+    const double blend = 0.5 * (1.0 - std::cos(std::numbers::pi * phase_s_ / duration_s_));
+    return from_ + blend * (to_ - from_);
+  }
+
+ private:
+  void take_target(RandomSource& random) {
+    from_ = to_;
+    to_ = upward_ ? random.uniform(band_.high_from, band_.high_to)
+                  : random.uniform(band_.low_from, band_.low_to);
+    // The speed band bounds the fastest moment, pi/2 times the mean of a half cosine.
+    const double peak = random.uniform(band_.speed_from, band_.speed_to);
+    duration_s_ = std::abs(to_ - from_) * std::numbers::pi / (2.0 * peak);
+  }
+
+  Band band_;
+  double from_ = 0.0;
+  double to_ = 0.0;
+  double duration_s_ = 1.0;
+  double phase_s_ = 0.0;
+  bool upward_ = true;
+};
+
+std::vector<double> run_joint(const Band& band, const RandomOptions& options, std::size_t count,
+                              RandomSource& random) {
+  constexpr int kLoopsPerSample = kScriptRateHz / static_cast<int>(kSampleRateHz);
+  std::vector<double> positions(count);
+  if (options.mode == RandomMode::kPaper) {
+    CosineWalker walker(band, random);
+    for (double& position : positions) position = walker.step(1.0 / kSampleRateHz, random);
+    return positions;
+  }
+  Bouncer bouncer(band, random);
+  for (double& position : positions) {
+    for (int loop = 0; loop < kLoopsPerSample; ++loop) position = bouncer.step(random);
+  }
+  return positions;
+}
+
+}  // namespace
+
+core::Result<Trajectory> make_random(const RandomOptions& options) {
+  if (!(options.duration_s >= 1.0) || options.duration_s > kLongestS) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("duration {} s is outside 1 s to 24 h", options.duration_s)};
+  }
+  const auto count = static_cast<std::size_t>(options.duration_s * kSampleRateHz) + 1;
+  Trajectory trajectory;
+  trajectory.t_s.resize(count);
+  trajectory.joints_ji.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    trajectory.t_s[i] = static_cast<double>(i) / kSampleRateHz;
+  for (std::size_t joint = 0; joint < 3; ++joint) {
+    RandomSource random(options.seed * 3 + joint);
+    const std::vector<double> positions = run_joint(kBands[joint], options, count, random);
+    for (std::size_t i = 0; i < count; ++i) {
+      trajectory.joints_ji[i][static_cast<Eigen::Index>(joint)] = positions[i];
+    }
+  }
+  return trajectory;
+}
+
+}  // namespace ravencal::trajectory

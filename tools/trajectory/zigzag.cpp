@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "trajectory/trajectory.hpp"
+
+namespace ravencal::trajectory {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 7> kKindNames = {"x", "y", "z", "xy", "yz", "xz", "xyz"};
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+/// Speed limits of the authors' follower (run_r2_trajectory_follow.py): 2.182 deg/s, 3 deg/s, 5
+/// mm/s.
+const Vector3d kSpeedLimit(2.182 * kDeg, 3.0 * kDeg, 0.005);
+
+/// The follower aims ahead of itself and cuts corners; a moving average over this time does the
+/// same.
+constexpr double kCornerS = 0.2;
+
+/// Unit edges of the cube in joint space scaled to unit ranges: sweep, step, layer.
+Matrix3d edges_of(ZigzagKind kind) {
+  const double h = std::numbers::sqrt2 / 2.0;
+  Matrix3d edges;
+  switch (kind) {
+    case ZigzagKind::kX:
+      return Matrix3d::Identity();
+    case ZigzagKind::kY:
+      edges << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+      return edges;
+    case ZigzagKind::kZ:
+      edges << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+      return edges;
+    case ZigzagKind::kXy:
+      edges << h, -h, 0, h, h, 0, 0, 0, 1;
+      return edges;
+    case ZigzagKind::kYz:
+      edges << 0, 0, 1, h, -h, 0, h, h, 0;
+      return edges;
+    case ZigzagKind::kXz:
+      edges << h, -h, 0, 0, 0, 1, h, h, 0;
+      return edges;
+    case ZigzagKind::kXyz: {
+      const Vector3d sweep = Vector3d::Ones().normalized();
+      const Vector3d step = Vector3d(1.0, -1.0, 0.0).normalized();
+      edges.col(0) = sweep;
+      edges.col(1) = step;
+      edges.col(2) = sweep.cross(step);
+      return edges;
+    }
+  }
+  return Matrix3d::Identity();
+}
+
+/// Corners of the snake in the cube's own coordinates, each in [0, 1].
+std::vector<Vector3d> snake_corners(int divisions) {
+  std::vector<Vector3d> corners = {Vector3d::Zero()};
+  Vector3d at = Vector3d::Zero();
+  bool step_up = true;
+  for (int layer = 0; layer <= divisions; ++layer) {
+    for (int row = 0; row <= divisions; ++row) {
+      at[0] = 1.0 - at[0];
+      corners.push_back(at);
+      if (row == divisions) break;
+      at[1] = static_cast<double>(step_up ? row + 1 : divisions - row - 1) / divisions;
+      corners.push_back(at);
+    }
+    step_up = !step_up;
+    if (layer == divisions) break;
+    at[2] = static_cast<double>(layer + 1) / divisions;
+    corners.push_back(at);
+  }
+  return corners;
+}
+
+/// Positions at kSampleRateHz along straight lines, each as fast as the slowest joint allows.
+std::vector<Vector3d> follow(const std::vector<Vector3d>& corners) {
+  std::vector<Vector3d> samples = {corners.front()};
+  double clock_s = 0.0;
+  double start_s = 0.0;
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const Vector3d change = corners[i] - corners[i - 1];
+    const double duration_s = change.cwiseAbs().cwiseQuotient(kSpeedLimit).maxCoeff();
+    while (clock_s + 1.0 / kSampleRateHz <= start_s + duration_s) {
+      clock_s += 1.0 / kSampleRateHz;
+      samples.push_back(corners[i - 1] + change * ((clock_s - start_s) / duration_s));
+    }
+    start_s += duration_s;
+  }
+  return samples;
+}
+
+/// Centred moving average, shorter at the ends: stays within the hull of its input.
+std::vector<Vector3d> round_corners(const std::vector<Vector3d>& samples) {
+  const auto half = static_cast<std::size_t>(0.5 * kCornerS * kSampleRateHz);
+  std::vector<Vector3d> rounded(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t reach = std::min({half, i, samples.size() - 1 - i});
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t k = i - reach; k <= i + reach; ++k) sum += samples[k];
+    rounded[i] = sum / static_cast<double>(2 * reach + 1);
+  }
+  return rounded;
+}
+
+}  // namespace
+
+JointLimits default_limits() {
+  return {Vector3d(20.0 * kDeg, 55.0 * kDeg, 0.33), Vector3d(60.0 * kDeg, 110.0 * kDeg, 0.42)};
+}
+
+std::string_view name_of(ZigzagKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
+
+core::Result<ZigzagKind> zigzag_kind_from(std::string_view name) {
+  for (std::size_t i = 0; i < kKindNames.size(); ++i) {
+    if (kKindNames[i] == name) return static_cast<ZigzagKind>(i);
+  }
+  return core::Error{core::ErrorCode::kUsage,
+                     fmt::format("'{}' is not a kind of zig-zag; choose one of {}", name,
+                                 fmt::join(kKindNames, ", "))};
+}
+
+core::Result<Trajectory> make_zigzag(const ZigzagOptions& options) {
+  if (options.divisions < 1 || options.divisions > 100) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("sparsity 1/{} is outside 1/1 to 1/100", options.divisions)};
+  }
+  const Vector3d range = options.limits.high_ji - options.limits.low_ji;
+  if (!(range.minCoeff() > 0.0)) {
+    return core::Error{core::ErrorCode::kUsage,
+                       "each joint's lower limit must be below its upper limit"};
+  }
+  const Vector3d centre = 0.5 * (options.limits.high_ji + options.limits.low_ji);
+  const Matrix3d edges = edges_of(options.kind) / std::numbers::sqrt3;
+  std::vector<Vector3d> corners = snake_corners(options.divisions);
+  for (Vector3d& corner : corners) {
+    corner = centre + range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5)));
+  }
+  Trajectory trajectory;
+  trajectory.joints_ji = round_corners(follow(corners));
+  for (Vector3d& joints : trajectory.joints_ji) {  // the last bit of rounding
+    joints = joints.cwiseMax(options.limits.low_ji).cwiseMin(options.limits.high_ji);
+  }
+  trajectory.t_s.resize(trajectory.joints_ji.size());
+  for (std::size_t i = 0; i < trajectory.t_s.size(); ++i) {
+    trajectory.t_s[i] = static_cast<double>(i) / kSampleRateHz;
+  }
+  return trajectory;
+}
+
+}  // namespace ravencal::trajectory
