@@ -13,6 +13,7 @@
 
 #include "core/catalogue.hpp"
 #include "model/blob_view.hpp"
+#include "model/input_limits.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/loaded_model.hpp"
 
@@ -26,10 +27,10 @@ constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxMappingBytes = std::size_t{1} << 28U;
 
 // How far beyond its trained range, in widths of that range, an input may go before the model is
-// not believed. Inputs are clamped to the range itself before they reach the network. Positions:
-// little, because there the error was never measured. Speeds, torques and commands: a whole width,
-// because their peaks in unseen motion exceed those of a zig-zag without telling of a new place.
-constexpr double kPositionMargin = 0.1;
+// not believed. Positions: as far as the network may extrapolate (model/input_limits.hpp); farther
+// out the error was never measured. Speeds, torques and commands: a whole width, because their
+// peaks in unseen motion exceed those of a zig-zag without telling of a new place.
+constexpr double kPositionMargin = 0.5;
 constexpr double kOtherMargin = 1.0;
 
 std::size_t aligned(std::size_t bytes) {
@@ -265,8 +266,9 @@ class ModelLoader {
     const NetworkShape& shape = choice_.kernel->shape;
     const double low = view_.input_min(i);
     const double high = view_.input_max(i);
-    arena_[shape.low_at() + i] = static_cast<float>(low);
-    arena_[shape.high_at() + i] = static_cast<float>(high);
+    const model::InputLimits limits = model::input_limits(low, high);
+    arena_[shape.low_at() + i] = limits.low;
+    arena_[shape.high_at() + i] = limits.high;
     arena_[shape.mean_at() + i] = static_cast<float>(view_.input_mean(i));
     arena_[shape.inverse_scale_at() + i] = static_cast<float>(1.0 / view_.input_scale(i));
     // A constant says nothing about where the model is valid: the network always sees the constant.

@@ -36,8 +36,8 @@ LoadedModel::Prediction LoadedModel::predict(const ravencal_state& current,
 }
 
 std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept {
-  const float* const trained_low = arena_ + kernel_->shape.low_at();
-  const float* const trained_high = arena_ + kernel_->shape.high_at();
+  const float* const lowest = arena_ + kernel_->shape.low_at();
+  const float* const highest = arena_ + kernel_->shape.high_at();
   std::uint32_t not_finite = 0;
   std::uint32_t far_out = 0;
   std::uint32_t clamped = 0;
@@ -45,7 +45,7 @@ std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept
     const float x = features_[i];
     not_finite += is_finite(x) ? 0U : 1U;
     far_out += (x < doubtful_below_[i] || x > doubtful_above_[i]) ? 1U : 0U;
-    clamped += (x < trained_low[i] || x > trained_high[i]) ? 1U : 0U;
+    clamped += (x < lowest[i] || x > highest[i]) ? 1U : 0U;
   }
   prediction.clamped_inputs = clamped;
   return (not_finite != 0 ? RAVENCAL_DOUBT_NOT_FINITE : 0U) |

@@ -3,6 +3,7 @@
 
 #include <ctime>
 
+#include "quadrature_reader/sources/can.hpp"
 #include "quadrature_reader/sources/make_gpio.hpp"
 #include "quadrature_reader/sources/replay.hpp"
 
@@ -15,6 +16,7 @@ core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings
     case SourceKind::kReplay:
       return std::unique_ptr<Source>(std::make_unique<ReplaySource>(settings));
     case SourceKind::kCan:
+      return make_can_source(settings);
     case SourceKind::kCounter:
       break;
   }

@@ -19,7 +19,7 @@
 #include "core/joint_layout.hpp"
 #include "model/blob_format.hpp"
 #include "model/blob_view.hpp"
-#include "model/layers.hpp"
+#include "model/single_precision.hpp"
 
 namespace ravencal::model {
 
@@ -67,29 +67,6 @@ struct SelfTest {
   Eigen::VectorXd tolerance;  ///< [outputs]
 };
 
-/// The model's arithmetic in the precision `Scalar`; `inputs` is [features x rows], SI units.
-template <typename Scalar>
-Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> forward(const CalibrationModel& model,
-                                                              const Eigen::MatrixXf& inputs) {
-  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const Vector mean = model.input.mean.cast<Scalar>();
-  const Vector inverse_scale = model.input.scale.cwiseInverse().cast<Scalar>();
-  Matrix x(inputs.rows(), inputs.cols());
-  standardise(mean, inverse_scale, inputs.cast<Scalar>(), x);
-  for (const DenseLayer& layer : model.layers) {
-    Matrix y(layer.weights.rows(), inputs.cols());
-    const Matrix weights = layer.weights.cast<Scalar>();
-    const Vector biases = layer.biases.cast<Scalar>();
-    dense(weights, biases, layer.activation, x, y);
-    x = std::move(y);
-  }
-  const Vector scale = model.output.scale.cast<Scalar>();
-  const Vector output_mean = model.output.mean.cast<Scalar>();
-  unstandardise(output_mean, scale, x);
-  return x;
-}
-
 /// The mean row, the corners of the trained range along its diagonal, and rows in between chosen by
 /// a fixed low-discrepancy sequence (multiples of the golden ratio), so that the same model always
 /// gives the same bytes.
@@ -113,8 +90,8 @@ SelfTest make_self_test(const CalibrationModel& model) {
           std::clamp(static_cast<float>(value), static_cast<float>(low), static_cast<float>(high));
     }
   }
-  test.outputs = forward<double>(model, test.inputs);
-  const Eigen::MatrixXd single = forward<float>(model, test.inputs).cast<double>();
+  test.outputs = model.predict(test.inputs.transpose().cast<double>()).transpose();
+  const Eigen::MatrixXd single = predict_single(model, test.inputs).cast<double>();
   // Another instruction set sums in another order: its rounding error has the size of the one that
   // plain single precision shows here. Eight times the largest seen, plus eight units in the last
   // place of the output, holds for all of them and still catches any wrong weight that matters.

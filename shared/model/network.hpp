@@ -71,8 +71,8 @@ class FixedNetwork {
   static constexpr NetworkShape kShape = {{kSizes...}, sizeof...(kSizes) - 1};
 
   /// features [inputs] in SI units -> outputs [outputs] in SI units; `arena` [arena_floats] and
-  /// `features` are 64-byte aligned, `activations` has one entry per layer. Inputs are clamped to
-  /// the trained range first, so that the network is never asked to extrapolate.
+  /// `features` are 64-byte aligned, `activations` has one entry per layer. Inputs are clamped
+  /// first (input_limits.hpp), so that the network never extrapolates far.
   static void run(const float* arena, const Activation* activations, const float* features,
                   float* outputs) noexcept {
     const auto low = line<kInputs>(arena + kShape.low_at());

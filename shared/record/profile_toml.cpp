@@ -57,8 +57,10 @@ class TableReader {
   void take_as(std::string_view key, std::string_view kind, T& out) {
     const toml::node* node = take(key);
     if (node == nullptr) return;
-    if (const auto value = node->value<T>()) {
-      out = *value;
+    // toml++ would turn 1 into true; whole numbers are fine where a number is wanted.
+    const bool fits = std::is_same_v<T, double> ? node->is_number() : node->is<T>();
+    if (fits) {
+      out = *node->value<T>();
     } else {
       fail(*node, fmt::format("{} must be {}", key, kind));
     }

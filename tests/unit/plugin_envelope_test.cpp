@@ -113,20 +113,38 @@ TEST_F(Envelope, FadesOutOnAnInfinity) {
 }
 
 TEST_F(Envelope, FadesOutFarOutsideTheTrainedRange) {
-  expect_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 0.65F; }, RAVENCAL_STATE_BYPASS,
+  expect_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 1.05F; }, RAVENCAL_STATE_BYPASS,
                   RAVENCAL_DOUBT_OUT_OF_RANGE);
 }
 
-TEST_F(Envelope, ClampsJustOutsideTheTrainedRange) {
+TEST_F(Envelope, ExtrapolatesHalfAWidthAndClampsFromThere) {
+  rig.load(make_model({plain("jpos.elbow"), plain("mvel.elbow")}, {}));
   activate();
-  rig.state.arm[0].jpos_ji[0] += 0.5F;
-  rig.tick();
-  const float at_border = rig.output.predicted_ji[0];
-  rig.state.arm[0].jpos_ji[0] += 0.05F;
+  float& speed = rig.state.arm[0].mvel_rad_per_s[1];
+  const float middle = speed;  // trained on middle +- 0.5: clamped at +- 1, doubted from +- 1.5
+  const auto predicted_at = [&](float offset) {
+    speed = middle + offset;
+    rig.tick();
+    EXPECT_EQ(rig.output.doubts, 0U);
+    return rig.output.predicted_ji[0];
+  };
+  const float slope = predicted_at(0.5F) - predicted_at(0.0F);
+  EXPECT_NEAR(predicted_at(0.9F) - predicted_at(0.5F), 0.8 * static_cast<double>(slope), 1e-6);
+  EXPECT_EQ(rig.instance.counters().clamped_inputs, 0U);
+  EXPECT_EQ(predicted_at(1.1F), predicted_at(1.4F));
+  EXPECT_EQ(rig.instance.counters().clamped_inputs, 2U);
+}
+
+TEST_F(Envelope, ShowsTheNetworkAConstantAsTrainingSawIt) {
+  model::CalibrationModel model = make_model({plain("jpos.elbow"), plain("last_seq")}, {});
+  model.input_min[1] = model.input_max[1] = model.input.mean[1];
+  model.input.scale[1] = 1.0;
+  rig.load(model);
+  activate();
+  const float before = rig.output.predicted_ji[0];
+  rig.state.last_seq = 70000;
   EXPECT_EQ(rig.tick(), RAVENCAL_OK);
-  EXPECT_EQ(rig.output.doubts, 0U);
-  EXPECT_NEAR(rig.output.predicted_ji[0], at_border, 1e-7);
-  EXPECT_GT(rig.instance.counters().clamped_inputs, 0U);
+  EXPECT_EQ(rig.output.predicted_ji[0], before);
 }
 
 TEST_F(Envelope, FadesOutWhileTimeStandsStill) {
@@ -187,7 +205,7 @@ TEST_F(Envelope, LatchesAFaultOfTheNetworkUntilReset) {
   for (model::DenseLayer& layer : model.layers) layer.activation = model::Activation::kLinear;
   model.layers[0].weights << 1.8e38F, -1.8e38F, 0.0F, 0.0F;
   model.layers[0].biases.setZero();
-  model.layers[1].weights << 1e-38F, 0.0F, 0.0F, 0.0F;
+  model.layers[1].weights << 2e-38F, 0.0F, 0.0F, 0.0F;
   model.layers[1].biases.setZero();
   rig.load(model);
   expect_fade_out(

@@ -136,6 +136,15 @@ TEST(Page, StaysSmallForAnHourOfThreeJoints) {
   EXPECT_LT(page_of(sample_report(360000)).size(), 3'000'000U);
 }
 
+TEST(Page, ShowsLongerWindowsOfASlowRecording) {
+  CalibrationReport report = sample_report(3000);
+  EXPECT_NE(page_of(report).find("Worst 10 s"), std::string::npos);
+  for (JointSeries& series : report.series) {
+    for (double& t_s : series.t_s) t_s *= 78;  // 0.78 s between samples
+  }
+  EXPECT_NE(page_of(report).find("Worst 160 s"), std::string::npos);
+}
+
 TEST(Page, LeavesOutWhatIsAbsent) {
   CalibrationReport report;
   report.title = "nothing yet";

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 
@@ -14,6 +12,7 @@
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
+#include "learn/whole_file.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
@@ -53,21 +52,6 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& argu
   return host::make_twin_source(plant, trajectory, arguments.twin);
 }
 
-/// Written whole or not at all.
-core::Status write_text(const std::string& text, const std::filesystem::path& path) {
-  const std::filesystem::path partial = path.string() + ".partial";
-  std::ofstream file(partial);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    std::filesystem::remove(partial, error);
-    return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path.string())};
-  }
-  return {};
-}
-
 core::Result<host::Summary> run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
                             model::read_blob(arguments.weights));
@@ -98,7 +82,7 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   });
   const host::Summary summary = host::summarise(result, loop, plugin, model);
   if (!arguments.json.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(write_text(host::summary_json(summary), arguments.json));
+    RAVENCAL_RETURN_IF_ERROR(learn::write_whole_file(arguments.json, host::summary_json(summary)));
   }
   return summary;
 }

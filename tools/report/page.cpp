@@ -2,6 +2,7 @@
 #include "report/page.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -19,7 +20,12 @@
 namespace ravencal::report {
 namespace {
 
-constexpr double kDetailWindow_s = 10.0;
+/// Length of the windows shown in detail: 10 s, or in steps of 10 s what holds 200 samples.
+double detail_duration_s(const Timeline& timeline) {
+  constexpr double kStep_s = 10.0;
+  constexpr double kLeastSamples = 200;
+  return kStep_s * std::max(1.0, std::ceil(kLeastSamples * timeline.period_s / kStep_s));
+}
 
 /// The page as it grows: sections for the list of contents, charts for the script.
 class Page {
@@ -85,14 +91,15 @@ std::string joint_key_html(const JointView& view) {
 }
 
 void add_windows(Page& page, const JointView& view) {
-  const auto windows = detail_windows(view.timeline, view.corrected_error, kDetailWindow_s);
+  const double duration_s = detail_duration_s(view.timeline);
+  const auto windows = detail_windows(view.timeline, view.corrected_error, duration_s);
   if (!windows) return;
   page.add("<div class=\"pair\">");
   page.figure(window_chart(view, windows->typical, view.series.joint + ": a typical window"),
-              fmt::format("Typical {:.0f} s", kDetailWindow_s),
+              fmt::format("Typical {:.0f} s", duration_s),
               "The window whose corrected RMSE is the median of all windows.", false);
   page.figure(window_chart(view, windows->worst, view.series.joint + ": the worst window"),
-              fmt::format("Worst {:.0f} s", kDetailWindow_s),
+              fmt::format("Worst {:.0f} s", duration_s),
               "The window around the largest error that is left after correction.", false);
   page.add("</div>\n");
 }

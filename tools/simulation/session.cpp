@@ -7,6 +7,8 @@
 #include <deque>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <system_error>
 #include <vector>
 
 #include "core/joint_layout.hpp"
@@ -192,6 +194,22 @@ core::Result<std::int64_t> cycles_per_row(const physics::Plant& plant, double ra
   return static_cast<std::int64_t>(cycles);
 }
 
+core::Result<SessionSummary> run(Session& session, const trajectory::Trajectory& trajectory,
+                                 double rehome_every_s, const ProgressFunction& progress) {
+  RAVENCAL_RETURN_IF_ERROR(session.home());
+  session.approach(trajectory.at(0.0));
+  RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, rehome_every_s, progress));
+  return session.finish();
+}
+
+/// A recording that could not be completed is worth nothing: the run can be repeated.
+void remove_recording(const std::filesystem::path& path) {
+  std::error_code ignored;
+  for (const char* suffix : {"", "-wal", "-shm"}) {
+    std::filesystem::remove(path.string() + suffix, ignored);
+  }
+}
+
 }  // namespace
 
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
@@ -201,6 +219,10 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const ProgressFunction& progress) {
   const double rate_hz = options.rate_hz.value_or(plant.logger.rate_hz);
   RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, rate_hz));
+  if (!options.overwrite && std::filesystem::exists(out)) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: exists already; use --force to replace it", out.string())};
+  }
   physics::TwinOptions twin_options;
   twin_options.seed = options.seed;
   twin_options.homing_seed = options.homing_seed;
@@ -211,11 +233,12 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
   RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
                             record::RecordingWriter::create(out, meta_of(plant, options, rate_hz),
                                                             channels, options.overwrite));
-  Session session(plant, std::move(twin), std::move(writer), options, row_cycles);
-  RAVENCAL_RETURN_IF_ERROR(session.home());
-  session.approach(trajectory.at(0.0));
-  RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, options.rehome_every_s, progress));
-  return session.finish();
+  std::optional<Session> session;
+  session.emplace(plant, std::move(twin), std::move(writer), options, row_cycles);
+  auto summary = run(*session, trajectory, options.rehome_every_s, progress);
+  session.reset();
+  if (!summary.ok()) remove_recording(out);
+  return summary;
 }
 
 }  // namespace ravencal::simulation

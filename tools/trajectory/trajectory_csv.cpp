@@ -59,7 +59,7 @@ Eigen::Vector3d Trajectory::at(double t) const {
 core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path& path,
                        bool overwrite) {
   if (!overwrite && std::filesystem::exists(path)) {
-    return core::Error{core::ErrorCode::kIo,
+    return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: exists already; use --force to replace it", path.string())};
   }
   const std::filesystem::path partial = path.string() + ".partial";

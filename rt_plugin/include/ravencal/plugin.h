@@ -133,7 +133,7 @@ typedef struct ravencal_counters {
   uint64_t ticks_in_state[RAVENCAL_STATE_COUNT];
   uint64_t transitions;
   uint64_t ticks_in_doubt[RAVENCAL_DOUBT_KINDS]; /* in the order of the RAVENCAL_DOUBT_* bits */
-  uint64_t clamped_inputs;                       /* inputs taken at the border of their trained range */
+  uint64_t clamped_inputs;                       /* inputs too far outside their trained range, clamped */
   uint64_t limited_rate;                         /* corrections slowed to the maximum rate, per joint */
   uint64_t swaps;                                /* weights taken into use by step */
 } ravencal_counters;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Packs trained layers for the kernels. Not for real time: the tools and load() call it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "kernels/packed_network.hpp"
+
+namespace ravencal::kernels {
+
+/// One trained layer, borrowed: y = activation(weights * x + biases).
+struct LayerSource {
+  const float* weights = nullptr;  ///< [outputs x inputs]
+  const float* biases = nullptr;   ///< [outputs]
+  std::uint32_t inputs = 0;
+  std::uint32_t outputs = 0;
+  std::ptrdiff_t row_stride = 0;     ///< floats from one output's weights to the next's
+  std::ptrdiff_t column_stride = 1;  ///< floats from one input's weight to the next's
+  model::Activation activation = model::Activation::kLinear;
+  /// kInt8: the largest magnitude that an input of this layer takes; larger ones are clamped. 1 is
+  /// right behind sigmoid and tanh; elsewhere it comes from the trained range.
+  float input_limit = 1.0F;
+};
+
+/// Bytes that pack() writes, or 0 if the layers do not chain or a size is out of range.
+std::size_t packed_bytes(std::span<const LayerSource> layers, Precision precision) noexcept;
+
+/// Writes the packed network; `block` is 64-byte aligned and has packed_bytes(...) bytes. False if
+/// it has not, or if a weight, bias or limit is not finite (or, in kBfloat16, rounds to infinity).
+/// Weights below the smallest normal number become zero.
+bool pack(std::span<const LayerSource> layers, Precision precision,
+          std::span<std::byte> block) noexcept;
+
+}  // namespace ravencal::kernels

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The weights of a network in the order in which the kernels read them, usable in place from a
+// mapped file: one block of memory that starts on a 64-byte line, read front to back once a tick.
+// Little-endian. Nothing here owns or allocates memory.
+//
+// A wide layer is cut into panels of kPanelLanes outputs (the last one as many whole lines of 16 as
+// it needs). A panel holds, input after input, the weights of its lanes; padding is zero:
+//   kFloat32   [input][lane]           f32
+//   kBfloat16  [input / 2][lane][2]    upper half of an f32: 2 inputs side by side
+//   kInt8      [input / 4][lane][4]    s8: 4 inputs side by side
+// A layer of at most kFewOutputs outputs is stored as f32 rows in every precision: it has next to
+// no bytes to save, and its rounding would go straight to the output.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/kinds.hpp"
+
+namespace ravencal::kernels {
+
+enum class Precision : std::uint8_t { kFloat32 = 0, kBfloat16 = 1, kInt8 = 2 };
+
+inline constexpr std::size_t kLineBytes = 64;
+inline constexpr std::size_t kLineLanes = 16;
+inline constexpr std::size_t kPanelLanes = 64;
+inline constexpr std::uint32_t kFewOutputs = 8;
+inline constexpr std::uint32_t kMaxWidth = 8192;  ///< inputs or outputs of a layer
+inline constexpr std::uint32_t kMaxLayers = 16;
+
+/// Where one layer lies: byte offsets from the start of the block, multiples of kLineBytes.
+struct PackedLayer {
+  std::uint32_t inputs;
+  std::uint32_t outputs;
+  model::Activation activation;
+  Precision precision;
+  std::uint8_t reserved[2];
+  float input_step;             ///< kInt8: value of one unit of a quantised input
+  std::uint64_t biases_at;      ///< f32, one per padded output
+  std::uint64_t row_scales_at;  ///< kInt8: f32, value of one unit of a product sum; else 0
+  std::uint64_t row_sums_at;    ///< kInt8: s32, sum of an output's weights; else 0
+  std::uint64_t weights_at;
+  std::uint64_t end;
+  std::uint64_t reserved_too;
+};
+static_assert(sizeof(PackedLayer) == 64);
+
+struct PackedHeader {
+  std::uint32_t layers;
+  std::uint32_t widest;  ///< largest padded number of inputs or outputs
+  std::uint64_t bytes;   ///< of the whole block
+  std::uint8_t reserved[48];
+};
+static_assert(sizeof(PackedHeader) == 64);
+
+constexpr std::size_t padded(std::size_t count, std::size_t step) noexcept {
+  return (count + step - 1) / step * step;
+}
+
+constexpr bool has_few_outputs(const PackedLayer& layer) noexcept {
+  return layer.outputs <= kFewOutputs;
+}
+
+/// Bytes of a layer's weights.
+constexpr std::size_t weight_bytes(const PackedLayer& layer) noexcept {
+  const std::size_t lanes = padded(layer.outputs, kLineLanes);
+  if (has_few_outputs(layer)) return layer.outputs * padded(layer.inputs, kLineLanes) * 4;
+  switch (layer.precision) {
+    case Precision::kFloat32:
+      return std::size_t{layer.inputs} * lanes * 4;
+    case Precision::kBfloat16:
+      return padded(layer.inputs, 2) * lanes * 2;
+    case Precision::kInt8:
+      return padded(layer.inputs, 4) * lanes;
+  }
+  return 0;
+}
+
+/// A checked block. Borrowed; make one with open().
+struct PackedView {
+  const std::byte* base = nullptr;
+
+  [[nodiscard]] const PackedHeader& header() const noexcept {
+    return *reinterpret_cast<const PackedHeader*>(base);
+  }
+  [[nodiscard]] const PackedLayer& layer(std::size_t l) const noexcept {
+    return reinterpret_cast<const PackedLayer*>(base + sizeof(PackedHeader))[l];
+  }
+};
+
+/// Checks that `bytes` bytes at `base` are a packed network that a kernel may read without further
+/// checks (alignment, sizes, offsets, kinds; not the weights' values). False: `view` is unchanged.
+bool open(const std::byte* base, std::size_t bytes, PackedView& view) noexcept;
+
+}  // namespace ravencal::kernels

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/single_precision.hpp"
+
+#include "model/input_limits.hpp"
+#include "model/layers.hpp"
+
+namespace ravencal::model {
+
+Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::MatrixXf& features_si) {
+  Eigen::VectorXf low(model.input_min.size());
+  Eigen::VectorXf high(model.input_min.size());
+  for (Eigen::Index i = 0; i < low.size(); ++i) {
+    const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
+    low[i] = limits.low;
+    high[i] = limits.high;
+  }
+  const Eigen::VectorXf mean = model.input.mean.cast<float>();
+  const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
+  const Eigen::Index samples = features_si.cols();
+  Eigen::MatrixXf x = features_si.cwiseMax(low.replicate(1, samples));
+  x = x.cwiseMin(high.replicate(1, samples)).eval();
+  standardise(mean, inverse_scale, x, x);
+  for (const DenseLayer& layer : model.layers) {
+    Eigen::MatrixXf y(layer.weights.rows(), samples);
+    dense(layer.weights, layer.biases, layer.activation, x, y);
+    x = std::move(y);
+  }
+  const Eigen::VectorXf output_mean = model.output.mean.cast<float>();
+  const Eigen::VectorXf output_scale = model.output.scale.cast<float>();
+  unstandardise(output_mean, output_scale, x);
+  return x;
+}
+
+}  // namespace ravencal::model

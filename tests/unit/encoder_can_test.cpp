@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// CAN frames to counts: layouts, wrap, CANopen states, errors, silence.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <vector>
+
+#include "quadrature_reader/sources/can_decoder.hpp"
+
+namespace ravencal::quadrature_reader {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+CanFrame frame(std::int64_t t_ns, std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
+  CanFrame result;
+  result.t_ns = t_ns;
+  result.id = id;
+  result.length = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), result.data.begin());
+  return result;
+}
+
+SourceSettings canopen_node_5() {
+  SourceSettings settings;
+  settings.kind = SourceKind::kCan;
+  CanEncoder encoder;
+  encoder.id = 0x185;
+  encoder.canopen_node = 5;
+  settings.can.push_back(encoder);
+  return settings;
+}
+
+std::vector<Reading> take(CanDecoder& decoder, const CanFrame& input) {
+  std::vector<Reading> out;
+  decoder.take(input, out);
+  return out;
+}
+
+std::vector<Reading> watch(CanDecoder& decoder, std::int64_t now_ns) {
+  std::vector<Reading> out;
+  decoder.watch(now_ns, out);
+  return out;
+}
+
+TEST(CanDecoder, ReadsTheDefaultTpdoOfCia406) {
+  CanDecoder decoder(canopen_node_5());
+  const auto out = take(decoder, frame(7, 0x185, {0x40, 0xE2, 0x01, 0x00}));
+  ASSERT_EQ(out.size(), 1U);
+  EXPECT_EQ(out[0].kind, ReadingKind::kCount);
+  EXPECT_EQ(out[0].value, 123'456);
+  EXPECT_EQ(out[0].t_ns, 7);
+}
+
+TEST(CanDecoder, ReadsFreeLayouts) {
+  CanEncoder layout;
+  layout.byte_offset = 2;
+  layout.byte_count = 3;
+  layout.big_endian = true;
+  layout.counter_bits = 20;
+  const std::vector<std::uint8_t> data = {9, 9, 0xFA, 0xBC, 0xDE, 9};
+  EXPECT_EQ(extract_count(layout, data), 0xABCDEU)
+      << "the bits above the counter are not part of it";
+  layout.big_endian = false;
+  EXPECT_EQ(extract_count(layout, data), 0xEBCFAU);
+  EXPECT_FALSE(extract_count(layout, std::span(data).first(4)));
+}
+
+TEST(CountWidener, FollowsTheCounterThroughItsWrapInBothDirections) {
+  CountWidener counter(16);
+  EXPECT_EQ(counter.widen(65'530, false), 65'530);
+  EXPECT_EQ(counter.widen(4, false), 65'540);
+  EXPECT_EQ(counter.widen(65'000, false), 65'000);
+  CountWidener wide(64);
+  EXPECT_EQ(wide.widen(~std::uint64_t{0}, true), -1);
+  EXPECT_EQ(wide.widen(1, true), 1);
+}
+
+TEST(CountWidener, GoesOnFromTheLastCountAfterARestart) {
+  CountWidener counter(32);
+  counter.widen(1000, false);
+  counter.reanchor();
+  EXPECT_EQ(counter.widen(7, false), 1000);
+  EXPECT_EQ(counter.widen(9, false), 1002);
+}
+
+TEST(CanDecoder, TellsANodeThatBeganAgain) {
+  SourceSettings settings = canopen_node_5();
+  settings.start_nodes = true;
+  CanDecoder decoder(settings);
+  EXPECT_TRUE(take(decoder, frame(0, 0x705, {0x00})).empty()) << "the first boot-up is normal";
+  EXPECT_EQ(decoder.take_nodes_to_start(), std::vector<unsigned>{5});
+  take(decoder, frame(1, 0x185, {100, 0, 0, 0}));
+  const auto restart = take(decoder, frame(2, 0x705, {0x00}));
+  ASSERT_EQ(restart.size(), 1U);
+  EXPECT_EQ(restart[0].kind, ReadingKind::kRestarted);
+  EXPECT_EQ(take(decoder, frame(3, 0x185, {5, 0, 0, 0}))[0].value, 100);
+}
+
+TEST(CanDecoder, TellsANodeThatIsNotOperational) {
+  CanDecoder decoder(canopen_node_5());
+  EXPECT_TRUE(take(decoder, frame(0, 0x705, {0x05})).empty());
+  const auto stopped =
+      take(decoder, frame(1, 0x705, {0x84}));  // with the toggle bit of node guarding
+  ASSERT_EQ(stopped.size(), 1U);
+  EXPECT_EQ(stopped[0].fault, Fault::kNodeStopped);
+  EXPECT_TRUE(take(decoder, frame(2, 0x705, {0x04})).empty()) << "told once";
+  EXPECT_EQ(take(decoder, frame(3, 0x705, {0x05}))[0].kind, ReadingKind::kRecovered);
+}
+
+TEST(CanDecoder, TellsASilentNodeOnceAndItsReturn) {
+  SourceSettings settings = canopen_node_5();
+  settings.position_timeout_ns = 50 * kMs;
+  CanDecoder decoder(settings);
+  EXPECT_TRUE(watch(decoder, 1000 * kMs).empty());
+  take(decoder, frame(1010 * kMs, 0x185, {1, 0, 0, 0}));
+  EXPECT_TRUE(watch(decoder, 1050 * kMs).empty());
+  const auto silent = watch(decoder, 1061 * kMs);
+  ASSERT_EQ(silent.size(), 1U);
+  EXPECT_EQ(silent[0].kind, ReadingKind::kFault);
+  EXPECT_EQ(silent[0].fault, Fault::kNodeSilent);
+  EXPECT_TRUE(watch(decoder, 1100 * kMs).empty());
+  const auto back = take(decoder, frame(1200 * kMs, 0x185, {2, 0, 0, 0}));
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[0].kind, ReadingKind::kRecovered);
+}
+
+TEST(CanDecoder, TellsAMissingHeartbeat) {
+  SourceSettings settings = canopen_node_5();
+  settings.heartbeat_timeout_ns = 500 * kMs;
+  CanDecoder decoder(settings);
+  EXPECT_TRUE(watch(decoder, 0).empty());
+  take(decoder, frame(400 * kMs, 0x705, {0x05}));
+  EXPECT_TRUE(watch(decoder, 800 * kMs).empty());
+  EXPECT_EQ(watch(decoder, 901 * kMs).size(), 1U);
+}
+
+TEST(CanDecoder, TellsBusOffItsEndAndErrorFrames) {
+  CanDecoder decoder(canopen_node_5());
+  EXPECT_EQ(take(decoder, frame(0, kCanErrorFlag | 0x40, {}))[0].fault, Fault::kBusOff);
+  EXPECT_EQ(take(decoder, frame(1, kCanErrorFlag | 0x100, {}))[0].kind, ReadingKind::kRecovered);
+  const auto error = take(decoder, frame(2, kCanErrorFlag | 0x88, {0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(error[0].fault, Fault::kBusError);
+  EXPECT_EQ(error[0].value, 0x88);
+}
+
+TEST(CanDecoder, IgnoresRequestsOtherFormatsAndReportsShortFrames) {
+  CanDecoder decoder(canopen_node_5());
+  EXPECT_TRUE(take(decoder, frame(0, kCanRemoteFlag | 0x185, {})).empty());
+  EXPECT_TRUE(take(decoder, frame(0, kCanExtendedFlag | 0x185, {1, 0, 0, 0})).empty());
+  EXPECT_EQ(take(decoder, frame(0, 0x185, {1, 0}))[0].fault, Fault::kShortFrame);
+}
+
+}  // namespace
+}  // namespace ravencal::quadrature_reader

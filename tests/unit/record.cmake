@@ -1,0 +1,13 @@
+find_package(SQLite3 REQUIRED)
+
+ravencal_test(NAME record_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/record/writer_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/disk_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/profile_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/csv_load_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/csv_errors_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/csv_export_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/summary_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/real_data_test.cpp
+  LIBS ravencal::record SQLite::SQLite3 fmt::fmt LABELS unit)
