@@ -14,12 +14,15 @@ namespace ravencal::diagnose {
 /// Moments of [X y] per block; y is the last column.
 struct Moments {
   std::vector<Eigen::MatrixXd> block;  ///< [(k + 1) x (k + 1)] each
-  [[nodiscard]] Eigen::Index columns() const { return block.empty() ? 0 : block.front().rows() - 1; }
+  [[nodiscard]] Eigen::Index columns() const {
+    return block.empty() ? 0 : block.front().rows() - 1;
+  }
   [[nodiscard]] Eigen::MatrixXd total() const;
 };
 
 /// Columns [n x k] and target [n] at the training rows.
-Moments moments_of(const Blocks& blocks, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target);
+Moments moments_of(const Blocks& blocks, const Eigen::MatrixXd& columns,
+                   const Eigen::VectorXd& target);
 
 /// The same with further columns between X and y.
 Moments extended(const Blocks& blocks, const Moments& moments, const Eigen::MatrixXd& columns,

@@ -11,7 +11,8 @@ namespace {
 using Eigen::Index;
 
 /// Stretches of training rows without a new start inside: pairs of indices into `rows`.
-std::vector<std::pair<Index, Index>> stretches_of(const Series& series, const std::vector<Index>& rows) {
+std::vector<std::pair<Index, Index>> stretches_of(const Series& series,
+                                                  const std::vector<Index>& rows) {
   std::vector<std::pair<Index, Index>> stretches;
   for (std::size_t n = 0; n < rows.size(); ++n) {
     bool starts = n == 0;
@@ -26,7 +27,9 @@ std::vector<std::pair<Index, Index>> stretches_of(const Series& series, const st
 
 /// The reversal of motion nearest to `cut`, if one lies within `reach` entries.
 Index at_reversal(const Series& series, const std::vector<Index>& rows, Index cut, Index reach) {
-  const auto moves_up = [&](Index n) { return series.motion.v[rows[static_cast<std::size_t>(n)]] > 0.0; };
+  const auto moves_up = [&](Index n) {
+    return series.motion.v[rows[static_cast<std::size_t>(n)]] > 0.0;
+  };
   const auto count = static_cast<Index>(rows.size());
   for (Index d = 0; d <= reach; ++d) {
     for (const Index n : {cut - d, cut + d}) {
@@ -49,12 +52,12 @@ Eigen::MatrixXd Blocks::gather(const Eigen::MatrixXd& full) const {
 Blocks make_blocks(const Series& series, double correlation_rows) {
   Blocks blocks;
   for (Index i = 0; i < series.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (series.valid[n] != 0 && series.held_out[n] == 0) blocks.rows.push_back(i);
+    if (series.trains(i)) blocks.rows.push_back(i);
   }
   const auto total = static_cast<double>(blocks.rows.size());
-  const double wanted = std::clamp(total / std::max(1.0, 5.0 * correlation_rows),
-                                   static_cast<double>(kFewestBlocks), static_cast<double>(kMostBlocks));
+  const double wanted =
+      std::clamp(total / std::max(1.0, 5.0 * correlation_rows), static_cast<double>(kFewestBlocks),
+                 static_cast<double>(kMostBlocks));
   const Index length = std::max<Index>(8, static_cast<Index>(total / wanted));
   Index open_rows = 0;  // rows of short stretches that wait to fill a block
   for (const auto& [first, last] : stretches_of(series, blocks.rows)) {
@@ -76,9 +79,11 @@ Blocks make_blocks(const Series& series, double correlation_rows) {
   return blocks;
 }
 
-double correlation_length(const Series& series, const Blocks& blocks, const Eigen::VectorXd& residual) {
+double correlation_length(const Series& series, const Blocks& blocks,
+                          const Eigen::VectorXd& residual) {
   const auto same_stretch = [&](Index a, Index b) {
-    for (Index row = blocks.rows[static_cast<std::size_t>(a)] + 1; row <= blocks.rows[static_cast<std::size_t>(b)]; ++row) {
+    for (Index row = blocks.rows[static_cast<std::size_t>(a)] + 1;
+         row <= blocks.rows[static_cast<std::size_t>(b)]; ++row) {
       if (series.fresh[static_cast<std::size_t>(row)] != 0) return false;
     }
     return true;

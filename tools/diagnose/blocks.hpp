@@ -12,13 +12,15 @@
 namespace ravencal::diagnose {
 
 struct Blocks {
-  std::vector<Eigen::Index> rows;    ///< training rows in order of time
-  std::vector<Eigen::Index> begin;   ///< first entry of `rows` per block, and rows.size() at the end
-  std::vector<int> fold;             ///< of each block
+  std::vector<Eigen::Index> rows;   ///< training rows in order of time
+  std::vector<Eigen::Index> begin;  ///< first entry of `rows` per block, and rows.size() at the end
+  std::vector<int> fold;            ///< of each block
 
   [[nodiscard]] std::size_t count() const { return fold.size(); }
   [[nodiscard]] Eigen::Index first(std::size_t block) const { return begin[block]; }
-  [[nodiscard]] Eigen::Index size(std::size_t block) const { return begin[block + 1] - begin[block]; }
+  [[nodiscard]] Eigen::Index size(std::size_t block) const {
+    return begin[block + 1] - begin[block];
+  }
 
   /// Training rows of a full column, or of each column of a matrix.
   [[nodiscard]] Eigen::MatrixXd gather(const Eigen::MatrixXd& full) const;

@@ -53,6 +53,8 @@ class EffectForm {
   }
   /// Ids that make the same columns in this recording, so that no statistic can part them.
   [[nodiscard]] virtual std::vector<std::string> twins(const Series&) const { return {}; }
+  /// Effect that must be in the model or in the plant before this one makes sense; empty if none.
+  [[nodiscard]] virtual std::string prerequisite() const { return {}; }
   /// Recording that would part the effect from those that look like it.
   [[nodiscard]] virtual std::string separate_by() const = 0;
 
@@ -60,6 +62,10 @@ class EffectForm {
   std::string id_;
   std::string from_;
 };
+
+/// The form's columns as the residual shows them: in the drive stage through the filter that the
+/// recorded effort has been through, so that friction's edges are as blunt on both sides.
+Eigen::MatrixXd seen_columns(const EffectForm& form, const Series& series, const Shape& shape);
 
 using Forms = std::vector<std::unique_ptr<EffectForm>>;
 

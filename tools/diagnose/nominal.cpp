@@ -13,7 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-double tolerance_of(const physics::Joint& joint, const std::string& id, const std::string& parameter) {
+double tolerance_of(const physics::Joint& joint, const std::string& id,
+                    const std::string& parameter) {
   for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
     const auto it = joint.tolerance.find(key);
     if (it != joint.tolerance.end()) return it->second;
@@ -23,7 +24,7 @@ double tolerance_of(const physics::Joint& joint, const std::string& id, const st
 
 /// The cable's numbers, as far as they act quasi-statically.
 struct CableNumbers {
-  double compliance = 0.0;          ///< 1 / stiffness
+  double compliance = 0.0;  ///< 1 / stiffness
   double friction_level = 0.0;
   double friction_presliding = 0.0;
   double friction_load_share = 0.0;
@@ -35,7 +36,8 @@ struct CableNumbers {
 };
 
 /// Stretch that balances `load` against spring and hysteresis; the hysteresis moves on.
-double balanced_stretch(double load, double last, const CableNumbers& c, physics::Hysteresis& strands) {
+double balanced_stretch(double load, double last, const CableNumbers& c,
+                        physics::Hysteresis& strands) {
   const double stiffness = 1.0 / c.compliance;
   const double span = std::abs(load) * c.compliance + c.hysteresis_yield + std::abs(last);
   double low = -2.0 * span;
@@ -55,8 +57,8 @@ VectorXd cable_stretch(const Series& s, const CableNumbers& c) {
   if (c.friction_level > 0.0) {
     const double width = std::max(2.0 * c.friction_presliding, s.rest_width());
     const VectorXd side = direction_memory(s.motion.q, width, s.fresh);
-    load += side.cwiseProduct(
-        (c.friction_level + c.friction_load_share * load.array().abs()).matrix());
+    load +=
+        side.cwiseProduct((c.friction_level + c.friction_load_share * load.array().abs()).matrix());
   }
   VectorXd stretch = c.compliance * load;
   if (c.hysteresis_stiffness > 0.0 && c.hysteresis_yield > 0.0) {
@@ -92,25 +94,31 @@ class NominalBuilder {
               double value, const VectorXd& column) {
     if (value == 0.0) return;
     nominal_.prediction += value * column;
-    nominal_.terms.push_back({id, parameter, unit, value, tolerance_of(joint_, id, parameter), value * column});
+    nominal_.terms.push_back(
+        {id, parameter, unit, value, tolerance_of(joint_, id, parameter), value * column});
   }
 
   void drive() {
     linear("inertia_error", "inertia", s_.prismatic ? "kg" : "kg_m2", s_.inertia, s_.motion.a);
     if (s_.weight.size() > 0) linear("gravity", "weight_scale", "1", 1.0, s_.weight);
     const std::string damping = s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad";
-    linear("coulomb_friction", "level", s_.unit, joint_.parameter("coulomb_friction", "level"), direction(s_));
-    linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"), s_.motion.v);
+    linear("coulomb_friction", "level", s_.unit, joint_.parameter("coulomb_friction", "level"),
+           s_.as_seen(direction(s_)));
+    linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"),
+           s_.motion.v);
     const double velocity = joint_.parameter("stribeck_friction", "velocity");
     if (velocity > 0.0) {
       const VectorXd shape =
           direction(s_).array() / (1.0 + (s_.motion.v.array() / velocity).square());
-      linear("stribeck_friction", "extra", s_.unit, joint_.parameter("stribeck_friction", "extra"), shape);
+      linear("stribeck_friction", "extra", s_.unit, joint_.parameter("stribeck_friction", "extra"),
+             s_.as_seen(shape));
     }
     const double behind = joint_.parameter("joint_friction", "level");
     if (behind > 0.0) {
-      const double width = std::max(2.0 * joint_.parameter("joint_friction", "presliding"), s_.rest_width());
-      linear("joint_friction", "level", s_.unit, behind, direction_memory(s_.motion.q, width, s_.fresh));
+      const double width =
+          std::max(2.0 * joint_.parameter("joint_friction", "presliding"), s_.rest_width());
+      linear("joint_friction", "level", s_.unit, behind,
+             s_.as_seen(direction_memory(s_.motion.q, width, s_.fresh)));
     }
     // Recorded effort is the needed one over 1 + ratio.
     const double ratio = joint_.parameter("torque_constant", "ratio");
@@ -120,13 +128,13 @@ class NominalBuilder {
   }
 
   void transmission() {
-    linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), centred(s_, s_.motion.q));
+    linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), s_.motion.q);
     for (const physics::Effect& effect : joint_.effects) {
       if (effect.id != "coupling") continue;
       for (const Companion& other : s_.others) {
         if (other.name != effect.from) continue;
-        linear("coupling", "error", per(s_.unit, other.unit), effect.parameters.find("error")->second,
-               centred(s_, other.value));
+        linear("coupling", "error", per(s_.unit, other.unit),
+               effect.parameters.find("error")->second, other.value);
       }
     }
     const double order = joint_.parameter("eccentricity", "order");
@@ -162,15 +170,16 @@ class NominalBuilder {
               [](CableNumbers& n, double f) { n.friction_level *= f; });
     uncertain("hysteresis", "stiffness", stiffness_unit, c.hysteresis_stiffness, c, stretch,
               [](CableNumbers& n, double f) { n.hysteresis_stiffness *= f; });
-    uncertain("creep", "compliance", per(position_unit(s_), effort_unit(s_)), c.creep_compliance, c, stretch,
-              [](CableNumbers& n, double f) { n.creep_compliance *= f; });
+    uncertain("creep", "compliance", per(position_unit(s_), effort_unit(s_)), c.creep_compliance, c,
+              stretch, [](CableNumbers& n, double f) { n.creep_compliance *= f; });
     uncertain("backlash", "half_width", position_unit(s_), c.gap_half_width, c, stretch,
               [](CableNumbers& n, double f) { n.gap_half_width *= f; });
   }
 
   template <typename Change>
   void uncertain(const std::string& id, const std::string& parameter, const std::string& unit,
-                 double value, const CableNumbers& numbers, const VectorXd& stretch, Change&& change) {
+                 double value, const CableNumbers& numbers, const VectorXd& stretch,
+                 Change&& change) {
     if (value == 0.0) return;
     constexpr double kStep = 0.05;
     CableNumbers changed = numbers;

@@ -29,7 +29,9 @@ class Screen {
     solver_.compute(normal);
   }
 
-  [[nodiscard]] VectorXd errors() const { return held_out_error(model_.blocks, moments_, precision_); }
+  [[nodiscard]] VectorXd errors() const {
+    return held_out_error(model_.blocks, moments_, precision_);
+  }
 
   [[nodiscard]] VectorXd errors_with(const MatrixXd& further) const {
     const Moments all = extended(model_.blocks, moments_, columns_, further, model_.target);
@@ -75,8 +77,9 @@ class Screen {
     option.scores.resize(static_cast<Index>(blocks.count()), z.cols());
     for (std::size_t b = 0; b < blocks.count(); ++b) {
       const auto rows = z.middleRows(blocks.first(b), blocks.size(b));
-      const VectorXd score = rows.transpose() * model_.noise.segment(blocks.first(b), blocks.size(b)) -
-                             u.projection.transpose() * noise_moments_.block[b].col(k).head(k);
+      const VectorXd score =
+          rows.transpose() * model_.noise.segment(blocks.first(b), blocks.size(b)) -
+          u.projection.transpose() * noise_moments_.block[b].col(k).head(k);
       option.scores.row(static_cast<Index>(b)) = score.transpose();
     }
     return option;
@@ -127,7 +130,8 @@ double slow_noise_factor(const ChannelModel& model) {
 
 }  // namespace
 
-ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed, std::size_t without) {
+ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed,
+                    std::size_t without) {
   const Screen view(model, without);
   ScreenResult result;
   result.errors = view.errors();
@@ -136,10 +140,13 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   double best_gain = 0.0;
   for (std::size_t c = 0; c < model.candidates.size(); ++c) {
     const Candidate& candidate = model.candidates[c];
-    const bool in_model = std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& chosen) {
-      return chosen.candidate == c && (without == SIZE_MAX || &chosen != &model.chosen[without]);
-    });
+    const bool in_model =
+        std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& chosen) {
+          return chosen.candidate == c &&
+                 (without == SIZE_MAX || &chosen != &model.chosen[without]);
+        });
     if (!candidate.untestable.empty() || in_model) continue;
+    if (!model.permits(*candidate.form, without)) continue;
     TestedCandidate tested;
     tested.candidate = c;
     FlipCandidate flip;
@@ -150,6 +157,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
       flip.options.push_back(view.flip_option(candidate.columns[s], unique));
       if (s == 0 || errors.sum() < least_error) {
         least_error = errors.sum();
+        flip.found_option = s;
         tested.best = {c, candidate.shapes[s], candidate.columns[s]};
         tested.errors = errors;
       }
@@ -161,7 +169,8 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   for (std::size_t n = 0; n < result.tested.size(); ++n) {
     TestedCandidate& tested = result.tested[n];
     const EffectForm& form = *model.candidates[tested.candidate].form;
-    if (form.continuous() && result.errors.sum() - tested.errors.sum() > 0.3 * best_gain && best_gain > 0.0) {
+    if (form.continuous() && result.errors.sum() - tested.errors.sum() > 0.3 * best_gain &&
+        best_gain > 0.0) {
       tested.best = refined(model, tested.best, without);
       tested.errors = view.errors_with(tested.best.columns);
     }
@@ -172,8 +181,13 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
     tested.consistent = form.inconsistency(*model.series, tested.best.shape, coefficients).empty();
-    tested.evidence = {model.rms_of(result.errors), model.rms_of(tested.errors), z_score(gains), 1.0,
-                       gains.sum() / std::max(result.errors.sum(), 1e-300), size};
+    tested.evidence = {model.rms_of(result.errors),
+                       model.rms_of(tested.errors),
+                       z_score(gains),
+                       sign_flip_p(gains, seed, 999),
+                       1.0,
+                       gains.sum() / std::max(result.errors.sum(), 1e-300),
+                       size};
   }
   const FlipResult chance = sign_flip_test(flips, gates.alpha, seed);
   result.critical = chance.critical;
@@ -190,15 +204,16 @@ Chosen refined(const ChannelModel& model, const Chosen& start, std::size_t witho
   const Screen view(model, without);
   const auto evaluate = [&](double log_value) {
     Chosen trial{start.candidate, {std::exp(log_value)}, {}};
-    trial.columns = model.blocks.gather(form.columns(*model.series, trial.shape));
+    trial.columns = model.blocks.gather(seen_columns(form, *model.series, trial.shape));
     return std::pair{view.errors_with(trial.columns).sum(), trial};
   };
   const std::vector<Shape>& grid = model.candidates[start.candidate].shapes;
   const double step = grid.size() > 1 ? std::abs(std::log(grid[1][0] / grid[0][0])) : 0.5;
   // Golden section over one grid step to either side.
   constexpr double kGolden = 0.6180339887498949;
-  double low = std::log(start.shape[0]) - step;
-  double high = std::log(start.shape[0]) + step;
+  double low = std::max(std::log(start.shape[0]) - step, std::log(grid.front()[0]));
+  double high = std::min(std::log(start.shape[0]) + step, std::log(grid.back()[0]));
+  if (high <= low) return start;
   auto left = evaluate(high - kGolden * (high - low));
   auto right = evaluate(low + kGolden * (high - low));
   for (int i = 0; i < 9; ++i) {

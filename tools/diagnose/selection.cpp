@@ -23,7 +23,7 @@ Candidate candidate_of(const Series& series, const Blocks& blocks, const EffectF
   candidate.untestable = form.untestable(series);
   if (!candidate.untestable.empty()) return candidate;
   for (const Shape& shape : form.grid(series)) {
-    candidate.columns.push_back(blocks.gather(form.columns(series, shape)));
+    candidate.columns.push_back(blocks.gather(seen_columns(form, series, shape)));
     candidate.shapes.push_back(shape);
   }
   return candidate;
@@ -42,7 +42,8 @@ VectorXd noise_of(const ChannelModel& model) {
     double least = alone;
     for (const MatrixXd& columns : candidate.columns) {
       const Moments with = extended(model.blocks, moments, present, columns, model.target);
-      const double error = held_out_error(model.blocks, with, model.column_precision(with.columns())).sum();
+      const double error =
+          held_out_error(model.blocks, with, model.column_precision(with.columns())).sum();
       if (error < least) {
         least = error;
         best = &columns;
@@ -55,8 +56,8 @@ VectorXd noise_of(const ChannelModel& model) {
   VectorXd residual = held_out_residual(model.blocks, moments, precision, present, model.target);
   if (all.cols() == present.cols()) return residual;
   const Moments saturated = moments_of(model.blocks, all, model.target);
-  VectorXd rich = held_out_residual(model.blocks, saturated, model.column_precision(all.cols()), all,
-                                    model.target, kSaturatedRidge);
+  VectorXd rich = held_out_residual(model.blocks, saturated, model.column_precision(all.cols()),
+                                    all, model.target, kSaturatedRidge);
   return rich.squaredNorm() < residual.squaredNorm() ? rich : residual;
 }
 
@@ -66,7 +67,7 @@ double rms(const VectorXd& x) {
 
 bool admissible(const TestedCandidate& tested, const ChannelModel& model, const Gates& gates) {
   const Evidence& e = tested.evidence;
-  return tested.consistent && e.z >= gates.least_z && e.p_value <= gates.alpha &&
+  return tested.consistent && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
          e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
 }
 
@@ -79,12 +80,14 @@ bool tied(const VectorXd& a, const VectorXd& b) {
   const VectorXd difference = a - b;
   const auto count = static_cast<double>(difference.size());
   const double mean = difference.mean();
-  const double deviation = std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
+  const double deviation =
+      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
   return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
 }
 
 /// The admissible candidate with the largest held-out gain, or a simpler one that is tied with it.
-const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& model, const Gates& gates) {
+const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& model,
+                            const Gates& gates) {
   const TestedCandidate* best = nullptr;
   for (const TestedCandidate& tested : result.tested) {
     if (!admissible(tested, model, gates)) continue;
@@ -113,20 +116,24 @@ void refine_all(ChannelModel& model) {
 void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   for (std::size_t i = 0; i + 1 < model.chosen.size(); ++i) {
     const ScreenResult without = screen(model, gates, seed, i);
-    const auto own = std::find_if(without.tested.begin(), without.tested.end(), [&](const TestedCandidate& t) {
-      return t.candidate == model.chosen[i].candidate;
-    });
+    const auto own = std::find_if(
+        without.tested.begin(), without.tested.end(),
+        [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
     const TestedCandidate* rival = pick(without, model, gates);
     if (rival == nullptr || own == without.tested.end() || rival == &*own) continue;
-    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors)) model.chosen[i] = rival->best;
+    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors))
+      model.chosen[i] = rival->best;
   }
 }
 
 /// Drops effects that the later ones made superfluous.
 void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   for (std::size_t i = model.chosen.size(); i-- > 0;) {
+    const EffectForm& form = *model.candidates[model.chosen[i].candidate].form;
     const Evidence e = evidence_of(model, i, gates, seed);
-    if (e.z >= gates.least_z && e.p_value <= gates.alpha && e.share >= gates.least_share) continue;
+    if (model.permits(form) && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+        e.share >= gates.least_share)
+      continue;
     model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
@@ -144,7 +151,8 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
 
 MatrixXd ChannelModel::columns(std::size_t without) const {
   Index count = base.cols();
-  for (std::size_t i = 0; i < chosen.size(); ++i) count += i == without ? 0 : chosen[i].columns.cols();
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    count += i == without ? 0 : chosen[i].columns.cols();
   MatrixXd all(base.rows(), count);
   all.leftCols(base.cols()) = base;
   Index at = base.cols();
@@ -162,6 +170,17 @@ VectorXd ChannelModel::column_precision(Index count) const {
   return all;
 }
 
+bool ChannelModel::permits(const EffectForm& form, std::size_t without) const {
+  const std::string needed = form.prerequisite();
+  if (needed.empty() ||
+      std::find(nominal_ids.begin(), nominal_ids.end(), needed) != nominal_ids.end())
+    return true;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (i != without && candidates[chosen[i].candidate].form->id() == needed) return true;
+  }
+  return false;
+}
+
 double ChannelModel::rms_of(const VectorXd& block_errors) const {
   return std::sqrt(block_errors.sum() / static_cast<double>(std::max<Index>(1, target.size())));
 }
@@ -175,10 +194,13 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   const auto terms = static_cast<Index>(nominal.terms.size());
   MatrixXd base(series.rows(), terms + 1);
   base.col(0).setOnes();
-  for (Index i = 0; i < terms; ++i) base.col(i + 1) = nominal.terms[static_cast<std::size_t>(i)].column;
+  for (Index i = 0; i < terms; ++i)
+    base.col(i + 1) = nominal.terms[static_cast<std::size_t>(i)].column;
   model.base = model.blocks.gather(base);
   model.precision = VectorXd::Zero(terms + 1);
-  for (const auto& form : forms) model.candidates.push_back(candidate_of(series, model.blocks, *form));
+  for (const NominalTerm& term : nominal.terms) model.nominal_ids.push_back(term.id);
+  for (const auto& form : forms)
+    model.candidates.push_back(candidate_of(series, model.blocks, *form));
   for (int round = 0; round < 2; ++round) {
     model.noise = noise_of(model);
     model.correlation_rows = correlation_length(series, model.blocks, model.noise);
@@ -189,7 +211,8 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   return model;
 }
 
-Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates, std::uint64_t seed) {
+Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
+                     std::uint64_t seed) {
   // The test keeps the shape that the whole model settled on.
   ChannelModel alone = model;
   const std::size_t index = model.chosen[chosen].candidate;
@@ -221,9 +244,9 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
     drop_pass(model, gates, seed);
     // What was dropped once does not come back: the search must end.
     for (const std::size_t candidate : before) {
-      const bool kept = std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& chosen) {
-        return chosen.candidate == candidate;
-      });
+      const bool kept =
+          std::any_of(model.chosen.begin(), model.chosen.end(),
+                      [&](const Chosen& chosen) { return chosen.candidate == candidate; });
       if (!kept) dropped.push_back(candidate);
     }
   }

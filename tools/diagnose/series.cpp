@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/series.hpp"
 
+#include "diagnose/effect_form.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -19,6 +21,11 @@ std::string_view stage_word(Stage stage) {
   return "drive";
 }
 
+bool Series::trains(Eigen::Index row) const {
+  const auto n = static_cast<std::size_t>(row);
+  return valid[n] != 0 && held_out[n] == 0 && (at_rest.empty() || at_rest[n] == 0);
+}
+
 bool Series::any_held_out() const {
   return std::any_of(held_out.begin(), held_out.end(), [](char flag) { return flag != 0; });
 }
@@ -28,8 +35,7 @@ namespace {
 template <typename Use>
 void for_training_rows(const Series& series, Use&& use) {
   for (Eigen::Index i = 0; i < series.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (series.valid[n] != 0 && series.held_out[n] == 0) use(i);
+    if (series.trains(i)) use(i);
   }
 }
 
@@ -72,6 +78,17 @@ double Series::rest_width() const {
   // which a direction says nothing about a robot.
   const auto [least, greatest] = training_range(motion.q);
   return std::max({6.0 * motion.noise, 5e-4 * (greatest - least), 1e-12});
+}
+
+Eigen::VectorXd Series::as_seen(const Eigen::VectorXd& column) const {
+  if (stage != Stage::kDrive) return column;
+  return filter_like_acceleration(t_s, column, fresh, std::max(motion.half_width_s, 1e-9));
+}
+
+Eigen::MatrixXd seen_columns(const EffectForm& form, const Series& series, const Shape& shape) {
+  Eigen::MatrixXd columns = form.columns(series, shape);
+  for (Eigen::Index c = 0; c < columns.cols(); ++c) columns.col(c) = series.as_seen(columns.col(c));
+  return columns;
 }
 
 }  // namespace ravencal::diagnose

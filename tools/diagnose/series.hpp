@@ -42,26 +42,32 @@ struct Series {
   std::string unit;  ///< of the residual: rad, m, N_m or N
   bool prismatic = false;
 
-  Eigen::VectorXd t_s;               ///< since the recording's start
-  std::vector<int> recording;        ///< index of the recording of each row
-  std::vector<char> fresh;           ///< 1 where a recording or an episode starts
-  std::vector<char> held_out;        ///< 1 for rows that no fit may see
-  std::vector<char> valid;           ///< 0 where something needed was lost
-  Eigen::VectorXd y;                 ///< the residual before any nominal term
+  Eigen::VectorXd t_s;         ///< since the recording's start
+  std::vector<int> recording;  ///< index of the recording of each row
+  std::vector<char> fresh;     ///< 1 where a recording or an episode starts
+  std::vector<char> held_out;  ///< 1 for rows that no fit may see
+  std::vector<char> valid;     ///< 0 where something needed was lost
+  std::vector<char> at_rest;   ///< drive stage: 1 where friction may be anything; not fitted
+  Eigen::VectorXd y;           ///< the residual before any nominal term
+  Eigen::VectorXd recorded;    ///< drive stage: the effort before it was filtered like the motion
 
-  Motion motion;                     ///< of this joint: motor side, or desired (tracking)
-  std::vector<Companion> others;     ///< positions of the other joints, same side
-  std::vector<Companion> loads;      ///< recorded loads that act on this joint
-  Eigen::VectorXd weight;            ///< effort that holds the plant's links; empty: plant has none
-  double inertia = 0.0;              ///< nominal, at the joint: kg m^2 or kg
+  Motion motion;                  ///< of this joint: motor side, or desired (tracking)
+  std::vector<Companion> others;  ///< positions of the other joints, same side
+  std::vector<Companion> loads;   ///< recorded loads that act on this joint
+  Eigen::VectorXd weight;         ///< effort that holds the plant's links; empty: plant has none
+  double inertia = 0.0;           ///< nominal, at the joint: kg m^2 or kg
 
   /// Command stage only: what the control law sees.
   Eigen::VectorXd position_error;
-  Eigen::VectorXd measured_rate;     ///< raw difference or recorded, as a controller sees it
+  Eigen::VectorXd measured_rate;  ///< raw difference or recorded, as a controller sees it
   Eigen::VectorXd desired_rate;
 
   [[nodiscard]] Eigen::Index rows() const { return y.size(); }
+  /// True for rows that fits see.
+  [[nodiscard]] bool trains(Eigen::Index row) const;
   [[nodiscard]] bool any_held_out() const;
+  /// A column through the filter of this stage's residual.
+  [[nodiscard]] Eigen::VectorXd as_seen(const Eigen::VectorXd& column) const;
   /// Width below which a change of position is noise: for the direction of motion.
   [[nodiscard]] double rest_width() const;
   /// Root mean square over valid training rows.
@@ -72,8 +78,8 @@ struct Series {
 };
 
 struct SeriesOptions {
-  Eigen::Index most_rows = 60000;            ///< rows beyond are thinned by averaging residuals
-  std::optional<double> held_out_from_s;     ///< rows from here on (of each recording) are held out
+  Eigen::Index most_rows = 60000;         ///< rows beyond are thinned by averaging residuals
+  std::optional<double> held_out_from_s;  ///< rows from here on (of each recording) are held out
 };
 
 /// All channels that these recordings allow, in the plant's order of joints, with the reasons for

@@ -120,7 +120,7 @@ struct Positions {
   VectorXd motor;     ///< motor angle over reduction
   VectorXd desired;
   VectorXd truth;
-  VectorXd effort;    ///< of the drive, at the joint
+  VectorXd effort;  ///< of the drive, at the joint
 };
 
 class Builder {
@@ -186,7 +186,8 @@ class Builder {
     const VectorXd& believed = p.estimate.size() > 0 ? p.estimate : p.desired;
     const bool transmission = p.truth.size() > 0 && believed.size() > 0;
     const bool drive = p.effort.size() > 0 && (p.motor.size() > 0 || believed.size() > 0);
-    if (transmission) set.series.push_back(position_series(j, Stage::kTransmission, p.truth, believed));
+    if (transmission)
+      set.series.push_back(position_series(j, Stage::kTransmission, p.truth, believed));
     if (drive) set.series.push_back(drive_series(j));
     if (drive && p.desired.size() > 0 && plant_.joints[j].controller) {
       set.series.push_back(command_series(j));
@@ -196,9 +197,11 @@ class Builder {
     if (!transmission && !drive && !tracking) {
       set.not_possible[name] = "the recording holds too few of this joint's positions and efforts";
     } else if (!transmission) {
-      set.not_possible[name] = "no joint_truth was recorded, so nothing behind the motor can be seen";
+      set.not_possible[name] =
+          "no joint_truth was recorded, so nothing behind the motor can be seen";
     } else if (!drive) {
-      set.not_possible[name] = "no drive effort was recorded, so friction and load of the drive cannot be seen";
+      set.not_possible[name] =
+          "no drive effort was recorded, so friction and load of the drive cannot be seen";
     }
   }
 
@@ -212,14 +215,18 @@ class Builder {
     series.recording = table_.recording();
     series.fresh = table_.fresh();
     series.held_out = table_.held_out();
-    series.motion = smooth_motion(series.t_s, position, series.fresh);
+    series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
+                                  stage == Stage::kDrive ? 2 : 1);
     series.inertia = joint_inertia(plant_, j);
     series.weight = weights_[j];
     for (std::size_t k = 0; k < positions_.size(); ++k) {
-      const VectorXd& other = stage == Stage::kTracking ? positions_[k].desired : best_position(positions_[k]);
+      const VectorXd& other =
+          stage == Stage::kTracking ? positions_[k].desired : best_position(positions_[k]);
       if (k == j || other.size() == 0) continue;
-      series.others.push_back({plant_.joints[k].name, plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
-                               smooth_motion(series.t_s, other, series.fresh).q});
+      series.others.push_back(
+          {plant_.joints[k].name,
+           plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
+           smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
     for (const record::Channel& channel : table_.channels()) {
       if (channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name)) {
@@ -227,6 +234,18 @@ class Builder {
       }
     }
     return series;
+  }
+
+  /// Where a status channel says that the drive was off, efforts are not what the drive did.
+  void mask_unpowered(Series& series) const {
+    for (const record::Channel& channel : table_.channels()) {
+      if (channel.role != Role::kStatus || channel.name.find("torque_on") == std::string::npos)
+        continue;
+      const VectorXd on = table_.signal(channel.name);
+      for (Index i = 0; i < series.rows(); ++i) {
+        if (on[i] < 0.5) series.valid[static_cast<std::size_t>(i)] = 0;
+      }
+    }
   }
 
   static void mark_valid(Series& series) {
@@ -255,9 +274,23 @@ class Builder {
     const Positions& p = positions_[j];
     Series series = basis(j, Stage::kDrive, p.motor.size() > 0 ? p.motor : best_position(p));
     series.unit = series.prismatic ? "N" : "N_m";
-    series.y = p.effort;
+    series.recorded = p.effort;
+    series.y = filter_like_acceleration(series.t_s, p.effort, series.fresh,
+                                        std::max(series.motion.half_width_s, 1e-9));
     mark_valid(series);
+    mask_unpowered(series);
+    mark_rest(series);
     return series;
+  }
+
+  /// A joint that sticks may carry any effort up to its friction: below a fiftieth of its usual
+  /// speed it says nothing about friction's law.
+  static void mark_rest(Series& series) {
+    const double least = 0.02 * series.training_rms(series.motion.v);
+    series.at_rest.assign(static_cast<std::size_t>(series.rows()), 0);
+    for (Index i = 0; i < series.rows(); ++i) {
+      if (std::abs(series.motion.v[i]) < least) series.at_rest[static_cast<std::size_t>(i)] = 1;
+    }
   }
 
   /// The control law works on motor angles; everything here is already divided by the reduction.
@@ -273,6 +306,7 @@ class Builder {
     series.measured_rate = recorded.size() > 0 ? VectorXd(recorded / plant_.joints[j].reduction)
                                                : backward_rate(series, measured);
     mark_valid(series);
+    mask_unpowered(series);
     return series;
   }
 
@@ -308,10 +342,11 @@ core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
   if (set.series.empty()) {
     return core::Error{
         core::ErrorCode::kData,
-        fmt::format("{}: no joint of the plant {} has two signals to compare: joint_truth with "
-                    "joint_estimate or motor_position, drive_torque or drive_input with a position, "
-                    "or desired_position with a measured one",
-                    training.front().source, plant.source)};
+        fmt::format(
+            "{}: no joint of the plant {} has two signals to compare: joint_truth with "
+            "joint_estimate or motor_position, drive_torque or drive_input with a position, "
+            "or desired_position with a measured one",
+            training.front().source, plant.source)};
   }
   return set;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Evidence against chance over all candidates at once: signs of whole blocks are flipped, the largest
-// gain of any candidate is noted each time, and a candidate's p-value is how often chance did as
-// well (max-T after Westfall and Young, residuals of the full model after ter Braak 1992). Circular
-// shifts would make constants and steps untestable; a null from a residual that still holds an
-// effect would hide the others.
+// Evidence against chance over all candidates at once: signs of whole blocks are flipped, the
+// largest gain of any candidate is noted each time, and a candidate's p-value is how often chance
+// did as well (max-T after Westfall and Young, residuals of the full model after ter Braak 1992).
+// Circular shifts would make constants and steps untestable; a null from a residual that still
+// holds an effect would hide the others.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,6 +23,7 @@ struct FlipOption {
 struct FlipCandidate {
   std::vector<FlipOption> options;  ///< the whole search over shapes takes part in the null
   double gain = 0.0;                ///< reduction of the squared error that was found
+  std::size_t found_option = 0;     ///< the option nearest to what was found
 };
 
 struct FlipResult {

@@ -21,7 +21,8 @@ class Backlash final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(2.0 * s.rest_width(), std::max(4.0 * s.rest_width(), 0.4 * range_of(s, s.motion.q)), 8);
+    return log_grid(2.0 * s.rest_width(),
+                    std::max(4.0 * s.rest_width(), 0.4 * range_of(s, s.motion.q)), 8);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -33,7 +34,8 @@ class Backlash final : public EffectForm {
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     // A gap's loop is as wide as it is high; a third is what noise and sampling blur.
-    return b[0] > 0.67 && b[0] < 1.5 ? "" : "a gap's loop is as wide as it is high; this one is not";
+    return b[0] > 0.67 && b[0] < 1.5 ? ""
+                                     : "a gap's loop is as wide as it is high; this one is not";
   }
   std::vector<std::string> twins(const Series&) const override { return {"joint_friction"}; }
   std::string separate_by() const override {

@@ -59,7 +59,8 @@ class Compliance final : public EffectForm {
     }
     return out;
   }
-  std::string inconsistency(const Series& s, const Shape&, const Eigen::VectorXd& b) const override {
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
     return s.loads.empty() && b[0] < 0.0 ? "nothing stretches against its load" : "";
   }
   std::string separate_by() const override {

@@ -13,13 +13,20 @@ class CoulombFriction final : public EffectForm {
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 2 ? "" : "the motion never reverses";
   }
-  Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    return s.stage == Stage::kTracking ? -direction(s) : direction(s);
+  // From sharp to yielding over a tenth of the range: real friction turns over a displacement.
+  std::vector<Shape> grid(const Series& s) const override {
+    const double sharp = s.rest_width();
+    return log_grid(sharp, std::max(3.0 * sharp, 0.1 * range_of(s, s.motion.q)), 6);
   }
-  std::vector<FormParameter> parameters(const Series& s, const Shape&,
+  bool continuous() const override { return true; }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    const Eigen::VectorXd side = direction_memory(s.motion.q, shape[0], s.fresh);
+    return s.stage == Stage::kTracking ? Eigen::VectorXd(-side) : side;
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
-    if (s.stage == Stage::kTracking) return {{"lag", b[0], amplitude_unit(s)}};
-    return {{"level", b[0], amplitude_unit(s)}};
+    const std::string name = s.stage == Stage::kTracking ? "lag" : "level";
+    return {{name, b[0], amplitude_unit(s)}, {"displacement", 0.5 * shape[0], position_unit(s)}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     return b[0] > 0.0 ? "" : "friction would drive the motion";

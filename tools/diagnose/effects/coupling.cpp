@@ -16,7 +16,7 @@ class Coupling final : public EffectForm {
     return range > 1e-4 ? "" : "joint " + from() + " hardly moves";
   }
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    return centred(s, companion(s).value);
+    return companion(s).value;
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape&,
                                         const Eigen::VectorXd& b) const override {

@@ -12,15 +12,20 @@ class Delay final : public EffectForm {
  public:
   Delay() : EffectForm("delay") {}
   std::string untestable(const Series& s) const override {
-    return s.training_rms(s.motion.v) > 0.0 ? "" : "the joint does not move";
+    if (s.training_rms(s.motion.v) <= 0.0) return "the joint does not move";
+    const double period_s =
+        s.rows() > 1 ? (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(s.rows() - 1) : 1.0;
+    return std::abs(period_s) < 0.1 ? "" : "samples are further apart than any delay";
   }
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override { return -s.motion.v; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
     return {{"delay", b[0], "s"}};
   }
-  std::string inconsistency(const Series& s, const Shape&, const Eigen::VectorXd& b) const override {
-    if (s.stage == Stage::kTracking && b[0] < 0.0) return "the joint would know its command in advance";
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
+    if (s.stage == Stage::kTracking && b[0] < 0.0)
+      return "the joint would know its command in advance";
     return std::abs(b[0]) < 1.0 ? "" : "no stream is late by a second";
   }
   std::vector<std::string> twins(const Series& s) const override {

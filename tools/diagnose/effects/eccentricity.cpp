@@ -15,7 +15,8 @@ class EccentricityForm final : public EffectForm {
                ? ""
                : "fewer than two periods of any pulley were passed, both ways";
   }
-  // From two periods over the range up to 40: beyond, the passes' positions do not repeat well enough.
+  // From two periods over the range up to 40: beyond, the passes' positions do not repeat well
+  // enough.
   std::vector<Shape> grid(const Series& s) const override {
     const double range = range_of(s, s.motion.q);
     constexpr double kTurn = 2.0 * 3.14159265358979323846;

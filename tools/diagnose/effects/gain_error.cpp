@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The transmission ratio is not the one in the plant: the error grows with the joint's own position,
-// the same in both directions and under all loads.
+// The transmission ratio is not the one in the plant: the error grows with the joint's own
+// position, the same in both directions and under all loads.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -15,7 +15,7 @@ class GainError final : public EffectForm {
     return range_of(s, s.motion.q) > 20.0 * s.rest_width() ? "" : "the joint hardly moves";
   }
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    return centred(s, s.motion.q);
+    return s.motion.q;  // about the joint's zero, so that a constant is left to homing_offset
   }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// An effort (or, where only positions are compared, its lag) that depends on posture alone. Where the
-// plant has no links the shape is not known; variants offer more and more general ones, and
+// An effort (or, where only positions are compared, its lag) that depends on posture alone. Where
+// the plant has no links the shape is not known; variants offer more and more general ones, and
 // cross-validation takes the one that predicts best.
+#include <algorithm>
+
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -21,7 +23,8 @@ class Gravity final : public EffectForm {
     if (s.others.empty()) return {{0.0}, {1.0}};
     return {{0.0}, {1.0}, {2.0}, {3.0}};
   }
-  /// 0: own position; 1: its sine and cosine; 2: all positions; 3: with squares and products.
+  /// 0: own position; 1: its sine and cosine; 2: with the first two others; 3: squares and
+  /// products.
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     std::vector<Eigen::VectorXd> x = {scaled(s, s.motion.q)};
     if (shape[0] == 1.0) {
@@ -29,7 +32,9 @@ class Gravity final : public EffectForm {
       for (auto& column : x) column = centred(s, column);
     }
     if (shape[0] >= 2.0) {
-      for (const Companion& other : s.others) x.push_back(scaled(s, other.value));
+      // Weight acts on the first joints of an arm; the wrist's say little about it.
+      for (std::size_t k = 0; k < std::min<std::size_t>(s.others.size(), 2); ++k)
+        x.push_back(scaled(s, s.others[k].value));
     }
     if (shape[0] == 3.0) {
       const std::size_t count = x.size();

@@ -12,12 +12,15 @@ class HysteresisForm final : public EffectForm {
  public:
   explicit HysteresisForm(const std::string& from) : EffectForm("hysteresis", from) {}
   std::string untestable(const Series& s) const override {
-    if (!from().empty()) return range_of(s, driver(s)) > 1e-4 ? "" : "joint " + from() + " hardly moves";
+    if (!from().empty())
+      return range_of(s, driver(s)) > 1e-4 ? "" : "joint " + from() + " hardly moves";
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
     const double range = range_of(s, driver(s));
-    return log_grid(0.004 * range, 0.5 * range, 6);
+    // Wider elements than a third of the range would imitate a straight line, which is coupling or
+    // gain.
+    return log_grid(0.004 * range, 0.1 * range, 6);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -34,10 +37,14 @@ class HysteresisForm final : public EffectForm {
     return {{"half_loop" + suffix, b.sum(), amplitude_unit(s)},
             {"width" + suffix, shape[0], position_unit(s)}};
   }
-  std::string inconsistency(const Series& s, const Shape&, const Eigen::VectorXd& b) const override {
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
     if (!from().empty()) return {};
-    if (s.stage != Stage::kTracking && b.sum() <= 0.0) return "the joint would run ahead of its motor";
-    return b.minCoeff() > -0.5 * b.cwiseAbs().maxCoeff() ? "" : "elements of opposite sign are no hysteresis";
+    if (s.stage != Stage::kTracking && b.sum() <= 0.0)
+      return "the joint would run ahead of its motor";
+    return b.minCoeff() > -0.5 * b.cwiseAbs().maxCoeff()
+               ? ""
+               : "elements of opposite sign are no hysteresis";
   }
   std::vector<std::string> twins(const Series& s) const override {
     if (s.stage == Stage::kTracking) return {"backlash", "presliding"};

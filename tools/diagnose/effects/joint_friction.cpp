@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Friction behind the cable holds part of the cable's stretch: after a reversal the joint waits until
-// the cable has been wound from one side to the other. The loop is at least as wide as it is high.
+// Friction behind the cable holds part of the cable's stretch: after a reversal the joint waits
+// until the cable has been wound from one side to the other. The loop is at least as wide as it is
+// high.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -15,7 +16,8 @@ class JointFriction final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(2.0 * s.rest_width(), std::max(4.0 * s.rest_width(), 0.4 * range_of(s, s.motion.q)), 8);
+    return log_grid(2.0 * s.rest_width(),
+                    std::max(4.0 * s.rest_width(), 0.4 * range_of(s, s.motion.q)), 8);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -25,7 +27,8 @@ class JointFriction final : public EffectForm {
                                         const Eigen::VectorXd& b) const override {
     return {{"stretch", b[0], position_unit(s)}, {"width", shape[0], position_unit(s)}};
   }
-  std::string inconsistency(const Series&, const Shape& shape, const Eigen::VectorXd& b) const override {
+  std::string inconsistency(const Series&, const Shape& shape,
+                            const Eigen::VectorXd& b) const override {
     if (b[0] <= 0.0) return "friction would push the joint ahead of its motor";
     return 2.0 * b[0] < 1.5 * shape[0] ? "" : "the loop is higher than it is wide";
   }

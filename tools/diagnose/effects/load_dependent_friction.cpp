@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Friction grows with the effort that passes through gears or over pulleys (Euler and Eytelwein;
-// Duclusaud et al., ICRA 2025, model M3). The effort is the one that the plant's mass and weight ask
-// for, never the recorded one.
+// Duclusaud et al., ICRA 2025, model M3). The effort is the one that the plant's mass and weight
+// ask for, never the recorded one.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Friction yields elastically before it slips (Dahl): after a reversal the friction effort turns over
-// a displacement instead of at once. The column is what that changes against sharp Coulomb friction.
+// Friction yields elastically before it slips (Dahl): after a reversal the friction effort turns
+// over a displacement instead of at once. The column is what that changes against sharp Coulomb
+// friction.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -15,7 +16,8 @@ class Presliding final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(3.0 * s.rest_width(), std::max(6.0 * s.rest_width(), 0.2 * range_of(s, s.motion.q)), 6);
+    return log_grid(3.0 * s.rest_width(),
+                    std::max(6.0 * s.rest_width(), 0.2 * range_of(s, s.motion.q)), 6);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -23,12 +25,12 @@ class Presliding final : public EffectForm {
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
-    return {{"level", b[0], amplitude_unit(s)},
-            {"displacement", 0.5 * shape[0], position_unit(s)}};
+    return {{"level", b[0], amplitude_unit(s)}, {"displacement", 0.5 * shape[0], position_unit(s)}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     return b[0] > 0.0 ? "" : "friction would overshoot after a reversal";
   }
+  std::string prerequisite() const override { return "coulomb_friction"; }
   std::string separate_by() const override {
     return "reversals of 0.05, 0.2 and 1 degree around one pose";
   }

@@ -36,8 +36,9 @@ constexpr std::array<VocabularyEntry, 30> kVocabulary = {{
     {"payload", Stage::kDrive, kSameAsGravity},
     {"flexible_mode", Stage::kDrive, "the response after sharp edges is not analysed yet"},
     {"delay", Stage::kTransmission, ""},
-    {"lost_counts", Stage::kTransmission, "a step of the truth is reported as slip; telling lost "
-                                          "counts from it needs the command at that moment"},
+    {"lost_counts", Stage::kTransmission,
+     "a step of the truth is reported as slip; telling lost "
+     "counts from it needs the command at that moment"},
     {"quantisation", Stage::kTransmission, "steps of one count are far below the noise floor here"},
     {"thermal_drift", Stage::kTransmission, ""},
     {"input_disturbance", Stage::kCommand, ""},

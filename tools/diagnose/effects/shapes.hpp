@@ -13,7 +13,8 @@ namespace ravencal::diagnose {
 
 inline std::string position_unit(const Series& s) { return s.prismatic ? "m" : "rad"; }
 inline std::string effort_unit(const Series& s) { return s.prismatic ? "N" : "N_m"; }
-/// Unit of an effort-like coefficient: an effort in the drive, a position where positions are compared.
+/// Unit of an effort-like coefficient: an effort in the drive, a position where positions are
+/// compared.
 inline std::string amplitude_unit(const Series& s) { return s.unit; }
 inline std::string per(const std::string& a, const std::string& b) { return a + "_per_" + b; }
 
@@ -42,7 +43,8 @@ inline double range_of(const Series& s, const Eigen::VectorXd& x) {
 inline std::vector<Shape> log_grid(double from, double to, int count) {
   std::vector<Shape> grid;
   for (int i = 0; i < count; ++i) {
-    grid.push_back({from * std::pow(to / from, static_cast<double>(i) / static_cast<double>(count - 1))});
+    grid.push_back(
+        {from * std::pow(to / from, static_cast<double>(i) / static_cast<double>(count - 1))});
   }
   return grid;
 }

@@ -16,7 +16,7 @@ class StribeckFriction final : public EffectForm {
   }
   std::vector<Shape> grid(const Series& s) const override {
     const double v = s.training_rms(s.motion.v);
-    return log_grid(0.03 * v, v, 6);
+    return log_grid(0.02 * v, 0.3 * v, 5);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -24,12 +24,12 @@ class StribeckFriction final : public EffectForm {
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
-    return {{"extra", b[0], amplitude_unit(s)},
-            {"velocity", shape[0], per(position_unit(s), "s")}};
+    return {{"extra", b[0], amplitude_unit(s)}, {"velocity", shape[0], per(position_unit(s), "s")}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     return b[0] > 0.0 ? "" : "friction would fall towards rest";
   }
+  std::string prerequisite() const override { return "coulomb_friction"; }
   std::string separate_by() const override {
     return "passes at 0.1, 0.3 and 1 times the usual speed, and starts from rest";
   }
