@@ -260,6 +260,10 @@ void Axis::set_zero(std::int64_t zero_counts, double zero_position_si) {
   track_.set_uncertainty_of_all(0);
 }
 
+std::optional<std::int64_t> Axis::index_counts() const {
+  return index_ ? index_->reference_counts() : std::nullopt;
+}
+
 std::int64_t Axis::uncertainty_counts() const {
   return device_restarted_ ? QuadratureDecoder::kUnbounded : decoder_.uncertainty_counts();
 }

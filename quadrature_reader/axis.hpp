@@ -96,6 +96,8 @@ class Axis {
   /// Sets the zero. Affects positions of later samples only.
   void set_zero(std::int64_t zero_counts, double zero_position_si);
   [[nodiscard]] std::optional<std::int64_t> zero_counts() const { return settings_.zero_counts; }
+  /// Where the index pulse was last seen, if it was.
+  [[nodiscard]] std::optional<std::int64_t> index_counts() const;
   [[nodiscard]] const AxisSettings& settings() const { return settings_; }
 
   /// Events since the last call to clear_events().

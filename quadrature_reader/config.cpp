@@ -159,8 +159,6 @@ std::string_view name_of(SourceKind kind) {
       return "gpio";
     case SourceKind::kCan:
       return "can";
-    case SourceKind::kCounter:
-      return "counter";
     case SourceKind::kReplay:
       return "replay";
   }

@@ -17,7 +17,7 @@
 
 namespace ravencal::quadrature_reader {
 
-enum class SourceKind : std::uint8_t { kGpio, kCan, kCounter, kReplay };
+enum class SourceKind : std::uint8_t { kGpio, kCan, kReplay };
 std::string_view name_of(SourceKind kind);
 
 /// A GPIO line by name or by offset on its chip.
@@ -51,23 +51,17 @@ struct CanEncoder {
   std::optional<unsigned> canopen_node;  ///< 1 to 127: supervise heartbeat, start by NMT
 };
 
-struct CounterEncoder {
-  std::uint8_t axis = 0;
-  unsigned count = 0;  ///< countN of the device
-};
-
 struct SourceSettings {
   std::string name;
   SourceKind kind = SourceKind::kGpio;
-  std::string device;  ///< chip, CAN interface, counter device or recording
+  std::string device;  ///< chip, CAN interface or recording
   std::vector<GpioEncoder> gpio;
   std::vector<CanEncoder> can;
-  std::vector<CounterEncoder> counter;
   std::map<std::string, std::uint8_t> replay_joints;
   std::uint32_t event_buffer_size = 0;    ///< gpio, libgpiod 2; 0: largest
   std::int64_t reorder_ns = 1'000'000;    ///< gpio: how late an edge may arrive behind others
   std::int64_t heartbeat_timeout_ns = 0;  ///< can; 0: not supervised
-  std::int64_t position_timeout_ns = 0;   ///< can, counter
+  std::int64_t position_timeout_ns = 0;   ///< can
   std::int64_t sync_period_ns = 0;        ///< can: send SYNC; 0: do not
   bool start_nodes = false;               ///< can: send NMT start to the nodes
   double replay_speed = 1.0;              ///< 0: as fast as possible

@@ -11,8 +11,7 @@ namespace {
 std::int64_t ns_of_ms(double ms) { return std::llround(1e6 * ms); }
 
 std::optional<SourceKind> kind_from(std::string_view name) {
-  for (const auto kind :
-       {SourceKind::kGpio, SourceKind::kCan, SourceKind::kCounter, SourceKind::kReplay}) {
+  for (const auto kind : {SourceKind::kGpio, SourceKind::kCan, SourceKind::kReplay}) {
     if (name_of(kind) == name) return kind;
   }
   return std::nullopt;
@@ -99,13 +98,11 @@ SourceSettings read_source_settings(TomlTable& table) {
   table.require(kind.has_value(), "kind");
   source.name = name.value_or("");
   const auto known = kind_from(kind.value_or("gpio"));
-  if (!known)
-    table.fail("kind", fmt::format("kind is '{}', must be gpio, can, counter or replay", *kind));
+  if (!known) table.fail("kind", fmt::format("kind is '{}', must be gpio, can or replay", *kind));
   source.kind = known.value_or(SourceKind::kGpio);
-  const char* device_key = source.kind == SourceKind::kGpio      ? "chip"
-                           : source.kind == SourceKind::kCan     ? "interface"
-                           : source.kind == SourceKind::kCounter ? "device"
-                                                                 : "recording";
+  const char* device_key = source.kind == SourceKind::kGpio  ? "chip"
+                           : source.kind == SourceKind::kCan ? "interface"
+                                                             : "recording";
   const auto device = table.text(device_key);
   table.require(device.has_value(), device_key);
   source.device = device.value_or("");
@@ -118,8 +115,6 @@ SourceSettings read_source_settings(TomlTable& table) {
   } else {
     source.position_timeout_ns =
         ns_of_ms(table.number("position_timeout_ms", 0.0, 1e6).value_or(0.0));
-  }
-  if (source.kind == SourceKind::kCan) {
     source.heartbeat_timeout_ns =
         ns_of_ms(table.number("heartbeat_timeout_ms", 0.0, 1e6).value_or(0.0));
     source.sync_period_ns = ns_of_ms(table.number("sync_period_ms", 0.0, 1e4).value_or(0.0));
@@ -143,15 +138,11 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
       source.can.push_back(read_can(table));
       source.can.back().axis = axis_number;
       break;
-    case SourceKind::kCounter:
-      source.counter.push_back(
-          {axis_number, static_cast<unsigned>(table.integer("count", 0, 255).value_or(0))});
-      break;
     case SourceKind::kReplay:
       source.replay_joints[axis.joint] = axis_number;
       break;
   }
-  if (source.kind == SourceKind::kCan || source.kind == SourceKind::kCounter) {
+  if (source.kind == SourceKind::kCan) {
     axis.stale_ns = source.position_timeout_ns > 0 ? source.position_timeout_ns : kDefaultStaleNs;
   }
 }

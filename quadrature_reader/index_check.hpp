@@ -28,6 +28,7 @@ class IndexCheck {
   /// that shows it is the new reference.
   std::optional<Pass> on_edge(bool level, int direction, std::int64_t count);
 
+  [[nodiscard]] std::optional<std::int64_t> reference_counts() const { return reference_counts_; }
   /// Forget the reference, e.g. after the counter began again.
   void reset() { reference_counts_.reset(); }
 

@@ -2,6 +2,7 @@
 #include "quadrature_reader/live_view.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -30,6 +31,9 @@ std::string table_of(const LoggerStatus& status) {
   text += fmt::format("{:.1f} s, {} rows, buffer at most {:.1f} % full{}{}\n", status.elapsed_s,
                       status.rows, 100.0 * status.fullest_ring,
                       status.trouble.empty() ? "" : "\ntrouble: ", status.trouble);
+  if (!status.to_be_homed.empty()) {
+    text += fmt::format("waiting for the hard stop of: {}\n", fmt::join(status.to_be_homed, ", "));
+  }
   return text;
 }
 
@@ -38,6 +42,7 @@ std::string json_of(const LoggerStatus& status) {
   line["elapsed_s"] = status.elapsed_s;
   line["rows"] = status.rows;
   line["fullest_ring"] = status.fullest_ring;
+  line["to_be_homed"] = status.to_be_homed;
   line["trouble"] =
       status.trouble.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(status.trouble);
   for (const auto& joint : status.joints) {

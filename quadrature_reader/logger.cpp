@@ -5,17 +5,27 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <thread>
 
 #include "quadrature_reader/clock_offset.hpp"
 
 namespace ravencal::quadrature_reader {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr auto kPumpPeriod = std::chrono::milliseconds(5);
 constexpr std::int64_t kStatusPeriodNs = 100'000'000;
 constexpr std::int64_t kMaintainPeriodNs = 1'000'000'000;
 constexpr std::int64_t kClockPeriodNs = 10'000'000'000;
+
+/// Beside the configuration, or where the service manager lets a service keep things.
+fs::path homing_path_of(const fs::path& config) {
+  const char* state = std::getenv("STATE_DIRECTORY");
+  const fs::path folder = state != nullptr ? fs::path(state) : config.parent_path();
+  return folder / fs::path(config.filename()).replace_extension(".homing.toml");
+}
 
 }  // namespace
 
@@ -31,6 +41,10 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
   RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
                             Recorder::create(config, path, {options.every_edge}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
+  logger->homing_path_ = homing_path_of(config.path);
+  RAVENCAL_ASSIGN_OR_RETURN(auto before, load_homing_records(logger->homing_path_));
+  logger->homing_.emplace(config, std::move(before));
+  if (options.home) logger->homing_->start();
   for (auto& source : sources) {
     logger->readers_.push_back(std::make_unique<ReaderThread>(
         std::move(source), config.ring_capacity, options.realtime_priority));
@@ -42,6 +56,7 @@ Logger::Logger(const Config& config, Recorder recorder, const LoggerOptions& opt
     : config_(config),
       options_(options),
       recorder_(std::move(recorder)),
+      pose_si_(options.pose_si),
       last_samples_(config.encoders.size()),
       last_edges_(config.encoders.size()) {}
 
@@ -49,9 +64,8 @@ Logger::~Logger() = default;
 
 core::Status Logger::run(const std::function<bool()>& stop,
                          const std::function<void(const LoggerStatus&)>& on_status) {
-  recorder_.set_row_observer([this](std::int64_t, std::span<const AxisSample> samples) {
-    std::copy(samples.begin(), samples.end(), last_samples_.begin());
-  });
+  recorder_.set_row_observer(
+      [this](std::int64_t t_ns, std::span<const AxisSample> samples) { take_row(t_ns, samples); });
   started_ns_ = last_status_ns_ = monotonic_now_ns();
   std::int64_t next_maintain_ns = started_ns_ + kMaintainPeriodNs;
   std::int64_t next_clock_ns = started_ns_;
@@ -61,6 +75,7 @@ core::Status Logger::run(const std::function<bool()>& stop,
     if (options_.duration_s > 0.0 &&
         static_cast<double>(now_ns - started_ns_) * 1e-9 >= options_.duration_s)
       break;
+    if (home_again_.exchange(false)) homing_->start();
     const bool ended = sources_ended();
     const bool busy = drain_rings();
     recorder_.write_due();
@@ -80,7 +95,32 @@ core::Status Logger::run(const std::function<bool()>& stop,
   drain_rings();
   recorder_.write_due();
   store_clock_offset();
-  return recorder_.finish();
+  const core::Status closed = recorder_.finish();
+  if (closed.ok() && homing_->homed_any())
+    return save_homing_records(homing_path_, homing_->records());
+  return closed;
+}
+
+void Logger::take_row(std::int64_t t_ns, std::span<const AxisSample> samples) {
+  std::copy(samples.begin(), samples.end(), last_samples_.begin());
+  homing_->take(t_ns, samples, recorder_);
+  if (!pose_si_.empty()) take_pose(t_ns, samples);
+}
+
+void Logger::take_pose(std::int64_t t_ns, std::span<const AxisSample> samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    Axis& axis = recorder_.axes()[i];
+    const auto pose = pose_si_.find(axis.settings().joint);
+    if (pose == pose_si_.end() || !samples[i].counts_valid || samples[i].velocity_si != 0.0)
+      continue;
+    axis.set_zero(std::llround(samples[i].counts), pose->second);
+    recorder_.add_event(
+        t_ns, "aligned",
+        fmt::format(R"({{"joint":"{}","counts":{},"position":{},"unit":"{}"}})", pose->first,
+                    samples[i].counts, pose->second, axis.settings().unit));
+    recorder_.sink().set_meta(pose->first + ".zero_counts", fmt::format("{}", samples[i].counts));
+    pose_si_.erase(pose);
+  }
 }
 
 bool Logger::drain_rings() {
@@ -123,6 +163,7 @@ LoggerStatus Logger::status(std::int64_t now_ns) {
     if (const std::string error = reader->last_error(); !error.empty()) status.trouble = error;
   }
   if (recorder_.sink().lost_rows()) status.trouble = recorder_.sink().last_error();
+  status.to_be_homed = homing_->waiting();
   fullest_ring_ = 0.0;
   last_status_ns_ = now_ns;
   return status;

@@ -3,15 +3,19 @@
 // The live path: one reader thread per source, their rings, and the calling thread as writer.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/result.hpp"
 #include "quadrature_reader/config.hpp"
+#include "quadrature_reader/homing_watch.hpp"
 #include "quadrature_reader/reader_thread.hpp"
 #include "quadrature_reader/recorder.hpp"
 
@@ -19,6 +23,9 @@ namespace ravencal::quadrature_reader {
 
 struct LoggerOptions {
   bool every_edge = false;
+  bool home = false;  ///< find zeros from hard stops, see homing_watch.hpp
+  /// Joint positions (rad or m) that the resting robot has now: sets zeros. See Config::encoders.
+  std::map<std::string, double> pose_si;
   double duration_s = 0.0;    ///< 0: until stopped
   int realtime_priority = 0;  ///< of the reader threads; 0: ordinary scheduling
 };
@@ -39,6 +46,7 @@ struct LoggerStatus {
   std::vector<Joint> joints;
   double fullest_ring = 0.0;  ///< fill level of the fullest ring since the last status, 0 to 1
   std::int64_t rows = 0;
+  std::vector<std::string> to_be_homed;
   std::string trouble;  ///< last device or disk error, empty if none
 };
 
@@ -54,6 +62,9 @@ class Logger {
   core::Status run(const std::function<bool()>& stop,
                    const std::function<void(const LoggerStatus&)>& on_status);
 
+  /// Looks for the hard stops once more. Any thread, also from a signal handler.
+  void home_again() { home_again_.store(true); }
+
   /// A device failed, or data was lost: the program's exit code is kDevice.
   [[nodiscard]] bool failed() const;
   Recorder& recorder() { return recorder_; }
@@ -63,12 +74,18 @@ class Logger {
   bool drain_rings();
   [[nodiscard]] bool sources_ended() const;
   LoggerStatus status(std::int64_t now_ns);
+  void take_row(std::int64_t t_ns, std::span<const AxisSample> samples);
+  void take_pose(std::int64_t t_ns, std::span<const AxisSample> samples);
   void store_clock_offset();
 
   Config config_;
   LoggerOptions options_;
   Recorder recorder_;
   std::vector<std::unique_ptr<ReaderThread>> readers_;
+  std::optional<HomingWatch> homing_;
+  std::filesystem::path homing_path_;
+  std::map<std::string, double> pose_si_;  // joints whose zero is still to be set from the pose
+  std::atomic<bool> home_again_{false};
   std::vector<AxisSample> last_samples_;
   std::vector<std::int64_t> last_edges_;
   std::int64_t started_ns_ = 0;

@@ -5,14 +5,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
+#include "core/units.hpp"
 #include "core/version.hpp"
 #include "quadrature_reader/live_view.hpp"
 #include "quadrature_reader/logger.hpp"
 #include "quadrature_reader/service_notify.hpp"
+#include "quadrature_reader/setup_check.hpp"
 
 namespace {
 
@@ -22,8 +28,10 @@ namespace qr = ravencal::quadrature_reader;
 struct Arguments {
   std::string config;
   std::string out;
+  std::vector<std::string> pose;
   qr::LoggerOptions logger;
   bool json = false;
+  bool check_setup = false;
 };
 
 int complain(const core::Error& error) {
@@ -65,19 +73,77 @@ class Display {
   std::string trouble_;
 };
 
+std::atomic<qr::Logger*> running_logger{nullptr};
+
+void home_again(int) {
+  if (qr::Logger* logger = running_logger.load()) logger->home_again();
+}
+
+/// "shoulder=30deg" as joint and SI value, if the joint and the unit fit the configuration.
+core::Result<std::pair<std::string, double>> parse_pose(const std::string& text,
+                                                        const qr::Config& config) {
+  const auto equals = text.find('=');
+  const std::string joint = text.substr(0, equals);
+  const auto encoder =
+      std::find_if(config.encoders.begin(), config.encoders.end(),
+                   [&](const auto& candidate) { return candidate.axis.joint == joint; });
+  const std::string value_text = equals == std::string::npos ? "" : text.substr(equals + 1);
+  char* end = nullptr;
+  const double value = std::strtod(value_text.c_str(), &end);
+  const auto unit = core::find_unit(end);
+  if (encoder == config.encoders.end() || value_text.empty() || end == value_text.c_str() ||
+      !unit || unit->si_name != encoder->axis.unit) {
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format("--pose {}: must be JOINT=VALUE with the unit, as shoulder=30deg or "
+                    "insertion=400mm, for a joint of {}",
+                    text, config.path.string())};
+  }
+  return std::pair{joint, value * unit->to_si};
+}
+
 int record_encoders(const Arguments& arguments) {
   auto config = qr::load_config(arguments.config);
   if (!config.ok()) return complain(config.error());
-  auto logger = qr::Logger::create(*config, arguments.out, arguments.logger);
+  qr::LoggerOptions options = arguments.logger;
+  for (const auto& text : arguments.pose) {
+    auto pose = parse_pose(text, *config);
+    if (!pose.ok()) return complain(pose.error());
+    options.pose_si.insert(*pose);
+  }
+  auto logger = qr::Logger::create(*config, arguments.out, options);
   if (!logger.ok()) return complain(logger.error());
   cli::catch_interrupts();
+  running_logger = logger->get();
+  (void)std::signal(SIGUSR1, home_again);
   qr::notify_service_manager("READY=1");
   Display display(arguments.json);
   const core::Status status =
       (*logger)->run(cli::interrupted, [&](const qr::LoggerStatus& now) { display.show(now); });
+  (void)std::signal(SIGUSR1, SIG_IGN);
+  running_logger = nullptr;
   qr::notify_service_manager("STOPPING=1");
   if (!status.ok()) return complain(status.error());
   return (*logger)->failed() ? cli::kDevice : cli::kOk;
+}
+
+int check_setup(const Arguments& arguments) {
+  auto config = qr::load_config(arguments.config);
+  if (!config.ok()) return complain(config.error());
+  cli::catch_interrupts();
+  const auto say = [](const qr::SetupFinding& finding) {
+    const char* mark = finding.verdict == qr::Verdict::kGood      ? "  ok  "
+                       : finding.verdict == qr::Verdict::kWarning ? " note "
+                                                                  : " BAD  ";
+    fmt::print("{}{}\n", mark, finding.text);
+    std::fflush(stdout);
+  };
+  // Somebody who can move a joint sits at a terminal.
+  const qr::SetupOptions options{isatty(STDIN_FILENO) != 0};
+  const bool good = qr::check_setup(*config, options, say, cli::interrupted);
+  if (!options.wiggle) fmt::print(" note the wiggle test was left out: it needs a terminal\n");
+  fmt::print("{}\n", good ? "set-up is good" : "set-up needs the remedies above");
+  return good ? cli::kOk : cli::kDevice;
 }
 
 }  // namespace
@@ -86,24 +152,38 @@ int main(int argc, char** argv) {
   CLI::App app{"Reads the joint encoders of a robot and records every joint's true position."};
   app.set_version_flag("--version", core::kVersion);
   app.footer(
-      "example:\n  ravencal-encoders --config encoders.toml --out truth.db --duration-s 600\n"
+      "example:\n  ravencal-encoders --config encoders.toml --out truth.db --home --duration-s "
+      "600\n"
       "exit code: 0 complete, 2 usage, 3 configuration or disk, 4 a device failed or data was "
       "lost\n"
       "(the recording is valid and says what is missing).\n");
   Arguments arguments;
   app.add_option("--config", arguments.config, "encoders, lines, scales (.toml)")->required();
-  app.add_option("--out", arguments.out, "recording to write (.db)")->required();
+  auto* out = app.add_option("--out", arguments.out, "recording to write (.db)");
   app.add_option("--duration-s", arguments.logger.duration_s, "stop after this time; 0: at Ctrl-C")
       ->check(CLI::NonNegativeNumber);
+  app.add_flag(
+      "--home", arguments.logger.home,
+      "find every joint's zero from its hard stop while the robot homes; again at SIGUSR1");
+  app.add_option("--pose", arguments.pose,
+                 "the resting robot's pose now, e.g. shoulder=30deg insertion=400mm: sets zeros");
   app.add_flag("--edges", arguments.logger.every_edge, "one row per edge instead of a fixed rate");
   app.add_flag("--json", arguments.json, "one line of status per second, on standard output");
   app.add_option("--realtime-priority", arguments.logger.realtime_priority,
                  "SCHED_FIFO priority of the reader threads; 0: none")
       ->check(CLI::Range(0, 99));
+  app.add_flag("--check-setup", arguments.check_setup,
+               "go through devices, permissions, levels and directions, record nothing")
+      ->excludes(out);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+  }
+  if (arguments.check_setup) return check_setup(arguments);
+  if (arguments.out.empty()) {
+    fmt::print(stderr, "ravencal-encoders: --out is required (or --check-setup)\n");
+    return cli::kUsage;
   }
   return record_encoders(arguments);
 }

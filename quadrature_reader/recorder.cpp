@@ -76,14 +76,15 @@ Recorder::Recorder(const Config& config, RecordingSink sink, const RecorderOptio
     source_of_axis_.push_back(encoder.source);
     latency_ns_ = std::max(latency_ns_, encoder.axis.latency_ns);
   }
-  held_counts_.resize(axes_.size());
-  held_levels_.resize(axes_.size());
+  held_edges_.assign(axes_.size() * kChannelsPerAxisEdges, kNull);
   samples_.resize(axes_.size());
 }
 
 void Recorder::take(std::size_t source, const Reading& reading) {
   note_source_state(source, reading);
-  if (next_row_ns_ == INT64_MIN) first_reading_ns_ = std::min(first_reading_ns_, reading.t_ns);
+  if (next_row_ns_ == INT64_MIN && reading.kind != ReadingKind::kAlive) {
+    first_reading_ns_ = std::min(first_reading_ns_, reading.t_ns);
+  }
   if (reading.axis != kEveryAxis) {
     give_to_axis(reading.axis, reading);
     return;
@@ -107,10 +108,13 @@ void Recorder::give_to_axis(std::size_t number, const Reading& reading) {
   Axis& axis = axes_[number];
   axis.push(reading);
   AxisUpdate update;
-  while (axis.pop(update)) {
-    if (options_.every_edge && update.recordable) {
-      edges_.push_back({update.t_ns, number, update.count, update.levels});
-    }
+  for (std::int64_t losses = axis.losses(); axis.pop(update); losses = axis.losses()) {
+    if (!options_.every_edge) continue;
+    // A row without values says that something is missing before what follows.
+    if (axis.losses() != losses) edges_.push_back({update.t_ns, number, kNull, kNull});
+    if (!update.recordable) continue;
+    edges_.push_back({update.t_ns, number, static_cast<double>(update.count),
+                      static_cast<double>(update.levels)});
   }
   if (!axis.events().empty()) merge_events(number);
 }
@@ -151,23 +155,20 @@ std::int64_t Recorder::watermark_ns() const {
 
 void Recorder::write_due() {
   const std::int64_t watermark = watermark_ns();
-  if (watermark == INT64_MIN) return;
-  if (options_.every_edge) {
-    write_edges(watermark - latency_ns_);
-  } else {
-    write_rows(watermark - latency_ns_);
-  }
+  if (watermark == INT64_MIN) return write_events(INT64_MAX);  // nobody delivers: tell it now
+  if (options_.every_edge) write_edges(watermark - latency_ns_);
+  walk_grid(watermark - latency_ns_);
   write_events(watermark - kEventMergeNs);
 }
 
-void Recorder::write_rows(std::int64_t until_ns) {
+void Recorder::walk_grid(std::int64_t until_ns) {
   if (next_row_ns_ == INT64_MIN) {
     if (until_ns < first_reading_ns_) return;
     next_row_ns_ = (first_reading_ns_ + period_ns_ - 1) / period_ns_ * period_ns_;
   }
   for (; next_row_ns_ <= until_ns; next_row_ns_ += period_ns_) {
     for (std::size_t i = 0; i < axes_.size(); ++i) samples_[i] = axes_[i].sample(next_row_ns_);
-    put_row(next_row_ns_, samples_);
+    if (!options_.every_edge) put_row(next_row_ns_, samples_);
     if (observer_) observer_(next_row_ns_, samples_);
   }
 }
@@ -189,18 +190,13 @@ void Recorder::write_edges(std::int64_t until_ns) {
   if (!std::is_sorted(edges_.begin(), edges_.end(), by_time)) {
     std::stable_sort(edges_.begin(), edges_.end(), by_time);
   }
-  row_.resize(axes_.size() * kChannelsPerAxisEdges);
   std::size_t written = 0;
   for (; written < edges_.size() && edges_[written].t_ns <= until_ns; ++written) {
     const EdgeRow& edge = edges_[written];
-    held_counts_[edge.axis] = edge.count;
-    held_levels_[edge.axis] = edge.levels;
-    for (std::size_t i = 0; i < axes_.size(); ++i) {
-      row_[kChannelsPerAxisEdges * i] = static_cast<double>(held_counts_[i]);
-      row_[kChannelsPerAxisEdges * i + 1] = static_cast<double>(held_levels_[i]);
-    }
+    held_edges_[kChannelsPerAxisEdges * edge.axis] = edge.count;
+    held_edges_[kChannelsPerAxisEdges * edge.axis + 1] = edge.levels;
     last_written_ns_ = std::max(last_written_ns_, edge.t_ns);
-    sink_.append(last_written_ns_, row_);
+    sink_.append(last_written_ns_, held_edges_);
   }
   edges_.erase(edges_.begin(), edges_.begin() + static_cast<std::ptrdiff_t>(written));
 }
@@ -224,11 +220,8 @@ void Recorder::add_event(std::int64_t t_ns, const std::string& kind, const std::
 core::Status Recorder::finish() {
   const std::int64_t watermark = watermark_ns();
   if (watermark != INT64_MIN) {
-    if (options_.every_edge) {
-      write_edges(INT64_MAX);
-    } else {
-      write_rows(watermark);
-    }
+    if (options_.every_edge) write_edges(INT64_MAX);
+    walk_grid(watermark);
   }
   write_events(INT64_MAX);
   return sink_.finish();

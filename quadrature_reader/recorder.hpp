@@ -57,8 +57,8 @@ class Recorder {
   struct EdgeRow {
     std::int64_t t_ns;
     std::size_t axis;
-    std::int64_t count;
-    std::uint8_t levels;
+    double count;  // both NaN: a loss
+    double levels;
   };
   struct OpenEvent {
     AxisEvent event;
@@ -71,7 +71,7 @@ class Recorder {
   void note_source_state(std::size_t source, const Reading& reading);
   void merge_events(std::size_t number);
   void write_events(std::int64_t until_ns);
-  void write_rows(std::int64_t until_ns);
+  void walk_grid(std::int64_t until_ns);
   void write_edges(std::int64_t until_ns);
   void put_row(std::int64_t t_ns, std::span<const AxisSample> samples);
 
@@ -84,8 +84,7 @@ class Recorder {
   RecordingSink sink_;
   RowObserver observer_;
   std::vector<EdgeRow> edges_;
-  std::vector<std::int64_t> held_counts_;
-  std::vector<std::uint8_t> held_levels_;
+  std::vector<double> held_edges_;  // the newest row: counts and levels of every axis
   std::vector<OpenEvent> open_events_;
   std::vector<double> row_;
   std::vector<AxisSample> samples_;

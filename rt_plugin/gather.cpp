@@ -15,9 +15,9 @@ constexpr float kMetresPerMicrometre = 1e-6F;
 
 /// Where a field lies: in ravencal_arm, or in ravencal_state if it is not per arm.
 struct FieldPlace {
-  Kind kind;
-  bool latched;
-  std::size_t offset;
+  Kind kind = Kind::kTime;
+  bool latched = false;
+  std::size_t offset = 0;
   float to_si = 1.0F;
   bool position = false;
 };

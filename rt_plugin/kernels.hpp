@@ -17,7 +17,7 @@ namespace ravencal::rt {
 struct NetworkKernel {
   model::NetworkShape shape;
   void (*run)(const float* arena, const model::Activation* activations, const float* features,
-              float* outputs) noexcept;
+              float* outputs) noexcept = nullptr;
 };
 
 /// Compiled networks of one instruction set; empty where this build has none.

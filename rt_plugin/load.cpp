@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -120,7 +121,7 @@ class ModelLoader {
   template <typename... Arguments>
   LoadedModel* refuse(std::int32_t code, const char* format, Arguments... arguments) noexcept {
     failure_.code = code;
-    std::snprintf(failure_.message.data(), failure_.message.size(), format, arguments...);
+    (void)std::snprintf(failure_.message.data(), failure_.message.size(), format, arguments...);
     return nullptr;
   }
 
@@ -128,7 +129,7 @@ class ModelLoader {
   [[nodiscard]] std::uint64_t lag_ticks(std::uint32_t lag_rows) const noexcept {
     const double ticks = static_cast<double>(lag_rows) * view_.row_period_s() * 1e9 /
                          static_cast<double>(config_.tick_ns);
-    return static_cast<std::uint64_t>(ticks + 0.5);
+    return static_cast<std::uint64_t>(std::llround(ticks));
   }
 
   bool check_inputs(const char* path) noexcept {

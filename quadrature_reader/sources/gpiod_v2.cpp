@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <thread>
 
 #include "quadrature_reader/sources/edge_sorter.hpp"
 #include "quadrature_reader/sources/make_gpio.hpp"
@@ -20,6 +21,9 @@ namespace {
 
 // The kernel's limit: GPIO_V2_LINES_MAX (64) * 16, drivers/gpio/gpiolib-cdev.c.
 constexpr std::size_t kLargestQueue = 1024;
+// While edges come, they are fetched in batches: their time stamps are the kernel's, and waking up
+// for each costs more than decoding it. The queue holds far more than this.
+constexpr auto kBatch = std::chrono::microseconds(500);
 constexpr std::int64_t kLevelCheckPeriodNs = 1'000'000'000;
 
 template <auto free_function>
@@ -77,6 +81,7 @@ class GpiodV2Source final : public Source {
   core::Result<unsigned> offset_of(const LineRef& ref);
   core::Status request(const GpioEncoder& encoder);
   core::Status drain(const WatchedEncoder& encoder);
+  core::Status collect(std::int64_t now_ns);
   core::Status read_levels(std::int64_t now_ns);
 
   SourceSettings settings_;
@@ -86,6 +91,7 @@ class GpiodV2Source final : public Source {
   std::vector<WatchedEncoder> encoders_;
   std::vector<pollfd> polls_;
   std::int64_t next_level_check_ns_ = 0;
+  bool moving_ = false;  // the last read had edges
 };
 
 core::Status GpiodV2Source::open() {
@@ -164,6 +170,7 @@ core::Status GpiodV2Source::drain(const WatchedEncoder& encoder) {
 }
 
 core::Status GpiodV2Source::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
+  if (moving_) std::this_thread::sleep_for(kBatch);
   // No longer than the reorder horizon, so that edges do not wait for the next edge.
   const auto wait = std::min<std::int64_t>(
       timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / 1'000'000));
@@ -171,17 +178,24 @@ core::Status GpiodV2Source::read(std::vector<Reading>& out, std::chrono::millise
     return device_error(fmt::format("waiting for {} failed", settings_.device));
   }
   const std::int64_t now_ns = monotonic_now_ns();
+  moving_ = false;
+  const core::Status status = collect(now_ns);
+  // A chip that vanishes takes nothing with it that has been read.
+  sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
+  return status;
+}
+
+core::Status GpiodV2Source::collect(std::int64_t now_ns) {
   for (std::size_t i = 0; i < polls_.size(); ++i) {
     if ((polls_[i].revents & POLLIN) != 0) {
+      moving_ = true;
       RAVENCAL_RETURN_IF_ERROR(drain(encoders_[i]));
     } else if ((polls_[i].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
       errno = ENODEV;
       return device_error(fmt::format("GPIO chip {} is gone", settings_.device));
     }
   }
-  RAVENCAL_RETURN_IF_ERROR(read_levels(now_ns));
-  sorter_.release(now_ns, out);
-  return {};
+  return read_levels(now_ns);
 }
 
 core::Status GpiodV2Source::read_levels(std::int64_t now_ns) {

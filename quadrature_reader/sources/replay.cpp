@@ -20,7 +20,8 @@ class JointReplay {
   JointReplay(std::uint8_t axis, bool lines) : axis_(axis), lines_(lines) {}
 
   void take(std::int64_t t_ns, double value, std::vector<Reading>& out) {
-    if (std::isnan(value)) {
+    constexpr double kLargest = 9e15;  // whole numbers are exact in a double up to here
+    if (!(std::abs(value) <= kLargest)) {
       if (known_) out.push_back({t_ns, 0, axis_, ReadingKind::kLost, Line::kA, Fault::kNone});
       known_ = false;
       return;

@@ -17,10 +17,8 @@ core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings
       return std::unique_ptr<Source>(std::make_unique<ReplaySource>(settings));
     case SourceKind::kCan:
       return make_can_source(settings);
-    case SourceKind::kCounter:
-      break;
   }
-  return core::Error{core::ErrorCode::kUsage, "sources of this kind are not built in"};
+  return core::Error{core::ErrorCode::kUsage, "there is no such kind of source"};
 }
 
 std::int64_t monotonic_now_ns() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where readings come from: GPIO edges, CAN frames, a kernel counter, a recording.
+// Where readings come from: GPIO edges, CAN frames, a recording.
 #pragma once
 
 #include <chrono>
@@ -35,7 +35,7 @@ class Source {
   [[nodiscard]] virtual bool finished() const { return false; }
 };
 
-/// The source that `settings` describe, not opened yet. Error if this build lacks its kind.
+/// The source that `settings` describe, not opened yet.
 core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings);
 
 /// CLOCK_MONOTONIC in ns.

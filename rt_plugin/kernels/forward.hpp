@@ -15,11 +15,11 @@ namespace ravencal::kernels {
 
 /// Instruction sets, each a superset of those that it can replace.
 enum class Isa : std::uint8_t {
-  kPortable = 0,     ///< the compiler's baseline: SSE2 on x86-64, NEON on AArch64
-  kAvx2 = 1,         ///< AVX2 and FMA
-  kAvx2Vnni = 2,     ///< and AVX-VNNI
-  kAvx512 = 3,       ///< AVX-512 F, BW, DQ, VL
-  kAvx512Vnni = 4,   ///< and AVX-512 VNNI
+  kPortable = 0,    ///< the compiler's baseline: SSE2 on x86-64, NEON on AArch64
+  kAvx2 = 1,        ///< AVX2 and FMA
+  kAvx2Vnni = 2,    ///< and AVX-VNNI
+  kAvx512 = 3,      ///< AVX-512 F, BW, DQ, VL
+  kAvx512Vnni = 4,  ///< and AVX-512 VNNI
 };
 inline constexpr std::size_t kIsaCount = 5;
 

@@ -68,7 +68,7 @@ struct Int8Dot {
 /// vpmaddwd: two products of 16 bits per 32-bit lane, so an output takes two lanes.
 struct Int8Dot {
   using Four = Ints;
-  Ints first{};   ///< the lower half of the outputs, two lanes each
+  Ints first{};  ///< the lower half of the outputs, two lanes each
   Ints second{};
 
   RAVENCAL_INLINE static Four spread(const QuantisedInputs& x, std::size_t at) noexcept {

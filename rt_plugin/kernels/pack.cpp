@@ -51,6 +51,9 @@ bool finite(const LayerSource& layer) {
       if (!std::isfinite(weight(layer, o, i))) return false;
     }
   }
+  for (std::size_t i = 0; layer.input_means != nullptr && i < layer.inputs; ++i) {
+    if (!std::isfinite(layer.input_means[i])) return false;
+  }
   return true;
 }
 
@@ -60,8 +63,8 @@ std::size_t panel_index(const PackedLayer& layer, std::size_t output, std::size_
   const std::size_t all_lanes = padded(layer.outputs, kLineLanes);
   const std::size_t first = output / kPanelLanes * kPanelLanes;
   const std::size_t lanes = std::min(kPanelLanes, all_lanes - first);
-  return first * padded(layer.inputs, group) +
-         (input / group * lanes + (output - first)) * group + input % group;
+  return first * padded(layer.inputs, group) + (input / group * lanes + (output - first)) * group +
+         input % group;
 }
 
 void pack_float32(const LayerSource& source, const PackedLayer& layer, float* out) {
@@ -114,6 +117,7 @@ float row_scale(const LayerSource& source, std::size_t o) {
 void pack_int8(const LayerSource& source, const PackedLayer& layer, std::byte* block) {
   auto* scales = reinterpret_cast<float*>(block + layer.row_scales_at);
   auto* sums = reinterpret_cast<std::int32_t*>(block + layer.row_sums_at);
+  auto* biases = reinterpret_cast<float*>(block + layer.biases_at);
   auto* out = reinterpret_cast<std::int8_t*>(block + layer.weights_at);
   for (std::size_t o = 0; o < layer.outputs; ++o) {
     const float scale = row_scale(source, o);
@@ -122,6 +126,10 @@ void pack_int8(const LayerSource& source, const PackedLayer& layer, std::byte* b
           std::clamp(std::lrint(weight(source, o, i) / scale), -127L, 127L));
       sums[o] += units;
       out[panel_index(layer, o, i, 4)] = units;
+      if (source.input_means != nullptr) {
+        const float lost = weight(source, o, i) - static_cast<float>(units) * scale;
+        biases[o] += lost * source.input_means[i];
+      }
     }
     scales[o] = scale * layer.input_step;
   }
@@ -172,8 +180,8 @@ bool pack(std::span<const LayerSource> layers, Precision precision,
     const PackedLayer layer = describe(layers[l], precision, at);
     std::memcpy(block.data() + sizeof(header) + l * sizeof(layer), &layer, sizeof(layer));
     if (!pack_layer(layers[l], layer, block.data())) return false;
-    const auto wide = static_cast<std::uint32_t>(
-        padded(std::max(layer.inputs, layer.outputs), kLineLanes));
+    const auto wide =
+        static_cast<std::uint32_t>(padded(std::max(layer.inputs, layer.outputs), kLineLanes));
     header.widest = std::max(header.widest, wide);
     at = layer.end;
   }

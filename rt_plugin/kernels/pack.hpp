@@ -22,6 +22,10 @@ struct LayerSource {
   /// kInt8: the largest magnitude that an input of this layer takes; larger ones are clamped. 1 is
   /// right behind sigmoid and tanh; elsewhere it comes from the trained range.
   float input_limit = 1.0F;
+  /// kInt8: mean of each input of this layer over the training data, or null. With it, what the
+  /// rounding of weights does to an average input goes into the biases (bias correction: Nagel et
+  /// al., "Data-free quantization through weight equalization and bias correction", ICCV 2019).
+  const float* input_means = nullptr;
 };
 
 /// Bytes that pack() writes, or 0 if the layers do not chain or a size is out of range.

@@ -6,8 +6,9 @@ namespace {
 
 bool known(const PackedLayer& layer) noexcept {
   return layer.activation <= model::Activation::kRelu && layer.precision <= Precision::kInt8 &&
-         layer.reserved[0] == 0 && layer.reserved[1] == 0 && layer.reserved_too == 0 && layer.inputs > 0 &&
-         layer.inputs <= kMaxWidth && layer.outputs > 0 && layer.outputs <= kMaxWidth;
+         layer.reserved[0] == 0 && layer.reserved[1] == 0 && layer.reserved_too == 0 &&
+         layer.inputs > 0 && layer.inputs <= kMaxWidth && layer.outputs > 0 &&
+         layer.outputs <= kMaxWidth;
 }
 
 /// The sections lie where pack() puts them, one after another from `at`.

@@ -97,14 +97,14 @@ constexpr std::size_t catalogue_index(RavenField field, std::size_t element, boo
 
 struct CatalogueEntry {
   std::string name;           ///< channel name: "jpos.elbow", "other.tau.wrist", "runlevel", "pos.x"
-  RavenField field;
-  FeatureGroup group;
-  std::size_t element;        ///< position within the field
-  std::size_t joint_slot;     ///< JointSlot as number, or kNoJoint
-  bool other_arm;
+  RavenField field = RavenField::kTime;
+  FeatureGroup group = FeatureGroup::kTimeAndState;
+  std::size_t element = 0;    ///< position within the field
+  std::size_t joint_slot = kNoJoint;  ///< JointSlot as number, or kNoJoint
+  bool other_arm = false;
   std::string message_unit;   ///< as published; insertion positions are metres x 180/pi
   std::string si_unit;
-  bool in_paper_table;        ///< one of the paper's 112 features of this arm
+  bool in_paper_table = false;  ///< one of the paper's 112 features of this arm
 };
 
 /// All entries; index = catalogue index. Built at the first call, never changed.

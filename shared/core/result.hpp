@@ -79,9 +79,10 @@ class [[nodiscard]] Status {
   static_assert(true)
 
 /// Declares `decl` with the value of `expr` (a Result), or returns its error.
-#define RAVENCAL_ASSIGN_OR_RETURN(decl, expr)                                        \
-  auto RAVENCAL_CONCAT(ravencal_result_, __LINE__) = (expr);                         \
-  if (!RAVENCAL_CONCAT(ravencal_result_, __LINE__).ok()) {                           \
-    return RAVENCAL_CONCAT(ravencal_result_, __LINE__).error();                      \
-  }                                                                                  \
+#define RAVENCAL_ASSIGN_OR_RETURN(decl, expr)                     \
+  auto RAVENCAL_CONCAT(ravencal_result_, __LINE__) = (expr);      \
+  if (!RAVENCAL_CONCAT(ravencal_result_, __LINE__).ok()) {        \
+    return RAVENCAL_CONCAT(ravencal_result_, __LINE__).error();   \
+  }                                                               \
+  /* A declaration. NOLINTNEXTLINE(bugprone-macro-parentheses) */ \
   decl = std::move(RAVENCAL_CONCAT(ravencal_result_, __LINE__)).value()

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "core/catalogue.hpp"
+#include "core/whole_file.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
 
@@ -17,13 +15,7 @@ namespace {
 core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
 
 core::Result<std::vector<std::byte>> read_bytes(const std::filesystem::path& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: cannot read: {}", path.string(), std::strerror(errno))};
-  }
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   return std::vector<std::byte>(bytes, bytes + text.size());
 }

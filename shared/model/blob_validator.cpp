@@ -131,7 +131,7 @@ class BlobValidator {
   BlobCheck check_layers() noexcept {
     // The sections before the layers have sizes that the counts give.
     layers_at_ = header_bytes_ + view_.features_ * kFeatureBytes +
-                 2 * aligned(view_.features_ * 2 * sizeof(double));
+                 2 * aligned(std::size_t{view_.features_} * 2 * sizeof(double));
     const std::size_t end = layers_at_ + view_.layers_ * kLayerBytes;
     if (end > trailer()) return refuse(BlobStatus::kSection, layers_at_);
     std::size_t expected_inputs = view_.features_;

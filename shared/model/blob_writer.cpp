@@ -5,18 +5,16 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <utility>
 
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
+#include "core/whole_file.hpp"
 #include "model/blob_format.hpp"
 #include "model/blob_view.hpp"
 #include "model/single_precision.hpp"
@@ -300,22 +298,7 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model) 
 
 core::Status write_blob(const CalibrationModel& model, const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, encode_blob(model));
-  std::filesystem::path partial = path;
-  partial += ".partial";
-  errno = 0;
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    const std::string reason = error ? error.message() : std::strerror(errno);
-    std::filesystem::remove(partial, error);
-    return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot write {} bytes: {}",
-                                                         path.string(), bytes.size(), reason)};
-  }
-  return {};
+  return core::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace ravencal::model

@@ -68,6 +68,8 @@ class FixedNetwork {
   static_assert(sizeof...(kSizes) >= 2 && sizeof...(kSizes) <= NetworkShape::kMaxLayers + 1);
 
  public:
+  // clang-tidy 14 takes constants that depend on template arguments for variables.
+  // NOLINTNEXTLINE(bugprone-dynamic-static-initializers)
   static constexpr NetworkShape kShape = {{kSizes...}, sizeof...(kSizes) - 1};
 
   /// features [inputs] in SI units -> outputs [outputs] in SI units; `arena` [arena_floats] and
@@ -84,6 +86,7 @@ class FixedNetwork {
   }
 
  private:
+  // NOLINTNEXTLINE(bugprone-dynamic-static-initializers): as above
   static constexpr int kInputs = static_cast<int>(NetworkShape::to_lines(kShape.sizes[0]));
 
   template <int kRows>

@@ -20,6 +20,8 @@ class ArmDynamics {
   ArmDynamics(const Plant& plant, Arm arm, bool with_payload);
   ArmDynamics(ArmDynamics&&) noexcept;
   ArmDynamics& operator=(ArmDynamics&&) noexcept;
+  ArmDynamics(const ArmDynamics&) = delete;
+  ArmDynamics& operator=(const ArmDynamics&) = delete;
   ~ArmDynamics();
 
   /// Mass matrix, mixed joint units (kg m^2, kg m, kg).

@@ -20,6 +20,8 @@ class ArmPhysics {
   static core::Result<ArmPhysics> create(const Plant& plant, bool with_drift);
   ArmPhysics(ArmPhysics&&) noexcept;
   ArmPhysics& operator=(ArmPhysics&&) noexcept;
+  ArmPhysics(const ArmPhysics&) = delete;
+  ArmPhysics& operator=(const ArmPhysics&) = delete;
   ~ArmPhysics();
 
   /// Puts joints and unloaded cables at a position, at rest.

@@ -134,5 +134,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
 
 /// A plant in words, several lines, for people.
 std::string describe_plant(const Plant& plant);
+/// The same for programs: joints with their effects, keys as in the file.
+std::string describe_plant_in_json(const Plant& plant);
 
 }  // namespace ravencal::physics

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 
@@ -44,6 +46,35 @@ std::string describe_plant(const Plant& plant) {
     for (const Effect& effect : joint.effects) text += describe_effect(effect, joint.kind);
   }
   return text;
+}
+
+std::string describe_plant_in_json(const Plant& plant) {
+  nlohmann::json joints = nlohmann::json::array();
+  for (const Joint& joint : plant.joints) {
+    nlohmann::json effects = nlohmann::json::array();
+    for (const Effect& effect : joint.effects) {
+      nlohmann::json entry = {{"id", effect.id}};
+      if (!effect.from.empty()) entry["from"] = effect.from;
+      for (const ParameterSpec& parameter : find_effect_spec(effect.id)->parameters) {
+        const auto it = effect.parameters.find(parameter.name);
+        if (it != effect.parameters.end()) entry[key_of(parameter, joint.kind)] = it->second;
+      }
+      effects.push_back(std::move(entry));
+    }
+    joints.push_back({{"name", joint.name},
+                      {"kind", joint.kind == JointKind::kRevolute ? "revolute" : "prismatic"},
+                      {"reduction", joint.reduction},
+                      {"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
+                      {"link_mass_kg", joint.link.mass_kg},
+                      {"effects", std::move(effects)}});
+  }
+  const nlohmann::json document = {{"plant", plant.robot.name},
+                                   {"arm", plant.robot.arm},
+                                   {"payload_kg", plant.payload.mass_kg},
+                                   {"inner_rate_hz", plant.robot.inner_rate_hz},
+                                   {"hash", fmt::format("{:016x}", plant.hash)},
+                                   {"joints", std::move(joints)}};
+  return document.dump();
 }
 
 }  // namespace ravencal::physics

@@ -2,16 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
+#include "core/toml_table.hpp"
+#include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
-#include "physics/toml_table.hpp"
 
 namespace ravencal::physics {
 namespace {
+
+using core::TomlTable;
 
 template <std::size_t N>
 std::array<double, N> array_of(const std::vector<double>& values) {
@@ -33,7 +35,7 @@ std::uint64_t fnv1a(std::string_view bytes) {
 core::Status read_robot(TomlTable& root, Robot& robot) {
   auto table = root.table("robot");
   if (!table) {
-    root.fail("robot", "table [robot] is missing");
+    root.fail_missing("[robot]");
     return root.finish();
   }
   robot.name = table->text("name");
@@ -181,7 +183,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   for (const auto& [key, value] :
        {std::pair{"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
         std::pair{"gearbox_ratio", joint.gearbox_ratio}, std::pair{"reduction", joint.reduction}}) {
-    if (!(value > 0.0)) table.fail(key, fmt::format("'{}' must be above zero", key));
+    if (!(value > 0.0)) table.fail(key, fmt::format("{} must be above zero", key));
   }
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
   RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
@@ -207,7 +209,7 @@ core::Status read_coupling(TomlTable& root, Plant& plant) {
     for (std::size_t k = i; k < count; ++k) {
       if (plant.coupling[i][k] != 0.0) {
         root.fail("coupling",
-                  "'coupling' must be zero on and above the diagonal: a joint is moved by "
+                  "coupling must be zero on and above the diagonal: a joint is moved by "
                   "those before it");
       }
     }
@@ -256,18 +258,10 @@ std::optional<std::size_t> Plant::joint_index(std::string_view name) const {
 }
 
 core::Result<Plant> parse_plant(std::string_view text, const std::string& source) {
-  toml::table document;
-  try {
-    document = toml::parse(text, source);
-  } catch (const toml::parse_error& error) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}:{}: column {}: {}", source, error.source().begin.line,
-                                   error.source().begin.column, error.description())};
-  }
+  RAVENCAL_ASSIGN_OR_RETURN(TomlTable root, core::parse_toml(text, source, "a plant"));
   Plant plant;
   plant.source = source;
   plant.hash = fnv1a(text);
-  TomlTable root(document, source, "plant");
   RAVENCAL_RETURN_IF_ERROR(read_robot(root, plant.robot));
   RAVENCAL_RETURN_IF_ERROR(read_environment(root, plant));
   for (TomlTable& table : root.tables("joint")) {
@@ -282,15 +276,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
 }
 
 core::Result<Plant> load_plant(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: cannot be opened for reading", path.string())};
-  }
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad()) {
-    return core::Error{core::ErrorCode::kIo, fmt::format("{}: reading failed", path.string())};
-  }
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
   return parse_plant(text, path.string());
 }
 

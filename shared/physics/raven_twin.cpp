@@ -159,6 +159,7 @@ struct RavenTwin::Impl {
   RandomSource run_random;
   RandomSource power_on_random;
   std::uint64_t homings = 0;
+  bool ever_homed = false;
   std::int64_t cycle = 0;
   RavenMessage published{};
   RavenMessage at_hook{};
@@ -195,8 +196,11 @@ void RavenTwin::home() {
     twin.advance(random);
     if (done) break;
   }
+  twin.ever_homed = true;
   twin.physics.restart_disturbances(twin.run_random);
 }
+
+bool RavenTwin::homed() const { return impl_->ever_homed && impl_->controller.homed(); }
 
 Vector3d RavenTwin::estimate_ji() const {
   const SlotVector& jpos = impl_->controller.state().jpos_ji;

@@ -39,11 +39,15 @@ class RavenTwin {
   static core::Result<RavenTwin> create(const Plant& plant, const TwinOptions& options);
   RavenTwin(RavenTwin&&) noexcept;
   RavenTwin& operator=(RavenTwin&&) noexcept;
+  RavenTwin(const RavenTwin&) = delete;
+  RavenTwin& operator=(const RavenTwin&) = delete;
   ~RavenTwin();
 
   /// Runs the homing sequence to the hard stops; sets the encoder offsets with their variation.
   /// May be called again: every homing of a session seats differently.
   void home();
+  /// False before home(), and after it if a joint found no stop within two minutes.
+  [[nodiscard]] bool homed() const;
 
   /// The arm's joints as the controller believes them after homing: where desired_ji starts.
   [[nodiscard]] Eigen::Vector3d estimate_ji() const;

@@ -20,6 +20,7 @@ class Binder {
   core::Result<std::size_t> find(const std::string& name, std::optional<std::size_t> index) const;
   core::Status bind_number(const std::string& column, std::optional<std::size_t> index,
                            const std::string& name, bool may_be_missing);
+  core::Status bind_channel(const ProfileChannel& channel);
   core::Result<std::size_t> bind_word(const ProfileFilter& filter);
   core::Error wrong(std::string why) const {
     return {core::ErrorCode::kData, fmt::format("{}:1: {}", file_.path().string(), why)};
@@ -68,6 +69,22 @@ core::Result<std::size_t> Binder::bind_word(const ProfileFilter& filter) {
   return *column.word;
 }
 
+core::Status Binder::bind_channel(const ProfileChannel& channel) {
+  RAVENCAL_RETURN_IF_ERROR(
+      bind_number(channel.column, channel.index, channel.channel.name, channel.may_be_missing));
+  const auto unit = core::find_unit(channel.channel.unit);
+  if (!unit) {
+    return wrong(
+        fmt::format("channel {}: unknown unit '{}'", channel.channel.name, channel.channel.unit));
+  }
+  binding_.factors.push_back(unit->to_si);
+  binding_.condition_words.emplace_back();
+  if (channel.valid_when) {
+    RAVENCAL_ASSIGN_OR_RETURN(binding_.condition_words.back(), bind_word(*channel.valid_when));
+  }
+  return {};
+}
+
 core::Result<CsvBinding> Binder::bind() {
   if (profile_.column_count != 0 && first_line_.size() != profile_.column_count) {
     return wrong(fmt::format("{} columns, but profile {} needs {}", first_line_.size(),
@@ -75,18 +92,7 @@ core::Result<CsvBinding> Binder::bind() {
   }
   binding_.columns.resize(first_line_.size());
   for (const ProfileChannel& channel : profile_.channels) {
-    RAVENCAL_RETURN_IF_ERROR(
-        bind_number(channel.column, channel.index, channel.channel.name, channel.may_be_missing));
-    const auto unit = core::find_unit(channel.channel.unit);
-    if (!unit) {
-      return wrong(
-          fmt::format("channel {}: unknown unit '{}'", channel.channel.name, channel.channel.unit));
-    }
-    binding_.factors.push_back(unit->to_si);
-    binding_.condition_words.emplace_back();
-    if (channel.valid_when) {
-      RAVENCAL_ASSIGN_OR_RETURN(binding_.condition_words.back(), bind_word(*channel.valid_when));
-    }
+    RAVENCAL_RETURN_IF_ERROR(bind_channel(channel));
   }
   binding_.has_time = profile_.time_index || !profile_.time_column.empty();
   if (binding_.has_time) {

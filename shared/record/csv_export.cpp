@@ -8,13 +8,13 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <iterator>
 #include <memory>
 
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
 #include "core/units.hpp"
+#include "core/whole_file.hpp"
 #include "record/csv_number.hpp"
 #include "record/profile_builtin.hpp"
 
@@ -138,10 +138,10 @@ void append_time(fmt::memory_buffer& out, std::int64_t t_ns, double to_si) {
                    static_cast<double>(t_ns) / std::round(1e9 * to_si));
     return;
   }
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  const std::int64_t fraction = std::abs(t_ns % kSecond_ns);
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  const std::int64_t fraction = std::abs(t_ns % kSecondNs);
   fmt::format_to(std::back_inserter(out), "{}{}.{:09}", t_ns < 0 ? "-" : "",
-                 std::abs(t_ns / kSecond_ns), fraction);
+                 std::abs(t_ns / kSecondNs), fraction);
 }
 
 void append_row(fmt::memory_buffer& out, const Recording& recording, const ExportColumns& columns,
@@ -158,15 +158,12 @@ void append_row(fmt::memory_buffer& out, const Recording& recording, const Expor
 }
 
 struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
+  void operator()(std::FILE* file) const { (void)std::fclose(file); }
 };
 
 core::Status write_rows(const Recording& recording, const ExportColumns& columns, bool header,
                         const std::filesystem::path& path) {
-  const auto failed = [&] {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: cannot write: {}", path.string(), std::strerror(errno))};
-  };
+  const auto failed = [&] { return core::write_error(path, errno); };
   const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "we"));
   if (!file) return failed();
   fmt::memory_buffer text;
@@ -191,14 +188,9 @@ core::Status write_rows(const Recording& recording, const ExportColumns& columns
 core::Status export_csv(const Recording& recording, const Profile& profile,
                         const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const ExportColumns columns, plan(recording, profile));
-  const std::filesystem::path partial = path.string() + ".partial";
-  core::Status status = write_rows(recording, columns, profile.header, partial);
-  if (status.ok() && std::rename(partial.c_str(), path.c_str()) != 0) {
-    status = core::Error{core::ErrorCode::kIo,
-                         fmt::format("{}: cannot write: {}", path.string(), std::strerror(errno))};
-  }
-  if (!status.ok()) std::remove(partial.c_str());
-  return status;
+  core::PartialFile target(path);
+  RAVENCAL_RETURN_IF_ERROR(write_rows(recording, columns, profile.header, target.partial()));
+  return target.publish();
 }
 
 }  // namespace ravencal::record

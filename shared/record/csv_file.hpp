@@ -22,6 +22,8 @@ class CsvFile {
   static core::Result<CsvFile> open(const std::filesystem::path& path);
   CsvFile(CsvFile&& other) noexcept;
   CsvFile& operator=(CsvFile&&) = delete;
+  CsvFile(const CsvFile&) = delete;
+  CsvFile& operator=(const CsvFile&) = delete;
   ~CsvFile();
 
   /// The fields of the first line, without blanks and quotes around them.

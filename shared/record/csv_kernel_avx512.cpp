@@ -97,7 +97,7 @@ RAVENCAL_AVX512_INLINE double scale_long(std::uint64_t digits, int exponent) {
   const int zeros = std::countl_zero(digits);
   const std::uint64_t shifted = digits << (zeros & 63);
   const std::uint64_t* const power =
-      &fast_float::powers::power_of_five_128[2 * (exponent - kFirstPower)];
+      &fast_float::powers::power_of_five_128[2L * (exponent - kFirstPower)];
   unsigned long long high = 0;
   unsigned long long high_2 = 0;
   const std::uint64_t low_1 = _mulx_u64(shifted, power[0], &high);
@@ -192,7 +192,7 @@ RAVENCAL_AVX512_INLINE std::size_t write_positions(std::uint64_t mask, std::uint
   const __m512i set = _mm512_maskz_compress_epi8(mask, _mm512_load_si512(kPositions.data()));
   const auto count = static_cast<std::size_t>(std::popcount(mask));
   const __m512i offset = _mm512_set1_epi32(static_cast<int>(base));
-  alignas(64) std::array<std::uint8_t, 64> bytes;
+  alignas(64) std::array<std::uint8_t, 64> bytes{};
   if (count > 16) _mm512_store_si512(bytes.data(), set);
   _mm512_storeu_si512(out,
                       _mm512_add_epi32(offset, _mm512_cvtepu8_epi32(_mm512_castsi512_si128(set))));

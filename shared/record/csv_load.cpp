@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // int64 nanoseconds reach 292 years; leave room for sums.
-constexpr double kMaxTime_ns = 9e18;
+constexpr double kMaxTimeNs = 9e18;
 
 bool same_value(const std::string& field, const std::string& wanted) {
   if (field == wanted) return true;
@@ -128,7 +128,7 @@ core::Status CsvLoader::find_times() {
   recording_.t_ns.resize(time_.size());
   for (std::size_t row = 0; row < time_.size(); ++row) {
     const double t_ns = std::round(time_[row] * to_ns);
-    if (std::abs(t_ns) < kMaxTime_ns) {
+    if (std::abs(t_ns) < kMaxTimeNs) {
       recording_.t_ns[row] = static_cast<std::int64_t>(t_ns);
     } else if (keep_[row]) {
       RAVENCAL_RETURN_IF_ERROR(
@@ -142,7 +142,7 @@ void CsvLoader::apply_filters() {
   for (std::size_t f = 0; f < profile_.filters.size(); ++f) {
     const std::vector<std::string>& field = words_[binding_.filter_words[f]];
     for (std::size_t row = 0; row < keep_.size(); ++row) {
-      keep_[row] = keep_[row] && passes(field[row], profile_.filters[f]);
+      if (!passes(field[row], profile_.filters[f])) keep_[row] = 0;
     }
   }
 }
@@ -168,7 +168,7 @@ core::Status CsvLoader::order_times() {
       offset += *last + period_ns - t_ns;
       t_ns = *last + period_ns;
     }
-    episode_start_[row] = new_episode || (backwards && profile_.time_restarts);
+    episode_start_[row] = static_cast<char>(new_episode || (backwards && profile_.time_restarts));
     recording_.t_ns[row] = t_ns;
     last = t_ns;
     new_episode = false;

@@ -19,7 +19,7 @@ namespace ravencal::record {
 namespace {
 
 // Small enough to stay in a core's second-level cache, large enough to make a system call cheap.
-constexpr std::size_t kChunk = 512 * 1024;
+constexpr std::size_t kChunk = 512UL * 1024;
 // Rows parsed before they are turned into columns: 64 rows write 8 cache lines per column.
 constexpr std::size_t kTileRows = 64;
 
@@ -193,7 +193,7 @@ class ChunkBuffer {
 
 core::Status ChunkBuffer::read(const CsvFile& file, std::uint64_t first_row, std::uint64_t begin,
                                std::uint64_t end) {
-  constexpr std::size_t kMore = 16 * 1024;
+  constexpr std::size_t kMore = 16UL * 1024;
   const std::uint64_t from = begin > first_row ? begin - 1 : begin;
   std::size_t have = 0;
   std::size_t want = std::min<std::uint64_t>(file.size() - from, end - from + kMore);
@@ -221,6 +221,45 @@ core::Status ChunkBuffer::read(const CsvFile& file, std::uint64_t first_row, std
     skipped_ = first_ == bytes_.data() + 1 ? 0 : 1;
   }
   return {};
+}
+
+/// The bad rows that all threads find.
+class BadRows {
+ public:
+  explicit BadRows(bool stop_at_first) : stop_at_first_(stop_at_first) {}
+
+  /// False: no later row is wanted.
+  bool add(BadRow row) {
+    const std::lock_guard lock(mutex_);
+    rows_.push_back(std::move(row));
+    return !stop_at_first_;
+  }
+  std::vector<BadRow> take() {
+    std::sort(rows_.begin(), rows_.end(),
+              [](const BadRow& a, const BadRow& b) { return a.row < b.row; });
+    if (stop_at_first_ && rows_.size() > 1) rows_.resize(1);
+    return std::move(rows_);
+  }
+
+ private:
+  bool stop_at_first_;
+  std::mutex mutex_;
+  std::vector<BadRow> rows_;
+};
+
+/// Parses the lines of a chunk. False: no later chunk is wanted; nothing: there are more lines than
+/// the `rows` that were counted.
+std::optional<bool> parse_lines(const ChunkBuffer& buffer, std::size_t rows, TileParser& parser,
+                                BadRows& bad) {
+  const char* line = buffer.first();
+  while (line < buffer.last()) {
+    if (parser.row() >= rows) return std::nullopt;
+    std::optional<BadRow> bad_row;
+    line = parser.parse(line, bad_row);
+    if (bad_row && !bad.add(std::move(*bad_row))) return false;
+  }
+  parser.flush();
+  return true;
 }
 
 }  // namespace
@@ -256,8 +295,7 @@ core::Result<CsvRows> CsvRows::count(const CsvFile& file, bool header, unsigned 
 
 core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const CsvColumn> columns,
                                                  const CsvOutput& output, bool stop_at_bad) const {
-  std::vector<BadRow> bad;
-  std::mutex bad_mutex;
+  BadRows bad(stop_at_bad);
   FirstError error;
   const std::size_t chunks = line_ends_before_.empty() ? 0 : line_ends_before_.size() - 1;
   for_each_chunk(chunks, threads_, [&] {
@@ -270,28 +308,16 @@ core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const CsvColumn> colu
         return false;
       }
       parser.begin(line_ends_before_[chunk] + buffer.lines_skipped());
-      const char* line = buffer.first();
-      while (line < buffer.last()) {
-        if (parser.row() >= rows_) {
-          error.set({core::ErrorCode::kIo, fmt::format("{}: the file changed while it was read",
-                                                       file_->path().string())});
-          return false;
-        }
-        std::optional<BadRow> bad_row;
-        line = parser.parse(line, bad_row);
-        if (!bad_row) continue;
-        const std::lock_guard lock(bad_mutex);
-        bad.push_back(std::move(*bad_row));
-        if (stop_at_bad) return false;
+      const auto go_on = parse_lines(buffer, rows_, parser, bad);
+      if (!go_on) {
+        error.set({core::ErrorCode::kIo,
+                   fmt::format("{}: the file changed while it was read", file_->path().string())});
       }
-      parser.flush();
-      return true;
+      return go_on.value_or(false);
     };
   });
   RAVENCAL_RETURN_IF_ERROR(error.status());
-  std::sort(bad.begin(), bad.end(), [](const BadRow& a, const BadRow& b) { return a.row < b.row; });
-  if (stop_at_bad && bad.size() > 1) bad.resize(1);
-  return bad;
+  return bad.take();
 }
 
 }  // namespace ravencal::record

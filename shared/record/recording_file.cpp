@@ -16,7 +16,7 @@ namespace ravencal::record {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kBusyTimeout_ms = 2000;
+constexpr int kBusyTimeoutMs = 2000;
 // One row of 250 values has 2.3 KB: large pages hold several of them, small ones would waste half.
 constexpr std::size_t kWideChannels = 64;
 // SQLITE_MAX_COLUMN is 2000, of which one is t_ns.
@@ -95,7 +95,7 @@ core::Result<RecordingFile> RecordingFile::create(const fs::path& path, WriteMod
                                                   std::span<const Channel> channels) {
   RecordingFile file(path, mode, channels.size());
   if (const core::Status status = file.open(meta, channels); !status.ok()) {
-    const core::Error error = status.error();
+    core::Error error = status.error();
     file = RecordingFile(path, mode, 0);
     (void)remove_recording(path);
     return error;
@@ -110,7 +110,7 @@ core::Status RecordingFile::open(const std::map<std::string, std::string>& meta,
       sqlite3_open_v2(path_.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   database_.reset(handle);
   if (code != SQLITE_OK) return sqlite::last_error(handle, path_, "cannot create the recording");
-  sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+  sqlite3_busy_timeout(handle, kBusyTimeoutMs);
   RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, pragmas(mode_, channel_count_)));
   RAVENCAL_RETURN_IF_ERROR(begin());
   RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, create_tables(channels)));

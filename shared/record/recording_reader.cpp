@@ -16,7 +16,7 @@ namespace ravencal::record {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kBusyTimeout_ms = 2000;
+constexpr int kBusyTimeoutMs = 2000;
 
 /// One read transaction, so that all tables are seen at one moment.
 class Reader {
@@ -77,7 +77,7 @@ core::Status Reader::open_uri(const std::string& suffix) {
                              SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
   database_.reset(handle);
   if (code == SQLITE_OK) {
-    sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+    sqlite3_busy_timeout(handle, kBusyTimeoutMs);
     code = sqlite3_exec(handle, "BEGIN; SELECT count(*) FROM sqlite_schema", nullptr, nullptr,
                         nullptr);
   }

@@ -165,7 +165,7 @@ core::Status write_recording(const Recording& recording, const fs::path& path, b
   RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
   const fs::path partial = path.string() + ".partial";
   RAVENCAL_RETURN_IF_ERROR(remove_recording(partial));
-  if (const core::Status status = write_and_sync(recording, partial); !status.ok()) {
+  if (core::Status status = write_and_sync(recording, partial); !status.ok()) {
     (void)remove_recording(partial);
     return status;
   }

@@ -29,6 +29,8 @@ class RecordingWriter {
                                               bool overwrite = false);
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
+  RecordingWriter(const RecordingWriter&) = delete;
+  RecordingWriter& operator=(const RecordingWriter&) = delete;
   ~RecordingWriter();  ///< finishes; errors are lost, so call finish() where they matter
 
   /// Appends one row; `values` in the channels' own units, shape [channels]; NaN is stored as NULL.

@@ -12,5 +12,5 @@ if(RAVENCAL_FUZZ)
     -fno-sanitize-recover=all)
   target_link_options(csv_fuzz PRIVATE -fsanitize=fuzzer,address,undefined)
   target_link_libraries(csv_fuzz PRIVATE ravencal::record SQLite::SQLite3
-    tomlplusplus::tomlplusplus FastFloat::fast_float nlohmann_json::nlohmann_json Threads::Threads)
+    ravencal::toml FastFloat::fast_float nlohmann_json::nlohmann_json Threads::Threads)
 endif()

@@ -11,3 +11,18 @@ add_dependencies(ravencal_test_rig ravencal_plugin)
 ravencal_test(NAME plugin_envelope_test
   SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_envelope_test.cpp
   LIBS ravencal_test_rig LABELS rt)
+if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc themselves
+  ravencal_test(NAME plugin_heap_test
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/heap_test.cpp ${CMAKE_CURRENT_LIST_DIR}/alarm.cpp
+    LIBS ravencal_test_rig ${CMAKE_DL_LIBS} LABELS rt)
+endif()
+ravencal_test(NAME plugin_parity_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp
+  LIBS ravencal_test_rig LABELS rt)
+find_package(Threads REQUIRED)
+find_package(nlohmann_json REQUIRED)
+ravencal_test(NAME plugin_property_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
+  LIBS ravencal_test_rig rapidcheck Threads::Threads LABELS rt)
+ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_host_test.cpp
+  LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <thread>
 
 #include "quadrature_reader/encode.hpp"
+#include "quadrature_reader/homing_watch.hpp"
 #include "quadrature_reader/logger.hpp"
 #include "quadrature_reader/recorder.hpp"
 #include "quadrature_reader/sources/replay.hpp"
@@ -162,6 +165,33 @@ TEST_F(RecorderTest, LeavesANullAndAnEventWhereEdgesWereLost) {
   EXPECT_NE(recording.events[0].detail.find("\"joint\":\"shoulder\""), std::string::npos);
 }
 
+TEST_F(RecorderTest, ReplayOfEveryEdgeKnowsOfTheLossesOfTheLiveRun) {
+  auto readings = motion();
+  readings.erase(readings.begin() + 1000);
+  const auto edges = record(readings, {true}, folder_ / "edges.db");
+  const auto replayed = readings_of(edges, {{"shoulder", 0}, {"elbow", 1}});
+  ASSERT_TRUE(replayed.ok());
+  const auto again = record(*replayed, {}, folder_ / "again.db");
+  EXPECT_TRUE(std::any_of(again.events.begin(), again.events.end(),
+                          [](const record::Event& event) { return event.kind == "edges_lost"; }));
+}
+
+TEST_F(RecorderTest, TellsAnOutageOfEverythingWhileItLasts) {
+  auto recorder = Recorder::create(two_joints(), folder_ / "r.db", {});
+  ASSERT_TRUE(recorder.ok());
+  recorder->take(0, {kMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone});
+  recorder->write_due();
+  // The writer commits by itself, when the machine lets it.
+  std::size_t events = 0;
+  for (int i = 0; i < 200 && events < 2; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(25));
+    events = written(folder_ / "r.db").events.size();
+  }
+  EXPECT_EQ(events, 2U);
+  EXPECT_TRUE(recorder->device_failed());
+  EXPECT_TRUE(recorder->finish().ok());
+}
+
 TEST_F(RecorderTest, GoesOnInANewFileWhenTheFolderDisappears) {
   const fs::path path = folder_ / "gone" / "r.db";
   fs::create_directories(path.parent_path());
@@ -187,6 +217,81 @@ TEST_F(RecorderTest, GoesOnInANewFileWhenTheFolderDisappears) {
   ASSERT_FALSE(rest.events.empty());
   EXPECT_EQ(rest.events.front().kind, "gap");
   EXPECT_EQ(rest.meta.at("continues"), "r.db");
+}
+
+TEST_F(RecorderTest, HomesFromTheHardStopAndNeverJumpsAtASecondHoming) {
+  // Down onto the stop at 0.1745 rad/s, 0.5 s there, up; then the same again, 12 counts further.
+  std::vector<std::int64_t> t_ns;
+  std::vector<double> shoulder;
+  double position = 0.0;
+  std::int64_t now = 0;
+  const auto move_to = [&](double target, double speed) {
+    while (position != target) {
+      const double step = speed * 1e-3;
+      position = std::abs(target - position) <= step
+                     ? target
+                     : position + std::copysign(step, target - position);
+      t_ns.push_back(now += kMs);
+      shoulder.push_back(position);
+    }
+  };
+  const auto rest = [&](int ms) {
+    for (int i = 0; i < ms; ++i) {
+      t_ns.push_back(now += kMs);
+      shoulder.push_back(position);
+    }
+  };
+  constexpr double kStop = -0.3;
+  rest(500);
+  for (const double stop : {kStop, kStop - 12.0 * kRadPerCount}) {
+    move_to(stop, 0.1745);
+    rest(500);
+    move_to(0.2, 0.2);
+    rest(500);
+  }
+  Config config = two_joints();
+  for (auto& encoder : config.encoders) encoder.axis.zero_counts.reset();
+  config.encoders[0].stop = StopSettings{false, 0.25};
+  auto recorder = Recorder::create(config, folder_ / "r.db", {});
+  ASSERT_TRUE(recorder.ok());
+  HomingWatch homing(config, {{"shoulder", {100.0, 1.0, std::nullopt}}});
+  homing.start();
+  recorder->set_row_observer([&](std::int64_t t, std::span<const AxisSample> samples) {
+    homing.take(t, samples, *recorder);
+  });
+  bool again = false;
+  for (const auto& reading : encode_motion(t_ns, shoulder, {1.0 / kRadPerCount, 0, 0})) {
+    if (!again && homing.homed_any() && reading.t_ns > t_ns.back() / 2) {
+      homing.start();
+      again = true;
+    }
+    recorder->take(0, reading);
+    recorder->take(0, alive(reading.t_ns));
+    recorder->write_due();
+  }
+  recorder->take(0, alive(now));
+  recorder->write_due();
+  ASSERT_TRUE(recorder->finish().ok());
+  const auto recording = written(folder_ / "r.db");
+  const auto truth = *recording.column("shoulder.joint_truth");
+  ASSERT_EQ(recording.events.size(), 2U);
+  EXPECT_EQ(recording.events[0].kind, "homing");
+  EXPECT_NE(recording.events[0].detail.find("\"moved_counts\":null"), std::string::npos)
+      << "GPIO counts of another run say nothing";
+  EXPECT_EQ(recording.events[1].kind, "rehoming");
+  EXPECT_NE(recording.events[1].detail.find("\"moved_counts\":-12.0"), std::string::npos)
+      << recording.events[1].detail;
+  for (Eigen::Index row = 1; row < recording.rows(); ++row) {
+    const std::int64_t t = recording.t_ns[static_cast<std::size_t>(row)];
+    if (t <= recording.events[0].t_ns) {
+      ASSERT_TRUE(std::isnan(recording.samples(row, truth))) << "no zero yet";
+      continue;
+    }
+    const auto at = static_cast<std::size_t>(t / kMs) - 1;
+    if (at >= shoulder.size()) break;
+    ASSERT_NEAR(recording.samples(row, truth), shoulder[at] - kStop + 0.25, 1.1 * kRadPerCount)
+        << t;
+  }
 }
 
 TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {

@@ -66,7 +66,8 @@ inline double reference_activation(Activation activation, double x) {
   return x;
 }
 
-inline std::vector<double> reference_forward(const Network& network, const std::vector<float>& inputs) {
+inline std::vector<double> reference_forward(const Network& network,
+                                             const std::vector<float>& inputs) {
   std::vector<double> x(inputs.begin(), inputs.end());
   for (const Layer& layer : network) {
     std::vector<double> y(layer.outputs);

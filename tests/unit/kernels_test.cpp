@@ -75,7 +75,8 @@ Case random_case() {
   const auto layers = *rc::gen::inRange<std::size_t>(1, 5);
   std::vector<std::uint32_t> sizes;
   std::vector<Activation> activations;
-  for (std::size_t l = 0; l <= layers; ++l) sizes.push_back(*rc::gen::inRange<std::uint32_t>(1, 180));
+  for (std::size_t l = 0; l <= layers; ++l)
+    sizes.push_back(*rc::gen::inRange<std::uint32_t>(1, 180));
   for (std::size_t l = 0; l < layers; ++l) {
     activations.push_back(*rc::gen::element(Activation::kLinear, Activation::kSigmoid,
                                             Activation::kTanh, Activation::kRelu));
@@ -90,7 +91,8 @@ float largest_value(const Network& network, const std::vector<float>& inputs) {
   double largest = 6.0;
   for (std::size_t l = 1; l <= network.size(); ++l) {
     const Network front(network.begin(), network.begin() + static_cast<std::ptrdiff_t>(l));
-    for (const double y : reference_forward(front, inputs)) largest = std::max(largest, std::abs(y));
+    for (const double y : reference_forward(front, inputs))
+      largest = std::max(largest, std::abs(y));
   }
   return static_cast<float>(largest);
 }
@@ -105,7 +107,8 @@ void expect_near_reference(const Case& c, const Network& exact, Precision precis
   for (const Isa isa : isas()) {
     const auto actual = packed.run(isa, c.inputs);
     for (std::size_t j = 0; j < expected.size(); ++j) {
-      RC_ASSERT(std::abs(double{actual[j]} - expected[j]) <= tolerance * static_cast<double>(limit));
+      RC_ASSERT(std::abs(double{actual[j]} - expected[j]) <=
+                tolerance * static_cast<double>(limit));
     }
   }
 }
@@ -153,7 +156,8 @@ TEST(Kernels, ActivationsStayWithinTheirStatedErrors) {
       for (int step = -400000; step <= 400000; ++step) {
         const float x = static_cast<float>(step) * 2.5e-4F;
         const auto y = packed.run(isa, {x});
-        worst = std::max(worst, std::abs(double{y[0]} - reference_activation(activation, double{x})));
+        worst =
+            std::max(worst, std::abs(double{y[0]} - reference_activation(activation, double{x})));
       }
       EXPECT_LE(worst, limit) << kernels::name_of(isa);
     }
@@ -162,8 +166,8 @@ TEST(Kernels, ActivationsStayWithinTheirStatedErrors) {
 
 TEST(Kernels, SaturatingActivationsAreFiniteForEveryNumber) {
   const float infinity = std::numeric_limits<float>::infinity();
-  const float extremes[] = {0.0F, -0.0F, 1e-40F, -1e-40F, 1e30F, -1e30F, 3.4e38F, -3.4e38F,
-                            infinity, -infinity};
+  const float extremes[] = {0.0F,   -0.0F,   1e-40F,   -1e-40F,  1e30F,
+                            -1e30F, 3.4e38F, -3.4e38F, infinity, -infinity};
   for (const auto activation : {Activation::kSigmoid, Activation::kTanh}) {
     const Packed packed(activation_only(activation), Precision::kFloat32);
     for (const Isa isa : isas()) {
@@ -215,6 +219,34 @@ TEST(Kernels, Int8SumsDoNotOverflowWhateverTheWeights) {
     const auto y = packed.run(isa, std::vector<float>(4000, 1.0F));
     EXPECT_NEAR(y[0], 2000.0F, 60.0F) << kernels::name_of(isa);  // 16 units of 127: 3 % coarse
   }
+}
+
+TEST(Kernels, Int8WithInputMeansIsRightForTheAverageInput) {
+  std::mt19937 random(9);
+  const Network network = random_network({200, 64}, {Activation::kLinear}, random);
+  const std::vector<float> means(200, 0.5F);
+  auto layers = sources(network, 1.0F);
+  const auto expected = reference_forward(network, means);
+  const auto worst_error = [&] {
+    const std::size_t bytes = kernels::packed_bytes(layers, Precision::kInt8);
+    const auto block = aligned_bytes(bytes);
+    kernels::PackedView view;
+    EXPECT_TRUE(kernels::pack(layers, Precision::kInt8, {block.get(), bytes}));
+    EXPECT_TRUE(kernels::open(block.get(), bytes, view));
+    const auto scratch = aligned_bytes(kernels::scratch_bytes(view.header().widest));
+    std::vector<float> y(64);
+    kernels::forward_for(kernels::best_isa())(view, means.data(), y.data(), scratch.get());
+    double worst = 0.0;
+    for (std::size_t o = 0; o < y.size(); ++o) {
+      worst = std::max(worst, std::abs(double{y[o]} - expected[o]));
+    }
+    return worst;
+  };
+  const double plain = worst_error();
+  layers[0].input_means = means.data();
+  const double corrected = worst_error();
+  EXPECT_GT(plain, 1e-3);      // 200 roundings of half a unit of 3 * 0.14 / 127, times 0.5
+  EXPECT_LT(corrected, 2e-4);  // left: the inputs' 15 bits
 }
 
 TEST(Kernels, TheChosenInstructionSetIsSupportedAndWithinTheLimit) {

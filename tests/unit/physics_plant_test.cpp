@@ -104,9 +104,13 @@ TEST(Plant, IsDescribedWithEveryEffectItHas) {
   const auto plant = load_plant(kPlantPath);
   ASSERT_TRUE(plant.ok());
   const std::string text = describe_plant(*plant);
+  const std::string json = describe_plant_in_json(*plant);
+  EXPECT_NE(json.find("\"stiffness_n_per_m\":25000"), std::string::npos) << json;
   for (const Joint& joint : plant->joints) {
     EXPECT_NE(text.find(joint.name), std::string::npos);
-    for (const Effect& effect : joint.effects) EXPECT_NE(text.find(effect.id), std::string::npos);
+    for (const Effect& effect : joint.effects) {
+      EXPECT_NE(text.find(effect.id), std::string::npos);
+    }
   }
 }
 

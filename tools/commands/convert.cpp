@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
@@ -125,14 +125,9 @@ void add_convert(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--check", arguments->check,
                       "Recording on which to compare the weights with the model");
-  command->add_option("--profile", arguments->load.profile, "For a .csv recording, e.g. raven2");
+  add_load_options(*command, arguments->load);
   command->footer("Example: ravencal convert model.onnx --out weights.blob --check test.db");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal convert: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

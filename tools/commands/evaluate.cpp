@@ -5,11 +5,11 @@
 
 #include <memory>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/onnx_file.hpp"
-#include "learn/whole_file.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
 
@@ -42,7 +42,7 @@ core::Status run(const Arguments& arguments) {
   fmt::print("{}", learn::evaluation_table(evaluation));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(
-        learn::write_whole_file(arguments.json, learn::evaluation_json(evaluation)));
+        core::write_whole_file(arguments.json, learn::evaluation_json(evaluation)));
   }
   if (!arguments.report.empty()) {
     RAVENCAL_RETURN_IF_ERROR(report::write_html(
@@ -62,18 +62,9 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command->add_option("recordings", arguments->recordings, "Recordings (.db, .csv)")->required();
   command->add_option("--json", arguments->json, "Write the figures as JSON");
   command->add_option("--report", arguments->report, "Write a page to look at (.html)");
-  command->add_option("--profile", arguments->load.profile, "Profile of .csv recordings");
-  command->add_option("--arm", arguments->load.profile_options.arm, "raven2: the calibrated arm")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command->add_flag("--skip-bad", arguments->load.skip_bad, "Drop rows that cannot be read");
+  add_load_options(*command, arguments->load);
   command->footer("Example: ravencal evaluate arm.onnx test.db --json test.json");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

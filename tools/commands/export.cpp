@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "record/csv_export.hpp"
 #include "record/load.hpp"
@@ -48,12 +48,7 @@ void add_export(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--out", arguments->out, "File to write (.csv)")->required();
   command->footer("Example: ravencal export run3.db --profile raven2 --out run3.csv");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

@@ -1,24 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <limits>
+#include <algorithm>
 #include <memory>
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
-#include "learn/whole_file.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {
 namespace {
+
+constexpr double kRandomMotionS = 60.0;   // without a trajectory and a number of ticks
+constexpr double kShortestMotionS = 1.0;  // of make_random
 
 struct Arguments {
   std::string plugin;
@@ -28,8 +32,7 @@ struct Arguments {
   std::string trajectory;
   std::string json;
   double payload_g = -1.0;  // negative: as the plant says
-  double random_motion_s = 60.0;
-  std::int64_t ticks = std::numeric_limits<std::int64_t>::max();
+  std::int64_t ticks = 0;   // 0: to the motion's end
   host::LoopOptions loop;
   host::TwinSourceOptions twin;
   record::LoadOptions load;
@@ -46,7 +49,7 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& argu
   trajectory::RandomOptions random;
   random.seed = arguments.twin.seed;
   const double wanted_s = static_cast<double>(arguments.ticks) / plant.robot.control_rate_hz;
-  random.duration_s = std::min(wanted_s, arguments.random_motion_s);
+  random.duration_s = arguments.ticks == 0 ? kRandomMotionS : std::max(wanted_s, kShortestMotionS);
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
                             trajectory::make_random(random));
   return host::make_twin_source(plant, trajectory, arguments.twin);
@@ -72,7 +75,7 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   }
 
   host::LoopOptions loop = arguments.loop;
-  loop.ticks = arguments.ticks;
+  loop.ticks = arguments.ticks == 0 ? source->cycles() : arguments.ticks;
   plugin.api().enable(plugin.get(), 1);
   cli::catch_interrupts();
   cli::Progress progress("host");
@@ -82,18 +85,15 @@ core::Result<host::Summary> run(const Arguments& arguments) {
   });
   const host::Summary summary = host::summarise(result, loop, plugin, model);
   if (!arguments.json.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(learn::write_whole_file(arguments.json, host::summary_json(summary)));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, host::summary_json(summary)));
   }
   return summary;
 }
 
-int report(const core::Result<host::Summary>& summary) {
-  if (!summary.ok()) {
-    fmt::print(stderr, "ravencal host: {}\n", summary.error().message);
-    return cli::exit_code_of(summary.error().code);
-  }
-  fmt::print("{}", host::summary_text(*summary));
-  if (summary->active_ticks > 0) return cli::kOk;
+/// Prints the figures; a correction that was never in is a finding.
+cli::ExitCode report(const host::Summary& summary) {
+  fmt::print("{}", host::summary_text(summary));
+  if (summary.active_ticks > 0) return cli::kOk;
   fmt::print("the correction was never fully in: see the doubts above\n");
   return cli::kFinding;
 }
@@ -111,15 +111,16 @@ void add_host(CLI::App& app, int& exit_code) {
   source->add_option("--recording", arguments->recording,
                      "A recording, each row held until the next");
   source->require_option(1);
-  command->add_option("--trajectory", arguments->trajectory,
-                      "With --plant: CSV of `ravencal trajectory`; default: 60 s of random motion");
+  command->add_option(
+      "--trajectory", arguments->trajectory,
+      "With --plant: CSV of `ravencal trajectory`; default: random motion, 60 s or --ticks");
   command->add_option("--payload-g", arguments->payload_g, "With --plant: weight at the tool, g")
       ->check(CLI::Range(0.0, 5000.0));
   command->add_option("--seed", arguments->twin.seed, "With --plant: disturbances, random motion")
       ->capture_default_str();
   command->add_option("--homing-seed", arguments->twin.homing_seed, "With --plant: homing")
       ->capture_default_str();
-  command->add_option("--profile", arguments->load.profile, "For a .csv recording, e.g. raven2");
+  add_load_options(*command, arguments->load);
   command
       ->add_option("--rate-hz", arguments->loop.rate_hz,
                    "Wake-ups per second; each is 1 ms of the robot's time. 0: as fast as possible")
@@ -133,7 +134,11 @@ void add_host(CLI::App& app, int& exit_code) {
       "Exit 1 if it never was. Example:\n"
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
-  command->callback([arguments, &exit_code] { exit_code = report(run(*arguments)); });
+  on_call(*command, exit_code, [arguments, &exit_code]() -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(const host::Summary summary, run(*arguments));
+    exit_code = report(summary);
+    return {};
+  });
 }
 
 }  // namespace ravencal::commands

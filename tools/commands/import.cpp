@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "record/load.hpp"
 #include "record/recording_writer.hpp"
@@ -37,26 +37,12 @@ void add_import(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("import", "Turn a foreign file into a recording");
   command->add_option("source", arguments->source, "File to read (.csv)")->required();
-  command
-      ->add_option("--profile", arguments->load.profile,
-                   "Which column is what: raven2, generic or a profile file")
-      ->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
-  command
-      ->add_option("--arm", arguments->load.profile_options.arm,
-                   "raven2: the arm with the external encoders")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command->add_flag("--skip-bad", arguments->load.skip_bad,
-                    "Drop rows that cannot be read, each with an event, instead of stopping");
+  add_load_options(*command, arguments->load);
+  command->get_option("--profile")->required();
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->footer("Example: ravencal import run3.csv --profile raven2 --arm gold --out run3.db");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

@@ -6,8 +6,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "record/summary.hpp"
 
@@ -28,6 +29,12 @@ core::Result<std::string> describe_recording(const Arguments& arguments) {
                         : record::describe_in_words(recording, summary);
 }
 
+core::Result<std::string> describe_plant_file(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.file));
+  return arguments.json ? physics::describe_plant_in_json(plant) + "\n"
+                        : physics::describe_plant(plant);
+}
+
 /// Which function describes which kind of file.
 struct FileKind {
   std::string_view extension;
@@ -37,6 +44,7 @@ constexpr std::array kFileKinds = {
     FileKind{".db", describe_recording},
     FileKind{".csv", describe_recording},
     FileKind{".bag", describe_recording},
+    FileKind{".toml", describe_plant_file},
 };
 
 core::Result<std::string> describe(const Arguments& arguments) {
@@ -57,23 +65,12 @@ void add_info(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("info", "Say what a file holds, in words");
   command->add_option("file", arguments->file, "File to describe")->required();
   command->add_flag("--json", arguments->json, "For programs");
-  command->add_option("--profile", arguments->load.profile,
-                      "For a .csv: raven2, generic or a profile file");
-  command
-      ->add_option("--arm", arguments->load.profile_options.arm,
-                   "raven2: the arm with the external encoders")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command->add_flag("--skip-bad", arguments->load.skip_bad, "For a .csv: drop unreadable rows");
+  add_load_options(*command, arguments->load);
   command->footer("Example: ravencal info run3.db");
-  command->callback([arguments, &exit_code] {
-    const core::Result<std::string> text = describe(*arguments);
-    if (text.ok()) {
-      fmt::print("{}", *text);
-      return;
-    }
-    fmt::print(stderr, "ravencal: {}\n", text.error().message);
-    exit_code = cli::exit_code_of(text.error().code);
+  on_call(*command, exit_code, [arguments]() -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
+    fmt::print("{}", text);
+    return {};
   });
 }
 

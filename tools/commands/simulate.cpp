@@ -5,9 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "physics/plant.hpp"
 #include "simulation/session.hpp"
@@ -102,12 +102,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
       "The twin is a stand-in: its cables are tuned to published error sizes, see the plant file.\n"
       "Example: ravencal simulate --plant tools/plants/raven2.toml --trajectory zigzag3.csv --out "
       "zigzag3.db");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal simulate: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

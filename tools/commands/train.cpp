@@ -7,11 +7,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "learn/calibration_report.hpp"
+#include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
 #include "record/load.hpp"
@@ -24,7 +25,8 @@ struct Arguments {
   std::vector<std::string> recordings;
   std::vector<std::string> validation;
   std::string out;
-  std::string report_folder;
+  std::string report;
+  std::uint32_t networks = 1;
   std::string hidden = "600,500,400";
   std::string activation = "sigmoid";
   std::string isa;
@@ -87,25 +89,22 @@ std::vector<const record::Recording*> pointers(const std::vector<record::Recordi
   return result;
 }
 
-/// One line of progress per epoch; false once the user asked to stop.
-bool show_epoch(cli::Progress& progress, std::uint32_t epochs, const learn::EpochReport& epoch) {
-  std::string detail = fmt::format("epoch {}/{}, loss {:.5f}, with penalties {:.5f}", epoch.epoch,
-                                   epochs, epoch.training, epoch.training + epoch.penalty);
+/// One line of progress per epoch.
+void show_epoch(cli::Progress& progress, double done, const learn::EpochReport& epoch) {
+  std::string detail = fmt::format("epoch {}, loss {:.5f}, with penalties {:.5f}", epoch.epoch,
+                                   epoch.training, epoch.training + epoch.penalty);
   if (epoch.validation == epoch.validation) {
     detail += fmt::format(", held out {:.5f}{}", epoch.validation, epoch.best ? " (best)" : "");
   }
-  progress.update(static_cast<double>(epoch.epoch) / epochs, detail);
-  return !cli::interrupted();
+  progress.update(done, detail);
 }
 
 core::Status write_report(const Arguments& arguments, const learn::TrainResult& result,
                           const learn::Evaluation& evaluation, const std::string& title) {
-  std::error_code error;
-  std::filesystem::create_directories(arguments.report_folder, error);
-  const std::filesystem::path path = std::filesystem::path(arguments.report_folder) / "train.html";
   RAVENCAL_RETURN_IF_ERROR(report::write_html(
-      learn::make_report(result.model, evaluation, title, result.epochs, result.kept_epoch), path));
-  fmt::print("report: {}\n", path.string());
+      learn::make_report(result.model, evaluation, title, result.epochs, result.kept_epoch),
+      arguments.report));
+  fmt::print("report: {}\n", arguments.report);
   return {};
 }
 
@@ -116,10 +115,14 @@ core::Status run(Arguments arguments) {
   cli::catch_interrupts();
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
-    const std::uint32_t epochs = arguments.train.trainer.epochs;
-    return learn::train_model(
-        pointers(training), pointers(held_out), arguments.train,
-        [&](const learn::EpochReport& epoch) { return show_epoch(progress, epochs, epoch); });
+    const double epochs =
+        static_cast<double>(arguments.train.trainer.epochs) * arguments.networks;
+    double finished = 0.0;
+    return learn::train_ensemble(pointers(training), pointers(held_out), arguments.train,
+                                 arguments.networks, [&](const learn::EpochReport& epoch) {
+                                   show_epoch(progress, ++finished / epochs, epoch);
+                                   return !cli::interrupted();
+                                 });
   }();
   if (!trained.ok()) return trained.error();
   const learn::TrainResult& result = *trained;
@@ -139,7 +142,7 @@ core::Status run(Arguments arguments) {
                             learn::evaluate(result.model, pointers(shown)));
   fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
              result.rows, title, learn::evaluation_table(evaluation));
-  if (arguments.report_folder.empty()) return {};
+  if (arguments.report.empty()) return {};
   return write_report(arguments, result, evaluation, title);
 }
 
@@ -149,12 +152,8 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--out", arguments.out, "Model to write (.onnx)")->required();
   command.add_option("--validate", arguments.validation,
                      "Held-out recordings that choose the epoch; never the test set");
-  command.add_option("--report", arguments.report_folder, "Folder for train.html");
-  command.add_option("--profile", arguments.load.profile, "Profile of .csv recordings");
-  command.add_option("--arm", arguments.load.profile_options.arm, "raven2: the calibrated arm")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command.add_flag("--skip-bad", arguments.load.skip_bad, "Drop rows that cannot be read");
+  command.add_option("--report", arguments.report, "HTML page to write");
+  add_load_options(command, arguments.load);
   command
       .add_option("--joints", arguments.train.joints,
                   "Joints to correct; without it all that have a truth")
@@ -221,18 +220,18 @@ void add_train(CLI::App& app, int& exit_code) {
   add_network_options(*command, *arguments);
   add_optimiser_options(*command, arguments->train.trainer);
   command
+      ->add_option("--networks", arguments->networks,
+                   "Networks of different seeds, averaged into one that is as many times wider")
+      ->check(CLI::Range(1U, 100U))
+      ->capture_default_str();
+  command
       ->add_option("--isa", arguments->isa,
                    "Instruction set of the kernels; pins the last bits of the result")
       ->check(CLI::IsMember({"baseline", "avx2", "avx512"}));
   command->footer(
       "Example: ravencal train run1.db run2.db --validate run3.db --features light "
-      "--hidden 128,64,32 --out arm.onnx --report report/");
-  command->callback([arguments, &exit_code] {
-    const core::Status status = run(*arguments);
-    if (status.ok()) return;
-    fmt::print(stderr, "ravencal: {}\n", status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
-  });
+      "--hidden 128,64,32 --out arm.onnx --report train.html");
+  on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

@@ -7,7 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 
 namespace ravencal::commands {
@@ -24,11 +24,6 @@ struct Options {
   bool json = false;
 };
 
-int fail(const core::Error& error) {
-  fmt::print(stderr, "ravencal trajectory: {}\n", error.message);
-  return cli::exit_code_of(error.code);
-}
-
 /// "1/3" or "3".
 core::Result<int> divisions_from(std::string_view text) {
   std::string_view digits = text;
@@ -43,43 +38,37 @@ core::Result<int> divisions_from(std::string_view text) {
   return divisions;
 }
 
-int save(const core::Result<trajectory::Trajectory>& made, const Options& options) {
-  if (!made) return fail(made.error());
-  if (const core::Status status = trajectory::write_csv(*made, options.out, options.force);
-      !status) {
-    return fail(status.error());
-  }
+core::Status save(const trajectory::Trajectory& made, const Options& options) {
+  RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(made, options.out, options.force));
   if (options.json) {
     const nlohmann::json summary = {{"file", options.out},
-                                    {"samples", made->t_s.size()},
-                                    {"duration_s", made->duration_s()},
+                                    {"samples", made.t_s.size()},
+                                    {"duration_s", made.duration_s()},
                                     {"rate_hz", trajectory::kSampleRateHz}};
     fmt::print("{}\n", summary.dump());
   } else {
-    fmt::print("{}: {:.1f} s, {} samples at {:.0f} Hz\n", options.out, made->duration_s(),
-               made->t_s.size(), trajectory::kSampleRateHz);
+    fmt::print("{}: {:.1f} s, {} samples at {:.0f} Hz\n", options.out, made.duration_s(),
+               made.t_s.size(), trajectory::kSampleRateHz);
   }
-  return cli::kOk;
+  return {};
 }
 
-int run_zigzag(const Options& options) {
+core::Status run_zigzag(const Options& options) {
   trajectory::ZigzagOptions zigzag;
-  const auto kind = trajectory::zigzag_kind_from(options.kind);
-  if (!kind) return fail(kind.error());
-  const auto divisions = divisions_from(options.sparsity);
-  if (!divisions) return fail(divisions.error());
-  zigzag.kind = *kind;
-  zigzag.divisions = *divisions;
-  return save(trajectory::make_zigzag(zigzag), options);
+  RAVENCAL_ASSIGN_OR_RETURN(zigzag.kind, trajectory::zigzag_kind_from(options.kind));
+  RAVENCAL_ASSIGN_OR_RETURN(zigzag.divisions, divisions_from(options.sparsity));
+  RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory made, trajectory::make_zigzag(zigzag));
+  return save(made, options);
 }
 
-int run_sinusoid(const Options& options) {
+core::Status run_sinusoid(const Options& options) {
   trajectory::RandomOptions random;
   random.mode =
       options.mode == "code" ? trajectory::RandomMode::kCode : trajectory::RandomMode::kPaper;
   random.duration_s = options.duration_s;
   random.seed = options.seed;
-  return save(trajectory::make_random(random), options);
+  RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory made, trajectory::make_random(random));
+  return save(made, options);
 }
 
 void add_common(CLI::App& command, Options& options) {
@@ -105,7 +94,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   zigzag->add_option("--kind", options->kind, "Direction of the sweeps: x, y, z, xy, yz, xz or xyz")
       ->capture_default_str();
   zigzag->footer("Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv");
-  zigzag->callback([options, &exit_code] { exit_code = run_zigzag(*options); });
+  on_call(*zigzag, exit_code, [options] { return run_zigzag(*options); });
 
   CLI::App* sinusoid =
       command->add_subcommand("sinusoid", "Test: random targets and speeds per joint");
@@ -117,7 +106,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sinusoid->footer(
       "Example: ravencal trajectory sinusoid --duration-s 1200 --seed 7 --out test.csv");
-  sinusoid->callback([options, &exit_code] { exit_code = run_sinusoid(*options); });
+  on_call(*sinusoid, exit_code, [options] { return run_sinusoid(*options); });
 
   command->footer("Example: ravencal trajectory zigzag --sparsity 1/3 --out zigzag3.csv");
 }

@@ -37,8 +37,13 @@ class GraphReader {
       width = layer.weights.rows();
       model.layers.push_back(std::move(layer));
     }
-    if (model.layers.empty())
-      return bad(fmt::format("no layer follows the scaling, but {}", here()));
+    if (model.layers.empty() || !next_is("Mul")) {
+      return bad(
+          fmt::format("after {} layer(s) there is {}; a calibration model is Sub, Mul, Gemm with "
+                      "Sigmoid, Tanh or "
+                      "Relu, Mul, Add",
+                      model.layers.size(), here()));
+    }
     if (model.layers.back().activation != model::Activation::kLinear) {
       return bad("the last layer is not linear");
     }

@@ -5,9 +5,9 @@
 #include <initializer_list>
 
 #include "core/version.hpp"
+#include "core/whole_file.hpp"
 #include "learn/onnx_file.hpp"
 #include "learn/onnx_metadata.hpp"
-#include "learn/whole_file.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -123,7 +123,7 @@ onnx::ModelProto to_proto(const model::CalibrationModel& model) {
 }  // namespace
 
 core::Status write_onnx(const model::CalibrationModel& model, const std::filesystem::path& path) {
-  return write_whole_file(path, to_proto(model).SerializeAsString());
+  return core::write_whole_file(path, to_proto(model).SerializeAsString());
 }
 
 }  // namespace ravencal::learn

@@ -22,9 +22,9 @@ namespace {
 
 /// Length of the windows shown in detail: 10 s, or in steps of 10 s what holds 200 samples.
 double detail_duration_s(const Timeline& timeline) {
-  constexpr double kStep_s = 10.0;
+  constexpr double kStepS = 10.0;
   constexpr double kLeastSamples = 200;
-  return kStep_s * std::max(1.0, std::ceil(kLeastSamples * timeline.period_s / kStep_s));
+  return kStepS * std::max(1.0, std::ceil(kLeastSamples * timeline.period_s / kStepS));
 }
 
 /// The page as it grows: sections for the list of contents, charts for the script.

@@ -240,17 +240,17 @@ std::vector<MapCell> error_map(const MapGrid& grid, std::span<const double> x,
 
 std::vector<std::int8_t> direction_of_motion(const Timeline& timeline,
                                              std::span<const double> truth) {
-  constexpr double kHalfSpan_s = 0.05;
-  constexpr double kRestShare_per_s = 0.002;
-  const double rest_speed = kRestShare_per_s * range_95(truth);
+  constexpr double kHalfSpanS = 0.05;
+  constexpr double kRestSharePerS = 0.002;
+  const double rest_speed = kRestSharePerS * range_95(truth);
   std::vector<std::int8_t> direction(truth.size(), 0);
   const auto& t = timeline.t_s;
   for (const IndexRange& stretch : timeline.stretches) {
     std::size_t before = stretch.begin;
     std::size_t after = stretch.begin;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
-      while (t[i] - t[before] > kHalfSpan_s && before + 1 < i) ++before;
-      while (after + 1 < stretch.end && t[after] - t[i] < kHalfSpan_s) ++after;
+      while (t[i] - t[before] > kHalfSpanS && before + 1 < i) ++before;
+      while (after + 1 < stretch.end && t[after] - t[i] < kHalfSpanS) ++after;
       direction[i] = sign_beyond(truth[after] - truth[before], rest_speed * (t[after] - t[before]));
     }
   }

@@ -2,15 +2,12 @@
 #include "report/report.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "core/whole_file.hpp"
 #include "report/page.hpp"
 
 namespace ravencal::report {
@@ -79,35 +76,11 @@ core::Status check(const CalibrationReport& report) {
   return {};
 }
 
-/// Writes through PATH.partial; whatever fails, PATH is as it was and no partial file stays.
-core::Status write_whole(const std::string& text, const std::filesystem::path& path) {
-  std::filesystem::path partial = path;
-  partial += ".partial";
-  const auto refuse = [&](const std::string& reason) -> core::Status {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    return core::Error{
-        core::ErrorCode::kIo,
-        fmt::format("{}: cannot write the report: {}; choose a folder that exists, is "
-                    "writable and has room",
-                    path.string(), reason)};
-  };
-  errno = 0;
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) return refuse(errno != 0 ? std::strerror(errno) : "the disk refused it");
-  std::error_code error;
-  std::filesystem::rename(partial, path, error);
-  if (error) return refuse(error.message());
-  return {};
-}
-
 }  // namespace
 
 core::Status write_html(const CalibrationReport& report, const std::filesystem::path& path) {
   RAVENCAL_RETURN_IF_ERROR(check(report));
-  return write_whole(page_of(report), path);
+  return core::write_whole_file(path, page_of(report));
 }
 
 }  // namespace ravencal::report

@@ -79,6 +79,13 @@ class Session {
   core::Status home() {
     RAVENCAL_RETURN_IF_ERROR(event("run_level", "1 3"));
     twin_.home();
+    if (!twin_.homed()) {
+      return core::Error{
+          core::ErrorCode::kData,
+          fmt::format("{}: homing failed: a joint never reached its hard stop; check "
+                      "dac_threshold_counts against friction and weight",
+                      plant_.source)};
+    }
     ++summary_.homings;
     RAVENCAL_RETURN_IF_ERROR(event("homing", fmt::format("{}", summary_.homings)));
     return event("run_level", "3 0");

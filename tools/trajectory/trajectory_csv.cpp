@@ -5,9 +5,11 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <system_error>
 
+#include "core/whole_file.hpp"
 #include "trajectory/trajectory.hpp"
 
 namespace ravencal::trajectory {
@@ -62,28 +64,13 @@ core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: exists already; use --force to replace it", path.string())};
   }
-  const std::filesystem::path partial = path.string() + ".partial";
-  {
-    std::ofstream file(partial);
-    file << kHeader << '\n';
-    for (std::size_t i = 0; i < trajectory.t_s.size(); ++i) {
-      const Eigen::Vector3d& joints = trajectory.joints_ji[i];
-      file << fmt::format("{:.3f},{:.9g},{:.9g},{:.9g}\n", trajectory.t_s[i], joints[0], joints[1],
-                          joints[2]);
-    }
-    file.flush();
-    if (!file) {
-      std::error_code ignored;
-      std::filesystem::remove(partial, ignored);
-      return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path.string())};
-    }
+  std::string text = fmt::format("{}\n", kHeader);
+  for (std::size_t i = 0; i < trajectory.t_s.size(); ++i) {
+    const Eigen::Vector3d& joints = trajectory.joints_ji[i];
+    fmt::format_to(std::back_inserter(text), "{:.3f},{:.9g},{:.9g},{:.9g}\n", trajectory.t_s[i],
+                   joints[0], joints[1], joints[2]);
   }
-  std::error_code error;
-  std::filesystem::rename(partial, path, error);
-  if (error) {
-    return core::Error{core::ErrorCode::kIo, fmt::format("{}: {}", path.string(), error.message())};
-  }
-  return {};
+  return core::write_whole_file(path, text);
 }
 
 core::Result<Trajectory> read_csv(const std::filesystem::path& path) {

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The shared object and its C ABI, as a host meets them.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "rt/rig.hpp"
+
+extern "C" int ravencal_header_in_c(void);
+int header_in_cxx98();
+int header_in_cxx20();
+
+namespace ravencal::test {
+namespace {
+
+TEST(Header, CompilesAsC90AndAsOldAndNewCxx) {
+  EXPECT_EQ(ravencal_header_in_c(), static_cast<int>(sizeof(ravencal_output)));
+  EXPECT_EQ(header_in_cxx98(), static_cast<int>(sizeof(ravencal_state)));
+  EXPECT_EQ(header_in_cxx20(), static_cast<int>(sizeof(ravencal_state)));
+}
+
+#if !defined(RAVENCAL_SANITIZED)  // sanitizers bring symbols and libraries of their own
+/// Lines that a command prints.
+std::vector<std::string> lines_of(const std::string& command) {
+  std::vector<std::string> lines;
+  FILE* const pipe = ::popen(command.c_str(), "r");
+  EXPECT_NE(pipe, nullptr);
+  std::array<char, 4096> line{};
+  while (std::fgets(line.data(), line.size(), pipe) != nullptr) {
+    lines.emplace_back(line.data());
+    lines.back().erase(lines.back().find_last_not_of('\n') + 1);
+  }
+  EXPECT_EQ(::pclose(pipe), 0) << command;
+  return lines;
+}
+
+TEST(SharedObject, ExportsOneSymbol) {
+  std::set<std::string> symbols;
+  for (const std::string& line : lines_of("nm -D --defined-only " RAVENCAL_PLUGIN_PATH)) {
+    std::istringstream words(line);
+    std::string address;
+    std::string type;
+    std::string name;
+    words >> address >> type >> name;
+    if (type != "A") symbols.insert(name.substr(0, name.find('@')));  // A: the version's own node
+  }
+  EXPECT_EQ(symbols, std::set<std::string>{"ravencal_plugin_entry"});
+}
+
+TEST(SharedObject, NeedsOnlyTheCLibrary) {
+  for (const std::string& line : lines_of("readelf -dW " RAVENCAL_PLUGIN_PATH)) {
+    if (line.find("(NEEDED)") == std::string::npos) continue;
+    const bool allowed = line.find("[libc.so.6]") != std::string::npos ||
+                         line.find("[libm.so.6]") != std::string::npos;
+    EXPECT_TRUE(allowed) << line;
+  }
+}
+
+TEST(SharedObject, RunsWithGlibc217) {
+  for (const std::string& line : lines_of("objdump -T " RAVENCAL_PLUGIN_PATH)) {
+    const auto at = line.find("GLIBC_2.");
+    if (at == std::string::npos) continue;
+    EXPECT_LE(std::atoi(line.c_str() + at + std::strlen("GLIBC_2.")), 17) << line;
+  }
+}
+
+TEST(SharedObject, KernelsOfDifferentInstructionSetsShareNoFunction) {
+  // What the linker may merge is weak or unique; equal names in two units would be.
+  std::istringstream objects(RAVENCAL_KERNEL_OBJECTS);
+  std::set<std::string> seen;
+  int count = 0;
+  for (std::string object; std::getline(objects, object, '|'); ++count) {
+    std::set<std::string> own;
+    for (const std::string& line : lines_of("nm --defined-only " + object)) {
+      std::istringstream words(line);
+      std::string address;
+      std::string type;
+      std::string name;
+      words >> address >> type >> name;
+      if (type == "W" || type == "V" || type == "u") own.insert(name);
+    }
+    for (const std::string& name : own) {
+      EXPECT_FALSE(seen.contains(name)) << name << " in " << object;
+    }
+    seen.insert(own.begin(), own.end());
+  }
+  EXPECT_GE(count, 1);
+}
+#endif
+
+TEST(Entry, RefusesEveryOtherMajorVersion) {
+  void* const library = ::dlopen(RAVENCAL_PLUGIN_PATH, RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(library, nullptr) << ::dlerror();
+  const auto entry =
+      reinterpret_cast<ravencal_plugin_entry_fn>(::dlsym(library, "ravencal_plugin_entry"));
+  ASSERT_NE(entry, nullptr);
+  EXPECT_EQ(entry(RAVENCAL_ABI_MAJOR + 1), nullptr);
+  EXPECT_EQ(entry(0), nullptr);
+  const ravencal_api* const api = entry(RAVENCAL_ABI_MAJOR);
+  ASSERT_NE(api, nullptr);
+  EXPECT_EQ(api->struct_size, sizeof(ravencal_api));
+  EXPECT_EQ(api->abi_minor, static_cast<std::uint32_t>(RAVENCAL_ABI_MINOR));
+  EXPECT_STRNE(api->version(), "");
+  ::dlclose(library);
+}
+
+TEST(Structs, SmallerThanThisVersionAreRefusedAndLargerOnesAccepted) {
+  Rig rig;
+  rig.load(make_model(16, {}));
+  rig.output.jpos_ji[0] = 123.0F;
+  rig.state.struct_size = sizeof(ravencal_state) - 1;
+  EXPECT_EQ(rig.tick(), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(rig.output.jpos_ji[0], 123.0F) << "nothing may be written";
+  rig.state.struct_size = sizeof(ravencal_state) + 64;
+  rig.output.struct_size = sizeof(ravencal_output) - 1;
+  EXPECT_EQ(rig.tick(), RAVENCAL_ERROR_ARGUMENT);
+  rig.output.struct_size = sizeof(ravencal_output) + 64;
+  EXPECT_EQ(rig.tick(), RAVENCAL_BYPASS);
+  ravencal_counters counters{};
+  EXPECT_EQ(rig.api().counters(rig.instance.get(), &counters), RAVENCAL_ERROR_ARGUMENT);
+}
+
+TEST(Structs, NullPointersAreRefused) {
+  Rig rig;
+  ravencal_api const& api = rig.api();
+  EXPECT_EQ(api.step(nullptr, &rig.state, &rig.output), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(api.step(rig.instance.get(), nullptr, &rig.output), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(api.step(rig.instance.get(), &rig.state, nullptr), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(api.load(nullptr, "x"), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(api.load(rig.instance.get(), nullptr), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_STRNE(api.last_error(nullptr), nullptr);
+  api.enable(nullptr, 1);
+  api.reset(nullptr);
+  api.destroy(nullptr);
+  api.observe_cycle_end(nullptr, nullptr);
+  api.uncorrect_desired(nullptr, nullptr, nullptr);
+}
+
+TEST(Create, RefusesSettingsThatMakeNoSense) {
+  Rig rig;
+  struct alignas(64) Storage {
+    std::array<std::byte, 8192> bytes;
+  };
+  const auto memory = std::make_unique<Storage>();
+  std::array<std::byte, 8192>& storage = memory->bytes;
+  ASSERT_LE(rig.api().storage_size(), storage.size());
+  ravencal_instance* instance = nullptr;
+  const auto create = [&](const ravencal_config& config, std::size_t shift = 0,
+                          std::size_t bytes = 8192 - 64) {
+    return rig.api().create(&config, storage.data() + shift, bytes, &instance);
+  };
+  const ravencal_config good = rig.config;
+  ravencal_config bad = good;
+  bad.tick_ns = 0;
+  EXPECT_EQ(create(bad), RAVENCAL_ERROR_ARGUMENT);
+  bad = good;
+  bad.slew_ji_per_s[1] = -1.0F;
+  EXPECT_EQ(create(bad), RAVENCAL_ERROR_ARGUMENT);
+  bad = good;
+  bad.max_correction_ji[2] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(create(bad), RAVENCAL_ERROR_ARGUMENT);
+  bad = good;
+  bad.max_isa = 9;
+  EXPECT_EQ(create(bad), RAVENCAL_ERROR_ARGUMENT);
+  bad = good;
+  bad.struct_size = 4;
+  EXPECT_EQ(create(bad), RAVENCAL_ERROR_ARGUMENT);
+  EXPECT_EQ(create(good, 0, rig.api().storage_size() - 1), RAVENCAL_ERROR_MEMORY);
+  EXPECT_EQ(create(good, 4), RAVENCAL_ERROR_MEMORY);
+  ASSERT_EQ(create(good), RAVENCAL_SUCCESS);
+  rig.api().destroy(instance);
+}
+
+TEST(Load, NamesWhatIsWrongAndKeepsWhatRuns) {
+  Rig rig;
+  rig.load(make_model(16, {}));
+  rig.enable();
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  const auto refusal = [&](const std::filesystem::path& path, std::int32_t code) {
+    EXPECT_EQ(rig.api().load(rig.instance.get(), path.c_str()), code);
+    return std::string(rig.api().last_error(rig.instance.get()));
+  };
+  EXPECT_NE(refusal("/nonexistent.blob", RAVENCAL_ERROR_IO).find("/nonexistent.blob"),
+            std::string::npos);
+  EXPECT_NE(refusal(scratch_folder(), RAVENCAL_ERROR_IO), "");
+
+  const auto damaged = write_weights(make_model(16, {}), "damaged");
+  std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(1000);
+  file.put('\x7F');
+  file.close();
+  EXPECT_NE(refusal(damaged, RAVENCAL_ERROR_BLOB).find("checksum"), std::string::npos);
+  std::ofstream(scratch_folder() / "empty").close();
+  EXPECT_NE(refusal(scratch_folder() / "empty", RAVENCAL_ERROR_BLOB).find("shorter"),
+            std::string::npos);
+
+  EXPECT_NE(refusal(write_weights(make_model(16, {1000, 1000}), "wide"), RAVENCAL_ERROR_TOPOLOGY)
+                .find("RAVENCAL_TOPOLOGIES"),
+            std::string::npos);
+  model::CalibrationModel foreign = make_model(2, {});
+  foreign.features[0].channel = "yaw.motor_position";
+  EXPECT_NE(refusal(write_weights(foreign, "foreign"), RAVENCAL_ERROR_FEATURES)
+                .find("'yaw.motor_position'"),
+            std::string::npos);
+  model::CalibrationModel tool = make_model(2, {});
+  tool.outputs[0].joint = "wrist";
+  EXPECT_NE(refusal(write_weights(tool, "tool"), RAVENCAL_ERROR_FEATURES).find("'wrist'"),
+            std::string::npos);
+
+  EXPECT_EQ(rig.tick(), RAVENCAL_OK) << "a refused load must not touch the weights that run";
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ACTIVE);
+}
+
+TEST(Info, TellsWhatRuns) {
+  Rig rig;
+  ravencal_info info{};
+  info.struct_size = sizeof info;
+  EXPECT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_ERROR_ARGUMENT) << "nothing loaded";
+  rig.load(make_model({plain("jpos.elbow"), lagged("jpos.elbow", 7)}, {128, 64, 32}));
+  ASSERT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_SUCCESS);
+  EXPECT_EQ(info.inputs, 2U);
+  EXPECT_EQ(info.parameters, 2U * 128 + 128 + 128 * 64 + 64 + 64 * 32 + 32 + 32 * 3 + 3);
+  EXPECT_EQ(info.longest_lag_ticks, 70U);
+  EXPECT_EQ(info.needs_cycle_end, 0U);
+  EXPECT_GE(info.isa, RAVENCAL_ISA_BASELINE);
+}
+
+}  // namespace
+}  // namespace ravencal::test

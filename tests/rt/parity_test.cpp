@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The same numbers by three routes: the model in double precision as training sees it, in single
+// precision, and the loaded plugin at every instruction set; and at the plugin's input, the same
+// channels as a recording has.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/catalogue.hpp"
+#include "host/robot_state.hpp"
+#include "model/single_precision.hpp"
+#include "rt/rig.hpp"
+
+namespace ravencal::test {
+namespace {
+
+struct Case {
+  const char* name;
+  std::uint32_t inputs;
+  std::vector<std::uint32_t> hidden;
+};
+
+class Parity : public ::testing::TestWithParam<std::tuple<std::uint32_t, int>> {
+ protected:
+  static const std::vector<Case>& cases() {
+    static const std::vector<Case> all = {{"paper", 208, {600, 500, 400}},
+                                          {"paper, two inputs fewer", 110, {600, 500, 400}},
+                                          {"light", 112, {128, 64, 32}},
+                                          {"light, odd sizes", 37, {101, 33, 5}},
+                                          {"one hidden layer", 16, {50}},
+                                          {"linear", 112, {}},
+                                          {"one input", 1, {}}};
+    return all;
+  }
+};
+
+TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
+  const auto [isa, which] = GetParam();
+  const Case& test = cases()[static_cast<std::size_t>(which)];
+  Rig rig(isa);
+  const model::CalibrationModel model = make_model(test.inputs, test.hidden, 11);
+  rig.load(model);
+  const ravencal_info info = rig.instance.info();
+  if (info.isa != isa) GTEST_SKIP() << "this processor lacks " << host::isa_name(isa);
+  EXPECT_EQ(info.inputs, test.inputs);
+  EXPECT_GE(info.padded_inputs, test.inputs);
+
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-0.49, 0.49);
+  Eigen::Vector3d worst_double = Eigen::Vector3d::Zero();
+  Eigen::Vector3d worst_single = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 200; ++i) {
+    host::CatalogueValues values{};
+    Eigen::MatrixXd x(1, test.inputs);
+    for (std::size_t c = 0; c < values.size(); ++c) values[c] = 3.0;
+    for (std::uint32_t c = 0; c < test.inputs; ++c) {
+      const auto index = *core::catalogue_index_of(model.features[c].channel);
+      values[index] = model.input.mean[c] + uniform(random);
+    }
+    host::fill_state(values, rig.state.t_ns, true, rig.state);
+    rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
+    rig.tick();
+    // What the state can hold: floats, whole counts, whole micrometres.
+    for (std::uint32_t c = 0; c < test.inputs; ++c) {
+      const auto index = *core::catalogue_index_of(model.features[c].channel);
+      const core::CatalogueEntry& entry = core::catalogue()[index];
+      const double value = values[index];
+      x(0, c) = static_cast<double>(static_cast<float>(value));
+      if (entry.si_unit == "m" && entry.message_unit == "um") {
+        x(0, c) = std::round(value * 1e6) * 1e-6;
+      } else if (entry.si_unit == "counts" || entry.si_unit == "dac_counts" ||
+                 entry.field == core::RavenField::kRunlevel ||
+                 entry.field == core::RavenField::kSublevel ||
+                 entry.field == core::RavenField::kLastSeq ||
+                 entry.field == core::RavenField::kType) {
+        x(0, c) = std::round(value);
+      }
+    }
+    const Eigen::MatrixXd in_double = model.predict(x);
+    const Eigen::MatrixXf in_single = model::predict_single(model, x.transpose().cast<float>());
+    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+      const auto got = static_cast<double>(rig.output.predicted_ji[j]);
+      worst_double[j] = std::max(worst_double[j], std::abs(got - in_double(0, j)));
+      worst_single[j] =
+          std::max(worst_single[j], std::abs(got - static_cast<double>(in_single(j, 0))));
+    }
+  }
+  // Rounding of a dot product of n terms grows like sqrt(n) units in the last place (2^-24); the
+  // widest sum here has 600 terms, four layers follow each other, and the last layer's weights
+  // amplify little: 4 * sqrt(600) * 2^-24 = 6e-6 of the output's scale, plus the last place of the
+  // output itself (mean + scale). Twice that is allowed.
+  for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const double size = std::abs(model.output.mean[j]) + 4.0 * model.output.scale[j];
+    const double tolerance = 2.0 * (6e-6 * 4.0 * model.output.scale[j] + size * std::ldexp(1, -23));
+    EXPECT_LT(worst_double[j], tolerance) << test.name << ", joint " << j + 1;
+    EXPECT_LT(worst_single[j], tolerance) << test.name << ", joint " << j + 1;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, Parity,
+                         ::testing::Combine(::testing::Values(RAVENCAL_ISA_BASELINE,
+                                                              RAVENCAL_ISA_AVX2,
+                                                              RAVENCAL_ISA_AVX512),
+                                            ::testing::Range(0, 7)));
+
+// One input per catalogue entry, weight 1: the plugin must show the network exactly what a
+// recording in SI units says, for the value and for no other.
+TEST(Gather, ShowsTheNetworkEveryChannelOfTheCatalogueAsARecordingHasIt) {
+  host::CatalogueValues message{};
+  for (std::size_t i = 0; i < message.size(); ++i) message[i] = 100.0 + static_cast<double>(i);
+  const host::CatalogueValues si = host::to_si(message);
+  for (std::size_t i = 1; i < core::kCatalogueSize; ++i) {
+    model::CalibrationModel model = make_model({plain(core::catalogue()[i].name)}, {});
+    model.input.mean[0] = si[i];
+    model.input.scale[0] = std::abs(si[i]);
+    model.input_min[0] = si[i] - std::abs(si[i]);
+    model.input_max[0] = si[i] + std::abs(si[i]);
+    model.layers[0].weights.setOnes();
+    model.layers[0].biases.setZero();
+    model.output.mean.setZero();
+    model.output.scale.setOnes();
+    Rig rig(RAVENCAL_ISA_BASELINE);
+    rig.load(model);
+    host::fill_state(si, 1'000'000, true, rig.state);
+    rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
+    rig.tick();
+    // (x - mean) / scale is 0 for the right value, and at least 1/340 for any other.
+    EXPECT_NEAR(rig.output.predicted_ji[0], 0.0, 1e-6) << core::catalogue()[i].name;
+  }
+}
+
+// Facts of the controller: at the hook, positions are of this cycle, but torque, DAC, desired
+// values and pose are not there yet.
+TEST(Gather, TakesTorqueFromTheLastPublishedStateAndPositionsFromThisOne) {
+  model::CalibrationModel model = make_model({plain("jpos.elbow"), plain("tau.elbow")}, {});
+  model.layers[0].weights << 1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F;  // joint 1: jpos, joint 2: tau
+  model.layers[0].biases.setZero();
+  model.output.mean.setZero();
+  model.output.scale = Eigen::Vector3d::Constant(0.5);  // undoes the input's scale
+  Rig rig;
+  rig.load(model);
+  rig.tick();
+  ravencal_state published = rig.state;
+  published.arm[0].tau_n_m[1] += 0.25F;
+  published.arm[0].jpos_ji[1] += 0.125F;  // must not be used
+  rig.api().observe_cycle_end(rig.instance.get(), &published);
+  ravencal_state at_hook = healthy_state(rig.state.t_ns + 1'000'000);
+  at_hook.arm[0].tau_n_m[1] = 77.0F;  // must not be used
+  at_hook.arm[0].jpos_ji[1] += 0.0625F;
+  rig.api().step(rig.instance.get(), &at_hook, &rig.output);
+  EXPECT_NEAR(rig.output.predicted_ji[0], 0.0625, 1e-6);
+  EXPECT_NEAR(rig.output.predicted_ji[1], 0.25, 1e-6);
+}
+
+}  // namespace
+}  // namespace ravencal::test

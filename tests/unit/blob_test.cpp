@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "model/blob_format.hpp"
+#include "model/blob_view.hpp"
+#include "model/blob_writer.hpp"
+#include "model/single_precision.hpp"
+#include "unit/blob_sample.hpp"
+
+namespace ravencal::test {
+namespace {
+
+namespace blob = model::blob;
+using model::BlobCheck;
+using model::BlobStatus;
+using model::BlobView;
+using Bytes = std::vector<std::byte>;
+
+BlobCheck check(const Bytes& bytes) {
+  BlobView view;
+  return BlobView::open(bytes, view);
+}
+
+void put(Bytes& bytes, std::size_t at, std::initializer_list<unsigned> values) {
+  for (const unsigned value : values) bytes[at++] = static_cast<std::byte>(value);
+}
+
+std::size_t section(const Bytes& bytes, blob::Section which) {
+  return blob::section_entry(bytes.data(), which).offset;
+}
+
+TEST(Blob, EncodesTheGoldenModelToTheGoldenBytes) {
+  const auto bytes = model::encode_blob(golden_model());
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  if (std::getenv("RAVENCAL_WRITE_GOLDEN") != nullptr) {
+    const auto path =
+        std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v1.blob";
+    ASSERT_TRUE(model::write_blob(golden_model(), path).ok());
+  }
+  const Bytes golden = golden_bytes();
+  ASSERT_EQ(bytes->size(), golden.size());
+  // The self-test outputs may differ in their last bits between machines (exp), and with them the
+  // checksum; everything else is the same to the byte.
+  const blob::SectionEntry self_test = blob::section_entry(golden.data(), blob::kSelfTest);
+  for (std::size_t at = 0; at < golden.size() - blob::kTrailerBytes; ++at) {
+    if (at >= self_test.offset && at < self_test.offset + self_test.bytes) continue;
+    ASSERT_EQ((*bytes)[at], golden[at])
+        << "byte " << at << ": the format changed; raise its version, or undo";
+  }
+}
+
+TEST(Blob, GoldenBytesSayWhatTheirJsonTwinSays) {
+  std::ifstream file(std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" /
+                     "weights_v1.json");
+  const auto twin = nlohmann::json::parse(file);
+  const Bytes bytes = golden_bytes();
+  BlobView view;
+  ASSERT_TRUE(BlobView::open(bytes, view).ok());
+  EXPECT_EQ(twin["bytes"], bytes.size());
+  EXPECT_EQ(twin["row_period_s"], view.row_period_s());
+  ASSERT_EQ(twin["features"].size(), view.feature_count());
+  for (std::size_t i = 0; i < view.feature_count(); ++i) {
+    const auto& expected = twin["features"][i];
+    const model::BlobFeature feature = view.feature(i);
+    EXPECT_EQ(expected["channel"], feature.channel);
+    EXPECT_EQ(expected["catalogue_index"], feature.catalogue_index);
+    EXPECT_EQ(expected["transform"], static_cast<int>(feature.transform));
+    EXPECT_EQ(expected["lag_rows"], feature.lag_rows);
+    EXPECT_EQ(expected["half_width"], feature.play_half_width);
+    EXPECT_EQ(expected["mean"], view.input_mean(i));
+    EXPECT_EQ(expected["scale"], view.input_scale(i));
+    EXPECT_EQ(expected["min"], view.input_min(i));
+    EXPECT_EQ(expected["max"], view.input_max(i));
+  }
+  ASSERT_EQ(twin["layers"].size(), view.layer_count());
+  for (std::size_t l = 0; l < view.layer_count(); ++l) {
+    const auto& expected = twin["layers"][l];
+    const model::BlobLayer layer = view.layer(l);
+    EXPECT_EQ(expected["activation"], static_cast<int>(layer.activation));
+    ASSERT_EQ(expected["weights"].size(), layer.outputs);
+    for (std::size_t row = 0; row < layer.outputs; ++row) {
+      EXPECT_EQ(expected["biases"][row], view.bias(layer, row));
+      ASSERT_EQ(expected["weights"][row].size(), layer.inputs);
+      for (std::size_t column = 0; column < layer.inputs; ++column) {
+        EXPECT_EQ(expected["weights"][row][column], view.weight(layer, row, column));
+      }
+    }
+  }
+  for (std::size_t j = 0; j < view.output_count(); ++j) {
+    const auto& expected = twin["outputs"][j];
+    EXPECT_EQ(expected["slot"], view.output(j).slot);
+    EXPECT_EQ(expected["joint"], view.output(j).joint);
+    EXPECT_EQ(expected["channel"], view.output(j).estimate_channel);
+    EXPECT_EQ(expected["unit"], view.output(j).unit);
+    EXPECT_EQ(expected["mean"], view.output_mean(j));
+    EXPECT_EQ(expected["scale"], view.output_scale(j));
+  }
+  EXPECT_EQ(twin["provenance"], nlohmann::json::parse(view.provenance()));
+}
+
+TEST(Blob, DecodesToTheModelItWasMadeFrom) {
+  const model::CalibrationModel expected = golden_model();
+  const auto decoded = model::decode_blob(golden_bytes(), "golden");
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  EXPECT_EQ(decoded->features, expected.features);
+  EXPECT_EQ(decoded->input.mean, expected.input.mean);
+  EXPECT_EQ(decoded->input.scale, expected.input.scale);
+  EXPECT_EQ(decoded->input_min, expected.input_min);
+  EXPECT_EQ(decoded->input_max, expected.input_max);
+  ASSERT_EQ(decoded->layers.size(), expected.layers.size());
+  for (std::size_t l = 0; l < expected.layers.size(); ++l) {
+    EXPECT_EQ(decoded->layers[l].weights, expected.layers[l].weights);
+    EXPECT_EQ(decoded->layers[l].biases, expected.layers[l].biases);
+    EXPECT_EQ(decoded->layers[l].activation, expected.layers[l].activation);
+  }
+  EXPECT_EQ(decoded->output.mean, expected.output.mean);
+  EXPECT_EQ(decoded->output.scale, expected.output.scale);
+  EXPECT_EQ(decoded->provenance, expected.provenance);
+  EXPECT_EQ(decoded->row_period_s, expected.row_period_s);
+}
+
+TEST(Blob, RefusesEveryFlippedByteWithAName) {
+  const Bytes good = golden_bytes();
+  ASSERT_TRUE(check(good).ok());
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    Bytes bad = good;
+    for (unsigned flip = 1; flip < 256; ++flip) {
+      bad[at] = good[at] ^ static_cast<std::byte>(flip);
+      const BlobCheck result = check(bad);
+      ASSERT_FALSE(result.ok()) << "byte " << at << " flipped by " << flip;
+      ASSERT_STRNE(describe(result.status), "unknown reason");
+      ASSERT_LE(result.offset, bad.size());
+    }
+  }
+}
+
+TEST(Blob, RefusesEveryTruncationAndExtension) {
+  const Bytes good = golden_bytes();
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    const BlobCheck result = check(Bytes(good.begin(), good.begin() + static_cast<long>(size)));
+    ASSERT_EQ(result.status, BlobStatus::kTooShort) << size << " bytes";
+  }
+  for (const std::size_t more : {1U, 64U, 4096U}) {
+    Bytes longer = good;
+    longer.resize(good.size() + more);
+    EXPECT_EQ(check(longer).status, BlobStatus::kSize);
+  }
+}
+
+// Behind the checksum: whatever a wrong writer may produce is refused by the check it breaks.
+TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
+  const Bytes good = golden_bytes();
+  const std::size_t trailer = good.size() - blob::kTrailerBytes;
+  const auto nan = {0x00U, 0x00U, 0x00U, 0x00U, 0x00U, 0x00U, 0xF8U, 0x7FU};
+  const auto nan32 = {0x00U, 0x00U, 0xC0U, 0x7FU};
+  const auto zero64 = {0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U};
+  struct Case {
+    const char* what;
+    std::size_t at;
+    std::initializer_list<unsigned> bytes;
+    BlobStatus expected;
+  };
+  const std::size_t features = section(good, blob::kFeatures);
+  const std::size_t scaling = section(good, blob::kInputScaling);
+  const std::size_t range = section(good, blob::kInputRange);
+  const std::size_t layers = section(good, blob::kLayers);
+  const std::size_t weights = section(good, blob::kWeights);
+  const std::size_t outputs = section(good, blob::kOutputs);
+  const std::size_t self_test = section(good, blob::kSelfTest);
+  const std::size_t provenance = section(good, blob::kProvenance);
+  const Case cases[] = {
+      {"magic", 0, {0}, BlobStatus::kBadMagic},
+      {"major version", blob::kMajorAt, {2}, BlobStatus::kVersion},
+      {"header size", blob::kHeaderBytesAt, {0}, BlobStatus::kSize},
+      {"precision", blob::kPrecisionAt, {1}, BlobStatus::kPrecision},
+      {"no features", blob::kFeatureCountAt, {0}, BlobStatus::kCount},
+      {"many features", blob::kFeatureCountAt, {0xFF, 0xFF}, BlobStatus::kCount},
+      {"one feature more", blob::kFeatureCountAt, {4}, BlobStatus::kLayer},
+      {"layers", blob::kLayerCountAt, {0xFF}, BlobStatus::kCount},
+      {"outputs", blob::kOutputCountAt, {3}, BlobStatus::kLayer},
+      {"self-tests", blob::kSelfTestCountAt, {9}, BlobStatus::kSection},
+      {"row period", blob::kRowPeriodAt, nan, BlobStatus::kPeriod},
+      {"header tail", 150, {1}, BlobStatus::kReserved},
+      {"section offset", blob::kSectionTableAt, {1}, BlobStatus::kSection},
+      {"section size", blob::kSectionTableAt + 4, {1}, BlobStatus::kSection},
+      {"huge provenance",
+       blob::kSectionTableAt + 8 * 8 + 4,
+       {0xFF, 0xFF, 0xFF, 0xFF},
+       BlobStatus::kSection},
+      {"transform", features + 2, {3}, BlobStatus::kFeature},
+      {"lag of a plain value", features + 4, {1}, BlobStatus::kFeature},
+      {"lag of zero rows", features + 64 + 4, {0}, BlobStatus::kFeature},
+      {"half-width", features + 128 + 8, nan32, BlobStatus::kFeature},
+      {"channel name", features + 16, {0}, BlobStatus::kFeature},
+      {"blank in a name", features + 17, {' '}, BlobStatus::kFeature},
+      {"mean", scaling, nan, BlobStatus::kScaling},
+      {"scale of zero", scaling + 3 * 8, zero64, BlobStatus::kScaling},
+      {"range", range, nan, BlobStatus::kRange},
+      {"empty range", range + 7, {0x7F}, BlobStatus::kRange},
+      {"activation", layers + 8, {4}, BlobStatus::kLayer},
+      {"layer size", layers + 4, {3}, BlobStatus::kLayer},
+      {"weight offset", layers + 32 + 12, {1}, BlobStatus::kLayer},
+      {"weight", weights, nan32, BlobStatus::kWeight},
+      {"padding of weights", weights + 2 * 4, {1}, BlobStatus::kReserved},
+      {"slot", outputs, {8}, BlobStatus::kOutput},
+      {"slot twice", outputs + 128, {1}, BlobStatus::kOutput},
+      {"unit", outputs + 104, {0}, BlobStatus::kOutput},
+      {"tolerance", self_test, zero64, BlobStatus::kSelfTest},
+      {"test output", self_test + 16, nan, BlobStatus::kSelfTest},
+      {"provenance", provenance, {'['}, BlobStatus::kProvenance},
+      {"control character", provenance + 3, {'\n'}, BlobStatus::kProvenance},
+      {"signature", trailer + 4, {1}, BlobStatus::kSignature},
+      {"signature bytes", trailer + 70, {1}, BlobStatus::kReserved},
+  };
+  std::set<BlobStatus> seen;
+  for (const Case& test : cases) {
+    Bytes bad = good;
+    put(bad, test.at, test.bytes);
+    repair_checksum(bad);
+    const BlobCheck result = check(bad);
+    EXPECT_EQ(result.status, test.expected)
+        << test.what << ": " << describe(result.status) << " at byte " << result.offset;
+    seen.insert(result.status);
+  }
+  for (int status = 1; status <= static_cast<int>(BlobStatus::kProvenance); ++status) {
+    const auto named = static_cast<BlobStatus>(status);
+    if (named == BlobStatus::kTooShort || named == BlobStatus::kChecksum) continue;  // tests above
+    EXPECT_TRUE(seen.contains(named)) << describe(named) << " is not tested";
+  }
+}
+
+TEST(Blob, ReadsAHeaderThatALaterMinorVersionMadeLonger) {
+  const Bytes good = golden_bytes();
+  Bytes newer = good;
+  newer.insert(newer.begin() + blob::kHeaderBytes, 64, std::byte{0x5A});
+  put(newer, blob::kMinorAt, {1});
+  static_assert(blob::kHeaderBytes + 64 == 0x100);
+  put(newer, blob::kHeaderBytesAt, {0x00, 0x01});
+  const std::size_t size = newer.size();
+  put(newer, blob::kFileBytesAt,
+      {static_cast<unsigned>(size & 0xFFU), static_cast<unsigned>(size >> 8U)});
+  for (std::size_t s = 0; s < blob::kSectionCount; ++s) {
+    const std::size_t at = blob::kSectionTableAt + s * blob::kSectionEntryBytes;
+    const std::uint32_t offset = blob::load_u32(newer.data() + at) + 64;
+    put(newer, at, {offset & 0xFFU, offset >> 8U});
+  }
+  repair_checksum(newer);
+  BlobView view;
+  const BlobCheck result = BlobView::open(newer, view);
+  ASSERT_TRUE(result.ok()) << describe(result.status) << " at byte " << result.offset;
+  EXPECT_EQ(view.feature(0).channel, "jpos.elbow");
+  EXPECT_EQ(view.weight(view.layer(0), 1, 2), 6.0F);
+}
+
+TEST(Blob, SelfTestVectorsLieInTheTrainedRangeAndHoldTheModelsOutputs) {
+  const model::CalibrationModel model = golden_model();
+  const Bytes bytes = golden_bytes();
+  BlobView view;
+  ASSERT_TRUE(BlobView::open(bytes, view).ok());
+  for (std::size_t row = 0; row < view.self_test_count(); ++row) {
+    Eigen::MatrixXd x(1, 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      x(0, static_cast<int>(i)) = static_cast<double>(view.self_test_input(row, i));
+      EXPECT_GE(x(0, static_cast<int>(i)), view.input_min(i));
+      EXPECT_LE(x(0, static_cast<int>(i)), view.input_max(i));
+    }
+    const Eigen::MatrixXd y = model.predict(x);
+    const Eigen::MatrixXf single = model::predict_single(model, x.transpose().cast<float>());
+    for (std::size_t j = 0; j < 2; ++j) {
+      const auto k = static_cast<int>(j);
+      EXPECT_DOUBLE_EQ(view.self_test_output(row, j), y(0, k));
+      EXPECT_NEAR(static_cast<double>(single(k, 0)), y(0, k), view.self_test_tolerance(j));
+      EXPECT_LT(view.self_test_tolerance(j), 1e-4 * view.output_scale(j));
+    }
+  }
+}
+
+TEST(Blob, RefusesModelsThatItCannotHold) {
+  const auto message_of = [](const model::CalibrationModel& model) {
+    const auto result = model::encode_blob(model);
+    return result.ok() ? std::string() : result.error().message;
+  };
+  model::CalibrationModel model = golden_model();
+  model.features[0].channel = "has blank";
+  EXPECT_NE(message_of(model).find("'has blank'"), std::string::npos);
+  model = golden_model();
+  model.features.pop_back();
+  EXPECT_NE(message_of(model).find("2 inputs"), std::string::npos);
+  model = golden_model();
+  model.layers[1].biases.resize(3);
+  EXPECT_NE(message_of(model).find("layer 2"), std::string::npos);
+  model = golden_model();
+  model.layers[0].weights(0, 0) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(message_of(model).empty());
+}
+
+TEST(Blob, WritesNothingWhenItCannot) {
+  const core::Status status = model::write_blob(golden_model(), "/nonexistent/w.blob");
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, core::ErrorCode::kIo);
+  EXPECT_NE(status.error().message.find("/nonexistent/w.blob"), std::string::npos);
+}
+
+TEST(Blob, RefusesAnIndexThatDoesNotFitItsName) {
+  Bytes bytes = golden_bytes();
+  put(bytes, section(bytes, blob::kFeatures), {7});
+  repair_checksum(bytes);
+  const auto result = model::decode_blob(bytes, "w.blob");
+  ASSERT_FALSE(result.ok());
+  EXPECT_NE(result.error().message.find("catalogue index 7"), std::string::npos);
+}
+
+TEST(Crc32c, MatchesThePublishedVectors) {
+  const auto crc = [](const Bytes& bytes) { return blob::crc32c(bytes.data(), bytes.size()); };
+  // RFC 3720, B.4.
+  EXPECT_EQ(crc(Bytes(32, std::byte{0x00})), 0x8A9136AAU);
+  EXPECT_EQ(crc(Bytes(32, std::byte{0xFF})), 0x62A8AB43U);
+  Bytes rising(32);
+  for (std::size_t i = 0; i < 32; ++i) rising[i] = static_cast<std::byte>(i);
+  EXPECT_EQ(crc(rising), 0x46DD794EU);
+  const char* const digits = "123456789";
+  const auto* const text = reinterpret_cast<const std::byte*>(digits);
+  EXPECT_EQ(blob::crc32c(text, 9), 0xE3069283U);
+}
+
+}  // namespace
+}  // namespace ravencal::test

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <onnx/checker.h>
+#include <onnx/onnx_pb.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "learn/onnx_file.hpp"
+#include "learn/onnx_metadata.hpp"
+
+namespace ravencal::learn {
+namespace {
+
+model::CalibrationModel sample_model() {
+  std::srand(4);
+  model::CalibrationModel model;
+  model.features = {{"jpos.elbow"},
+                    {"jpos.elbow", model::Transform::kLag, 3},
+                    {"tau.elbow"},
+                    {"mpos.elbow", model::Transform::kPlay, 0, 0.0125F}};
+  model.input.mean = Eigen::VectorXd::Random(4) / 3.0;
+  model.input.scale = Eigen::VectorXd::Random(4).cwiseAbs().array() + 0.1;
+  model.input_min = Eigen::VectorXd::Constant(4, -1.0 / 3.0);
+  model.input_max = Eigen::VectorXd::Constant(4, 2.0 / 3.0);
+  const Eigen::Index widths[] = {4, 6, 5, 2};
+  const model::Activation activations[] = {model::Activation::kSigmoid, model::Activation::kRelu,
+                                           model::Activation::kLinear};
+  for (int k = 0; k < 3; ++k) {
+    model.layers.push_back({Eigen::MatrixXf::Random(widths[k + 1], widths[k]),
+                            Eigen::VectorXf::Random(widths[k + 1]), activations[k]});
+  }
+  model.output.mean = Eigen::Vector2d(0.1, -0.002);
+  model.output.scale = Eigen::Vector2d(0.02, 1e-4);
+  model.outputs = {{"elbow", "jpos.elbow", "rad"}, {"insertion", "jpos.insertion", "m"}};
+  model.row_period_s = 0.01;
+  model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
+  return model;
+}
+
+class OnnxFile : public testing::Test {
+ protected:
+  OnnxFile()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("ravencal_onnx_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~OnnxFile() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const model::CalibrationModel& model = sample_model()) const {
+    const std::filesystem::path path = folder_ / "model.onnx";
+    EXPECT_TRUE(write_onnx(model, path).ok());
+    return path;
+  }
+
+  static onnx::ModelProto proto_of(const std::filesystem::path& path) {
+    onnx::ModelProto proto;
+    std::ifstream file(path, std::ios::binary);
+    EXPECT_TRUE(proto.ParseFromIstream(&file));
+    return proto;
+  }
+
+  /// The reader's complaint about the sample model after `change`.
+  std::string refusal_after(const std::function<void(onnx::ModelProto&)>& change) const {
+    const std::filesystem::path path = write();
+    onnx::ModelProto proto = proto_of(path);
+    change(proto);
+    std::ofstream(path, std::ios::binary) << proto.SerializeAsString();
+    const auto model = read_onnx(path);
+    if (model.ok()) return "accepted";
+    EXPECT_EQ(model.error().code, core::ErrorCode::kData);
+    return model.error().message;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(OnnxFile, ComesBackAsItWas) {
+  const model::CalibrationModel model = sample_model();
+  const auto read = read_onnx(write(model));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->features, model.features);
+  EXPECT_EQ(read->input.mean, model.input.mean);
+  EXPECT_EQ(read->input.scale, model.input.scale);
+  EXPECT_EQ(read->input_min, model.input_min);
+  EXPECT_EQ(read->input_max, model.input_max);
+  EXPECT_EQ(read->output.mean, model.output.mean);
+  EXPECT_EQ(read->output.scale, model.output.scale);
+  EXPECT_EQ(read->row_period_s, model.row_period_s);
+  EXPECT_EQ(read->provenance, model.provenance);
+  ASSERT_EQ(read->layers.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(read->layers[k].weights, model.layers[k].weights);
+    EXPECT_EQ(read->layers[k].biases, model.layers[k].biases);
+    EXPECT_EQ(read->layers[k].activation, model.layers[k].activation);
+  }
+  EXPECT_EQ(read->outputs[1].joint, "insertion");
+  EXPECT_EQ(read->outputs[1].estimate_channel, "jpos.insertion");
+  EXPECT_EQ(read->outputs[1].unit, "m");
+}
+
+TEST_F(OnnxFile, PassesTheCheckerOfOnnx) {
+  EXPECT_NO_THROW(onnx::checker::check_model(proto_of(write())));
+}
+
+TEST_F(OnnxFile, FailsTheCheckerOfOnnxWhenAnOperatorIsUnknown) {
+  onnx::ModelProto proto = proto_of(write());
+  proto.mutable_graph()->mutable_node(3)->set_op_type("Sigmoidal");
+  EXPECT_THROW(onnx::checker::check_model(proto), std::exception);
+}
+
+TEST_F(OnnxFile, DeclaresRawFeaturesInAndJointErrorOut) {
+  const onnx::GraphProto graph = proto_of(write()).graph();
+  ASSERT_EQ(graph.input_size(), 1);
+  EXPECT_EQ(graph.input(0).name(), "features");
+  EXPECT_EQ(graph.input(0).type().tensor_type().shape().dim(1).dim_value(), 4);
+  ASSERT_EQ(graph.output_size(), 1);
+  EXPECT_EQ(graph.output(0).name(), "joint_error");
+  EXPECT_EQ(graph.output(0).type().tensor_type().shape().dim(1).dim_value(), 2);
+}
+
+TEST_F(OnnxFile, NamesAnOperatorThatItDoesNotSupport) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    proto.mutable_graph()->mutable_node(3)->set_op_type("LeakyRelu");
+  });
+  EXPECT_NE(refusal.find("LeakyRelu"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("model.onnx"), std::string::npos) << refusal;
+}
+
+TEST_F(OnnxFile, RefusesWeightsOfAnotherShape) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    for (auto& tensor : *proto.mutable_graph()->mutable_initializer()) {
+      if (tensor.name() != "weights_0") continue;
+      tensor.set_dims(0, 8);
+      tensor.set_dims(1, 3);
+    }
+  });
+  EXPECT_NE(refusal.find("8 x 3"), std::string::npos) << refusal;
+}
+
+TEST_F(OnnxFile, RefusesWeightsThatAreNotThere) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    for (auto& tensor : *proto.mutable_graph()->mutable_initializer()) {
+      if (tensor.name() == "weights_1") tensor.mutable_raw_data()->resize(8);
+    }
+  });
+  EXPECT_NE(refusal.find("does not hold its 30 values"), std::string::npos) << refusal;
+}
+
+TEST_F(OnnxFile, RefusesWeightsThatAreNotFinite) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    for (auto& tensor : *proto.mutable_graph()->mutable_initializer()) {
+      if (tensor.name() == "biases_1") tensor.mutable_raw_data()->replace(0, 4, "\xff\xff\xff\x7f");
+    }
+  });
+  EXPECT_NE(refusal.find("not finite"), std::string::npos) << refusal;
+}
+
+TEST_F(OnnxFile, RefusesAScalingThatContradictsTheMetadata) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    for (auto& property : *proto.mutable_metadata_props()) {
+      if (property.key() == "ravencal.input_mean") property.set_value("[1, 2, 3, 4]");
+    }
+  });
+  EXPECT_NE(refusal.find("contradicts the metadata's input_mean"), std::string::npos) << refusal;
+}
+
+TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
+  for (const auto& [key, value] : metadata_of(sample_model())) {
+    const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
+      for (auto& property : *proto.mutable_metadata_props()) {
+        if (property.key() == key) property.set_key("other");
+      }
+    });
+    EXPECT_NE(refusal.find(key), std::string::npos) << refusal;
+  }
+}
+
+TEST_F(OnnxFile, RefusesEveryWrongValueInTheMetadataWithoutCrashing) {
+  for (const auto& [key, value] : metadata_of(sample_model())) {
+    for (const char* wrong : {"", "[", "[]", "{}", "null", "\"text\"", "[null]", "-1", "[1e999]"}) {
+      if (key == "ravencal.provenance" && std::string(wrong) == "{}") continue;
+      const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
+        for (auto& property : *proto.mutable_metadata_props()) {
+          if (property.key() == key) property.set_value(wrong);
+        }
+      });
+      EXPECT_NE(refusal, "accepted") << key << " = " << wrong;
+    }
+  }
+}
+
+TEST_F(OnnxFile, RefusesEveryTruncationWithoutCrashing) {
+  const std::filesystem::path path = write();
+  const std::string whole = proto_of(path).SerializeAsString();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    std::ofstream(path, std::ios::binary) << whole.substr(0, size);
+    EXPECT_FALSE(read_onnx(path).ok()) << size << " of " << whole.size() << " bytes";
+  }
+}
+
+TEST_F(OnnxFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
+  const std::filesystem::path path = write();
+  const std::string before = proto_of(path).SerializeAsString();
+  std::filesystem::create_directory(path.string() + ".partial");  // in the way
+  const core::Status status = write_onnx(sample_model(), path);
+  EXPECT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, core::ErrorCode::kIo);
+  EXPECT_EQ(proto_of(path).SerializeAsString(), before);
+}
+
+TEST_F(OnnxFile, LeavesNothingBehindOnAFullDisk) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  const std::filesystem::path path = folder_ / "full.onnx";
+  std::filesystem::create_symlink("/dev/full", path.string() + ".partial");
+  const core::Status status = write_onnx(sample_model(), path);
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.error().message.find("No space left"), std::string::npos)
+      << status.error().message;
+  EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_FALSE(std::filesystem::exists(path.string() + ".partial"));
+}
+
+TEST_F(OnnxFile, IsDescribedInWords) {
+  const auto text = describe_model(write());
+  ASSERT_TRUE(text.ok());
+  for (const char* words :
+       {"4-6-5-2", "jpos.elbow@3", "mpos.elbow~0.0125", "insertion", "seed: 3"}) {
+    EXPECT_NE(text->find(words), std::string::npos) << words;
+  }
+}
+
+}  // namespace
+}  // namespace ravencal::learn

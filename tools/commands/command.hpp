@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the commands share: how they end, and the options of those that read recordings.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "core/result.hpp"
+#include "record/load.hpp"
+
+namespace ravencal::commands {
+
+/// Runs `run` when the user calls `command`. An error is printed as `ravencal COMMAND: why` and
+/// decides the exit code (cli/exit_code.hpp); success leaves it as it is.
+void on_call(CLI::App& command, int& exit_code, std::function<core::Status()> run);
+
+/// --profile, --arm and --skip-bad, for what is not a recording yet.
+void add_load_options(CLI::App& command, record::LoadOptions& load);
+
+}  // namespace ravencal::commands
