@@ -257,7 +257,8 @@ void name_gain(const Series& s, const Stretch& stretch, double nominal, double t
   effect.p_value = sign_flip_p(ratios.array() - 1.0, 1);
   effect.size = std::sqrt(change / std::max(1.0, count));
   effect.separate_by = "read the gain from the controller's configuration";
-  if (effect.p_value <= 0.01) findings.effects.push_back(std::move(effect));
+  if (effect.p_value <= 0.01 && effect.held_out_after < effect.held_out_before)
+    findings.effects.push_back(std::move(effect));
 }
 
 }  // namespace
