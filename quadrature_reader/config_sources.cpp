@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/config_sources.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
-#include "quadrature_reader/toml_table.hpp"
+#include "core/toml_table.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
+
+using core::TomlTable;
 
 std::int64_t ns_of_ms(double ms) { return std::llround(1e6 * ms); }
 
@@ -17,29 +21,31 @@ std::optional<SourceKind> kind_from(std::string_view name) {
   return std::nullopt;
 }
 
+/// A GPIO line by name or by number.
 std::optional<LineRef> read_line(TomlTable& table, std::string_view key) {
-  const toml::node* node = table.find(key);
-  if (node == nullptr) return std::nullopt;
-  if (const auto name = node->value<std::string>(); node->is_string() && !name->empty())
-    return LineRef{*name, {}};
-  if (const auto offset = table.integer(key, 0, 65535))
-    return LineRef{{}, static_cast<unsigned>(*offset)};
-  return LineRef{};
+  if (!table.has(key)) return std::nullopt;
+  if (!table.holds_text(key)) {
+    return LineRef{{}, static_cast<unsigned>(table.integer_or(key, 0, {0, 65535}))};
+  }
+  LineRef line{table.text(key), {}};
+  if (line.name.empty()) table.fail(key, fmt::format("{} is empty", key));
+  return line;
+}
+
+LineRef read_required_line(TomlTable& table, std::string_view key) {
+  if (!table.has(key)) table.fail_missing(key);
+  return read_line(table, key).value_or(LineRef{});
 }
 
 GpioEncoder read_gpio(TomlTable& table) {
   GpioEncoder encoder;
-  const auto a = read_line(table, "line_a");
-  const auto b = read_line(table, "line_b");
-  table.require(a.has_value(), "line_a");
-  table.require(b.has_value(), "line_b");
-  encoder.a = a.value_or(LineRef{});
-  encoder.b = b.value_or(LineRef{});
+  encoder.a = read_required_line(table, "line_a");
+  encoder.b = read_required_line(table, "line_b");
   encoder.z = read_line(table, "line_z");
-  encoder.active_low = table.boolean("active_low").value_or(false);
+  encoder.active_low = table.boolean_or("active_low", false);
   encoder.debounce_us =
-      static_cast<std::uint32_t>(table.integer("debounce_us", 0, 1'000'000).value_or(0));
-  const std::string bias = table.text("bias").value_or("as-is");
+      static_cast<std::uint32_t>(table.integer_or("debounce_us", 0, {0, 1'000'000}));
+  const std::string bias = table.text_or("bias", "as-is");
   if (bias == "as-is") {
     encoder.bias = Bias::kAsIs;
   } else if (bias == "disabled") {
@@ -58,18 +64,18 @@ GpioEncoder read_gpio(TomlTable& table) {
 constexpr std::uint32_t kTpdo1 = 0x180;
 
 void read_can_layout(TomlTable& table, CanEncoder& encoder) {
-  const auto id = table.integer("can_id", 0, 0x1FFFFFFF);
-  encoder.extended = table.boolean("can_extended").value_or(id.value_or(0) > 0x7FF);
+  const auto id = table.find_integer("can_id", {0, 0x1FFFFFFF});
+  encoder.extended = table.boolean_or("can_extended", id.value_or(0) > 0x7FF);
   if (id) encoder.id = static_cast<std::uint32_t>(*id);
   if (!encoder.extended && encoder.id > 0x7FF) {
     table.fail("can_id", "can_id above 0x7FF needs can_extended = true");
   }
-  encoder.byte_offset = static_cast<unsigned>(table.integer("byte_offset", 0, 63).value_or(0));
-  encoder.byte_count = static_cast<unsigned>(table.integer("byte_count", 1, 8).value_or(4));
-  encoder.big_endian = table.boolean("big_endian").value_or(false);
-  encoder.is_signed = table.boolean("signed").value_or(false);
+  encoder.byte_offset = static_cast<unsigned>(table.integer_or("byte_offset", 0, {0, 63}));
+  encoder.byte_count = static_cast<unsigned>(table.integer_or("byte_count", 4, {1, 8}));
+  encoder.big_endian = table.boolean_or("big_endian", false);
+  encoder.is_signed = table.boolean_or("signed", false);
   encoder.counter_bits = static_cast<unsigned>(
-      table.integer("counter_bits", 2, 8 * encoder.byte_count).value_or(8 * encoder.byte_count));
+      table.integer_or("counter_bits", 8 * encoder.byte_count, {2, 8 * encoder.byte_count}));
   if (encoder.byte_offset + encoder.byte_count > 64) {
     table.fail("byte_offset", "byte_offset + byte_count exceed the 64 bytes of a CAN FD frame");
   }
@@ -77,12 +83,12 @@ void read_can_layout(TomlTable& table, CanEncoder& encoder) {
 
 CanEncoder read_can(TomlTable& table) {
   CanEncoder encoder;
-  const auto node = table.integer("canopen_node", 1, 127);
+  const auto node = table.find_integer("canopen_node", {1, 127});
   if (node) {
     encoder.canopen_node = static_cast<unsigned>(*node);
     encoder.id = kTpdo1 + *encoder.canopen_node;
-  } else {
-    table.require(table.find("can_id") != nullptr, "canopen_node' or 'can_id");
+  } else if (!table.has("can_id")) {
+    table.fail_missing("canopen_node or can_id");
   }
   read_can_layout(table, encoder);
   return encoder;
@@ -92,33 +98,27 @@ CanEncoder read_can(TomlTable& table) {
 
 SourceSettings read_source_settings(TomlTable& table) {
   SourceSettings source;
-  const auto name = table.text("name");
-  const auto kind = table.text("kind");
-  table.require(name.has_value(), "name");
-  table.require(kind.has_value(), "kind");
-  source.name = name.value_or("");
-  const auto known = kind_from(kind.value_or("gpio"));
-  if (!known) table.fail("kind", fmt::format("kind is '{}', must be gpio, can or replay", *kind));
+  source.name = table.text("name");
+  const std::string kind = table.text("kind");
+  const auto known = kind_from(kind);
+  if (!known) table.fail("kind", fmt::format("kind is '{}', must be gpio, can or replay", kind));
   source.kind = known.value_or(SourceKind::kGpio);
   const char* device_key = source.kind == SourceKind::kGpio  ? "chip"
                            : source.kind == SourceKind::kCan ? "interface"
                                                              : "recording";
-  const auto device = table.text(device_key);
-  table.require(device.has_value(), device_key);
-  source.device = device.value_or("");
+  source.device = table.text(device_key);
   if (source.kind == SourceKind::kGpio) {
     source.event_buffer_size =
-        static_cast<std::uint32_t>(table.integer("event_buffer_size", 0, 1024).value_or(0));
-    source.reorder_ns = ns_of_ms(table.number("reorder_ms", 0.0, 100.0).value_or(1.0));
+        static_cast<std::uint32_t>(table.integer_or("event_buffer_size", 0, {0, 1024}));
+    source.reorder_ns = ns_of_ms(table.number_or("reorder_ms", 1.0, {0.0, 100.0}));
   } else if (source.kind == SourceKind::kReplay) {
-    source.replay_speed = table.number("speed", 0.0, 1e6).value_or(1.0);
+    source.replay_speed = table.number_or("speed", 1.0, {0.0, 1e6});
   } else {
-    source.position_timeout_ns =
-        ns_of_ms(table.number("position_timeout_ms", 0.0, 1e6).value_or(0.0));
+    source.position_timeout_ns = ns_of_ms(table.number_or("position_timeout_ms", 0.0, {0.0, 1e6}));
     source.heartbeat_timeout_ns =
-        ns_of_ms(table.number("heartbeat_timeout_ms", 0.0, 1e6).value_or(0.0));
-    source.sync_period_ns = ns_of_ms(table.number("sync_period_ms", 0.0, 1e4).value_or(0.0));
-    source.start_nodes = table.boolean("start_nodes").value_or(false);
+        ns_of_ms(table.number_or("heartbeat_timeout_ms", 0.0, {0.0, 1e6}));
+    source.sync_period_ns = ns_of_ms(table.number_or("sync_period_ms", 0.0, {0.0, 1e4}));
+    source.start_nodes = table.boolean_or("start_nodes", false);
   }
   return source;
 }

@@ -5,18 +5,17 @@
 
 #include <cstdint>
 
+#include "core/toml_table.hpp"
 #include "quadrature_reader/config.hpp"
 
 namespace ravencal::quadrature_reader {
 
-class TomlTable;
-
 /// The keys of one [[source]].
-SourceSettings read_source_settings(TomlTable& table);
+SourceSettings read_source_settings(core::TomlTable& table);
 
 /// The keys of [[encoder]] number `axis_number` that say where its source finds it; added to
 /// `source`.
-void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& source,
+void read_wiring(core::TomlTable& table, std::uint8_t axis_number, SourceSettings& source,
                  AxisSettings& axis);
 
 }  // namespace ravencal::quadrature_reader

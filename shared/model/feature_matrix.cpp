@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/median.hpp"
 #include "model/feature_state.hpp"
 
 namespace ravencal::model {
@@ -69,9 +71,7 @@ double row_period_s(const record::Recording& recording) {
     steps.push_back(recording.t_ns[i] - recording.t_ns[i - 1]);
   }
   if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return static_cast<double>(*middle) * 1e-9;
+  return static_cast<double>(core::upper_median(std::move(steps))) * 1e-9;
 }
 
 core::Result<FeatureMatrix> feature_matrix(std::span<const FeatureSpec> features,

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.hpp"
+
 namespace ravencal::record {
 namespace {
 
@@ -56,12 +58,10 @@ void summarise_time(const std::vector<std::int64_t>& t_ns, Summary& summary) {
   std::vector<std::int64_t> steps(t_ns.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = t_ns[i + 1] - t_ns[i];
   summary.duration_s = static_cast<double>(t_ns.back() - t_ns.front()) * 1e-9;
-  std::vector<std::int64_t> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  if (*middle <= 0) return;
-  summary.rate_hz = 1e9 / static_cast<double>(*middle);
-  const std::int64_t limit_ns = kGapFactor * *middle;
+  const std::int64_t median_ns = core::upper_median(steps);
+  if (median_ns <= 0) return;
+  summary.rate_hz = 1e9 / static_cast<double>(median_ns);
+  const std::int64_t limit_ns = kGapFactor * median_ns;
   for (const std::int64_t step : steps) {
     if (step <= limit_ns) continue;
     ++summary.gaps;

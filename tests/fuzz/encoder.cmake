@@ -3,7 +3,6 @@ ravencal_test(NAME encoder_replay_test
   LIBS ravencal::encoder_recording LABELS replay)
 
 if(RAVENCAL_FUZZ)
-  find_package(tomlplusplus REQUIRED)
   # Compiled again, because only instrumented code guides the fuzzer.
   set(reader ${PROJECT_SOURCE_DIR}/quadrature_reader)
   add_executable(encoder_fuzz ${CMAKE_CURRENT_LIST_DIR}/encoder_fuzz.cpp
@@ -14,5 +13,5 @@ if(RAVENCAL_FUZZ)
   target_compile_options(encoder_fuzz PRIVATE -fsanitize=fuzzer,address,undefined
     -fno-sanitize-recover=all)
   target_link_options(encoder_fuzz PRIVATE -fsanitize=fuzzer,address,undefined)
-  target_link_libraries(encoder_fuzz PRIVATE ravencal::encoder_recording tomlplusplus::tomlplusplus)
+  target_link_libraries(encoder_fuzz PRIVATE ravencal::encoder_recording ravencal::toml)
 endif()

@@ -5,6 +5,9 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "core/median.hpp"
 
 namespace ravencal::report {
 namespace {
@@ -17,9 +20,7 @@ double median_rise(std::span<const double> t_s) {
     if (t_s[i] > t_s[i - 1]) rises.push_back(t_s[i] - t_s[i - 1]);
   }
   if (rises.empty()) return 0.0;
-  const auto middle = rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2);
-  std::nth_element(rises.begin(), middle, rises.end());
-  return *middle;
+  return core::upper_median(std::move(rises));
 }
 
 /// Collects a bin's extremes and appends them to a polyline.

@@ -32,7 +32,7 @@ check "last count in the recording" "$(sql 'select cast("shoulder.counts" as int
 lagging_reader() { # NAME EXTRA_SOURCE_KEYS: stops the reader for 50 ms in a motion at 4000 edges/s
   two_joints "$2" >"$1.toml"
   start_recorder "$1"
-  ./gpio_sim_driver "$sim" 0 4000 4000 >driven &
+  ./gpio_sim_driver "$sim" 0 4000 8000 >driven &
   driver=$!
   sleep 0.3
   kill -STOP "$recorder"
@@ -50,16 +50,16 @@ lagging_reader lag ""
 if [ "$version" = v1 ]; then
   check "the loss is found out" "$lost_events" -ge 1
   check "exit status" "$status" -eq 4
-  check "edges seen" "$seen_edges" -lt 4000
+  check "edges seen" "$seen_edges" -lt 8000
   check "the position is withheld afterwards" "$(sql 'select count(*) from sample where t_ns > (select max(t_ns) from sample) - 100000000 and "shoulder.joint_truth" is not null')" -eq 0
   check "the other joint is not touched" "$(sql 'select count(*) from sample where "elbow.joint_truth" is null')" -eq 0
 else
   check "a queue of 1024 edges loses nothing" "$lost_events" -eq 0
-  check "counts" "$(json_of_joint counts shoulder)" -eq 4000
+  check "counts" "$(json_of_joint counts shoulder)" -eq 8000
   lagging_reader lag16 "event_buffer_size = 16"
   check "the loss is found out" "$lost_events" -ge 1
-  check "edges seen + edges lost" "$((seen_edges + lost_edges))" -eq 4000
-  check "counts, bridged in steady motion" "$(json_of_joint counts shoulder)" -eq 4000
+  check "edges seen + edges lost" "$((seen_edges + lost_edges))" -eq 8000
+  check "counts, bridged in steady motion" "$(json_of_joint counts shoulder)" -eq 8000
   check "exit status" "$status" -eq 4
 fi
 
