@@ -39,6 +39,27 @@ Index at_reversal(const Series& series, const std::vector<Index>& rows, Index cu
   return cut;
 }
 
+/// Interleaved within one recording. Several recordings are held out whole; many short episodes in
+/// runs of neighbours, since repeats of one condition must not lie on both sides of the cut.
+void assign_folds(const Series& series, std::size_t stretches, Blocks& blocks) {
+  const std::size_t count = blocks.begin.size();
+  const auto folds = static_cast<std::size_t>(kFolds);
+  const auto recording_of = [&](std::size_t b) {
+    const Index row = blocks.rows[static_cast<std::size_t>(blocks.begin[b])];
+    return static_cast<std::size_t>(series.recording[static_cast<std::size_t>(row)]);
+  };
+  const bool by_recording = count > 0 && recording_of(count - 1) - recording_of(0) >= 2;
+  for (std::size_t b = 0; b < count; ++b) {
+    std::size_t fold = b % folds;
+    if (by_recording) {
+      fold = recording_of(b) % folds;
+    } else if (stretches >= 2 * folds) {
+      fold = b * folds / count;
+    }
+    blocks.fold.push_back(static_cast<int>(fold));
+  }
+}
+
 }  // namespace
 
 Eigen::MatrixXd Blocks::gather(const Eigen::MatrixXd& full) const {
@@ -72,9 +93,7 @@ Blocks make_blocks(const Series& series, double correlation_rows) {
     }
     open_rows = parts == 1 ? last - first : length;
   }
-  for (std::size_t b = 0; b < blocks.begin.size(); ++b) {
-    blocks.fold.push_back(static_cast<int>(b % static_cast<std::size_t>(kFolds)));
-  }
+  assign_folds(series, stretches_of(series, blocks.rows).size(), blocks);
   blocks.begin.push_back(static_cast<Index>(blocks.rows.size()));
   return blocks;
 }

@@ -32,7 +32,8 @@ inline constexpr std::size_t kFewestBlocks = 12;
 
 /// Cuts the training rows into blocks that never reach across a recording or episode and, as far as
 /// lengths allow, begin at a reversal. `correlation_rows`: rows over which the residual resembles
-/// itself; a block spans at least five of those where kFewestBlocks permit. Folds are interleaved.
+/// itself; a block spans at least five of those where kFewestBlocks permit. Folds are
+/// interleaved, or whole recordings, or runs of episodes where there are several.
 Blocks make_blocks(const Series& series, double correlation_rows);
 
 /// Sum of autocorrelations 1 + 2 sum rho(k) up to the first negative one, in rows, of `residual`

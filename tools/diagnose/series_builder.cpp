@@ -229,7 +229,12 @@ class Builder {
            smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
     for (const record::Channel& channel : table_.channels()) {
-      if (channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name)) {
+      // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
+      const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&
+                          (channel.unit == "N" || channel.unit == "N_m");
+      const bool load =
+          channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name);
+      if (load || (effort && stage == Stage::kTransmission)) {
         series.loads.push_back({channel.name, channel.unit, table_.signal(channel.name)});
       }
     }

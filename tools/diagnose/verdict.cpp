@@ -99,10 +99,13 @@ void decide(Report& report, const std::vector<std::string>& notes) {
     if (effect.id != "unknown") text += (text.empty() ? "" : " ") + sentence_of(effect);
   }
   for (const Unexplained& u : report.unexplained) {
-    text += fmt::format("{}Joint {}, {}: {:.0f} % of the excess ({}) has no name{}{}.",
-                        text.empty() ? "" : " ", u.joint, u.stage, 100.0 * u.share_of_excess,
-                        quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
-                        fmt::format("{}", fmt::join(u.depends_on, ", ")));
+    text +=
+        fmt::format("{}Joint {}, {}: {} of the excess ({}) has no name{}{}.",
+                    text.empty() ? "" : " ", u.joint, u.stage,
+                    u.share_of_excess < 0.01 ? std::string("less than 1 %")
+                                             : fmt::format("{:.0f} %", 100.0 * u.share_of_excess),
+                    quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
+                    fmt::format("{}", fmt::join(u.depends_on, ", ")));
   }
   for (const std::string& note : notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
