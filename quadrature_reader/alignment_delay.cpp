@@ -128,6 +128,50 @@ double lowest_point(std::span<const double> curve) {
   return static_cast<double>(i) + (curvature > 0.0 ? 0.5 * (left - right) / curvature : 0.0);
 }
 
+/// Sums by block on a fine grid of delays, so that leaving a block out is a subtraction.
+class FineGrid {
+ public:
+  FineGrid(const DelaySearch& search, double centre_s)
+      : joints_(search.joints()), centre_s_(centre_s), sums_(kGrid * joints_ * kBlocks) {
+    for (std::size_t grid = 0; grid < kGrid; ++grid) {
+      const double delay_s = delay_at(static_cast<double>(grid));
+      for (std::size_t joint = 0; joint < joints_; ++joint) {
+        for (std::size_t block = 0; block < kBlocks; ++block)
+          sums_[at(grid, joint, block)] = search.moments(joint, delay_s, block);
+      }
+    }
+  }
+
+  /// The delay that fits best without that block; kBlocks leaves out none.
+  [[nodiscard]] double delay_without(std::size_t left_out) const {
+    std::vector<double> curve(kGrid, 0.0);
+    for (std::size_t grid = 0; grid < kGrid; ++grid) {
+      for (std::size_t joint = 0; joint < joints_; ++joint) {
+        Moments sum;
+        for (std::size_t block = 0; block < kBlocks; ++block) {
+          if (block != left_out) sum += sums_[at(grid, joint, block)];
+        }
+        curve[grid] += sum.misfit();
+      }
+    }
+    return delay_at(lowest_point(curve));
+  }
+
+ private:
+  static constexpr std::size_t kGrid = 2 * kFineSteps + 1;
+
+  [[nodiscard]] double delay_at(double grid) const {
+    return centre_s_ + (grid - kFineSteps) * kFineStepS;
+  }
+  [[nodiscard]] std::size_t at(std::size_t grid, std::size_t joint, std::size_t block) const {
+    return (grid * joints_ + joint) * kBlocks + block;
+  }
+
+  std::size_t joints_;
+  double centre_s_;
+  std::vector<Moments> sums_;
+};
+
 core::Error cannot(std::string why) {
   return {core::ErrorCode::kData, "the delay cannot be estimated: " + std::move(why)};
 }
@@ -171,36 +215,12 @@ core::Result<DelayEstimate> estimate_delay(const Track& robot, const Track& trut
         "the best fit lies at the edge of the search, {:.0f} ms; search further", 1e3 * centre_s));
   }
 
-  // Sums by block on a fine grid, so that leaving a block out is a subtraction.
-  constexpr std::size_t kGrid = 2 * kFineSteps + 1;
-  std::vector<Moments> sums(kGrid * search.joints() * kBlocks);
-  const auto at = [&](std::size_t grid, std::size_t joint, std::size_t block) -> Moments& {
-    return sums[(grid * search.joints() + joint) * kBlocks + block];
-  };
-  for (std::size_t grid = 0; grid < kGrid; ++grid) {
-    const double delay_s = centre_s + (static_cast<int>(grid) - kFineSteps) * kFineStepS;
-    for (std::size_t joint = 0; joint < search.joints(); ++joint) {
-      for (std::size_t block = 0; block < kBlocks; ++block)
-        at(grid, joint, block) = search.moments(joint, delay_s, block);
-    }
-  }
-  const auto delay_without = [&](std::size_t left_out) {
-    std::vector<double> curve(kGrid, 0.0);
-    for (std::size_t grid = 0; grid < kGrid; ++grid) {
-      for (std::size_t joint = 0; joint < search.joints(); ++joint) {
-        Moments sum;
-        for (std::size_t block = 0; block < kBlocks; ++block) {
-          if (block != left_out) sum += at(grid, joint, block);
-        }
-        curve[grid] += sum.misfit();
-      }
-    }
-    return centre_s + (lowest_point(curve) - kFineSteps) * kFineStepS;
-  };
-  estimate.delay_s = delay_without(kBlocks);
+  const FineGrid grid(search, centre_s);
+  estimate.delay_s = grid.delay_without(kBlocks);
   // Jackknife: blocks are long against the correlation time of the residuals.
   std::vector<double> without;
-  for (std::size_t block = 0; block < kBlocks; ++block) without.push_back(delay_without(block));
+  for (std::size_t block = 0; block < kBlocks; ++block)
+    without.push_back(grid.delay_without(block));
   const double mean = std::accumulate(without.begin(), without.end(), 0.0) / kBlocks;
   double squares = 0.0;
   for (const double value : without) squares += (value - mean) * (value - mean);

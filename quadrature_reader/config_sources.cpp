@@ -74,8 +74,8 @@ void read_can_layout(TomlTable& table, CanEncoder& encoder) {
   encoder.byte_count = static_cast<unsigned>(table.integer_or("byte_count", 4, {1, 8}));
   encoder.big_endian = table.boolean_or("big_endian", false);
   encoder.is_signed = table.boolean_or("signed", false);
-  encoder.counter_bits = static_cast<unsigned>(
-      table.integer_or("counter_bits", 8 * encoder.byte_count, {2, 8 * encoder.byte_count}));
+  const std::int64_t bits = std::int64_t{8} * encoder.byte_count;
+  encoder.counter_bits = static_cast<unsigned>(table.integer_or("counter_bits", bits, {2, bits}));
   if (encoder.byte_offset + encoder.byte_count > 64) {
     table.fail("byte_offset", "byte_offset + byte_count exceed the 64 bytes of a CAN FD frame");
   }

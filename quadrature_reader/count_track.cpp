@@ -122,7 +122,7 @@ double CountTrack::velocity_at(std::size_t k, std::int64_t t_ns) const {
   std::size_t first = k;
   std::size_t last = k + 1;
   // One whole cycle of A and B, centred: unequal phases and duty then cancel.
-  const int step = knots_[k].step;
+  const std::int8_t step = knots_[k].step;
   if (step != 0 && k >= 2 && k + 2 < knots_.size() && knots_[k + 2].t_ns <= horizon_ns) {
     bool steady = true;
     for (std::size_t i = k - 2; i <= k + 2; ++i) {

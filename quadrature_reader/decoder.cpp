@@ -53,8 +53,8 @@ DecoderStep QuadratureDecoder::repeated_edge(int line) {
     // A B (A) B A with the middle A lost is the only reading without a reversal. The second B was
     // taken for a step back, so the motion's direction is the opposite of the last one.
     direction_ = -direction_;
-    count_ += 4 * direction_;
-    return {4 * direction_, DecoderStep::Kind::kRepaired};
+    count_ += std::int64_t{4} * direction_;
+    return {std::int64_t{4} * direction_, DecoderStep::Kind::kRepaired};
   }
   add_uncertainty(4);
   return {0, DecoderStep::Kind::kRepeated};

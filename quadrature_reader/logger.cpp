@@ -72,9 +72,7 @@ core::Status Logger::run(const std::function<bool()>& stop,
   for (auto& reader : readers_) reader->start();
   while (!stop()) {
     const std::int64_t now_ns = monotonic_now_ns();
-    if (options_.duration_s > 0.0 &&
-        static_cast<double>(now_ns - started_ns_) * 1e-9 >= options_.duration_s)
-      break;
+    if (is_over(now_ns)) break;
     if (home_again_.exchange(false)) homing_->start();
     const bool ended = sources_ended();
     const bool busy = drain_rings();
@@ -95,10 +93,15 @@ core::Status Logger::run(const std::function<bool()>& stop,
   drain_rings();
   recorder_.write_due();
   store_clock_offset();
-  const core::Status closed = recorder_.finish();
+  core::Status closed = recorder_.finish();
   if (closed.ok() && homing_->homed_any())
     return save_homing_records(homing_path_, homing_->records());
   return closed;
+}
+
+bool Logger::is_over(std::int64_t now_ns) const {
+  return options_.duration_s > 0.0 &&
+         static_cast<double>(now_ns - started_ns_) * 1e-9 >= options_.duration_s;
 }
 
 void Logger::take_row(std::int64_t t_ns, std::span<const AxisSample> samples) {

@@ -55,6 +55,8 @@ class Logger {
   static core::Result<std::unique_ptr<Logger>> create(const Config& config,
                                                       const std::filesystem::path& path,
                                                       const LoggerOptions& options);
+  Logger(const Logger&) = delete;
+  Logger& operator=(const Logger&) = delete;
   ~Logger();
 
   /// Records until `stop` says so, the duration is over, or all sources have ended. `on_status` is
@@ -74,6 +76,7 @@ class Logger {
   bool drain_rings();
   [[nodiscard]] bool sources_ended() const;
   LoggerStatus status(std::int64_t now_ns);
+  [[nodiscard]] bool is_over(std::int64_t now_ns) const;
   void take_row(std::int64_t t_ns, std::span<const AxisSample> samples);
   void take_pose(std::int64_t t_ns, std::span<const AxisSample> samples);
   void store_clock_offset();

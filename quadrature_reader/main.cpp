@@ -49,7 +49,7 @@ class Display {
       qr::notify_service_manager("WATCHDOG=1");
       if (json_) {
         fmt::print("{}\n", qr::json_of(status));
-        std::fflush(stdout);
+        (void)std::fflush(stdout);
       }
     }
     if (!status.trouble.empty() && status.trouble != trouble_ && !terminal_) {
@@ -136,7 +136,7 @@ int check_setup(const Arguments& arguments) {
                        : finding.verdict == qr::Verdict::kWarning ? " note "
                                                                   : " BAD  ";
     fmt::print("{}{}\n", mark, finding.text);
-    std::fflush(stdout);
+    (void)std::fflush(stdout);
   };
   // Somebody who can move a joint sits at a terminal.
   const qr::SetupOptions options{isatty(STDIN_FILENO) != 0};

@@ -81,7 +81,7 @@ void RecordingSink::maintain(std::int64_t now_ns) {
 
 core::Status RecordingSink::finish() {
   if (!writer_) return core::Error{core::ErrorCode::kIo, last_error_};
-  const core::Status status = writer_->finish();
+  core::Status status = writer_->finish();
   writer_.reset();
   return status;
 }

@@ -25,6 +25,7 @@ class SpscRing {
   }
   SpscRing(const SpscRing&) = delete;
   SpscRing& operator=(const SpscRing&) = delete;
+  ~SpscRing() = default;
 
   /// Producer only. False if full.
   bool try_push(const T& item) noexcept {

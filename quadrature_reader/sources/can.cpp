@@ -34,6 +34,8 @@ constexpr std::uint8_t kNmtStart = 0x01;
 class CanSource final : public Source {
  public:
   explicit CanSource(const SourceSettings& settings) : settings_(settings), decoder_(settings) {}
+  CanSource(const CanSource&) = delete;
+  CanSource& operator=(const CanSource&) = delete;
   ~CanSource() override { close_socket(); }
 
   core::Status open() override;

@@ -64,8 +64,8 @@ class CanDecoder {
   struct Node {
     CanEncoder layout;
     CountWidener widener;
-    std::int64_t last_position_ns;
-    std::int64_t last_heartbeat_ns;
+    std::int64_t last_position_ns = 0;
+    std::int64_t last_heartbeat_ns = 0;
     bool heard = false;    // a position has been received
     bool silent = false;   // a fault has been reported and not withdrawn
     bool stopped = false;  // not operational

@@ -179,7 +179,7 @@ core::Status GpiodV2Source::read(std::vector<Reading>& out, std::chrono::millise
   }
   const std::int64_t now_ns = monotonic_now_ns();
   moving_ = false;
-  const core::Status status = collect(now_ns);
+  core::Status status = collect(now_ns);
   // A chip that vanishes takes nothing with it that has been read.
   sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
   return status;

@@ -8,6 +8,9 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "learn/model_description.hpp"
+#include "learn/onnx_file.hpp"
+#include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "record/summary.hpp"
@@ -35,16 +38,25 @@ core::Result<std::string> describe_plant_file(const Arguments& arguments) {
                         : physics::describe_plant(plant);
 }
 
+core::Result<std::string> describe_model(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.file));
+  return arguments.json ? learn::describe_in_json(model) + "\n" : learn::describe_in_words(model);
+}
+
+core::Result<std::string> describe_weights(const Arguments& arguments) {
+  return arguments.json ? model::describe_blob_json(arguments.file)
+                        : model::describe_blob(arguments.file);
+}
+
 /// Which function describes which kind of file.
 struct FileKind {
   std::string_view extension;
   core::Result<std::string> (*describe)(const Arguments&);
 };
 constexpr std::array kFileKinds = {
-    FileKind{".db", describe_recording},
-    FileKind{".csv", describe_recording},
-    FileKind{".bag", describe_recording},
-    FileKind{".toml", describe_plant_file},
+    FileKind{".db", describe_recording},  FileKind{".csv", describe_recording},
+    FileKind{".bag", describe_recording}, FileKind{".onnx", describe_model},
+    FileKind{".blob", describe_weights},  FileKind{".toml", describe_plant_file},
 };
 
 core::Result<std::string> describe(const Arguments& arguments) {
@@ -66,7 +78,9 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_option("file", arguments->file, "File to describe")->required();
   command->add_flag("--json", arguments->json, "For programs");
   add_load_options(*command, arguments->load);
-  command->footer("Example: ravencal info run3.db");
+  command->footer(
+      "Files: recording, model (.onnx), weights (.blob), plant (.toml).\n"
+      "Example: ravencal info run3.db");
   on_call(*command, exit_code, [arguments]() -> core::Status {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
     fmt::print("{}", text);

@@ -21,7 +21,4 @@ core::Status write_onnx(const model::CalibrationModel& model, const std::filesys
 /// Errors: kIo, kData.
 core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& path);
 
-/// A model in words for a person, several lines.
-core::Result<std::string> describe_model(const std::filesystem::path& path);
-
 }  // namespace ravencal::learn

@@ -203,29 +203,4 @@ core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& pat
   return model;
 }
 
-core::Result<std::string> describe_model(const std::filesystem::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, read_onnx(path));
-  std::vector<std::string> widths = {fmt::format("{}", model.features.size())};
-  for (const model::DenseLayer& layer : model.layers) {
-    widths.push_back(fmt::format("{}", layer.weights.rows()));
-  }
-  std::string text = fmt::format("Calibration model, network {}\n", fmt::join(widths, "-"));
-  text += fmt::format("rows every {:g} s\n", model.row_period_s);
-  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    text +=
-        fmt::format("corrects {} (added to {}): mean error {:.6g} {}, spread {:.6g} {}\n",
-                    model.outputs[k].joint, model.outputs[k].estimate_channel, model.output.mean(i),
-                    model.outputs[k].unit, model.output.scale(i), model.outputs[k].unit);
-  }
-  for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
-  text += "features (trained range, SI units):\n";
-  for (std::size_t k = 0; k < model.features.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    text += fmt::format("  {}  {:.6g} ... {:.6g}\n", model.features[k].text(), model.input_min(i),
-                        model.input_max(i));
-  }
-  return text;
-}
-
 }  // namespace ravencal::learn

@@ -8,13 +8,13 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <system_error>
 #include <vector>
 
 #include "core/joint_layout.hpp"
 #include "core/version.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
+#include "record/recording_file.hpp"
 #include "record/recording_writer.hpp"
 #include "simulation/truth_stream.hpp"
 
@@ -209,14 +209,6 @@ core::Result<SessionSummary> run(Session& session, const trajectory::Trajectory&
   return session.finish();
 }
 
-/// A recording that could not be completed is worth nothing: the run can be repeated.
-void remove_recording(const std::filesystem::path& path) {
-  std::error_code ignored;
-  for (const char* suffix : {"", "-wal", "-shm"}) {
-    std::filesystem::remove(path.string() + suffix, ignored);
-  }
-}
-
 }  // namespace
 
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
@@ -244,7 +236,8 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
   session.emplace(plant, std::move(twin), std::move(writer), options, row_cycles);
   auto summary = run(*session, trajectory, options.rehome_every_s, progress);
   session.reset();
-  if (!summary.ok()) remove_recording(out);
+  // A recording that could not be completed is worth nothing: the run can be repeated.
+  if (!summary.ok()) (void)record::remove_recording(out);
   return summary;
 }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <functional>
 
+#include "learn/model_description.hpp"
 #include "learn/onnx_file.hpp"
 #include "learn/onnx_metadata.hpp"
 
@@ -224,12 +225,15 @@ TEST_F(OnnxFile, LeavesNothingBehindOnAFullDisk) {
 }
 
 TEST_F(OnnxFile, IsDescribedInWords) {
-  const auto text = describe_model(write());
-  ASSERT_TRUE(text.ok());
+  const auto model = read_onnx(write());
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  const std::string text = describe_in_words(*model);
+  const std::string json = describe_in_json(*model);
   for (const char* words :
        {"4-6-5-2", "jpos.elbow@3", "mpos.elbow~0.0125", "insertion", "seed: 3"}) {
-    EXPECT_NE(text->find(words), std::string::npos) << words;
+    EXPECT_NE(text.find(words), std::string::npos) << words;
   }
+  EXPECT_NE(json.find("\"jpos.elbow@3\""), std::string::npos) << json;
 }
 
 }  // namespace

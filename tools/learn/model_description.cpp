@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/model_description.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace ravencal::learn {
+namespace {
+
+/// Inputs, then the outputs of each layer.
+std::vector<Eigen::Index> widths_of(const model::CalibrationModel& model) {
+  std::vector<Eigen::Index> widths = {static_cast<Eigen::Index>(model.features.size())};
+  for (const model::DenseLayer& layer : model.layers) widths.push_back(layer.weights.rows());
+  return widths;
+}
+
+}  // namespace
+
+std::string describe_in_words(const model::CalibrationModel& model) {
+  std::string text =
+      fmt::format("Calibration model, network {}\n", fmt::join(widths_of(model), "-"));
+  text += fmt::format("rows every {:g} s\n", model.row_period_s);
+  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const model::OutputSpec& output = model.outputs[k];
+    text += fmt::format("corrects {} (added to {}): mean error {:.6g} {}, spread {:.6g} {}\n",
+                        output.joint, output.estimate_channel, model.output.mean(i), output.unit,
+                        model.output.scale(i), output.unit);
+  }
+  for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
+  text += "features (trained range, SI units):\n";
+  for (std::size_t k = 0; k < model.features.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    text += fmt::format("  {}  {:.6g} ... {:.6g}\n", model.features[k].text(), model.input_min(i),
+                        model.input_max(i));
+  }
+  return text;
+}
+
+std::string describe_in_json(const model::CalibrationModel& model) {
+  nlohmann::ordered_json json;
+  json["layers"] = widths_of(model);
+  json["row_period_s"] = model.row_period_s;
+  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const model::OutputSpec& output = model.outputs[k];
+    json["outputs"].push_back({{"joint", output.joint},
+                               {"estimate_channel", output.estimate_channel},
+                               {"unit", output.unit},
+                               {"mean_error", model.output.mean(i)},
+                               {"spread", model.output.scale(i)}});
+  }
+  for (std::size_t k = 0; k < model.features.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    json["features"].push_back({{"feature", model.features[k].text()},
+                                {"trained_min", model.input_min(i)},
+                                {"trained_max", model.input_max(i)}});
+  }
+  json["provenance"] = model.provenance;
+  return json.dump(2);
+}
+
+}  // namespace ravencal::learn
