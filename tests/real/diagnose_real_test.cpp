@@ -22,9 +22,9 @@ const fs::path kTools = fs::path(RAVENCAL_SOURCE_DIR) / "tools";
 
 struct Case {
   std::string plant;
-  std::vector<std::string> training, held_out;
+  std::vector<std::string> training, held_out = {};
   double held_out_from_s = -1.0;
-  std::string profile, held_out_profile;  ///< empty: the plant's name
+  std::string profile = {}, held_out_profile = {};  ///< empty: the plant's name
 };
 
 diagnose::Report run(const Case& c) {

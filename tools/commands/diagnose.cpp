@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <memory>
 
@@ -52,11 +53,15 @@ void print_summary(const diagnose::Report& report, const std::string& out) {
 }
 
 core::Status write_json(const diagnose::Report& report, const std::string& path) {
-  std::ofstream file(path, std::ios::binary);
+  const std::string partial = path + ".partial";
+  std::ofstream file(partial, std::ios::binary);
   file << diagnose::report_json(report);
   file.close();
-  if (!file) return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path)};
-  return {};
+  std::error_code error;
+  if (file) std::filesystem::rename(partial, path, error);
+  if (file && !error) return {};
+  std::filesystem::remove(partial, error);
+  return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path)};
 }
 
 core::Result<bool> run(const Arguments& arguments) {
