@@ -239,6 +239,11 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
                  ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   if (series.stage != Stage::kTransmission) return;
+  if (plant_has(plant, series.joint, "homing_offset", "")) {
+    findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
+                                  "the plant draws a new offset at each homing: any is expected"});
+    return;
+  }
   ChannelModel without = fit.model;
   without.base = fit.model.base.rightCols(fit.model.base.cols() - 1).eval();
   without.precision = fit.model.precision.tail(fit.model.precision.size() - 1).eval();

@@ -88,7 +88,9 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     worst.emplace(term.id, NotFound{term.id, findings.joint, least, term.unit, ""});
   }
   for (auto& [id, entry] : worst) findings.not_found.push_back(std::move(entry));
-  if (findings.stage == Stage::kTransmission && !named("homing_offset")) {
+  const bool spoken = std::any_of(findings.not_found.begin(), findings.not_found.end(),
+                                  [](const NotFound& n) { return n.id == "homing_offset"; });
+  if (findings.stage == Stage::kTransmission && !spoken && !named("homing_offset")) {
     findings.not_found.push_back({"homing_offset", findings.joint,
                                   options.gates.size_per_floor * fit.model.floor, findings.unit,
                                   ""});

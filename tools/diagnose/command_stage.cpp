@@ -147,6 +147,9 @@ std::vector<Pulse> find_pulses(const Series& s, const Law& law, double& baseline
 
 constexpr int kSegments = 24;
 
+/// A law that leaves more than this share of the recorded command is not the one that made it.
+constexpr double kExplained = 0.5;
+
 /// Chance that sums over equal segments of time agree in sign as well as these.
 double segment_p(const Series& s, const VectorXd& gain) {
   VectorXd sums = VectorXd::Zero(kSegments);
@@ -154,7 +157,7 @@ double segment_p(const Series& s, const VectorXd& gain) {
   return sign_flip_p(sums, 1);
 }
 
-void name_pulses(const std::vector<Pulse>& pulses, const Series& s, const Law& law, double baseline,
+bool name_pulses(const std::vector<Pulse>& pulses, const Series& s, const Law& law, double baseline,
                  ChannelFindings& findings) {
   NamedEffect effect;
   effect.id = "input_disturbance";
@@ -196,6 +199,9 @@ void name_pulses(const std::vector<Pulse>& pulses, const Series& s, const Law& l
   effect.size = std::abs(size);
   effect.separate_by =
       "record the command that leaves the controller and the one that reaches the drive";
+  const bool explains =
+      effect.p_value <= 0.01 && effect.held_out_after < 0.5 * effect.held_out_before;
+  if (!explains) return false;
   Mismatch m;
   m.joint = s.joint;
   m.stage = "command";
@@ -207,6 +213,7 @@ void name_pulses(const std::vector<Pulse>& pulses, const Series& s, const Law& l
   m.p_value = effect.p_value;
   findings.mismatch.push_back(std::move(m));
   findings.effects.push_back(std::move(effect));
+  return true;
 }
 
 /// Rows [first, last) and what to call them.
@@ -257,7 +264,8 @@ void name_gain(const Series& s, const Stretch& stretch, double nominal, double t
   effect.p_value = sign_flip_p(ratios.array() - 1.0, 1);
   effect.size = std::sqrt(change / std::max(1.0, count));
   effect.separate_by = "read the gain from the controller's configuration";
-  if (effect.p_value <= 0.01 && effect.held_out_after < effect.held_out_before)
+  if (effect.p_value <= 0.01 && effect.held_out_after < 0.5 * effect.held_out_before &&
+      effect.held_out_after < kExplained * s.training_rms(s.y))
     findings.effects.push_back(std::move(effect));
 }
 
@@ -299,9 +307,7 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
   };
   const bool found = !pulses.empty() && std::all_of(pulses.begin(), pulses.end(), long_enough) &&
                      pulses.size() < 1000;
-  if (found) {
-    name_pulses(pulses, series, law, baseline, findings);
-  } else {
+  if (!found || !name_pulses(pulses, series, law, baseline, findings)) {
     findings.not_found.push_back({"input_disturbance", series.joint, threshold, series.unit, ""});
   }
   const bool gain_named =

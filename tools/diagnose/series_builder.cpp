@@ -152,10 +152,12 @@ class Builder {
     p.desired = signal_or_empty(Role::kDesiredPosition, joint.name);
     p.truth = signal_or_empty(Role::kJointTruth, joint.name);
     const double to_joint = joint.reduction / joint.gearbox_ratio;
-    if (table_.has(Role::kDriveInput, joint.name)) {
-      p.effort = table_.signal(Role::kDriveInput, joint.name) * joint.drive.gain * to_joint;
-    } else if (table_.has(Role::kDriveTorque, joint.name)) {
+    if (table_.has(Role::kDriveTorque, joint.name)) {
       p.effort = table_.signal(Role::kDriveTorque, joint.name) * to_joint;
+    } else if (table_.has(Role::kDriveInput, joint.name)) {
+      const double counts = joint.drive.dac_counts_per_n_m;
+      const double gain = counts != 0.0 ? 1.0 / counts : joint.drive.gain;
+      p.effort = table_.signal(Role::kDriveInput, joint.name) * gain * to_joint;
     }
     return p;
   }
@@ -301,7 +303,7 @@ class Builder {
   /// The control law works on motor angles; everything here is already divided by the reduction.
   [[nodiscard]] Series command_series(std::size_t j) const {
     const Positions& p = positions_[j];
-    const VectorXd& measured = p.motor.size() > 0 ? p.motor : best_position(p);
+    const VectorXd& measured = best_position(p);  // desired joints are met by joints, not motors
     Series series = basis(j, Stage::kCommand, p.desired);
     series.unit = series.prismatic ? "N" : "N_m";
     series.y = p.effort;
