@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
 #include <utility>
 
 #include "cli/exit_code.hpp"
@@ -34,6 +33,24 @@ void add_load_options(CLI::App& command, record::LoadOptions& load) {
       ->capture_default_str();
   command.add_flag("--skip-bad", load.skip_bad,
                    "For a .csv: drop rows that cannot be read, each with an event");
+}
+
+core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
+                                                             const record::LoadOptions& load) {
+  std::vector<record::Recording> recordings;
+  for (const std::string& path : paths) {
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, load));
+    recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
+std::vector<const record::Recording*> pointers_to(
+    const std::vector<record::Recording>& recordings) {
+  std::vector<const record::Recording*> result;
+  result.reserve(recordings.size());
+  for (const record::Recording& recording : recordings) result.push_back(&recording);
+  return result;
 }
 
 }  // namespace ravencal::commands

@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "record/load.hpp"
@@ -17,5 +19,11 @@ void on_call(CLI::App& command, int& exit_code, std::function<core::Status()> ru
 
 /// --profile, --arm and --skip-bad, for what is not a recording yet.
 void add_load_options(CLI::App& command, record::LoadOptions& load);
+
+/// Reads them all; the error is that of the first that cannot be read.
+core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
+                                                             const record::LoadOptions& load);
+
+std::vector<const record::Recording*> pointers_to(const std::vector<record::Recording>& recordings);
 
 }  // namespace ravencal::commands

@@ -26,15 +26,10 @@ struct Arguments {
 
 core::Status run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
-  std::vector<record::Recording> recordings;
-  for (const std::string& path : arguments.recordings) {
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording,
-                              record::load_recording(path, arguments.load));
-    recordings.push_back(std::move(recording));
-  }
-  std::vector<const record::Recording*> pointers;
-  for (const record::Recording& recording : recordings) pointers.push_back(&recording);
-  RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation, learn::evaluate(model, pointers));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
+                            load_recordings(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
+                            learn::evaluate(model, pointers_to(recordings)));
   if (evaluation.rows_without_feature > 0) {
     fmt::print(stderr, "ravencal: warning: {} of {} rows are left out because a feature is lost\n",
                evaluation.rows_without_feature, evaluation.rows);

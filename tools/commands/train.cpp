@@ -73,22 +73,6 @@ core::Status complete(Arguments& arguments) {
   return {};
 }
 
-core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
-                                                      const record::LoadOptions& options) {
-  std::vector<record::Recording> recordings;
-  for (const std::string& path : paths) {
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
-    recordings.push_back(std::move(recording));
-  }
-  return recordings;
-}
-
-std::vector<const record::Recording*> pointers(const std::vector<record::Recording>& recordings) {
-  std::vector<const record::Recording*> result;
-  for (const record::Recording& recording : recordings) result.push_back(&recording);
-  return result;
-}
-
 /// One line of progress per epoch.
 void show_epoch(cli::Progress& progress, double done, const learn::EpochReport& epoch) {
   std::string detail = fmt::format("epoch {}, loss {:.5f}, with penalties {:.5f}", epoch.epoch,
@@ -110,15 +94,16 @@ core::Status write_report(const Arguments& arguments, const learn::TrainResult& 
 
 core::Status run(Arguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out, load_all(arguments.validation, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto training,
+                            load_recordings(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
+                            load_recordings(arguments.validation, arguments.load));
   cli::catch_interrupts();
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
-    const double epochs =
-        static_cast<double>(arguments.train.trainer.epochs) * arguments.networks;
+    const double epochs = static_cast<double>(arguments.train.trainer.epochs) * arguments.networks;
     double finished = 0.0;
-    return learn::train_ensemble(pointers(training), pointers(held_out), arguments.train,
+    return learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
                                  arguments.networks, [&](const learn::EpochReport& epoch) {
                                    show_epoch(progress, ++finished / epochs, epoch);
                                    return !cli::interrupted();
@@ -139,7 +124,7 @@ core::Status run(Arguments arguments) {
   const std::string title = held_out.empty() ? "training recordings (not a test)"
                                              : "validation recordings (chose the epoch)";
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
-                            learn::evaluate(result.model, pointers(shown)));
+                            learn::evaluate(result.model, pointers_to(shown)));
   fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
              result.rows, title, learn::evaluation_table(evaluation));
   if (arguments.report.empty()) return {};
