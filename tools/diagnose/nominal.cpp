@@ -86,7 +86,8 @@ VectorXd cable_stretch(const Series& s, const CableNumbers& c) {
 
 class NominalBuilder {
  public:
-  NominalBuilder(const Series& s, const physics::Joint& joint) : s_(s), joint_(joint) {
+  NominalBuilder(const Series& s, const physics::Plant& plant, std::size_t index)
+      : s_(s), plant_(plant), index_(index), joint_(plant.joints[index]) {
     nominal_.prediction = VectorXd::Zero(s.rows());
   }
 
@@ -128,7 +129,14 @@ class NominalBuilder {
   }
 
   void transmission() {
-    linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), s_.motion.q);
+    linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), motor_part());
+    // A reading of the truth is stamped late by its transfer and is half a period old on average;
+    // how late is the recorder's matter, hence the wide tolerance.
+    if (plant_.logger.truth_latency_s > 0.0) {
+      linear("delay", "truth_latency", "s",
+             plant_.logger.truth_latency_s + 0.5 * plant_.logger.truth_period_s, -s_.motion.v);
+      nominal_.terms.back().tolerance = 1.0;
+    }
     for (const physics::Effect& effect : joint_.effects) {
       if (effect.id != "coupling") continue;
       for (const Companion& other : s_.others) {
@@ -188,7 +196,19 @@ class NominalBuilder {
                               (stretch - cable_stretch(s_, changed)) / kStep});
   }
 
+  /// The motor's share of the joint's position: what a wrong ratio multiplies.
+  [[nodiscard]] VectorXd motor_part() const {
+    VectorXd part = s_.motion.q;
+    for (const Companion& other : s_.others) {
+      const auto k = plant_.joint_index(other.name);
+      if (k && index_ < plant_.coupling.size()) part -= plant_.coupling[index_][*k] * other.value;
+    }
+    return part;
+  }
+
   const Series& s_;
+  const physics::Plant& plant_;
+  std::size_t index_;
   const physics::Joint& joint_;
   Nominal nominal_;
 };
@@ -197,7 +217,7 @@ class NominalBuilder {
 
 Nominal nominal_of(const Series& series, const physics::Plant& plant) {
   const auto index = plant.joint_index(series.joint);
-  NominalBuilder builder(series, plant.joints[index.value_or(0)]);
+  NominalBuilder builder(series, plant, index.value_or(0));
   if (series.stage == Stage::kDrive) builder.drive();
   if (series.stage == Stage::kTransmission) builder.transmission();
   return builder.take();

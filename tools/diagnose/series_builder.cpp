@@ -268,11 +268,23 @@ class Builder {
     }
   }
 
+  /// A controller that takes a joint's error for motion passes it on through the plant's coupling;
+  /// that part is known where the other joint's truth is, and belongs to the other joint.
+  void subtract_inherited(std::size_t j, VectorXd& error) const {
+    for (std::size_t k = 0; k < j; ++k) {
+      const Positions& other = positions_[k];
+      const double factor = plant_.coupling[j][k];
+      if (factor == 0.0 || other.truth.size() == 0 || other.estimate.size() == 0) continue;
+      error -= factor * (other.truth - other.estimate);
+    }
+  }
+
   [[nodiscard]] Series position_series(std::size_t j, Stage stage, const VectorXd& measured,
                                        const VectorXd& believed) const {
     Series series = basis(j, stage, believed);
     series.unit = series.prismatic ? "m" : "rad";
     series.y = measured - believed;
+    if (stage == Stage::kTransmission) subtract_inherited(j, series.y);
     mark_valid(series);
     return series;
   }
