@@ -22,7 +22,6 @@ int main(int argc, char** argv) {
   commands::add_evaluate(app, exit_code);
   commands::add_convert(app, exit_code);
   commands::add_host(app, exit_code);
-  commands::add_diagnose(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
