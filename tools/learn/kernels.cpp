@@ -5,22 +5,22 @@
 
 namespace ravencal::learn {
 
-extern const Kernels<float> kFloatKernels_baseline;
-extern const Kernels<double> kDoubleKernels_baseline;
+extern const Kernels<float> kBaselineFloatKernels;
+extern const Kernels<double> kBaselineDoubleKernels;
 #ifdef RAVENCAL_X86_64_KERNELS
-extern const Kernels<float> kFloatKernels_avx2;
-extern const Kernels<float> kFloatKernels_avx512;
+extern const Kernels<float> kAvx2FloatKernels;
+extern const Kernels<float> kAvx512FloatKernels;
 #endif
 
 const Kernels<float>& float_kernels(Isa isa) {
   assert(is_supported(isa));
 #ifdef RAVENCAL_X86_64_KERNELS
-  if (isa == Isa::kAvx512) return kFloatKernels_avx512;
-  if (isa == Isa::kAvx2) return kFloatKernels_avx2;
+  if (isa == Isa::kAvx512) return kAvx512FloatKernels;
+  if (isa == Isa::kAvx2) return kAvx2FloatKernels;
 #endif
-  return kFloatKernels_baseline;
+  return kBaselineFloatKernels;
 }
 
-const Kernels<double>& double_kernels() { return kDoubleKernels_baseline; }
+const Kernels<double>& double_kernels() { return kBaselineDoubleKernels; }
 
 }  // namespace ravencal::learn

@@ -3,7 +3,7 @@
 
 namespace ravencal::learn {
 
-extern const Kernels<float> kFloatKernels_avx2;
-const Kernels<float> kFloatKernels_avx2 = kKernels<float>;
+extern const Kernels<float> kAvx2FloatKernels;
+const Kernels<float> kAvx2FloatKernels = kKernels<float>;
 
 }  // namespace ravencal::learn

@@ -3,7 +3,7 @@
 
 namespace ravencal::learn {
 
-extern const Kernels<float> kFloatKernels_avx512;
-const Kernels<float> kFloatKernels_avx512 = kKernels<float>;
+extern const Kernels<float> kAvx512FloatKernels;
+const Kernels<float> kAvx512FloatKernels = kKernels<float>;
 
 }  // namespace ravencal::learn

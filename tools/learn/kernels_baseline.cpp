@@ -3,9 +3,9 @@
 
 namespace ravencal::learn {
 
-extern const Kernels<float> kFloatKernels_baseline;
-extern const Kernels<double> kDoubleKernels_baseline;
-const Kernels<float> kFloatKernels_baseline = kKernels<float>;
-const Kernels<double> kDoubleKernels_baseline = kKernels<double>;
+extern const Kernels<float> kBaselineFloatKernels;
+extern const Kernels<double> kBaselineDoubleKernels;
+const Kernels<float> kBaselineFloatKernels = kKernels<float>;
+const Kernels<double> kBaselineDoubleKernels = kKernels<double>;
 
 }  // namespace ravencal::learn

@@ -36,6 +36,7 @@ Samples<float> scaled_samples(const CalibrationModel& model, const Dataset& data
 std::vector<std::string> names_of(const std::vector<model::FeatureSpec>& features,
                                   const std::vector<Eigen::Index>& indices) {
   std::vector<std::string> names;
+  names.reserve(indices.size());
   for (const Eigen::Index index : indices) {
     names.push_back(features[static_cast<std::size_t>(index)].text());
   }
