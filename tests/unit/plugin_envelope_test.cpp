@@ -245,6 +245,41 @@ TEST_F(Envelope, WarmsUpForAsLongAsItsOldestInput) {
   EXPECT_EQ(warming, 500);  // 50 rows of 10 ms at 1 kHz
 }
 
+TEST_F(Envelope, ReachesNewWeightsByTheSlew) {
+  activate();
+  model::CalibrationModel model = make_model(16, {});
+  model.output.mean[0] += 0.05;
+  rig.load(model);
+  const auto slew = static_cast<double>(rig.config.slew_ji_per_s[0]);
+  auto before = static_cast<double>(rig.output.correction_ji[0]);
+  rig.tick();
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_IN);
+  for (int i = 0; rig.output.state != RAVENCAL_STATE_ACTIVE; ++i) {
+    const auto now = static_cast<double>(rig.output.correction_ji[0]);
+    EXPECT_LE(std::abs(now - before), slew * 1e-3 + 1e-8);
+    before = now;
+    ASSERT_LT(i, 2000);
+    rig.tick();
+  }
+  EXPECT_EQ(rig.output.correction_ji[0], rig.output.predicted_ji[0]);
+}
+
+TEST_F(Envelope, LooksBackTenCyclesPerTrainingRow) {
+  model::CalibrationModel model = make_model({plain("jpos.elbow"), lagged("jpos.elbow", 3)}, {});
+  model.layers[0].weights << 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F;  // joint 1: the lagged input alone
+  model.layers[0].biases.setZero();
+  model.output.mean.setZero();
+  model.output.scale.setConstant(0.5);  // undoes the input's scale
+  rig.load(model);
+  const float middle = rig.state.arm[0].jpos_ji[1];
+  for (int i = 0; i < 200; ++i) {
+    rig.state.arm[0].jpos_ji[1] = middle + 0.001F * static_cast<float>(i);
+    rig.tick();
+    if (i < 30) continue;
+    EXPECT_NEAR(rig.output.predicted_ji[0], 0.001 * (i - 30), 1e-6);  // 3 rows of 10 ms at 1 kHz
+  }
+}
+
 TEST_F(Envelope, UncorrectsDesiredJointsByTheAppliedCorrection) {
   activate();
   const float desired[RAVENCAL_JOINTS] = {rig.output.jpos_ji[0], rig.output.jpos_ji[1],
