@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The hot path. step() reads from top to bottom as one sample travels: weights on offer -> what
-// speaks against correcting (robot, clock, latch) -> channels, inputs, network -> envelope ->
-// corrected joints. Nothing below allocates, locks or calls the system.
+// The hot path, in the order in which one sample travels. decide(): weights on offer -> what speaks
+// against correcting (clock, channels, inputs, network, robot) -> envelope; write(): corrected
+// joints; count(). Nothing below allocates, locks or calls the system.
 #include "rt_plugin/step.hpp"
 
 #include <atomic>
@@ -84,41 +84,15 @@ LoadedModel::Prediction predict(ravencal_instance& self, const ravencal_state& s
   return prediction;
 }
 
-void count(ravencal_instance& self, std::int32_t state_before,
-           const LoadedModel::Prediction& prediction, std::uint32_t doubts) noexcept {
-  ravencal_counters& counters = self.counters;
-  const std::int32_t state = self.envelope.state();
-  add(counters.ticks);
-  add(counters.ticks_in_state[state]);
-  add(counters.transitions, state == state_before ? 0 : 1);
-  for (std::uint32_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
-    add(counters.ticks_in_doubt[kind], (doubts >> kind) & 1U);
-  }
-  add(counters.clamped_inputs, prediction.clamped_inputs);
-  add(counters.limited_rate, self.envelope.limited_joints());
-}
+/// What one cycle came to.
+struct Decision {
+  LoadedModel::Prediction prediction;
+  std::uint32_t doubts = 0;  ///< RAVENCAL_DOUBT_*
+  std::int32_t status = RAVENCAL_BYPASS;
+};
 
-void write(const ravencal_instance& self, const ravencal_state& state,
-           const LoadedModel::Prediction& prediction, std::uint32_t doubts,
-           ravencal_output& output) noexcept {
-  const JointVector& correction_ji = self.envelope.correction_ji();
-  output.state = self.envelope.state();
-  output.doubts = doubts;
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const float own_ji = state.arm[0].jpos_ji[j];
-    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0.
-    output.jpos_ji[j] = correction_ji[j] == 0.0F ? own_ji : own_ji + correction_ji[j];
-    output.correction_ji[j] = correction_ji[j];
-    output.predicted_ji[j] = prediction.error_ji[j];
-  }
-}
-
-}  // namespace
-
-std::int32_t step(ravencal_instance& self, const ravencal_state& state,
-                  ravencal_output& output) noexcept {
+Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   const FlushDenormals flush_denormals;
-  const std::int32_t state_before = self.envelope.state();
 
   if (self.reset_requested.load(std::memory_order_relaxed) != 0) {
     self.reset_requested.store(0, std::memory_order_relaxed);
@@ -129,19 +103,55 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
     add(self.counters.swaps);
   }
   const bool enabled = self.enabled.load(std::memory_order_relaxed) != 0;
-  if (enabled && state_before == RAVENCAL_STATE_OFF) self.armed_ns = state.t_ns;
+  if (enabled && self.envelope.state() == RAVENCAL_STATE_OFF) self.armed_ns = state.t_ns;
 
+  Decision decision;
   const std::uint32_t clock_doubt = doubt_clock(self, state.t_ns);
-  const LoadedModel::Prediction prediction = predict(self, state, clock_doubt != 0);
-  const std::uint32_t doubts = doubt_robot(state) | clock_doubt | prediction.doubts;
+  decision.prediction = predict(self, state, clock_doubt != 0);
+  decision.doubts = doubt_robot(state) | clock_doubt | decision.prediction.doubts;
+  decision.status = self.envelope.advance(enabled, decision.doubts, decision.prediction.error_ji);
+  return decision;
+}
 
-  const std::int32_t status = self.envelope.advance(enabled, doubts, prediction.error_ji);
+void count(ravencal_instance& self, std::int32_t state_before, const Decision& decision) noexcept {
+  ravencal_counters& counters = self.counters;
+  const std::int32_t state = self.envelope.state();
+  add(counters.ticks);
+  add(counters.ticks_in_state[state]);
+  add(counters.transitions, state == state_before ? 0 : 1);
+  for (std::uint32_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
+    add(counters.ticks_in_doubt[kind], (decision.doubts >> kind) & 1U);
+  }
+  add(counters.clamped_inputs, decision.prediction.clamped_inputs);
+  add(counters.limited_rate, self.envelope.limited_joints());
+}
 
-  write(self, state, prediction, doubts, output);
-  count(self, state_before, prediction, doubts);
+/// In the caller's floating-point mode: the robot's own value leaves as it came, denormal or not.
+void write(const ravencal_instance& self, const ravencal_state& state, const Decision& decision,
+           ravencal_output& output) noexcept {
+  const JointVector& correction_ji = self.envelope.correction_ji();
+  output.state = self.envelope.state();
+  output.doubts = decision.doubts;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const float own_ji = state.arm[0].jpos_ji[j];
+    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0.
+    output.jpos_ji[j] = correction_ji[j] == 0.0F ? own_ji : own_ji + correction_ji[j];
+    output.correction_ji[j] = correction_ji[j];
+    output.predicted_ji[j] = decision.prediction.error_ji[j];
+  }
+}
+
+}  // namespace
+
+std::int32_t step(ravencal_instance& self, const ravencal_state& state,
+                  ravencal_output& output) noexcept {
+  const std::int32_t state_before = self.envelope.state();
+  const Decision decision = decide(self, state);
+  write(self, state, decision, output);
+  count(self, state_before, decision);
   self.last_step_ns = state.t_ns;
   self.has_stepped = true;
-  return status;
+  return decision.status;
 }
 
 void observe_cycle_end(ravencal_instance& self, const ravencal_state& state) noexcept {
