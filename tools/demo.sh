@@ -26,8 +26,14 @@ while [ $# -gt 0 ]; do
   esac
 done
 
+# Only a folder that an earlier demo made is emptied.
+if [ -e "$out" ] && [ ! -e "$out/.ravencal_demo" ] && [ -n "$(ls -A "$out")" ]; then
+  echo "demo: --out $out holds other files; name an empty or new folder" >&2
+  exit 2
+fi
 rm -rf "$out"
 mkdir -p "$out"
+touch "$out/.ravencal_demo"
 started=$SECONDS
 step() { echo; echo "[$((SECONDS - started)) s] $*"; }
 
