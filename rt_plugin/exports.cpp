@@ -91,11 +91,14 @@ void enable(ravencal_instance* instance, std::int32_t on) noexcept {
 }
 
 std::int32_t info(const ravencal_instance* instance, ravencal_info* result) noexcept {
-  if (instance == nullptr || !large_enough(result) || instance->loaded.struct_size == 0) {
+  constexpr std::uint32_t kFirstInfoBytes = offsetof(ravencal_info, precision);  // of ABI 1.0
+  if (instance == nullptr || result == nullptr || result->struct_size < kFirstInfoBytes ||
+      instance->loaded.struct_size == 0) {
     return RAVENCAL_ERROR_ARGUMENT;
   }
   const std::uint32_t host_size = result->struct_size;
-  *result = instance->loaded;
+  std::memcpy(result, &instance->loaded,
+              host_size < sizeof(ravencal_info) ? kFirstInfoBytes : sizeof(ravencal_info));
   result->struct_size = host_size;
   return RAVENCAL_SUCCESS;
 }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a blob file to a LoadedModel: map the file, check every byte, choose a compiled network, lay
-// everything out in one mapping, run the blob's self-test. Nothing of this is real-time.
-#include <fcntl.h>
+// From a blob file to a LoadedModel: read the file, check every byte, choose the kernels, lay
+// everything else out in one mapping, run the blob's self-test. Nothing of this is real-time.
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -15,6 +13,7 @@
 #include "core/catalogue.hpp"
 #include "model/blob_view.hpp"
 #include "model/input_limits.hpp"
+#include "rt_plugin/blob_memory.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/loaded_model.hpp"
 
@@ -22,7 +21,6 @@ namespace ravencal::rt {
 namespace {
 
 using model::BlobView;
-using model::NetworkShape;
 
 constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxMappingBytes = std::size_t{1} << 28U;
@@ -38,37 +36,17 @@ std::size_t aligned(std::size_t bytes) {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-/// A file mapped for reading, unmapped at the end of scope.
-class MappedFile {
- public:
-  explicit MappedFile(const char* path) noexcept {
-    const int file = ::open(path, O_RDONLY | O_CLOEXEC);
-    if (file < 0) return;
-    // lseek, not fstat: fstat has a symbol version that older systems lack.
-    const off_t size = ::lseek(file, 0, SEEK_END);
-    if (size > 0) {
-      void* const memory =
-          ::mmap(nullptr, static_cast<std::size_t>(size), PROT_READ, MAP_PRIVATE, file, 0);
-      if (memory != MAP_FAILED) {
-        bytes_ = {static_cast<const std::byte*>(memory), static_cast<std::size_t>(size)};
-      }
-    }
-    opened_ = size == 0 || !bytes_.empty();
-    ::close(file);
-  }
-  ~MappedFile() {
-    if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-  }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
+/// RAVENCAL_ISA_* names the vectors' width; integer dot products (VNNI) of that width give the same
+/// bits as without them, so they are always allowed.
+kernels::Isa isa_limit(std::uint32_t max_isa) noexcept {
+  if (max_isa == RAVENCAL_ISA_BASELINE) return kernels::Isa::kPortable;
+  return max_isa == RAVENCAL_ISA_AVX2 ? kernels::Isa::kAvx2Vnni : kernels::Isa::kAvx512Vnni;
+}
 
-  [[nodiscard]] bool opened() const noexcept { return opened_; }
-  [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  bool opened_ = false;
-};
+std::uint32_t abi_isa(kernels::Isa isa) noexcept {
+  if (isa >= kernels::Isa::kAvx512) return RAVENCAL_ISA_AVX512;
+  return isa >= kernels::Isa::kAvx2 ? RAVENCAL_ISA_AVX2 : RAVENCAL_ISA_BASELINE;
+}
 
 /// Hands out aligned pieces of one block of memory; without a block it only counts bytes.
 class Layout {
@@ -96,20 +74,28 @@ class Layout {
 class ModelLoader {
  public:
   ModelLoader(const ravencal_config& config, LoadFailure& failure) noexcept
-      : config_(config), failure_(failure) {}
+      : config_(config), failure_(failure), isa_(kernels::best_isa(isa_limit(config.max_isa))) {}
 
   LoadedModel* load(const char* path) noexcept {
-    const MappedFile file(path);
-    if (!file.opened()) return refuse(RAVENCAL_ERROR_IO, "%s: cannot be opened and read", path);
-    const model::BlobCheck check = BlobView::open(file.bytes(), view_);
+    BlobMemory blob;
+    const BlobMemory::Status status = blob.read(path);
+    if (status == BlobMemory::Status::kUnreadable) {
+      return refuse(RAVENCAL_ERROR_IO, "%s: cannot be opened and read", path);
+    }
+    if (status == BlobMemory::Status::kNoMemory) {
+      return refuse(RAVENCAL_ERROR_MEMORY, "%s: no memory to read it into", path);
+    }
+    const model::BlobCheck check = BlobView::open(blob.bytes(), view_);
     if (!check.ok()) {
       return refuse(RAVENCAL_ERROR_BLOB, "%s: %s (byte %zu)", path, describe(check.status),
                     check.offset);
     }
-    if (!check_inputs(path) || !check_outputs(path) || !choose_network(path) || !map(path)) {
+    if (!check_inputs(path) || !check_outputs(path) || !map(path)) {
       return nullptr;
     }
     fill();
+    model_->info_.memory_locked = model_->info_.memory_locked != 0 && blob.locked() ? 1 : 0;
+    model_->blob_ = blob.release();
     if (!self_test(path)) {
       free_model(model_);
       return nullptr;
@@ -175,25 +161,6 @@ class ModelLoader {
     return true;
   }
 
-  bool choose_network(const char* path) noexcept {
-    std::array<std::uint32_t, NetworkShape::kMaxLayers + 1> sizes{};
-    if (view_.layer_count() <= NetworkShape::kMaxLayers) {
-      sizes[0] = view_.feature_count();
-      for (std::size_t l = 0; l < view_.layer_count(); ++l) sizes[l + 1] = view_.layer(l).outputs;
-      choice_ = choose_kernel({sizes.data(), view_.layer_count() + std::size_t{1}},
-                              best_isa(config_.max_isa));
-    }
-    if (choice_.kernel == nullptr) {
-      refuse(RAVENCAL_ERROR_TOPOLOGY,
-             "%s: no compiled network holds %u inputs and %u layers of these sizes; add the "
-             "topology to RAVENCAL_TOPOLOGIES and build again",
-             path, static_cast<unsigned>(view_.feature_count()),
-             static_cast<unsigned>(view_.layer_count()));
-      return false;
-    }
-    return true;
-  }
-
   bool map(const char* path) noexcept {
     Layout counting(nullptr);
     lay_out(counting);
@@ -217,33 +184,41 @@ class ModelLoader {
 
   /// The one place that says what a model's memory holds, and in which order.
   void lay_out(Layout& layout) noexcept {
-    const NetworkShape& shape = choice_.kernel->shape;
-    const std::size_t padded_inputs = NetworkShape::to_lines(shape.inputs());
+    const std::size_t inputs = view_.feature_count();
     const std::size_t history_rows = has_lags_ ? longest_lag_ticks_ + 1 : 0;
     const auto model = layout.take<LoadedModel>(1);
     const auto readers = layout.take<ChannelReader>(channel_count_);
     const auto channels = layout.take<float>(channel_count_);
-    const auto ops = layout.take<model::FeatureOp>(view_.feature_count());
-    const auto features = layout.take<float>(padded_inputs);
-    const auto below = layout.take<float>(view_.feature_count());
-    const auto above = layout.take<float>(view_.feature_count());
-    const auto arena = layout.take<float>(shape.arena_floats());
-    feature_memory_ = layout.take<float>(view_.feature_count() + history_rows * channel_count_);
+    const auto ops = layout.take<model::FeatureOp>(inputs);
+    const auto features = layout.take<float>(inputs);
+    const auto lowest = layout.take<float>(inputs);
+    const auto highest = layout.take<float>(inputs);
+    const auto mean = layout.take<float>(inputs);
+    const auto inverse_scale = layout.take<float>(inputs);
+    const auto scaled = layout.take<float>(inputs);
+    const auto below = layout.take<float>(inputs);
+    const auto above = layout.take<float>(inputs);
+    const auto scratch =
+        layout.take<std::byte>(kernels::scratch_bytes(view_.network().header().widest));
+    feature_memory_ = layout.take<float>(inputs + history_rows * channel_count_);
     if (model.empty()) return;
     model_ = model.data();
     model_->readers_ = readers;
     model_->channels_ = channels;
     model_->ops_ = ops;
     model_->features_ = features;
+    model_->lowest_ = lowest;
+    model_->highest_ = highest;
+    model_->mean_ = mean;
+    model_->inverse_scale_ = inverse_scale;
+    model_->scaled_ = scaled;
+    model_->scratch_ = scratch;
     model_->doubtful_below_ = below;
     model_->doubtful_above_ = above;
-    model_->arena_ = arena.data();
-    arena_ = arena.data();
   }
 
   void fill() noexcept {
     LoadedModel& m = *model_;
-    m.kernel_ = choice_.kernel;
     bool needs_cycle_end = false;
     for (std::size_t index = 0; index < core::kCatalogueSize; ++index) {
       if (channel_of_[index] == 0) continue;
@@ -253,9 +228,7 @@ class ModelLoader {
     }
     for (std::size_t i = 0; i < view_.feature_count(); ++i) fill_input(i);
     m.feature_state_ = model::FeatureState(m.ops_, channel_count_, feature_memory_);
-    fill_weights();
-    m.output_count_ = view_.output_count();
-    for (std::size_t j = 0; j < m.output_count_; ++j) m.joint_of_output_[j] = view_.output(j).slot;
+    fill_network();
     fill_info(needs_cycle_end);
   }
 
@@ -264,14 +237,13 @@ class ModelLoader {
     const std::uint64_t lag = lag_ticks(feature.lag_rows);
     model_->ops_[i] = {static_cast<std::uint32_t>(channel_of_[feature.catalogue_index] - 1),
                        feature.transform, static_cast<std::uint32_t>(lag), feature.play_half_width};
-    const NetworkShape& shape = choice_.kernel->shape;
     const double low = view_.input_min(i);
     const double high = view_.input_max(i);
     const model::InputLimits limits = model::input_limits(low, high);
-    arena_[shape.low_at() + i] = limits.low;
-    arena_[shape.high_at() + i] = limits.high;
-    arena_[shape.mean_at() + i] = static_cast<float>(view_.input_mean(i));
-    arena_[shape.inverse_scale_at() + i] = static_cast<float>(1.0 / view_.input_scale(i));
+    model_->lowest_[i] = limits.low;
+    model_->highest_[i] = limits.high;
+    model_->mean_[i] = static_cast<float>(view_.input_mean(i));
+    model_->inverse_scale_[i] = static_cast<float>(1.0 / view_.input_scale(i));
     // A constant says nothing about where the model is valid: the network always sees the constant.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const double width = high - low;
@@ -281,43 +253,37 @@ class ModelLoader {
     model_->doubtful_above_[i] = width > 0.0 ? static_cast<float>(high + margin) : kInfinity;
   }
 
-  void fill_weights() noexcept {
-    const NetworkShape& shape = choice_.kernel->shape;
-    for (std::size_t l = 0; l < view_.layer_count(); ++l) {
-      const model::BlobLayer layer = view_.layer(l);
-      model_->activations_[l] = layer.activation;
-      float* const weights = arena_ + shape.weights_at(l);
-      for (std::size_t column = 0; column < layer.inputs; ++column) {
-        for (std::size_t row = 0; row < layer.outputs; ++row) {
-          weights[column * shape.rows(l) + row] = view_.weight(layer, row, column);
-        }
-      }
-      float* const biases = arena_ + shape.biases_at(l);
-      for (std::size_t row = 0; row < layer.outputs; ++row) biases[row] = view_.bias(layer, row);
-    }
-    for (std::size_t j = 0; j < view_.output_count(); ++j) {
-      arena_[shape.output_mean_at() + j] = static_cast<float>(view_.output_mean(j));
-      arena_[shape.output_scale_at() + j] = static_cast<float>(view_.output_scale(j));
+  void fill_network() noexcept {
+    LoadedModel& m = *model_;
+    m.network_ = view_.network();
+    m.forward_ = kernels::forward_for(isa_);
+    m.output_count_ = view_.output_count();
+    for (std::size_t j = 0; j < m.output_count_; ++j) {
+      m.joint_of_output_[j] = view_.output(j).slot;
+      m.output_mean_[j] = static_cast<float>(view_.output_mean(j));
+      m.output_scale_[j] = static_cast<float>(view_.output_scale(j));
     }
   }
 
   void fill_info(bool needs_cycle_end) noexcept {
     ravencal_info& info = model_->info_;
     info.struct_size = sizeof info;
-    info.isa = choice_.isa;
+    info.isa = abi_isa(isa_);
     info.inputs = view_.feature_count();
-    info.padded_inputs = choice_.kernel->shape.sizes[0];
+    info.padded_inputs = static_cast<std::uint32_t>(
+        model::packed::padded(view_.feature_count(), model::packed::kLineLanes));
+    info.precision = static_cast<std::uint32_t>(view_.precision());
     for (std::size_t l = 0; l < view_.layer_count(); ++l) {
-      const model::BlobLayer layer = view_.layer(l);
+      const model::packed::PackedLayer layer = view_.network().layer(l);
       info.parameters += std::uint64_t{layer.inputs} * layer.outputs + layer.outputs;
     }
-    info.bytes_per_step = choice_.kernel->shape.arena_floats() * sizeof(float);
+    info.bytes_per_step = view_.bytes_per_step();
     info.longest_lag_ticks = static_cast<std::uint32_t>(longest_lag_ticks_);
     info.checksum = view_.checksum();
     info.needs_cycle_end = needs_cycle_end ? 1 : 0;
   }
 
-  /// The compiled network must reproduce the blob's own vectors: catches a wrong compiler, a wrong
+  /// The kernels must reproduce the blob's own vectors: catches a wrong compiler, a wrong
   /// instruction set and a wrong layout before they move a robot.
   bool self_test(const char* path) noexcept {
     const FlushDenormals flush_denormals;
@@ -326,8 +292,7 @@ class ModelLoader {
         model_->features_[i] = view_.self_test_input(row, i);
       }
       std::array<float, RAVENCAL_JOINTS> outputs{};
-      model_->kernel_->run(arena_, model_->activations_.data(), model_->features_.data(),
-                           outputs.data());
+      model_->run_network(outputs);
       for (std::size_t j = 0; j < view_.output_count(); ++j) {
         const double difference = static_cast<double>(outputs[j]) - view_.self_test_output(row, j);
         const double tolerance = view_.self_test_tolerance(j);
@@ -348,9 +313,8 @@ class ModelLoader {
   std::size_t channel_count_ = 0;
   std::uint64_t longest_lag_ticks_ = 0;
   bool has_lags_ = false;
-  KernelChoice choice_;
+  kernels::Isa isa_;
   LoadedModel* model_ = nullptr;
-  float* arena_ = nullptr;
   std::span<float> feature_memory_;
 };
 
@@ -360,7 +324,9 @@ LoadedModel* load_model(const char* path, const ravencal_config& config,
 }
 
 void free_model(LoadedModel* model) noexcept {
-  if (model != nullptr) ::munmap(model, model->mapping_bytes_);
+  if (model == nullptr) return;
+  BlobMemory::free(model->blob_);
+  ::munmap(model, model->mapping_bytes_);
 }
 
 }  // namespace ravencal::rt

@@ -25,7 +25,7 @@ LoadedModel::Prediction LoadedModel::predict(const ravencal_state& current,
 
   // The network runs whatever the inputs are, so that its time does not depend on them.
   std::array<float, RAVENCAL_JOINTS> outputs{};
-  kernel_->run(arena_, activations_.data(), features_.data(), outputs.data());
+  run_network(outputs);
   for (std::size_t j = 0; j < output_count_; ++j) {
     prediction.error_ji[joint_of_output_[j]] = outputs[j];
     if (!is_finite(outputs[j]) && (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0) {
@@ -36,8 +36,6 @@ LoadedModel::Prediction LoadedModel::predict(const ravencal_state& current,
 }
 
 std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept {
-  const float* const lowest = arena_ + kernel_->shape.low_at();
-  const float* const highest = arena_ + kernel_->shape.high_at();
   std::uint32_t not_finite = 0;
   std::uint32_t far_out = 0;
   std::uint32_t clamped = 0;
@@ -45,11 +43,23 @@ std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept
     const float x = features_[i];
     not_finite += is_finite(x) ? 0U : 1U;
     far_out += (x < doubtful_below_[i] || x > doubtful_above_[i]) ? 1U : 0U;
-    clamped += (x < lowest[i] || x > highest[i]) ? 1U : 0U;
+    clamped += (x < lowest_[i] || x > highest_[i]) ? 1U : 0U;
   }
   prediction.clamped_inputs = clamped;
   return (not_finite != 0 ? RAVENCAL_DOUBT_NOT_FINITE : 0U) |
          (far_out != 0 ? RAVENCAL_DOUBT_OUT_OF_RANGE : 0U);
+}
+
+void LoadedModel::run_network(std::array<float, RAVENCAL_JOINTS>& outputs) noexcept {
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const float above = features_[i] < lowest_[i] ? lowest_[i] : features_[i];
+    const float clamped = above > highest_[i] ? highest_[i] : above;
+    scaled_[i] = (clamped - mean_[i]) * inverse_scale_[i];
+  }
+  forward_(network_, scaled_.data(), outputs.data(), scratch_.data());
+  for (std::size_t j = 0; j < output_count_; ++j) {
+    outputs[j] = outputs[j] * output_scale_[j] + output_mean_[j];
+  }
 }
 
 void LoadedModel::forget_history() noexcept {

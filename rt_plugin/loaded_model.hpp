@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A verified model, ready to run: everything that one step reads or writes for it, in one mapping
-// that is page-aligned, touched and, where the system allows it, locked in RAM. Made and freed by a
+// A verified model, ready to run: the blob, whose network runs in place, and everything else that
+// one step reads or writes for it, in two mappings that are page-aligned, touched and, where the
+// system allows it, locked in RAM. Made and freed by a
 // thread that is not the real-time one; between that, the real-time thread owns it alone.
 #pragma once
 
@@ -11,11 +12,10 @@
 #include <span>
 
 #include "model/feature_state.hpp"
-#include "model/kinds.hpp"
 #include "ravencal/plugin.h"
 #include "rt_plugin/envelope.hpp"
 #include "rt_plugin/gather.hpp"
-#include "rt_plugin/kernels.hpp"
+#include "rt_plugin/kernels/forward.hpp"
 
 namespace ravencal::rt {
 
@@ -43,9 +43,15 @@ class LoadedModel {
 
   [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
 
-  const NetworkKernel* kernel_ = nullptr;
-  const float* arena_ = nullptr;  ///< scaling, weights, biases (model::NetworkShape)
-  std::array<model::Activation, model::NetworkShape::kMaxLayers> activations_{};
+  /// Clamps and scales features_, runs the network, and gives its outputs in SI units. Inputs are
+  /// clamped (input_limits.hpp) so that the network never extrapolates far.
+  void run_network(std::array<float, RAVENCAL_JOINTS>& outputs) noexcept;
+
+  model::packed::PackedView network_;  ///< within blob_
+  kernels::Forward forward_ = nullptr;
+  std::span<std::byte> scratch_;
+  std::array<float, RAVENCAL_JOINTS> output_mean_{};
+  std::array<float, RAVENCAL_JOINTS> output_scale_{};
   std::array<std::uint8_t, RAVENCAL_JOINTS> joint_of_output_{};
   std::size_t output_count_ = 0;
 
@@ -53,13 +59,20 @@ class LoadedModel {
   std::span<float> channels_;         ///< their values in this tick
   std::span<model::FeatureOp> ops_;   ///< one per input
   model::FeatureState feature_state_;
-  std::span<float> features_;        ///< inputs, padded to the kernel's, 64-byte aligned
+  // One per input: SI value, clamping, scaling, what the network sees.
+  std::span<float> features_;
+  std::span<float> lowest_;
+  std::span<float> highest_;
+  std::span<float> mean_;
+  std::span<float> inverse_scale_;
+  std::span<float> scaled_;
   std::span<float> doubtful_below_;  ///< per input: beyond these, the model does not know
   std::span<float> doubtful_above_;
   std::size_t ticks_seen_ = 0;
 
   ravencal_info info_{};
   std::size_t mapping_bytes_ = 0;
+  std::span<std::byte> blob_;
 };
 
 /// Why a load was refused: a RAVENCAL_ERROR_* and a sentence.

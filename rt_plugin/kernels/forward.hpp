@@ -9,9 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "kernels/packed_network.hpp"
+#include "model/packed_network.hpp"
 
 namespace ravencal::kernels {
+
+using namespace model::packed;
 
 /// Instruction sets, each a superset of those that it can replace.
 enum class Isa : std::uint8_t {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Byte layout of the weight blob, version 1.0: the numbers of shared/FORMATS.md ("Weights") as
+// Byte layout of the weight blob, version 2.0: the numbers of shared/FORMATS.md ("Weights") as
 // constants. Writer and view use nothing else. All values are little-endian.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace ravencal::model::blob {
 
 inline constexpr std::array<std::uint8_t, 12> kMagic = {0x89, 'R', 'A', 'V',  'E',  'N',
                                                         'C',  'A', 'L', 0x0D, 0x0A, 0x1A};
-inline constexpr std::uint16_t kMajor = 1;
+inline constexpr std::uint16_t kMajor = 2;
 inline constexpr std::uint16_t kMinor = 0;
 inline constexpr std::size_t kAlignment = 64;
 
@@ -39,8 +39,7 @@ enum Section : std::size_t {
   kFeatures,
   kInputScaling,
   kInputRange,
-  kLayers,
-  kWeights,
+  kNetwork,
   kOutputScaling,
   kOutputs,
   kSelfTest,
@@ -48,14 +47,10 @@ enum Section : std::size_t {
   kSectionCount,
 };
 
-inline constexpr std::uint32_t kPrecisionF32 = 0;
-
 inline constexpr std::size_t kFeatureBytes = 64;
 inline constexpr std::size_t kFeatureNameAt = 16;
 inline constexpr std::size_t kFeatureNameBytes = 48;
 inline constexpr std::uint16_t kNoCatalogueIndex = 0xFFFF;
-
-inline constexpr std::size_t kLayerBytes = 32;
 
 inline constexpr std::size_t kOutputBytes = 128;
 inline constexpr std::size_t kOutputJointAt = 8;
@@ -73,7 +68,6 @@ inline constexpr std::size_t kTrailerSignatureKindAt = 4;
 // Limits: far above any calibration network, low enough that no size computation overflows.
 inline constexpr std::uint32_t kMaxFeatures = 4096;
 inline constexpr std::uint32_t kMaxLayers = 16;
-inline constexpr std::uint32_t kMaxLayerOutputs = 8192;
 inline constexpr std::uint32_t kMaxOutputs = 16;
 inline constexpr std::uint32_t kMaxSelfTests = 64;
 inline constexpr std::uint32_t kMaxLagRows = 100000;
@@ -84,11 +78,6 @@ inline constexpr double kMaxRowPeriodS = 60.0;
 
 constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;
-}
-
-/// Rows of a stored weight matrix: a column is a whole number of 64-byte lines.
-constexpr std::size_t padded_rows(std::size_t outputs) noexcept {
-  return aligned(outputs * sizeof(float)) / sizeof(float);
 }
 
 /// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected, as in RFC 3720) of `bytes`.

@@ -47,18 +47,6 @@ core::Status read_features(const BlobView& view, std::string_view source, Calibr
   return {};
 }
 
-DenseLayer read_layer(const BlobView& view, const BlobLayer& layer) {
-  DenseLayer dense{Eigen::MatrixXf(layer.outputs, layer.inputs), Eigen::VectorXf(layer.outputs),
-                   layer.activation};
-  for (std::uint32_t row = 0; row < layer.outputs; ++row) {
-    dense.biases[row] = view.bias(layer, row);
-    for (std::uint32_t column = 0; column < layer.inputs; ++column) {
-      dense.weights(row, column) = view.weight(layer, row, column);
-    }
-  }
-  return dense;
-}
-
 template <typename Read>
 Eigen::VectorXd read_vector(std::size_t count, Read read) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(count));
@@ -80,12 +68,13 @@ std::string_view name_of(Activation activation) {
   return "unknown";
 }
 
-nlohmann::ordered_json summary(const CalibrationModel& model, std::size_t bytes) {
+nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& view) {
   nlohmann::ordered_json json;
   std::size_t parameters = 0;
   json["kind"] = "weights";
-  json["bytes"] = bytes;
-  json["precision"] = "f32";
+  json["bytes"] = view.file_bytes();
+  json["precision"] = model::name_of(view.precision());
+  json["bytes_per_step"] = view.bytes_per_step();
   json["row_period_s"] = model.row_period_s;
   for (std::size_t i = 0; i < model.features.size(); ++i) {
     const auto e = static_cast<Eigen::Index>(i);
@@ -115,8 +104,10 @@ nlohmann::ordered_json summary(const CalibrationModel& model, std::size_t bytes)
 }
 
 core::Result<nlohmann::ordered_json> summary_of(const std::filesystem::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(const CalibrationModel model, read_blob(path));
-  return summary(model, static_cast<std::size_t>(std::filesystem::file_size(path)));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, read_bytes(path));
+  RAVENCAL_ASSIGN_OR_RETURN(const CalibrationModel model, decode_blob(bytes, path.string()));
+  RAVENCAL_ASSIGN_OR_RETURN(const BlobView view, open_view(bytes, path.string()));
+  return summary(model, view);
 }
 
 }  // namespace
@@ -133,9 +124,7 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
   model.input.scale = read_vector(n, [&](std::size_t i) { return view.input_scale(i); });
   model.input_min = read_vector(n, [&](std::size_t i) { return view.input_min(i); });
   model.input_max = read_vector(n, [&](std::size_t i) { return view.input_max(i); });
-  for (std::size_t l = 0; l < view.layer_count(); ++l) {
-    model.layers.push_back(read_layer(view, view.layer(l)));
-  }
+  RAVENCAL_ASSIGN_OR_RETURN(model.layers, unpack_layers(view.network_bytes()));
   model.output.mean = read_vector(m, [&](std::size_t j) { return view.output_mean(j); });
   model.output.scale = read_vector(m, [&](std::size_t j) { return view.output_scale(j); });
   for (std::size_t j = 0; j < m; ++j) {
@@ -164,8 +153,9 @@ core::Result<std::string> describe_blob_json(const std::filesystem::path& path) 
 core::Result<std::string> describe_blob(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json json, summary_of(path));
   std::string text =
-      fmt::format("{}: weights, {} bytes, f32, {} parameters\n", path.string(),
-                  json["bytes"].get<std::size_t>(), json["parameters"].get<std::size_t>());
+      fmt::format("{}: weights, {} bytes, {}, {} parameters, {} bytes per step\n", path.string(),
+                  json["bytes"].get<std::size_t>(), json["precision"].get<std::string>(),
+                  json["parameters"].get<std::size_t>(), json["bytes_per_step"].get<std::size_t>());
   text += fmt::format("network      {}", json["inputs"].size());
   for (const auto& layer : json["layers"]) {
     text += fmt::format(" -> {} {}", layer["outputs"].get<std::size_t>(),

@@ -24,8 +24,9 @@ enum class BlobStatus : std::uint8_t {
   kFeature,     ///< an input's channel, transform or parameter is invalid
   kScaling,     ///< a mean is not finite, or a scale not finite and positive
   kRange,       ///< a trained range is not finite, or its minimum exceeds its maximum
-  kLayer,       ///< layer sizes do not chain, or an activation is unknown
-  kWeight,      ///< a weight or bias is not finite
+  kLayer,       ///< layer sizes do not chain, an activation is unknown, or the layout is not
+                ///< that of the precision
+  kWeight,      ///< a weight, bias or scale is not finite or out of range
   kOutput,      ///< an output's joint slot or names are invalid
   kPeriod,      ///< the row period is not in its range
   kSelfTest,    ///< a test vector or its tolerance is not finite

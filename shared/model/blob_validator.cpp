@@ -32,7 +32,7 @@ class BlobValidator {
     using Check = BlobCheck (BlobValidator::*)() noexcept;
     constexpr Check kChecks[] = {&BlobValidator::check_identity,  &BlobValidator::check_checksum,
                                  &BlobValidator::check_trailer,   &BlobValidator::check_counts,
-                                 &BlobValidator::check_layers,    &BlobValidator::check_sections,
+                                 &BlobValidator::check_network,   &BlobValidator::check_sections,
                                  &BlobValidator::check_features,  &BlobValidator::check_scaling,
                                  &BlobValidator::check_weights,   &BlobValidator::check_outputs,
                                  &BlobValidator::check_self_test, &BlobValidator::check_provenance};
@@ -100,7 +100,7 @@ class BlobValidator {
         header_bytes_ < kHeaderBytes || (!newer && header_bytes_ != kHeaderBytes)) {
       return refuse(BlobStatus::kSize, kHeaderBytesAt);
     }
-    if (load_u32(at(kPrecisionAt)) != kPrecisionF32) {
+    if (load_u32(at(kPrecisionAt)) > static_cast<std::uint32_t>(packed::Precision::kInt8)) {
       return refuse(BlobStatus::kPrecision, kPrecisionAt);
     }
     struct Count {
@@ -127,40 +127,32 @@ class BlobValidator {
                  : check_zero(kSectionTableAt + kSectionCount * kSectionEntryBytes, kHeaderBytes);
   }
 
-  /// Layer sizes must chain from the inputs to the outputs; their sum is the weight section.
-  BlobCheck check_layers() noexcept {
-    // The sections before the layers have sizes that the counts give.
-    layers_at_ = header_bytes_ + view_.features_ * kFeatureBytes +
-                 2 * aligned(std::size_t{view_.features_} * 2 * sizeof(double));
-    const std::size_t end = layers_at_ + view_.layers_ * kLayerBytes;
-    if (end > trailer()) return refuse(BlobStatus::kSection, layers_at_);
-    std::size_t expected_inputs = view_.features_;
-    for (std::size_t l = 0; l < view_.layers_; ++l) {
-      const std::size_t record = layers_at_ + l * kLayerBytes;
-      const std::size_t inputs = load_u32(at(record));
-      const std::size_t outputs = load_u32(at(record + 4));
-      if (inputs != expected_inputs) return refuse(BlobStatus::kLayer, record);
-      if (outputs == 0 || outputs > kMaxLayerOutputs) {
-        return refuse(BlobStatus::kLayer, record + 4);
-      }
-      if (load_u32(at(record + 8)) > static_cast<std::uint32_t>(Activation::kRelu)) {
-        return refuse(BlobStatus::kLayer, record + 8);
-      }
-      const std::size_t column_bytes = padded_rows(outputs) * sizeof(float);
-      if (load_u32(at(record + 12)) != weight_bytes_) {
-        return refuse(BlobStatus::kLayer, record + 12);
-      }
-      weight_bytes_ += inputs * column_bytes;
-      if (load_u32(at(record + 16)) != weight_bytes_) {
-        return refuse(BlobStatus::kLayer, record + 16);
-      }
-      weight_bytes_ += column_bytes;
-      if (weight_bytes_ > kMaxFileBytes) return refuse(BlobStatus::kLayer, record);
-      const BlobCheck zero = check_zero(record + 20, record + kLayerBytes);
-      if (!zero.ok()) return zero;
-      expected_inputs = outputs;
+  /// The network must have the layout of its precision, and the inputs and outputs of the counts.
+  BlobCheck check_network() noexcept {
+    // The sections before the network have sizes that the counts give.
+    network_at_ = header_bytes_ + view_.features_ * kFeatureBytes +
+                  2 * aligned(std::size_t{view_.features_} * 2 * sizeof(double));
+    network_bytes_ = section_entry(bytes_.data(), kNetwork).bytes;
+    if (network_at_ > trailer() || network_bytes_ > trailer() - network_at_) {
+      return refuse(BlobStatus::kSection, kSectionTableAt + kNetwork * kSectionEntryBytes);
     }
-    if (expected_inputs != view_.outputs_) return refuse(BlobStatus::kLayer, kOutputCountAt);
+    packed::PackedView network;
+    if (!packed::open_anywhere(at(network_at_), network_bytes_, network)) {
+      return refuse(BlobStatus::kLayer, network_at_);
+    }
+    if (network.header().layers != view_.layers_) return refuse(BlobStatus::kLayer, kLayerCountAt);
+    for (std::size_t l = 0; l < view_.layers_; ++l) {
+      const packed::PackedLayer layer = network.layer(l);
+      if (!has_few_outputs(layer) && layer.precision != view_.precision()) {
+        return refuse(BlobStatus::kPrecision, kPrecisionAt);
+      }
+    }
+    if (network.layer(0).inputs != view_.features_) {
+      return refuse(BlobStatus::kLayer, kFeatureCountAt);
+    }
+    if (network.layer(view_.layers_ - 1).outputs != view_.outputs_) {
+      return refuse(BlobStatus::kLayer, kOutputCountAt);
+    }
     return {};
   }
 
@@ -173,12 +165,14 @@ class BlobValidator {
     if (provenance_bytes > kMaxProvenanceBytes) {
       return refuse(BlobStatus::kSection, kSectionTableAt + kProvenance * kSectionEntryBytes + 4);
     }
-    const std::size_t sizes[kSectionCount] = {
-        n * kFeatureBytes,      n * 2 * sizeof(double),
-        n * 2 * sizeof(double), view_.layers_ * kLayerBytes,
-        weight_bytes_,          m * 2 * sizeof(double),
-        m * kOutputBytes,       (m + k * m) * sizeof(double) + k * n * sizeof(float),
-        provenance_bytes};
+    const std::size_t sizes[kSectionCount] = {n * kFeatureBytes,
+                                              n * 2 * sizeof(double),
+                                              n * 2 * sizeof(double),
+                                              network_bytes_,
+                                              m * 2 * sizeof(double),
+                                              m * kOutputBytes,
+                                              (m + k * m) * sizeof(double) + k * n * sizeof(float),
+                                              provenance_bytes};
     std::size_t offset = header_bytes_;
     for (std::size_t s = 0; s < kSectionCount; ++s) {
       const SectionEntry entry = section_entry(bytes_.data(), static_cast<Section>(s));
@@ -264,21 +258,10 @@ class BlobValidator {
   }
 
   BlobCheck check_weights() noexcept {
-    for (std::size_t l = 0; l < view_.layers_; ++l) {
-      const BlobLayer layer = view_.layer(l);
-      const std::size_t rows = padded_rows(layer.outputs);
-      for (std::size_t column = 0; column <= layer.inputs; ++column) {  // the last is the biases
-        for (std::size_t row = 0; row < rows; ++row) {
-          const std::size_t offset = layer.weights_at + (column * rows + row) * sizeof(float);
-          if (row >= layer.outputs ? load_u32(at(offset)) != 0
-                                   : !finite(static_cast<double>(load_f32(at(offset))))) {
-            return refuse(row >= layer.outputs ? BlobStatus::kReserved : BlobStatus::kWeight,
-                          offset);
-          }
-        }
-      }
-    }
-    return {};
+    const packed::BadValue bad = packed::find_bad_value(view_.network());
+    if (!bad.found) return {};
+    return refuse(bad.in_padding ? BlobStatus::kReserved : BlobStatus::kWeight,
+                  network_at_ + bad.at);
   }
 
   BlobCheck check_outputs() noexcept {
@@ -341,8 +324,8 @@ class BlobValidator {
   std::span<const std::byte> bytes_;
   BlobView view_;
   std::size_t header_bytes_ = 0;
-  std::size_t layers_at_ = 0;
-  std::size_t weight_bytes_ = 0;
+  std::size_t network_at_ = 0;
+  std::size_t network_bytes_ = 0;
 };
 
 BlobCheck BlobView::open(std::span<const std::byte> bytes, BlobView& view) noexcept {

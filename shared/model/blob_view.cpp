@@ -41,21 +41,21 @@ double BlobView::input_max(std::size_t i) const noexcept {
   return load_f64(section(kInputRange) + (features_ + i) * sizeof(double));
 }
 
-BlobLayer BlobView::layer(std::size_t l) const noexcept {
-  const std::byte* const at = section(kLayers) + l * kLayerBytes;
-  const std::size_t weights = section_entry(bytes_.data(), kWeights).offset;
-  return {load_u32(at), load_u32(at + 4), static_cast<Activation>(load_u32(at + 8)),
-          weights + load_u32(at + 12), weights + load_u32(at + 16)};
+packed::Precision BlobView::precision() const noexcept {
+  return static_cast<packed::Precision>(load_u32(bytes_.data() + kPrecisionAt));
 }
 
-float BlobView::weight(const BlobLayer& layer, std::size_t output,
-                       std::size_t input) const noexcept {
-  return load_f32(bytes_.data() + layer.weights_at +
-                  (input * padded_rows(layer.outputs) + output) * sizeof(float));
+packed::PackedView BlobView::network() const noexcept { return {section(kNetwork)}; }
+
+std::span<const std::byte> BlobView::network_bytes() const noexcept {
+  const SectionEntry entry = section_entry(bytes_.data(), kNetwork);
+  return bytes_.subspan(entry.offset, entry.bytes);
 }
 
-float BlobView::bias(const BlobLayer& layer, std::size_t output) const noexcept {
-  return load_f32(bytes_.data() + layer.biases_at + output * sizeof(float));
+std::size_t BlobView::bytes_per_step() const noexcept {
+  const std::size_t inputs = packed::padded(features_, packed::kLineLanes);
+  const std::size_t outputs = packed::padded(outputs_, packed::kLineLanes);
+  return network_bytes().size() + (4 * inputs + 2 * outputs) * sizeof(float);
 }
 
 BlobOutput BlobView::output(std::size_t j) const noexcept {

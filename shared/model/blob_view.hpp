@@ -2,7 +2,8 @@
 //
 // Reads a weight blob in place. open() checks every byte that has a rule; a view that was opened
 // successfully can be read without further checks. No exceptions, no allocation: the real-time
-// plugin and the tools use the same code. The bytes are borrowed and need no alignment.
+// plugin and the tools use the same code. The bytes are borrowed. Nothing here needs them aligned;
+// the kernels, which run packed_network() in place, need them on a 64-byte line.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include "model/blob_format.hpp"
 #include "model/blob_status.hpp"
 #include "model/kinds.hpp"
+#include "model/packed_network.hpp"
 
 namespace ravencal::model {
 
@@ -22,14 +24,6 @@ struct BlobFeature {
   std::uint32_t lag_rows = 0;
   float play_half_width = 0.0F;  ///< SI unit of the channel
   std::string_view channel;
-};
-
-struct BlobLayer {
-  std::uint32_t inputs = 0;
-  std::uint32_t outputs = 0;
-  Activation activation = Activation::kLinear;
-  std::size_t weights_at = 0;  ///< byte offset in the file; columns of padded_rows(outputs) floats
-  std::size_t biases_at = 0;   ///< byte offset in the file; padded_rows(outputs) floats
 };
 
 struct BlobOutput {
@@ -58,10 +52,13 @@ class BlobView {
   [[nodiscard]] double input_min(std::size_t i) const noexcept;
   [[nodiscard]] double input_max(std::size_t i) const noexcept;
 
-  [[nodiscard]] BlobLayer layer(std::size_t l) const noexcept;
-  [[nodiscard]] float weight(const BlobLayer& layer, std::size_t output,
-                             std::size_t input) const noexcept;
-  [[nodiscard]] float bias(const BlobLayer& layer, std::size_t output) const noexcept;
+  /// As asked for when it was packed; layers of few outputs are f32 in any case.
+  [[nodiscard]] packed::Precision precision() const noexcept;
+  /// Layers, weights and biases, as the kernels read them.
+  [[nodiscard]] packed::PackedView network() const noexcept;
+  [[nodiscard]] std::span<const std::byte> network_bytes() const noexcept;
+  /// What one step reads: the network, and the scaling in single precision.
+  [[nodiscard]] std::size_t bytes_per_step() const noexcept;
 
   [[nodiscard]] BlobOutput output(std::size_t j) const noexcept;
   [[nodiscard]] double output_mean(std::size_t j) const noexcept;

@@ -43,6 +43,9 @@ class ByteWriter {
     for (const char c : value) u8(static_cast<std::uint8_t>(c));
     zeros_to(end);
   }
+  void copy(std::span<const std::byte> more) {
+    bytes_.insert(bytes_.end(), more.begin(), more.end());
+  }
   void align() { zeros_to(aligned(size())); }
   void patch_u32(std::size_t at, std::size_t value) {
     for (std::size_t i = 0; i < 4; ++i) {
@@ -63,6 +66,13 @@ struct SelfTest {
   Eigen::MatrixXf inputs;     ///< [features x rows]
   Eigen::MatrixXd outputs;    ///< [outputs x rows]
   Eigen::VectorXd tolerance;  ///< [outputs]
+};
+
+/// What is made from a model for its blob.
+struct Contents {
+  packed::Precision precision;
+  std::vector<std::byte> network;
+  SelfTest test;
 };
 
 /// The mean row, the corners of the trained range along its diagonal, and rows in between chosen by
@@ -92,7 +102,9 @@ SelfTest make_self_test(const CalibrationModel& model) {
   const Eigen::MatrixXd single = predict_single(model, test.inputs).cast<double>();
   // Another instruction set sums in another order: its rounding error has the size of the one that
   // plain single precision shows here. Eight times the largest seen, plus eight units in the last
-  // place of the output, holds for all of them and still catches any wrong weight that matters.
+  // place of the output, holds for all of them and still catches any wrong weight that matters. In
+  // int8 predict_single rounds the layers' inputs as the kernels do, and double does not: the
+  // tolerance then covers that rounding as well.
   const Eigen::VectorXd rounding = (single - test.outputs).cwiseAbs().rowwise().maxCoeff();
   const Eigen::VectorXd size = model.output.mean.cwiseAbs() + model.output.scale;
   test.tolerance = 8.0 * rounding + 8.0 * std::ldexp(1.0, -23) * size;
@@ -161,34 +173,6 @@ void write_features(ByteWriter& out, const CalibrationModel& model) {
   }
 }
 
-void write_layer_table(ByteWriter& out, const CalibrationModel& model) {
-  std::size_t offset = 0;
-  for (const DenseLayer& layer : model.layers) {
-    const auto inputs = static_cast<std::size_t>(layer.weights.cols());
-    const auto outputs = static_cast<std::size_t>(layer.weights.rows());
-    const std::size_t column_bytes = padded_rows(outputs) * sizeof(float);
-    const std::size_t end = out.size() + kLayerBytes;
-    out.u32(inputs);
-    out.u32(outputs);
-    out.u32(static_cast<std::size_t>(layer.activation));
-    out.u32(offset);
-    out.u32(offset + inputs * column_bytes);
-    out.zeros_to(end);
-    offset += (inputs + 1) * column_bytes;
-  }
-}
-
-void write_weights(ByteWriter& out, const CalibrationModel& model) {
-  for (const DenseLayer& layer : model.layers) {
-    for (Eigen::Index column = 0; column < layer.weights.cols(); ++column) {
-      for (const float weight : layer.weights.col(column)) out.f32(weight);
-      out.align();
-    }
-    for (const float bias : layer.biases) out.f32(bias);
-    out.align();
-  }
-}
-
 void write_outputs(ByteWriter& out, const CalibrationModel& model) {
   for (const OutputSpec& output : model.outputs) {
     const std::size_t end = out.size() + kOutputBytes;
@@ -211,24 +195,24 @@ void write_self_test(ByteWriter& out, const SelfTest& test) {
   }
 }
 
-void write_header(ByteWriter& out, const CalibrationModel& model, const SelfTest& test) {
+void write_header(ByteWriter& out, const CalibrationModel& model, const Contents& contents) {
   for (const std::uint8_t byte : kMagic) out.u8(byte);
   out.u16(kMajor);
   out.u16(kMinor);
   out.u32(kHeaderBytes);
   out.u32(0);  // file size, known at the end
-  out.u32(kPrecisionF32);
+  out.u32(static_cast<std::size_t>(contents.precision));
   out.u32(model.features.size());
   out.u32(model.layers.size());
   out.u32(model.outputs.size());
-  out.u32(static_cast<std::size_t>(test.inputs.cols()));
+  out.u32(static_cast<std::size_t>(contents.test.inputs.cols()));
   out.u32(0);
   out.f64(model.row_period_s);
   out.zeros_to(kHeaderBytes);
 }
 
 void write_section(ByteWriter& out, Section section, const CalibrationModel& model,
-                   const SelfTest& test) {
+                   const Contents& contents) {
   switch (section) {
     case kFeatures:
       return write_features(out, model);
@@ -238,17 +222,15 @@ void write_section(ByteWriter& out, Section section, const CalibrationModel& mod
     case kInputRange:
       write_vector(out, model.input_min);
       return write_vector(out, model.input_max);
-    case kLayers:
-      return write_layer_table(out, model);
-    case kWeights:
-      return write_weights(out, model);
+    case kNetwork:
+      return out.copy(contents.network);
     case kOutputScaling:
       write_vector(out, model.output.mean);
       return write_vector(out, model.output.scale);
     case kOutputs:
       return write_outputs(out, model);
     case kSelfTest:
-      return write_self_test(out, test);
+      return write_self_test(out, contents.test);
     case kProvenance: {
       const std::string text = nlohmann::json(model.provenance)
                                    .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -261,7 +243,8 @@ void write_section(ByteWriter& out, Section section, const CalibrationModel& mod
 
 }  // namespace
 
-core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model) {
+core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model,
+                                                 const Packing& packing) {
   RAVENCAL_RETURN_IF_ERROR(check_shapes(model));
   for (const FeatureSpec& feature : model.features) {
     RAVENCAL_RETURN_IF_ERROR(check_text("channel", feature.channel, kFeatureNameBytes));
@@ -271,12 +254,16 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model) 
     RAVENCAL_RETURN_IF_ERROR(check_text("channel", output.estimate_channel, kOutputChannelBytes));
     RAVENCAL_RETURN_IF_ERROR(check_text("unit", output.unit, kOutputUnitBytes));
   }
-  const SelfTest test = make_self_test(model);
+  Contents contents{packing.precision, {}, {}};
+  RAVENCAL_ASSIGN_OR_RETURN(contents.network, pack_layers(model, packing));
+  CalibrationModel as_packed = model;
+  RAVENCAL_ASSIGN_OR_RETURN(as_packed.layers, unpack_layers(contents.network));
+  contents.test = make_self_test(as_packed);
   ByteWriter out;
-  write_header(out, model, test);
+  write_header(out, model, contents);
   for (std::size_t s = 0; s < kSectionCount; ++s) {
     const std::size_t offset = out.size();
-    write_section(out, static_cast<Section>(s), model, test);
+    write_section(out, static_cast<Section>(s), model, contents);
     out.patch_u32(kSectionTableAt + s * kSectionEntryBytes, offset);
     out.patch_u32(kSectionTableAt + s * kSectionEntryBytes + 4, out.size() - offset);
     out.align();
@@ -296,8 +283,13 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model) 
   return bytes;
 }
 
-core::Status write_blob(const CalibrationModel& model, const std::filesystem::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, encode_blob(model));
+core::Status write_blob(const CalibrationModel& model, const std::filesystem::path& path,
+                        const Packing& packing) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, encode_blob(model, packing));
+  return write_blob(bytes, path);
+}
+
+core::Status write_blob(std::span<const std::byte> bytes, const std::filesystem::path& path) {
   return core::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 

@@ -2,8 +2,9 @@
 //
 // A trained calibration as data: which features, how scaled, which layers, what comes out. Training
 // makes it, ONNX and blob files store it, evaluation runs it. The real-time form of the same model
-// is model/blob_view.hpp + model/network.hpp; both use the arithmetic of model/layers.hpp and the
-// feature state of model/feature_state.hpp, so that they cannot drift apart.
+// is model/blob_view.hpp + model/packed_network.hpp; tests hold the kernels to this
+// arithmetic, and both use the feature state of model/feature_state.hpp, so that they cannot drift
+// apart.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,6 +23,8 @@ struct DenseLayer {
   Eigen::MatrixXf weights;  ///< [outputs x inputs]
   Eigen::VectorXf biases;   ///< [outputs]
   Activation activation = Activation::kLinear;
+  /// Weights read back from int8: inputs are rounded to multiples of this (32767 at most); else 0.
+  float input_step = 0.0F;
 };
 
 /// Standard scaling: scaled = (value - mean) / scale. A constant column has scale 1.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The arithmetic of a network, written once: training (batches of columns), CalibrationModel
-// (double or float) and the real-time plugin (one fixed-size column) all call these templates, so
-// that what was trained is what runs. No allocation as long as the result has its final size and
-// does not alias the input.
+// The arithmetic of a network, written once: training (batches of columns) and CalibrationModel
+// (double or float) call these templates; the plugin's kernels are tested against them. No
+// allocation as long as the result has its final size and does not alias the input.
 #pragma once
 
 #include <Eigen/Core>

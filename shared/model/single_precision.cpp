@@ -21,6 +21,10 @@ Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::Matri
   x = x.cwiseMin(high.replicate(1, samples)).eval();
   standardise(mean, inverse_scale, x, x);
   for (const DenseLayer& layer : model.layers) {
+    if (layer.input_step > 0.0F) {
+      constexpr float kMaxUnits = 32767.0F;
+      x = (x.array() / layer.input_step).rint().max(-kMaxUnits).min(kMaxUnits) * layer.input_step;
+    }
     Eigen::MatrixXf y(layer.weights.rows(), samples);
     dense(layer.weights, layer.biases, layer.activation, x, y);
     x = std::move(y);

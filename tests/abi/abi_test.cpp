@@ -205,8 +205,13 @@ TEST(Load, NamesWhatIsWrongAndKeepsWhatRuns) {
   EXPECT_NE(refusal(scratch_folder() / "empty", RAVENCAL_ERROR_BLOB).find("shorter"),
             std::string::npos);
 
-  EXPECT_NE(refusal(write_weights(make_model(16, {1000, 1000}), "wide"), RAVENCAL_ERROR_TOPOLOGY)
-                .find("RAVENCAL_TOPOLOGIES"),
+  model::CalibrationModel many = make_model(2, {});
+  many.layers[0].weights = Eigen::MatrixXf::Zero(4, 2);
+  many.layers[0].biases = Eigen::VectorXf::Zero(4);
+  many.output.mean = Eigen::VectorXd::Zero(4);
+  many.output.scale = Eigen::VectorXd::Ones(4);
+  many.outputs.push_back({"wrist", "jpos.wrist", "rad"});
+  EXPECT_NE(refusal(write_weights(many, "many"), RAVENCAL_ERROR_TOPOLOGY).find("corrects 4 joints"),
             std::string::npos);
   model::CalibrationModel foreign = make_model(2, {});
   foreign.features[0].channel = "yaw.motor_position";
@@ -222,6 +227,23 @@ TEST(Load, NamesWhatIsWrongAndKeepsWhatRuns) {
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ACTIVE);
 }
 
+TEST(Load, TakesNetworksOfEverySize) {
+  Rig rig;
+  rig.load(make_model(16, {1000, 1000}));
+  rig.load(make_model(5, {9, 17, 33, 3, 65, 8, 20}));
+}
+
+TEST(Load, RunsWhatItReadWhateverHappensToTheFile) {
+  Rig rig;
+  const auto path = write_weights(make_model(16, {50}), "overwritten");
+  ASSERT_TRUE(rig.instance.load(path).ok());
+  rig.tick();
+  const float before = rig.output.predicted_ji[0];
+  std::ofstream(path, std::ios::trunc).close();
+  rig.tick();
+  EXPECT_EQ(rig.output.predicted_ji[0], before);
+}
+
 TEST(Info, TellsWhatRuns) {
   Rig rig;
   ravencal_info info{};
@@ -234,6 +256,23 @@ TEST(Info, TellsWhatRuns) {
   EXPECT_EQ(info.longest_lag_ticks, 70U);
   EXPECT_EQ(info.needs_cycle_end, 0U);
   EXPECT_GE(info.isa, RAVENCAL_ISA_BASELINE);
+  EXPECT_EQ(info.precision, RAVENCAL_PRECISION_F32);
+  const std::uint64_t f32_bytes = info.bytes_per_step;
+  EXPECT_GT(f32_bytes, info.parameters * sizeof(float));
+
+  rig.load(make_model({plain("jpos.elbow"), lagged("jpos.elbow", 7)}, {128, 64, 32}),
+           model::packed::Precision::kInt8);
+  ASSERT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_SUCCESS);
+  EXPECT_EQ(info.precision, RAVENCAL_PRECISION_INT8);
+  EXPECT_LT(info.bytes_per_step, f32_bytes / 2);
+
+  // A host of ABI 1.0 knows no precision and has no room for it.
+  info.struct_size = offsetof(ravencal_info, precision);
+  info.precision = 77;
+  ASSERT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_SUCCESS);
+  EXPECT_EQ(info.precision, 77U);
+  info.struct_size -= 1;
+  EXPECT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_ERROR_ARGUMENT);
 }
 
 }  // namespace

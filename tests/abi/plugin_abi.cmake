@@ -13,10 +13,12 @@ foreach(object IN LISTS header_objects)
   target_compile_options(${object} PRIVATE -Wall -Wextra -pedantic-errors -Werror)
 endforeach()
 
-set(kernel_objects $<TARGET_OBJECTS:ravencal_baseline>)
-if(TARGET ravencal_avx2)
-  string(APPEND kernel_objects "|$<TARGET_OBJECTS:ravencal_avx2>|$<TARGET_OBJECTS:ravencal_avx512>")
-endif()
+set(kernel_objects $<TARGET_OBJECTS:ravencal_forward_portable>)
+foreach(isa avx2 avx2_vnni avx512 avx512_vnni)
+  if(TARGET ravencal_forward_${isa})
+    string(APPEND kernel_objects "|$<TARGET_OBJECTS:ravencal_forward_${isa}>")
+  endif()
+endforeach()
 ravencal_test(NAME plugin_abi_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/abi_test.cpp
   LIBS ravencal_test_rig ${header_objects} LABELS abi)
 target_compile_definitions(plugin_abi_test PRIVATE RAVENCAL_KERNEL_OBJECTS="${kernel_objects}"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // bench_step [paper|light] [ROUNDS] [CORE]: time of one forward pass of every peer, same weights,
-// same inputs, rounds interleaved, in three settings: warm; after 64 MiB of other reads (every
-// cache evicted); and in a 1 ms clock_nanosleep loop. Beside them the bound: reading as many bytes.
-// Reports, judges nothing.
+// same inputs, and of a whole step of the plugin; rounds interleaved, in three settings: warm;
+// after 64 MiB of other reads (every cache evicted); and in a 1 ms clock_nanosleep loop. Beside
+// them the bound: reading as many bytes. Reports, judges nothing.
 #include <fmt/format.h>
 #include <linux/seccomp.h>
 #include <sched.h>
@@ -202,7 +202,8 @@ class Bench {
         {"warm", &Samples::warm_ns},
         {"evicted", &Samples::evicted_ns},
         {"1 ms", &Samples::paced_ns}};
-    const std::string error = is_bound ? "-" : fmt::format("{:.1e}", max_error(p));
+    const std::string error =
+        is_bound || !peer.runs_these_weights ? "-" : fmt::format("{:.1e}", max_error(p));
     const double allocated = allocations_per_step(p);
     for (const auto& [name, member] : settings) {
       auto& ns = samples_[p].*member;
@@ -265,6 +266,7 @@ int run(int argc, char** argv) {
     for (int isa = kernels::kIsaCount - 1; isa >= 0; --isa) {
       peers.push_back(own_peer(network, precision, static_cast<kernels::Isa>(isa)));
     }
+    peers.push_back(plugin_peer(network, precision));
   }
   for (const auto& make : {eigen_peer, torch_peer, rtneural_peer}) {
     peers.push_back(make(network));

@@ -2,11 +2,12 @@
 # a message. Eigen and the peers that are compiled here get this machine's instruction set.
 add_executable(bench_step EXCLUDE_FROM_ALL
   ${CMAKE_CURRENT_LIST_DIR}/bench_step.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/step_peer_plugin.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_eigen.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_torch.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_rtneural.cpp)
 target_include_directories(bench_step PRIVATE ${CMAKE_CURRENT_LIST_DIR}/.. ${CMAKE_CURRENT_LIST_DIR}/../..)
-target_link_libraries(bench_step PRIVATE ravencal::kernels ravencal::kernels_pack Eigen3::Eigen fmt::fmt)
+target_link_libraries(bench_step PRIVATE ravencal::kernels ravencal::model ravencal_test_rig GTest::gtest Eigen3::Eigen fmt::fmt)
 target_compile_options(bench_step PRIVATE -Wno-psabi)
 set_source_files_properties(
   ${CMAKE_CURRENT_LIST_DIR}/step_peer_eigen.cpp ${CMAKE_CURRENT_LIST_DIR}/step_peer_rtneural.cpp

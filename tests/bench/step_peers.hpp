@@ -17,8 +17,12 @@ struct Peer {
   std::string name;
   std::size_t weight_bytes = 0;
   std::function<void(const float*, float*)> step;
-  std::string skipped;  ///< why there is no step, if there is none
+  std::string skipped;             ///< why there is no step, if there is none
+  bool runs_these_weights = true;  ///< false: a network of the same sizes
 };
+
+/// A whole step of the loaded plugin: gather, checks, network, envelope, cycle end.
+Peer plugin_peer(const kernels_test::Network& network, kernels::Precision precision);
 
 Peer eigen_peer(const kernels_test::Network& network);
 Peer torch_peer(const kernels_test::Network& network);

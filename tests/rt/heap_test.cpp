@@ -35,7 +35,14 @@ TEST(HeapAlarm, RingsForThisProgramAndForALoadedLibrary) {
   EXPECT_STREQ(made, "7");
 }
 
-TEST(Step, UsesNoHeapInAMillionCyclesOfEveryKind) {
+class Step : public ::testing::TestWithParam<model::packed::Precision> {};
+
+INSTANTIATE_TEST_SUITE_P(EveryPrecision, Step,
+                         ::testing::Values(model::packed::Precision::kFloat32,
+                                           model::packed::Precision::kBfloat16,
+                                           model::packed::Precision::kInt8));
+
+TEST_P(Step, UsesNoHeapInAMillionCyclesOfEveryKind) {
   Rig rig;
   std::vector<model::FeatureSpec> features;
   for (const char* joint : {"shoulder", "elbow", "insertion"}) {
@@ -45,7 +52,7 @@ TEST(Step, UsesNoHeapInAMillionCyclesOfEveryKind) {
     features.push_back(lagged(std::string("jpos.") + joint, 5));
     features.push_back(with_play(std::string("jpos.") + joint, 0.01F));
   }
-  rig.load(make_model(features, {128, 64, 32}));
+  rig.load(make_model(features, {128, 64, 32}), GetParam());
   rig.enable();
   ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
   float uncorrected[RAVENCAL_JOINTS];

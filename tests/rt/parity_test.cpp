@@ -16,13 +16,15 @@
 namespace ravencal::test {
 namespace {
 
+using model::packed::Precision;
+
 struct Case {
   const char* name;
   std::uint32_t inputs;
   std::vector<std::uint32_t> hidden;
 };
 
-class Parity : public ::testing::TestWithParam<std::tuple<std::uint32_t, int>> {
+class Parity : public ::testing::TestWithParam<std::tuple<std::uint32_t, int, Precision>> {
  protected:
   static const std::vector<Case>& cases() {
     static const std::vector<Case> all = {{"paper", 208, {600, 500, 400}},
@@ -37,15 +39,21 @@ class Parity : public ::testing::TestWithParam<std::tuple<std::uint32_t, int>> {
 };
 
 TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
-  const auto [isa, which] = GetParam();
+  const auto [isa, which, precision] = GetParam();
   const Case& test = cases()[static_cast<std::size_t>(which)];
   Rig rig(isa);
   const model::CalibrationModel model = make_model(test.inputs, test.hidden, 11);
-  rig.load(model);
+  rig.load(model, precision);
+  // What runs are the weights as they were rounded; Precision.* below bounds that rounding.
+  model::CalibrationModel packed = model;
+  const auto bytes = model::pack_layers(model, packing_of(model, precision));
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  packed.layers = *model::unpack_layers(*bytes);
   const ravencal_info info = rig.instance.info();
   if (info.isa != isa) GTEST_SKIP() << "this processor lacks " << host::isa_name(isa);
   EXPECT_EQ(info.inputs, test.inputs);
   EXPECT_GE(info.padded_inputs, test.inputs);
+  EXPECT_EQ(info.precision, static_cast<std::uint32_t>(precision));
 
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-0.49, 0.49);
@@ -78,8 +86,8 @@ TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
         x(0, c) = std::round(value);
       }
     }
-    const Eigen::MatrixXd in_double = model.predict(x);
-    const Eigen::MatrixXf in_single = model::predict_single(model, x.transpose().cast<float>());
+    const Eigen::MatrixXd in_double = packed.predict(x);
+    const Eigen::MatrixXf in_single = model::predict_single(packed, x.transpose().cast<float>());
     for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
       const auto got = static_cast<double>(rig.output.predicted_ji[j]);
       worst_double[j] = std::max(worst_double[j], std::abs(got - in_double(0, j)));
@@ -93,17 +101,40 @@ TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
   // output itself (mean + scale). Twice that is allowed.
   for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
     const double size = std::abs(model.output.mean[j]) + 4.0 * model.output.scale[j];
-    const double tolerance = 2.0 * (6e-6 * 4.0 * model.output.scale[j] + size * std::ldexp(1, -23));
+    // int8 rounds a layer's inputs to half a step at most: 2^-15 of a limit, which is 2 here for
+    // the network's inputs and 1 behind sigmoid. That is 512 times 2^-24.
+    const double rounding = precision == Precision::kInt8 ? 512.0 * 6e-6 : 6e-6;
+    const double tolerance =
+        2.0 * (rounding * 4.0 * model.output.scale[j] + size * std::ldexp(1, -23));
     EXPECT_LT(worst_double[j], tolerance) << test.name << ", joint " << j + 1;
     EXPECT_LT(worst_single[j], tolerance) << test.name << ", joint " << j + 1;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, Parity,
-                         ::testing::Combine(::testing::Values(RAVENCAL_ISA_BASELINE,
-                                                              RAVENCAL_ISA_AVX2,
-                                                              RAVENCAL_ISA_AVX512),
-                                            ::testing::Range(0, 7)));
+INSTANTIATE_TEST_SUITE_P(
+    EveryInstructionSet, Parity,
+    ::testing::Combine(
+        ::testing::Values(RAVENCAL_ISA_BASELINE, RAVENCAL_ISA_AVX2, RAVENCAL_ISA_AVX512),
+        ::testing::Range(0, 7),
+        ::testing::Values(Precision::kFloat32, Precision::kBfloat16, Precision::kInt8)));
+
+// How far the rounding of weights moves the outputs of a random network (a trained one is measured
+// by `convert`): bf16 keeps 8 bits of a weight, int8 between 7 and 8 of a row's largest.
+TEST(Precision, RoundingOfWeightsMovesTheOutputsLittle) {
+  const model::CalibrationModel model = make_model(112, {128, 64, 32}, 11);
+  for (const Precision precision : {Precision::kBfloat16, Precision::kInt8}) {
+    model::CalibrationModel packed = model;
+    packed.layers = *model::unpack_layers(*model::pack_layers(model, packing_of(model, precision)));
+    Eigen::MatrixXd x = Eigen::MatrixXd::Random(500, 112) * 0.49;
+    x.rowwise() += model.input.mean.transpose();
+    const Eigen::MatrixXd moved = packed.predict(x) - model.predict(x);
+    const Eigen::RowVectorXd rms = (moved.colwise().squaredNorm() / 500.0).cwiseSqrt();
+    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+      EXPECT_LT(rms[j], 0.01 * model.output.scale[j]);
+      EXPECT_GT(rms[j], 0.0);
+    }
+  }
+}
 
 // One input per catalogue entry, weight 1: the plugin must show the network exactly what a
 // recording in SI units says, for the value and for no other.

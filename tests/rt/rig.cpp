@@ -128,9 +128,28 @@ std::filesystem::path scratch_folder() {
   return folder.path;
 }
 
-std::filesystem::path write_weights(const model::CalibrationModel& model, const std::string& name) {
+model::Packing packing_of(const model::CalibrationModel& model,
+                          model::packed::Precision precision) {
+  model::Packing packing{precision, {}};
+  if (precision != model::packed::Precision::kInt8) return packing;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
+  model::FeatureMatrix rows(200, static_cast<Eigen::Index>(model.features.size()));
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    for (Eigen::Index i = 0; i < rows.cols(); ++i) {
+      const auto low = static_cast<float>(model.input_min[i]);
+      const auto high = static_cast<float>(model.input_max[i]);
+      rows(row, i) = low + (high - low) * uniform(random);
+    }
+  }
+  packing.inputs = checked(model::measure_layer_inputs(model, rows));
+  return packing;
+}
+
+std::filesystem::path write_weights(const model::CalibrationModel& model, const std::string& name,
+                                    model::packed::Precision precision) {
   const std::filesystem::path path = scratch_folder() / (name + ".blob");
-  const core::Status status = model::write_blob(model, path);
+  const core::Status status = model::write_blob(model, path, packing_of(model, precision));
   EXPECT_TRUE(status.ok()) << (status.ok() ? "" : status.error().message);
   return path;
 }
@@ -147,9 +166,10 @@ Rig::Rig(std::uint32_t max_isa)
   output.struct_size = sizeof output;
 }
 
-void Rig::load(const model::CalibrationModel& model) {
+void Rig::load(const model::CalibrationModel& model, model::packed::Precision precision) {
   static int number = 0;
-  const core::Status status = instance.load(write_weights(model, "rig" + std::to_string(++number)));
+  const core::Status status =
+      instance.load(write_weights(model, "rig" + std::to_string(++number), precision));
   ASSERT_TRUE(status.ok()) << status.error().message;
 }
 

@@ -11,6 +11,7 @@
 
 #include "host/plugin_library.hpp"
 #include "model/calibration_model.hpp"
+#include "model/packed_model.hpp"
 #include "ravencal/plugin.h"
 
 namespace ravencal::test {
@@ -36,15 +37,21 @@ ravencal_state healthy_state(std::int64_t t_ns = 0);
 /// A folder of this test process, removed at its end.
 std::filesystem::path scratch_folder();
 
+/// `precision`, calibrated where it needs to be on rows spread over make_model's trained ranges.
+model::Packing packing_of(const model::CalibrationModel& model, model::packed::Precision precision);
+
 /// Writes the model's blob into the scratch folder.
-std::filesystem::path write_weights(const model::CalibrationModel& model, const std::string& name);
+std::filesystem::path write_weights(
+    const model::CalibrationModel& model, const std::string& name,
+    model::packed::Precision precision = model::packed::Precision::kFloat32);
 
 /// Plugin, instance, state and output; fails the test if the plugin cannot be loaded.
 class Rig {
  public:
   explicit Rig(std::uint32_t max_isa = RAVENCAL_ISA_BEST);
 
-  void load(const model::CalibrationModel& model);
+  void load(const model::CalibrationModel& model,
+            model::packed::Precision precision = model::packed::Precision::kFloat32);
   void enable(bool on = true) { api().enable(instance.get(), on ? 1 : 0); }
   /// One cycle: time advances 1 ms, step, cycle end. Returns step's status.
   std::int32_t tick();

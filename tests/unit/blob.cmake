@@ -4,7 +4,7 @@ target_include_directories(ravencal_blob_sample PUBLIC ${PROJECT_SOURCE_DIR}/tes
 target_compile_definitions(ravencal_blob_sample PRIVATE RAVENCAL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 target_link_libraries(ravencal_blob_sample PUBLIC ravencal::model PRIVATE ravencal_warnings)
 
-ravencal_test(NAME blob_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/blob_test.cpp
+ravencal_test(NAME blob_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/blob_test.cpp ${CMAKE_CURRENT_LIST_DIR}/blob_packed_test.cpp
   LIBS ravencal_blob_sample nlohmann_json::nlohmann_json LABELS unit)
 ravencal_test(NAME feature_state_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/feature_state_test.cpp
   LIBS ravencal::model LABELS unit)
@@ -17,7 +17,8 @@ ravencal_test(NAME blob_replay_test
 
 if(RAVENCAL_FUZZ)
   # The reader itself is compiled again, because only instrumented code guides the fuzzer.
-  file(GLOB fuzzed_sources ${PROJECT_SOURCE_DIR}/shared/model/blob_*.cpp)
+  file(GLOB fuzzed_sources ${PROJECT_SOURCE_DIR}/shared/model/blob_*.cpp
+    ${PROJECT_SOURCE_DIR}/shared/model/packed_*.cpp)
   add_executable(blob_fuzz ${PROJECT_SOURCE_DIR}/tests/fuzz/blob_fuzz.cpp
     ${CMAKE_CURRENT_LIST_DIR}/blob_sample.cpp ${fuzzed_sources})
   target_include_directories(blob_fuzz PRIVATE ${PROJECT_SOURCE_DIR}/tests)

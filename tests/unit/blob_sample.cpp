@@ -36,7 +36,7 @@ model::CalibrationModel golden_model() {
 
 std::vector<std::byte> golden_bytes() {
   const auto path =
-      std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v1.blob";
+      std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v2.blob";
   std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());

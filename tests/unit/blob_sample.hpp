@@ -8,7 +8,7 @@
 
 namespace ravencal::test {
 
-/// The model of tests/golden/weights_v1.blob: every transform, two layers, two outputs, numbers
+/// The model of tests/golden/weights_v2.blob: every transform, two layers, two outputs, numbers
 /// that a person can check in a hex dump.
 model::CalibrationModel golden_model();
 

@@ -37,12 +37,16 @@ std::size_t section(const Bytes& bytes, blob::Section which) {
   return blob::section_entry(bytes.data(), which).offset;
 }
 
+std::size_t section_bytes(const Bytes& bytes) {
+  return blob::section_entry(bytes.data(), blob::kNetwork).bytes;
+}
+
 TEST(Blob, EncodesTheGoldenModelToTheGoldenBytes) {
   const auto bytes = model::encode_blob(golden_model());
   ASSERT_TRUE(bytes.ok()) << bytes.error().message;
   if (std::getenv("RAVENCAL_WRITE_GOLDEN") != nullptr) {
     const auto path =
-        std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v1.blob";
+        std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v2.blob";
     ASSERT_TRUE(model::write_blob(golden_model(), path).ok());
   }
   const Bytes golden = golden_bytes();
@@ -59,12 +63,13 @@ TEST(Blob, EncodesTheGoldenModelToTheGoldenBytes) {
 
 TEST(Blob, GoldenBytesSayWhatTheirJsonTwinSays) {
   std::ifstream file(std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" /
-                     "weights_v1.json");
+                     "weights_v2.json");
   const auto twin = nlohmann::json::parse(file);
   const Bytes bytes = golden_bytes();
   BlobView view;
   ASSERT_TRUE(BlobView::open(bytes, view).ok());
   EXPECT_EQ(twin["bytes"], bytes.size());
+  EXPECT_EQ(twin["precision"], model::name_of(view.precision()));
   EXPECT_EQ(twin["row_period_s"], view.row_period_s());
   ASSERT_EQ(twin["features"].size(), view.feature_count());
   for (std::size_t i = 0; i < view.feature_count(); ++i) {
@@ -83,14 +88,14 @@ TEST(Blob, GoldenBytesSayWhatTheirJsonTwinSays) {
   ASSERT_EQ(twin["layers"].size(), view.layer_count());
   for (std::size_t l = 0; l < view.layer_count(); ++l) {
     const auto& expected = twin["layers"][l];
-    const model::BlobLayer layer = view.layer(l);
+    const model::packed::PackedLayer layer = view.network().layer(l);
     EXPECT_EQ(expected["activation"], static_cast<int>(layer.activation));
     ASSERT_EQ(expected["weights"].size(), layer.outputs);
     for (std::size_t row = 0; row < layer.outputs; ++row) {
-      EXPECT_EQ(expected["biases"][row], view.bias(layer, row));
+      EXPECT_EQ(expected["biases"][row], view.network().bias(layer, row));
       ASSERT_EQ(expected["weights"][row].size(), layer.inputs);
       for (std::size_t column = 0; column < layer.inputs; ++column) {
-        EXPECT_EQ(expected["weights"][row][column], view.weight(layer, row, column));
+        EXPECT_EQ(expected["weights"][row][column], view.network().weight(layer, row, column));
       }
     }
   }
@@ -171,16 +176,21 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
   const std::size_t features = section(good, blob::kFeatures);
   const std::size_t scaling = section(good, blob::kInputScaling);
   const std::size_t range = section(good, blob::kInputRange);
-  const std::size_t layers = section(good, blob::kLayers);
-  const std::size_t weights = section(good, blob::kWeights);
+  const std::size_t network = section(good, blob::kNetwork);
+  const std::size_t layers = network + sizeof(model::packed::PackedHeader);
+  const std::size_t second = layers + sizeof(model::packed::PackedLayer);
+  model::packed::PackedView packed;
+  ASSERT_TRUE(model::packed::open_anywhere(good.data() + network, section_bytes(good), packed));
+  const std::size_t weights = network + packed.layer(0).weights_at;
+  const std::size_t biases = network + packed.layer(0).biases_at;
   const std::size_t outputs = section(good, blob::kOutputs);
   const std::size_t self_test = section(good, blob::kSelfTest);
   const std::size_t provenance = section(good, blob::kProvenance);
   const Case cases[] = {
       {"magic", 0, {0}, BlobStatus::kBadMagic},
-      {"major version", blob::kMajorAt, {2}, BlobStatus::kVersion},
+      {"major version", blob::kMajorAt, {1}, BlobStatus::kVersion},
       {"header size", blob::kHeaderBytesAt, {0}, BlobStatus::kSize},
-      {"precision", blob::kPrecisionAt, {1}, BlobStatus::kPrecision},
+      {"precision", blob::kPrecisionAt, {3}, BlobStatus::kPrecision},
       {"no features", blob::kFeatureCountAt, {0}, BlobStatus::kCount},
       {"many features", blob::kFeatureCountAt, {0xFF, 0xFF}, BlobStatus::kCount},
       {"one feature more", blob::kFeatureCountAt, {4}, BlobStatus::kLayer},
@@ -192,7 +202,7 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
       {"section offset", blob::kSectionTableAt, {1}, BlobStatus::kSection},
       {"section size", blob::kSectionTableAt + 4, {1}, BlobStatus::kSection},
       {"huge provenance",
-       blob::kSectionTableAt + 8 * 8 + 4,
+       blob::kSectionTableAt + 8 * blob::kProvenance + 4,
        {0xFF, 0xFF, 0xFF, 0xFF},
        BlobStatus::kSection},
       {"transform", features + 2, {3}, BlobStatus::kFeature},
@@ -207,9 +217,18 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
       {"empty range", range + 7, {0x7F}, BlobStatus::kRange},
       {"activation", layers + 8, {4}, BlobStatus::kLayer},
       {"layer size", layers + 4, {3}, BlobStatus::kLayer},
-      {"weight offset", layers + 32 + 12, {1}, BlobStatus::kLayer},
+      {"precision of a layer", layers + 9, {3}, BlobStatus::kLayer},
+      {"reserved in a layer", layers + 10, {1}, BlobStatus::kLayer},
+      {"input step of f32", layers + 15, {1}, BlobStatus::kLayer},
+      {"bias offset", second + 16, {1}, BlobStatus::kLayer},
+      {"weight offset", second + 40, {1}, BlobStatus::kLayer},
+      {"layer count of the network", network, {1}, BlobStatus::kLayer},
+      {"width of the network", network + 4, {1}, BlobStatus::kLayer},
+      {"reserved in the network", network + 63, {1}, BlobStatus::kLayer},
+      {"bias", biases, nan32, BlobStatus::kWeight},
+      {"padding of biases", biases + 2 * 4, {1}, BlobStatus::kReserved},
       {"weight", weights, nan32, BlobStatus::kWeight},
-      {"padding of weights", weights + 2 * 4, {1}, BlobStatus::kReserved},
+      {"padding of weights", weights + 3 * 4, {1}, BlobStatus::kReserved},
       {"slot", outputs, {8}, BlobStatus::kOutput},
       {"slot twice", outputs + 128, {1}, BlobStatus::kOutput},
       {"unit", outputs + 104, {0}, BlobStatus::kOutput},
@@ -257,7 +276,7 @@ TEST(Blob, ReadsAHeaderThatALaterMinorVersionMadeLonger) {
   const BlobCheck result = BlobView::open(newer, view);
   ASSERT_TRUE(result.ok()) << describe(result.status) << " at byte " << result.offset;
   EXPECT_EQ(view.feature(0).channel, "jpos.elbow");
-  EXPECT_EQ(view.weight(view.layer(0), 1, 2), 6.0F);
+  EXPECT_EQ(view.network().weight(view.network().layer(0), 1, 2), 6.0F);
 }
 
 TEST(Blob, SelfTestVectorsLieInTheTrainedRangeAndHoldTheModelsOutputs) {

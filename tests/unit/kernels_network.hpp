@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "kernels/forward.hpp"
-#include "kernels/pack.hpp"
+#include "model/pack.hpp"
 
 namespace ravencal::kernels_test {
 

@@ -221,6 +221,23 @@ TEST(Kernels, Int8SumsDoNotOverflowWhateverTheWeights) {
   }
 }
 
+// So that the plugin may use them wherever their vector width is allowed.
+TEST(Kernels, Int8IntegerDotProductsChangeNoBit) {
+  std::mt19937 random(12);
+  const Packed packed(paper_like_network({112, 130, 70, 33, 3}, random), Precision::kInt8);
+  std::uniform_real_distribution<float> uniform(-8.0F, 8.0F);
+  const std::pair<Isa, Isa> pairs[] = {{Isa::kAvx2, Isa::kAvx2Vnni},
+                                       {Isa::kAvx512, Isa::kAvx512Vnni}};
+  for (int i = 0; i < 200; ++i) {
+    std::vector<float> inputs(112);
+    for (float& input : inputs) input = uniform(random);
+    for (const auto& [without, with] : pairs) {
+      if (!kernels::is_supported(with)) continue;
+      EXPECT_EQ(packed.run(without, inputs), packed.run(with, inputs)) << kernels::name_of(with);
+    }
+  }
+}
+
 TEST(Kernels, Int8WithInputMeansIsRightForTheAverageInput) {
   std::mt19937 random(9);
   const Network network = random_network({200, 64}, {Activation::kLinear}, random);

@@ -91,6 +91,11 @@ std::string isa_name(std::uint32_t isa) {
   return isa < std::size(kNames) ? kNames[isa] : fmt::format("instruction set {}", isa);
 }
 
+std::string precision_name(std::uint32_t precision) {
+  constexpr const char* kNames[] = {"f32", "bf16", "int8"};
+  return precision < std::size(kNames) ? kNames[precision] : fmt::format("precision {}", precision);
+}
+
 const char* state_name(std::int32_t state) {
   constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {
       "off", "armed", "fading_in", "active", "fading_out", "bypass", "fault"};

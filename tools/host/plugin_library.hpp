@@ -59,6 +59,8 @@ class PluginInstance {
 
 /// "AVX-512" for RAVENCAL_ISA_AVX512 and so on.
 std::string isa_name(std::uint32_t isa);
+/// "f32", "bf16" or "int8", of RAVENCAL_PRECISION_*.
+std::string precision_name(std::uint32_t precision);
 /// "fading_in" for RAVENCAL_STATE_FADING_IN and so on, as in the JSON of `ravencal host`.
 const char* state_name(std::int32_t state);
 /// "out_of_range" for bit `kind` of the doubts.

@@ -86,9 +86,9 @@ Summary summarise(const LoopResult& result, const LoopOptions& options,
 
 std::string summary_text(const Summary& s) {
   std::string text;
-  text += fmt::format("network     {} inputs, {} parameters, {} code, {:.0f} KiB per step\n",
-                      s.info.inputs, s.info.parameters, isa_name(s.info.isa),
-                      static_cast<double>(s.info.bytes_per_step) / 1024.0);
+  text += fmt::format("network     {} inputs, {} parameters in {}, {} code, {:.0f} KiB per step\n",
+                      s.info.inputs, s.info.parameters, precision_name(s.info.precision),
+                      isa_name(s.info.isa), static_cast<double>(s.info.bytes_per_step) / 1024.0);
   text += s.real_time ? "real time   SCHED_FIFO, memory locked\n"
                       : fmt::format("real time   no: {}\n", s.hindrance);
   text += fmt::format("loop        {} ticks at {}, {} overruns; corrected in full in {} of them\n",
@@ -135,6 +135,7 @@ std::string summary_json(const Summary& s) {
   states["limited_rate"] = s.counters.limited_rate;
   states["swaps"] = s.counters.swaps;
   json["plugin"] = {{"instruction_set", isa_name(s.info.isa)},
+                    {"precision", precision_name(s.info.precision)},
                     {"inputs", s.info.inputs},
                     {"parameters", s.info.parameters},
                     {"bytes_per_step", s.info.bytes_per_step},

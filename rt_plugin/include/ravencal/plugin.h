@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_ABI_MAJOR 1 /* anything but an appended field or function */
-#define RAVENCAL_ABI_MINOR 0 /* appended fields and functions */
+#define RAVENCAL_ABI_MINOR 1 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
@@ -38,7 +38,7 @@ extern "C" {
 #define RAVENCAL_ERROR_ARGUMENT (-1)  /* null pointer, wrong struct_size, value out of range */
 #define RAVENCAL_ERROR_IO (-2)        /* the file cannot be opened or read */
 #define RAVENCAL_ERROR_BLOB (-3)      /* the file is not a valid blob; see last_error */
-#define RAVENCAL_ERROR_TOPOLOGY (-4)  /* no compiled network fits the blob */
+#define RAVENCAL_ERROR_TOPOLOGY (-4)  /* the blob corrects more joints than there are */
 #define RAVENCAL_ERROR_FEATURES (-5)  /* the blob asks for features that a robot state does not have */
 #define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
@@ -70,6 +70,11 @@ extern "C" {
 #define RAVENCAL_ISA_BASELINE 1u
 #define RAVENCAL_ISA_AVX2 2u
 #define RAVENCAL_ISA_AVX512 3u
+
+/* Precision of the weights, for info. */
+#define RAVENCAL_PRECISION_F32 0u
+#define RAVENCAL_PRECISION_BF16 1u
+#define RAVENCAL_PRECISION_INT8 2u
 
 /* One arm, as the controller holds it. */
 typedef struct ravencal_arm {
@@ -143,13 +148,15 @@ typedef struct ravencal_info {
   uint32_t struct_size;
   uint32_t isa;               /* RAVENCAL_ISA_* of the network that runs */
   uint32_t inputs;            /* of the blob */
-  uint32_t padded_inputs;     /* of the compiled network that runs it */
+  uint32_t padded_inputs;     /* rounded up to whole vectors of 16 */
   uint64_t parameters;        /* of the blob */
   uint64_t bytes_per_step;    /* weights and scaling read by one step */
   uint32_t memory_locked;     /* 1 if the weights are locked in RAM, 0 if the system refused */
   uint32_t longest_lag_ticks; /* of its oldest input */
   uint32_t checksum;          /* CRC-32C of the blob */
   uint32_t needs_cycle_end;   /* 1 if observe_cycle_end must be called each cycle */
+  uint32_t precision;         /* since 1.1: RAVENCAL_PRECISION_* of the weights */
+  uint32_t reserved;
 } ravencal_info;
 
 typedef struct ravencal_instance ravencal_instance;
@@ -186,7 +193,8 @@ typedef struct ravencal_api {
   /* [any] Asks the correction to fade in (1) or out (0). */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
-  /* [init] What runs. RAVENCAL_ERROR_ARGUMENT before the first successful load. */
+  /* [init] What runs; fields beyond info->struct_size are left out (1.0 ended before `precision`).
+   * RAVENCAL_ERROR_ARGUMENT before the first successful load. */
   int32_t (*info)(const ravencal_instance* instance, ravencal_info* info);
 
   /* [rt] One control cycle, called at the hook: after the forward cable coupling, before the
@@ -231,7 +239,8 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) 
 RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 48);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 48);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 176);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 48);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 56);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_info_1_0, offsetof(ravencal_info, precision) == 48);
 
 #ifdef __cplusplus
 }

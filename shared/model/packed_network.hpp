@@ -15,10 +15,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "model/kinds.hpp"
 
-namespace ravencal::kernels {
+namespace ravencal::model::packed {
 
 enum class Precision : std::uint8_t { kFloat32 = 0, kBfloat16 = 1, kInt8 = 2 };
 
@@ -28,12 +29,16 @@ inline constexpr std::size_t kPanelLanes = 64;
 inline constexpr std::uint32_t kFewOutputs = 8;
 inline constexpr std::uint32_t kMaxWidth = 8192;  ///< inputs or outputs of a layer
 inline constexpr std::uint32_t kMaxLayers = 16;
+inline constexpr int kMaxWeightUnits = 127;  ///< kInt8
+/// kInt8: largest sum of an output's |weights| in units. Times 32767, the largest quantised input,
+/// it still fits into 32 bits, so that no kernel can overflow.
+inline constexpr int kMaxRowUnits = 65535;
 
 /// Where one layer lies: byte offsets from the start of the block, multiples of kLineBytes.
 struct PackedLayer {
   std::uint32_t inputs;
   std::uint32_t outputs;
-  model::Activation activation;
+  Activation activation;
   Precision precision;
   std::uint8_t reserved[2];
   float input_step;             ///< kInt8: value of one unit of a quantised input
@@ -77,20 +82,59 @@ constexpr std::size_t weight_bytes(const PackedLayer& layer) noexcept {
   return 0;
 }
 
-/// A checked block. Borrowed; make one with open().
+/// How many inputs of one output lie side by side.
+constexpr std::size_t inputs_side_by_side(const PackedLayer& layer) noexcept {
+  if (layer.precision == Precision::kBfloat16) return 2;
+  return layer.precision == Precision::kInt8 ? 4 : 1;
+}
+
+/// Index of a weight among the elements (f32, bf16 or s8) of its layer; also of padding.
+constexpr std::size_t element_index(const PackedLayer& layer, std::size_t output,
+                                    std::size_t input) noexcept {
+  if (has_few_outputs(layer)) return output * padded(layer.inputs, kLineLanes) + input;
+  const std::size_t group = inputs_side_by_side(layer);
+  const std::size_t first = output / kPanelLanes * kPanelLanes;
+  const std::size_t rest = padded(layer.outputs, kLineLanes) - first;
+  const std::size_t lanes = rest < kPanelLanes ? rest : kPanelLanes;
+  return first * padded(layer.inputs, group) + (input / group * lanes + (output - first)) * group +
+         input % group;
+}
+
+/// A checked block. Borrowed; make one with open(). Its own functions need no alignment.
 struct PackedView {
   const std::byte* base = nullptr;
 
-  [[nodiscard]] const PackedHeader& header() const noexcept {
-    return *reinterpret_cast<const PackedHeader*>(base);
+  [[nodiscard]] PackedHeader header() const noexcept {
+    PackedHeader header;
+    std::memcpy(&header, base, sizeof(header));
+    return header;
   }
-  [[nodiscard]] const PackedLayer& layer(std::size_t l) const noexcept {
-    return reinterpret_cast<const PackedLayer*>(base + sizeof(PackedHeader))[l];
+  [[nodiscard]] PackedLayer layer(std::size_t l) const noexcept {
+    PackedLayer layer;
+    std::memcpy(&layer, base + sizeof(PackedHeader) + l * sizeof(layer), sizeof(layer));
+    return layer;
   }
+  /// What a kernel multiplies with, as f32. For tools: one value at a time.
+  [[nodiscard]] float weight(const PackedLayer& layer, std::size_t output,
+                             std::size_t input) const noexcept;
+  [[nodiscard]] float bias(const PackedLayer& layer, std::size_t output) const noexcept;
 };
 
-/// Checks that `bytes` bytes at `base` are a packed network that a kernel may read without further
-/// checks (alignment, sizes, offsets, kinds; not the weights' values). False: `view` is unchanged.
+/// Checks that `bytes` bytes at `base` have the layout of a packed network (sizes, offsets, kinds;
+/// not alignment, not the weights' values). False: `view` is unchanged.
+bool open_anywhere(const std::byte* base, std::size_t bytes, PackedView& view) noexcept;
+
+/// The same, and that it lies on a line: a kernel may read it without further checks.
 bool open(const std::byte* base, std::size_t bytes, PackedView& view) noexcept;
 
-}  // namespace ravencal::kernels
+/// A stored value that pack() does not write.
+struct BadValue {
+  bool found = false;
+  bool in_padding = false;  ///< it should be zero; else it is not finite or out of range
+  std::size_t at = 0;       ///< byte offset from the start of the block
+};
+
+/// The first bad value of a block, layer after layer.
+BadValue find_bad_value(const PackedView& view) noexcept;
+
+}  // namespace ravencal::model::packed

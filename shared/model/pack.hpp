@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Packs trained layers for the kernels. Not for real time: the tools and load() call it.
+// Packs trained layers for the kernels. Not for real time: the tools call it.
 #pragma once
 
 #include <cstddef>
 #include <span>
 
-#include "kernels/packed_network.hpp"
+#include "model/packed_network.hpp"
 
-namespace ravencal::kernels {
+namespace ravencal::model::packed {
 
 /// One trained layer, borrowed: y = activation(weights * x + biases).
 struct LayerSource {
@@ -18,7 +18,7 @@ struct LayerSource {
   std::uint32_t outputs = 0;
   std::ptrdiff_t row_stride = 0;     ///< floats from one output's weights to the next's
   std::ptrdiff_t column_stride = 1;  ///< floats from one input's weight to the next's
-  model::Activation activation = model::Activation::kLinear;
+  Activation activation = Activation::kLinear;
   /// kInt8: the largest magnitude that an input of this layer takes; larger ones are clamped. 1 is
   /// right behind sigmoid and tanh; elsewhere it comes from the trained range.
   float input_limit = 1.0F;
@@ -37,4 +37,4 @@ std::size_t packed_bytes(std::span<const LayerSource> layers, Precision precisio
 bool pack(std::span<const LayerSource> layers, Precision precision,
           std::span<std::byte> block) noexcept;
 
-}  // namespace ravencal::kernels
+}  // namespace ravencal::model::packed

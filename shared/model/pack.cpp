@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/pack.hpp"
+#include "model/pack.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,15 +7,11 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ravencal::kernels {
+namespace ravencal::model::packed {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-/// Largest sum of an output's |weights| in units: times 32767, the largest quantised input, it
-/// still fits into 32 bits, so that no kernel can overflow.
-constexpr std::int64_t kMaxRowUnits = 65535;
-constexpr float kMaxWeightUnits = 127.0F;
 constexpr float kMaxInputUnits = 32767.0F;
 
 float weight(const LayerSource& layer, std::size_t output, std::size_t input) {
@@ -57,21 +53,10 @@ bool finite(const LayerSource& layer) {
   return true;
 }
 
-/// Element index of a weight in a layer of panels whose inputs lie `group` side by side.
-std::size_t panel_index(const PackedLayer& layer, std::size_t output, std::size_t input,
-                        std::size_t group) {
-  const std::size_t all_lanes = padded(layer.outputs, kLineLanes);
-  const std::size_t first = output / kPanelLanes * kPanelLanes;
-  const std::size_t lanes = std::min(kPanelLanes, all_lanes - first);
-  return first * padded(layer.inputs, group) + (input / group * lanes + (output - first)) * group +
-         input % group;
-}
-
 void pack_float32(const LayerSource& source, const PackedLayer& layer, float* out) {
-  const std::size_t row = padded(layer.inputs, kLineLanes);
   for (std::size_t o = 0; o < layer.outputs; ++o) {
     for (std::size_t i = 0; i < layer.inputs; ++i) {
-      const std::size_t at = has_few_outputs(layer) ? o * row + i : panel_index(layer, o, i, 1);
+      const std::size_t at = element_index(layer, o, i);
       out[at] = weight(source, o, i);
     }
   }
@@ -89,7 +74,7 @@ bool pack_bfloat16(const LayerSource& source, const PackedLayer& layer, std::uin
     for (std::size_t i = 0; i < layer.inputs; ++i) {
       const std::uint16_t rounded = to_bfloat16(weight(source, o, i));
       if ((rounded & kExponent) == kExponent) return false;
-      out[panel_index(layer, o, i, 2)] = rounded;
+      out[element_index(layer, o, i)] = rounded;
     }
   }
   return true;
@@ -109,7 +94,7 @@ float row_scale(const LayerSource& source, std::size_t o) {
   for (std::size_t i = 0; i < source.inputs; ++i) {
     largest = std::max(largest, std::abs(weight(source, o, i)));
   }
-  float scale = std::max(largest / kMaxWeightUnits, 1e-30F);
+  float scale = std::max(largest / static_cast<float>(kMaxWeightUnits), 1e-30F);
   while (units_of_row(source, o, scale) > kMaxRowUnits) scale *= 1.01F;
   return scale;
 }
@@ -125,7 +110,7 @@ void pack_int8(const LayerSource& source, const PackedLayer& layer, std::byte* b
       const auto units = static_cast<std::int8_t>(
           std::clamp(std::lrint(weight(source, o, i) / scale), -127L, 127L));
       sums[o] += units;
-      out[panel_index(layer, o, i, 4)] = units;
+      out[element_index(layer, o, i)] = units;
       if (source.input_means != nullptr) {
         const float lost = weight(source, o, i) - static_cast<float>(units) * scale;
         biases[o] += lost * source.input_means[i];
@@ -189,4 +174,4 @@ bool pack(std::span<const LayerSource> layers, Precision precision,
   return true;
 }
 
-}  // namespace ravencal::kernels
+}  // namespace ravencal::model::packed

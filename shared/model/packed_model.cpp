@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/packed_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "model/input_limits.hpp"
+#include "model/layers.hpp"
+#include "model/pack.hpp"
+
+namespace ravencal::model {
+namespace {
+
+constexpr std::array<std::string_view, 3> kPrecisionNames = {"f32", "bf16", "int8"};
+
+/// Behind an unbounded activation a layer may see more than the rows at hand showed: inputs beyond
+/// the trained range, other motion. Twice as much costs one of 15 bits.
+constexpr float kHeadroom = 2.0F;
+
+core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+/// The largest magnitude of a scaled input that the plugin's clamping lets through.
+float scaled_limit(const CalibrationModel& model) {
+  double limit = 0.0;
+  for (Eigen::Index i = 0; i < model.input.mean.size(); ++i) {
+    const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
+    for (const float end : {limits.low, limits.high}) {
+      const double scaled = (static_cast<double>(end) - model.input.mean[i]) / model.input.scale[i];
+      limit = std::max(limit, std::abs(scaled));
+    }
+  }
+  return static_cast<float>(limit);
+}
+
+bool is_bounded(Activation activation) {
+  return activation == Activation::kSigmoid || activation == Activation::kTanh;
+}
+
+/// Scaled and clamped as in the plugin, [features x rows], rows with a lost value left out.
+Eigen::MatrixXf scaled_inputs(const CalibrationModel& model, const FeatureMatrix& features_si) {
+  Eigen::MatrixXf scaled(features_si.cols(), features_si.rows());
+  Eigen::Index kept = 0;
+  for (Eigen::Index row = 0; row < features_si.rows(); ++row) {
+    if (!features_si.row(row).allFinite()) continue;
+    for (Eigen::Index i = 0; i < features_si.cols(); ++i) {
+      const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
+      const double value =
+          static_cast<double>(std::clamp(features_si(row, i), limits.low, limits.high));
+      scaled(i, kept) = static_cast<float>((value - model.input.mean[i]) / model.input.scale[i]);
+    }
+    ++kept;
+  }
+  return scaled.leftCols(kept);
+}
+
+}  // namespace
+
+std::string_view name_of(packed::Precision precision) {
+  return kPrecisionNames[static_cast<std::size_t>(precision)];
+}
+
+core::Result<packed::Precision> precision_of(std::string_view name) {
+  const auto* const it = std::find(kPrecisionNames.begin(), kPrecisionNames.end(), name);
+  if (it == kPrecisionNames.end()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("unknown precision '{}'; known: f32, bf16, int8", name)};
+  }
+  return static_cast<packed::Precision>(it - kPrecisionNames.begin());
+}
+
+core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationModel& model,
+                                                            const FeatureMatrix& features_si) {
+  const Eigen::MatrixXf first = scaled_inputs(model, features_si);
+  if (first.cols() == 0) return data_error("no row has every feature: int8 cannot be calibrated");
+  std::vector<LayerInputs> result;
+  std::vector<Eigen::VectorXd> sums;
+  for (std::size_t l = 0; l < model.layers.size(); ++l) {
+    const Eigen::Index inputs = model.layers[l].weights.cols();
+    result.push_back({Eigen::VectorXf::Zero(inputs), 0.0F});
+    sums.push_back(Eigen::VectorXd::Zero(inputs));
+  }
+  constexpr Eigen::Index kColumns = 4096;  // bounds the memory of the hidden layers
+  for (Eigen::Index column = 0; column < first.cols(); column += kColumns) {
+    Eigen::MatrixXf x = first.middleCols(column, std::min(kColumns, first.cols() - column));
+    for (std::size_t l = 0; l < model.layers.size(); ++l) {
+      sums[l] += x.cast<double>().rowwise().sum();
+      result[l].limit = std::max(result[l].limit, x.cwiseAbs().maxCoeff());
+      const DenseLayer& layer = model.layers[l];
+      Eigen::MatrixXf y(layer.weights.rows(), x.cols());
+      dense(layer.weights, layer.biases, layer.activation, x, y);
+      x = std::move(y);
+    }
+  }
+  for (std::size_t l = 0; l < model.layers.size(); ++l) {
+    result[l].mean = (sums[l] / static_cast<double>(first.cols())).cast<float>();
+    const bool bounded = l > 0 && is_bounded(model.layers[l - 1].activation);
+    const float limit = l == 0 ? scaled_limit(model) : bounded ? 1.0F : kHeadroom * result[l].limit;
+    result[l].limit = limit > 0.0F ? limit : 1.0F;  // constants only: any limit will do
+  }
+  return result;
+}
+
+core::Result<std::vector<std::byte>> pack_layers(const CalibrationModel& model,
+                                                 const Packing& packing) {
+  const bool calibrated = packing.inputs.size() == model.layers.size();
+  if (packing.precision == packed::Precision::kInt8 && !calibrated) {
+    return data_error("int8 needs the mean and the largest magnitude of every layer's inputs");
+  }
+  std::vector<packed::LayerSource> layers;
+  for (std::size_t l = 0; l < model.layers.size(); ++l) {
+    const DenseLayer& layer = model.layers[l];
+    packed::LayerSource source;
+    source.weights = layer.weights.data();
+    source.biases = layer.biases.data();
+    source.inputs = static_cast<std::uint32_t>(layer.weights.cols());
+    source.outputs = static_cast<std::uint32_t>(layer.weights.rows());
+    source.row_stride = 1;
+    source.column_stride = layer.weights.rows();
+    source.activation = layer.activation;
+    if (calibrated) {
+      source.input_limit = packing.inputs[l].limit;
+      source.input_means = packing.inputs[l].mean.data();
+    }
+    layers.push_back(source);
+  }
+  std::vector<std::byte> bytes(packed::packed_bytes(layers, packing.precision));
+  if (bytes.empty()) {
+    return data_error(fmt::format("a blob holds 1 to {} layers of 1 to {} inputs and outputs",
+                                  packed::kMaxLayers, packed::kMaxWidth));
+  }
+  if (!packed::pack(layers, packing.precision, bytes)) {
+    return data_error(fmt::format("a weight or bias is not finite, or too large for {}",
+                                  name_of(packing.precision)));
+  }
+  return bytes;
+}
+
+core::Result<std::vector<DenseLayer>> unpack_layers(std::span<const std::byte> network) {
+  packed::PackedView view;
+  if (!packed::open_anywhere(network.data(), network.size(), view)) {
+    return data_error("not a packed network");
+  }
+  std::vector<DenseLayer> layers;
+  for (std::uint32_t l = 0; l < view.header().layers; ++l) {
+    const packed::PackedLayer layer = view.layer(l);
+    DenseLayer dense{Eigen::MatrixXf(layer.outputs, layer.inputs), Eigen::VectorXf(layer.outputs),
+                     layer.activation, layer.input_step};
+    for (std::uint32_t o = 0; o < layer.outputs; ++o) {
+      dense.biases[o] = view.bias(layer, o);
+      for (std::uint32_t i = 0; i < layer.inputs; ++i) {
+        dense.weights(o, i) = view.weight(layer, o, i);
+      }
+    }
+    layers.push_back(std::move(dense));
+  }
+  return layers;
+}
+
+}  // namespace ravencal::model
