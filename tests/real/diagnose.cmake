@@ -1,0 +1,3 @@
+ravencal_test(NAME diagnose_real_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_real_test.cpp
+  LIBS ravencal_diagnose LABELS real)

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The three traps of the prototype (permutation scheme, contaminated null, recorded effort as its
+// own explanation) and the pieces that keep clear of them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "diagnose/blocks.hpp"
+#include "diagnose/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/operators.hpp"
+#include "diagnose/sign_flip.hpp"
+#include "diagnose_generator.hpp"
+
+namespace {
+
+using namespace ravencal;
+using diagnose::FlipCandidate;
+using diagnose::FlipOption;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+VectorXd noise(Index count, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  VectorXd x(count);
+  for (Index i = 0; i < count; ++i) x[i] = static_cast<double>(engine() >> 11U) * 0x1.0p-52 - 1.0;
+  return x;
+}
+
+/// A candidate whose column is `column`, for noise `residual` in blocks of `length`.
+FlipCandidate candidate_of(const VectorXd& column, const VectorXd& residual, Index length,
+                           double gain) {
+  FlipOption option;
+  option.scores.resize(column.size() / length, 1);
+  for (Index b = 0; b < option.scores.rows(); ++b) {
+    option.scores(b, 0) =
+        column.segment(b * length, length).dot(residual.segment(b * length, length));
+  }
+  option.inverse = Eigen::MatrixXd::Constant(1, 1, 1.0 / column.squaredNorm());
+  return {{option}, gain, 0};
+}
+
+TEST(SignFlip, CanTestAConstantAndAStep) {
+  // Circular shifts leave a constant as it is and a step nearly so: p would be 1 for both.
+  const Index rows = 2000;
+  const VectorXd residual = noise(rows, 3);
+  const VectorXd constant = VectorXd::Ones(rows);
+  VectorXd step = VectorXd::Zero(rows);
+  step.tail(rows / 2).setOnes();
+  for (const VectorXd& column : {constant, step}) {
+    const VectorXd y = 0.3 * column + residual;
+    const double gain = std::pow(column.dot(y), 2) / column.squaredNorm();
+    const auto result =
+        diagnose::sign_flip_test({candidate_of(column, residual, 50, gain)}, 0.01, 5);
+    EXPECT_LT(result.p_value.front(), 0.005);
+  }
+}
+
+TEST(SignFlip, GivesNoiseItsShareOfAlarmsAndNoMore) {
+  const Index rows = 1600;
+  int alarms = 0;
+  constexpr int kTrials = 300;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const VectorXd residual = noise(rows, 100 + static_cast<std::uint64_t>(trial));
+    std::vector<FlipCandidate> candidates;
+    for (std::uint64_t c = 0; c < 5; ++c) {
+      const VectorXd column = noise(rows, 10000 + 5 * static_cast<std::uint64_t>(trial) + c);
+      candidates.push_back(candidate_of(column, residual, 40,
+                                        std::pow(column.dot(residual), 2) / column.squaredNorm()));
+    }
+    const auto result = diagnose::sign_flip_test(candidates, 0.05, 9, 499);
+    bool any = false;
+    for (const double p : result.p_value) any = any || p <= 0.05;
+    alarms += any ? 1 : 0;
+  }
+  // 15 expected of 300 at 5 %; beyond 28 is one in a thousand.
+  EXPECT_LE(alarms, 28);
+  EXPECT_GE(alarms, 4);
+}
+
+diagnose::SeriesSet series_of(const generator::HiddenPhysics& hidden, const physics::Plant& plant) {
+  static std::vector<record::Recording> recordings;
+  recordings = {generator::make_recording(hidden, {.duration_s = 240.0})};
+  auto set = diagnose::build_series(recordings, {}, plant, {});
+  EXPECT_TRUE(set.ok());
+  return set.value();
+}
+
+TEST(Gates, ASmallEffectIsSeenBesideABigOne) {
+  // A null made from a residual that still holds the big effect would hide the small one.
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  const auto set = series_of({.gain = 0.0015, .coupling = 0.2}, plant);
+  const auto& series = set.series.front();
+  const auto nominal = diagnose::nominal_of(series, plant);
+  const auto forms = diagnose::forms_for(series);
+  const auto model = diagnose::prepare_channel(series, nominal, forms);
+  EXPECT_LT(model.floor, 4e-4) << "the null must not hold the coupling of 0.05 rad";
+  diagnose::ChannelModel chosen = model;
+  diagnose::select_effects(chosen, {}, 1);
+  std::vector<std::string> ids;
+  for (const auto& c : chosen.chosen) ids.push_back(chosen.candidates[c.candidate].form->key());
+  EXPECT_NE(std::find(ids.begin(), ids.end(), "gain_error"), ids.end())
+      << ::testing::PrintToString(ids);
+  EXPECT_NE(std::find(ids.begin(), ids.end(), "coupling<two"), ids.end())
+      << ::testing::PrintToString(ids);
+}
+
+TEST(Gates, NoColumnContainsTheRecordedEffortOrTruth) {
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  const auto set = series_of({.coulomb_n_m = 0.5}, plant);
+  ASSERT_EQ(set.series.size(), 2U);
+  for (const auto& series : set.series) {
+    diagnose::Series other = series;
+    other.y = 3.0 * series.y + noise(series.rows(), 4);
+    other.recorded = other.y;
+    for (const auto& form : diagnose::forms_for(series)) {
+      if (!form->untestable(series).empty()) continue;
+      for (const auto& shape : form->grid(series)) {
+        EXPECT_EQ(form->columns(series, shape), form->columns(other, shape)) << form->key();
+      }
+    }
+  }
+}
+
+TEST(Blocks, NeverReachAcrossARecordingAndCoverEachTrainingRowOnce) {
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  const std::vector<record::Recording> two = {
+      generator::make_recording({}, {.seed = 1, .duration_s = 100.0}),
+      generator::make_recording({}, {.seed = 2, .duration_s = 100.0})};
+  const auto set = diagnose::build_series(two, {}, plant, {});
+  ASSERT_TRUE(set.ok());
+  const auto& series = set->series.front();
+  const auto blocks = diagnose::make_blocks(series, 10.0);
+  EXPECT_EQ(blocks.begin.front(), 0);
+  EXPECT_EQ(blocks.begin.back(), static_cast<Index>(blocks.rows.size()));
+  for (std::size_t b = 0; b < blocks.count(); ++b) {
+    ASSERT_GT(blocks.size(b), 0);
+    const auto first =
+        static_cast<std::size_t>(blocks.rows[static_cast<std::size_t>(blocks.first(b))]);
+    const auto last = static_cast<std::size_t>(
+        blocks.rows[static_cast<std::size_t>(blocks.first(b) + blocks.size(b) - 1)]);
+    EXPECT_EQ(series.recording[first], series.recording[last]);
+  }
+}
+
+TEST(Operators, DirectionMemoryKeepsItsSideAtRestAndTurnsOverItsWidth) {
+  VectorXd q(7);
+  q << 0.0, 1.0, 2.0, 2.0, 1.75, 1.5, 1.0;
+  const std::vector<char> fresh = {1, 0, 0, 0, 0, 0, 0};
+  const VectorXd side = diagnose::direction_memory(q, 1.0, fresh);
+  EXPECT_DOUBLE_EQ(side[2], 1.0);
+  EXPECT_DOUBLE_EQ(side[3], 1.0);
+  EXPECT_DOUBLE_EQ(side[4], 0.5);
+  EXPECT_DOUBLE_EQ(side[5], 0.0);
+  EXPECT_DOUBLE_EQ(side[6], -1.0);
+}
+
+}  // namespace

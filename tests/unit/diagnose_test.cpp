@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/diagnose.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "diagnose_generator.hpp"
+
+namespace {
+
+using namespace ravencal;
+using generator::HiddenPhysics;
+using generator::Scene;
+
+physics::Plant plant_of(const std::string& effects = {}) {
+  auto plant = physics::parse_plant(generator::plant_text(effects), "test plant");
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  return plant.value();
+}
+
+diagnose::Report run(const HiddenPhysics& hidden, const Scene& scene = {},
+                     const std::string& effects = {}, unsigned threads = 1) {
+  diagnose::Options options;
+  options.threads = threads;
+  auto report = diagnose::diagnose({generator::make_recording(hidden, scene)}, {},
+                                   plant_of(effects), options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+  return report.value();
+}
+
+std::string names_in(const diagnose::Report& report) {
+  std::string names;
+  for (const auto& e : report.effects) names += e.joint + "/" + e.stage + "/" + e.id + " ";
+  return names + report.verdict.text;
+}
+
+const diagnose::NamedEffect* find(const diagnose::Report& report, const std::string& id) {
+  const auto it = std::find_if(report.effects.begin(), report.effects.end(), [&](const auto& e) {
+    return e.id == id || std::find(e.ambiguous_with.begin(), e.ambiguous_with.end(), id) !=
+                             e.ambiguous_with.end();
+  });
+  return it == report.effects.end() ? nullptr : &*it;
+}
+
+struct Recovery {
+  const char* id;
+  HiddenPhysics hidden;
+  double value;  ///< of the first parameter
+};
+
+class Names : public ::testing::TestWithParam<Recovery> {};
+
+TEST_P(Names, TheConcealedEffectWithItsValue) {
+  const diagnose::Report report = run(GetParam().hidden);
+  const auto* effect = find(report, GetParam().id);
+  ASSERT_NE(effect, nullptr) << names_in(report);
+  EXPECT_EQ(report.effects.size(), 1U) << names_in(report);
+  EXPECT_EQ(effect->joint, "one");
+  ASSERT_FALSE(effect->parameters.empty());
+  EXPECT_NEAR(effect->parameters.front().value, GetParam().value, 0.1 * std::abs(GetParam().value));
+  EXPECT_LT(effect->held_out_after, effect->held_out_before);
+  EXPECT_FALSE(report.mismatch.empty());
+  EXPECT_LE(effect->p_value, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Diagnose, Names,
+                         ::testing::Values(Recovery{"homing_offset", {.offset_rad = 0.02}, 0.02},
+                                           Recovery{"gain_error", {.gain = 0.01}, 0.01},
+                                           Recovery{"coupling", {.coupling = -0.02}, -0.02},
+                                           Recovery{"backlash", {.gap_half_rad = 0.004}, 0.004},
+                                           Recovery{"delay", {.delay_s = 0.03}, 0.03},
+                                           Recovery{"slip", {.slip_rad = 0.004}, 0.004},
+                                           Recovery{"coulomb_friction", {.coulomb_n_m = 0.5}, 0.5},
+                                           Recovery{
+                                               "viscous_friction", {.viscous_n_m_s = 6.0}, 6.0}),
+                         [](const auto& test) { return std::string(test.param.id); });
+
+TEST(Diagnose, FindsTwoEffectsThatActTogether) {
+  const diagnose::Report report = run({.coupling = 0.02, .gap_half_rad = 0.004});
+  EXPECT_NE(find(report, "coupling"), nullptr) << names_in(report);
+  EXPECT_NE(find(report, "backlash"), nullptr) << names_in(report);
+  EXPECT_EQ(report.effects.size(), 2U) << names_in(report);
+}
+
+TEST(Diagnose, StaysSilentWhereNothingIsLeftOut) {
+  int alarms = 0;
+  for (std::uint64_t seed = 1; seed <= 15; ++seed) {
+    const diagnose::Report report = run({}, {.seed = seed, .duration_s = 240.0});
+    if (report.verdict.kind != "nothing_left_out") {
+      ++alarms;
+      ADD_FAILURE_AT(__FILE__, 0) << "seed " << seed << ": " << names_in(report);
+    }
+  }
+  EXPECT_EQ(alarms, 0);
+}
+
+TEST(Diagnose, TakesAParameterWithinItsToleranceForNoFinding) {
+  const diagnose::Report report =
+      run({.coulomb_n_m = 0.53}, {},
+          "\n[[joint.effect]]\nid = \"coulomb_friction\"\nlevel_n_m = 0.5\n");
+  EXPECT_EQ(report.verdict.kind, "nothing_left_out") << names_in(report);
+}
+
+TEST(Diagnose, CallsAParameterOutOfItsToleranceThatAndNotPhysics) {
+  const diagnose::Report report = run(
+      {.coulomb_n_m = 0.8}, {}, "\n[[joint.effect]]\nid = \"coulomb_friction\"\nlevel_n_m = 0.5\n");
+  EXPECT_EQ(report.verdict.kind, "parameter_out_of_tolerance") << names_in(report);
+  const auto* effect = find(report, "coulomb_friction");
+  ASSERT_NE(effect, nullptr);
+  EXPECT_NEAR(effect->parameters.front().value, 0.8, 0.05);
+}
+
+TEST(Diagnose, SaysUnknownOfWhatItsVocabularyLacks) {
+  const diagnose::Report report = run({.bump_rad = 0.004});
+  EXPECT_FALSE(report.unexplained.empty()) << names_in(report);
+}
+
+TEST(Diagnose, SaysWhatCannotBeSeenWithoutATruth) {
+  const diagnose::Report report = run({}, {.with_truth = false});
+  const auto it = std::find_if(report.not_found.begin(), report.not_found.end(), [](const auto& n) {
+    return n.id == "backlash" && n.joint == "one";
+  });
+  ASSERT_NE(it, report.not_found.end());
+  EXPECT_FALSE(it->detection_limit.has_value());
+  EXPECT_NE(it->not_testable_because.find("joint_truth"), std::string::npos)
+      << it->not_testable_because;
+}
+
+TEST(Diagnose, WouldHaveSeenWhatItSaysItWouldHaveSeen) {
+  const diagnose::Report silent = run({});
+  const auto it = std::find_if(silent.not_found.begin(), silent.not_found.end(), [](const auto& n) {
+    return n.id == "gain_error" && n.joint == "one";
+  });
+  ASSERT_NE(it, silent.not_found.end());
+  ASSERT_TRUE(it->detection_limit.has_value());
+  EXPECT_NE(find(run({.gain = 1.5 * *it->detection_limit}), "gain_error"), nullptr);
+  EXPECT_EQ(find(run({.gain = 0.2 * *it->detection_limit}), "gain_error"), nullptr);
+}
+
+TEST(Diagnose, GivesTheSameBytesOnAnyNumberOfThreads) {
+  const HiddenPhysics hidden{.gain = 0.01, .coulomb_n_m = 0.4};
+  const std::string one = diagnose::report_json(run(hidden, {.duration_s = 200.0}, {}, 1));
+  EXPECT_EQ(one, diagnose::report_json(run(hidden, {.duration_s = 200.0}, {}, 4)));
+  EXPECT_EQ(one, diagnose::report_json(run(hidden, {.duration_s = 200.0}, {}, 1)));
+}
+
+TEST(Diagnose, WritesTheSchemaThatOthersRead) {
+  const auto json = nlohmann::json::parse(diagnose::report_json(run({.gain = 0.01})));
+  EXPECT_EQ(json.at("schema"), 1);
+  for (const char* key : {"kind", "text", "false_alarm_rate"})
+    EXPECT_TRUE(json.at("verdict").contains(key)) << key;
+  for (const char* key : {"mismatch", "effects", "held_out", "unexplained", "not_found"})
+    EXPECT_TRUE(json.at(key).is_array()) << key;
+  const auto& effect = json.at("effects").at(0);
+  for (const char* key :
+       {"id", "joint", "stage", "parameters", "evidence", "ambiguous_with", "separate_by"})
+    EXPECT_TRUE(effect.contains(key)) << key;
+  for (const char* key :
+       {"held_out_before", "held_out_after", "unit", "p_value", "size", "invariance_spread"})
+    EXPECT_TRUE(effect.at("evidence").contains(key)) << key;
+  for (const auto& entry : json.at("not_found"))
+    EXPECT_NE(entry.contains("detection_limit"), entry.contains("not_testable_because"))
+        << entry.dump();
+}
+
+TEST(Diagnose, NamesNoFalseEffectWhenTheNoiseRemembers) {
+  // Neighbouring samples of this noise agree for half a second to fifteen: tests that count samples
+  // as observations alarm on every such recording.
+  const diagnose::Report report = run({}, {.seed = 77, .noise = 4.0});
+  EXPECT_EQ(report.verdict.kind, "nothing_left_out") << names_in(report);
+}
+
+}  // namespace

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/diagnose.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "commands/commands.hpp"
+#include "record/load.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> recordings;
+  std::vector<std::string> held_out;
+  std::string plant;
+  std::string profile;
+  std::string held_out_profile;
+  std::string out;
+  std::string json;
+  double held_out_from_s = -1.0;
+  bool skip_bad = false;
+  bool check = false;
+  diagnose::Options options;
+};
+
+core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
+                                                      const std::string& profile, bool skip_bad) {
+  std::vector<record::Recording> recordings;
+  for (const std::string& path : paths) {
+    record::LoadOptions options;
+    options.profile = profile;
+    options.skip_bad = skip_bad;
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
+    recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
+void print_summary(const diagnose::Report& report, const std::string& out) {
+  fmt::print("verdict: {}\n{}\n", report.verdict.kind, report.verdict.text);
+  for (const diagnose::HeldOut& h : report.held_out) {
+    fmt::print("  {:<12} {:<22} {:.4g} -> {:.4g} {} (floor {:.4g})\n", h.joint, h.metric, h.before,
+               h.after, h.unit, h.floor);
+  }
+  fmt::print("report: {}/report.html\n", out);
+}
+
+core::Status write_json(const diagnose::Report& report, const std::string& path) {
+  const std::string partial = path + ".partial";
+  std::ofstream file(partial, std::ios::binary);
+  file << diagnose::report_json(report);
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(partial, path, error);
+  if (file && !error) return {};
+  std::filesystem::remove(partial, error);
+  return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path)};
+}
+
+core::Result<bool> run(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto training,
+                            load_all(arguments.recordings, arguments.profile, arguments.skip_bad));
+  const std::string& second =
+      arguments.held_out_profile.empty() ? arguments.profile : arguments.held_out_profile;
+  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
+                            load_all(arguments.held_out, second, arguments.skip_bad));
+  diagnose::Options options = arguments.options;
+  if (arguments.held_out_from_s >= 0.0) options.series.held_out_from_s = arguments.held_out_from_s;
+  cli::catch_interrupts();
+  cli::Progress progress("diagnose");
+  options.look = [&](double done, std::string_view what) {
+    progress.update(done, what);
+    return !cli::interrupted();
+  };
+  RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report report,
+                            diagnose::diagnose(training, held_out, plant, options));
+  RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
+  if (!arguments.json.empty()) RAVENCAL_RETURN_IF_ERROR(write_json(report, arguments.json));
+  print_summary(report, arguments.out);
+  return report.verdict.kind != "nothing_left_out" && report.verdict.kind != "not_testable";
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "diagnose", "Find where simulation and recording part, and what physics is left out");
+  command
+      ->add_option("recordings", arguments->recordings, "Recordings (.db, or .csv with --profile)")
+      ->required();
+  command->add_option("--plant", arguments->plant, "The simulation (.toml)")->required();
+  command->add_option("--profile", arguments->profile,
+                      "Which column of a .csv is which channel: name or file");
+  command
+      ->add_option("--out", arguments->out,
+                   "Folder for report.json, report.html, plant_improved.toml")
+      ->required();
+  command->add_option("--json", arguments->json, "Also write report.json here");
+  command->add_option("--held-out", arguments->held_out,
+                      "Recordings that no fit sees; figures are on them");
+  command->add_option("--held-out-profile", arguments->held_out_profile,
+                      "Profile of the held-out recordings, if another");
+  command->add_option("--held-out-from", arguments->held_out_from_s,
+                      "Hold out each recording from this time on, s");
+  command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")
+      ->check(CLI::Range(1e-4, 0.5))
+      ->capture_default_str();
+  command
+      ->add_option("--placebo", arguments->options.placebo_twins,
+                   "Twins with nothing left out, to measure false alarms")
+      ->check(CLI::Range(0, 10000))
+      ->capture_default_str();
+  command->add_option("--seed", arguments->options.seed, "Seed of every random draw")
+      ->capture_default_str();
+  command
+      ->add_option("--threads", arguments->options.threads, "0: all cores; the result is the same")
+      ->capture_default_str();
+  command->add_flag("--skip-bad", arguments->skip_bad,
+                    "Drop unreadable rows instead of refusing the file");
+  command->add_flag("--check", arguments->check, "Exit with 1 if a mismatch was found");
+  command->footer(
+      "Example: ravencal diagnose run1.db run2.db --plant tools/plants/raven2.toml --out "
+      "diagnosis\n"
+      "Figures are on --held-out recordings, else on rows from --held-out-from, else "
+      "cross-validated.");
+  command->callback([arguments, &exit_code] {
+    const auto result = run(*arguments);
+    if (!result.ok()) {
+      fmt::print(stderr, "ravencal diagnose: {}\n", result.error().message);
+      exit_code = cli::exit_code_of(result.error().code);
+    } else if (arguments->check && result.value()) {
+      exit_code = cli::kFinding;
+    }
+  });
+}
+
+}  // namespace ravencal::commands

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/channel.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/invariance.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Forms candidates_for(const Series& series, const physics::Plant& plant, const Nominal& nominal) {
+  Forms forms;
+  for (auto& form : forms_for(series)) {
+    const bool in_plant =
+        std::any_of(nominal.terms.begin(), nominal.terms.end(), [&](const NominalTerm& term) {
+          return term.id == form->id() && form->id() != "gravity" &&
+                 plant_has(plant, series.joint, form->id(), form->from());
+        });
+    if (!in_plant) forms.push_back(std::move(form));
+  }
+  return forms;
+}
+
+VectorXd joint_fit(const ChannelModel& model) {
+  const MatrixXd columns = model.columns();
+  const Moments moments = moments_of(model.blocks, columns, model.target);
+  return solve(moments.total(), model.column_precision(columns.cols()));
+}
+
+Index first_column(const ChannelModel& model, std::size_t chosen) {
+  Index at = model.base.cols();
+  for (std::size_t i = 0; i < chosen; ++i) at += model.chosen[i].columns.cols();
+  return at;
+}
+
+VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
+  return fit.coefficients.segment(first_column(fit.model, chosen),
+                                  fit.model.chosen[chosen].columns.cols());
+}
+
+Index step_index(const ChannelFit& fit, std::size_t step) {
+  return static_cast<Index>(1 + fit.nominal.terms.size() + step);
+}
+
+/// Steps are found in what the saturated model leaves, and then belong to the base.
+void adopt_steps(ChannelFit& fit) {
+  ChannelModel& model = fit.model;
+  const Series& series = *model.series;
+  if (series.stage != Stage::kTransmission) return;
+  fit.steps = find_steps(series, model.blocks, model.noise, model.correlation_rows);
+  std::erase_if(fit.steps, [&](const Step& step) { return std::abs(step.size) < model.floor; });
+  for (const Step& step : fit.steps) {
+    model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
+    model.base.rightCols(1) = model.blocks.gather(step_column(series, step));
+    model.precision.conservativeResize(model.precision.size() + 1);
+    model.precision[model.precision.size() - 1] = 0.0;
+  }
+}
+
+void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
+  if (fit.steps.empty()) return;
+  const ChannelModel& model = fit.model;
+  // Everything but the steps, for what they explain.
+  ChannelModel without = model;
+  const auto kept = static_cast<Index>(1 + fit.nominal.terms.size());
+  without.base = model.base.leftCols(kept).eval();
+  without.precision = model.precision.head(kept).eval();
+  const auto errors = [](const ChannelModel& m) {
+    const MatrixXd columns = m.columns();
+    return held_out_error(m.blocks, moments_of(m.blocks, columns, m.target),
+                          m.column_precision(columns.cols()));
+  };
+  const VectorXd before = errors(without);
+  const VectorXd after = errors(model);
+  for (std::size_t k = 0; k < fit.steps.size(); ++k) {
+    const Step& step = fit.steps[k];
+    NamedEffect effect;
+    effect.id = "slip";
+    effect.joint = findings.joint;
+    effect.stage = stage_word(findings.stage);
+    const double size = fit.coefficients[step_index(fit, k)];
+    effect.parameters = {
+        {"size", size, findings.unit, {size - 1.96 * step.deviation, size + 1.96 * step.deviation}},
+        {"time", step.t_s, "s", {step.t_s, step.t_s}}};
+    effect.held_out_before = model.rms_of(before);
+    effect.held_out_after = model.rms_of(after);
+    effect.unit = findings.unit;
+    effect.p_value = sign_flip_p(before - after, 1);
+    effect.size = std::abs(size);
+    effect.ambiguous_with = {"lost_counts"};
+    effect.separate_by =
+        "record the drive's command at that moment: lost counts make the servo jump, a slipping "
+        "cable does not";
+    findings.effects.push_back(std::move(effect));
+  }
+}
+
+/// A size that changes with circumstances is evidence of one more effect. Looks for the one whose
+/// company makes all sizes steady, under the chance gate of a single look (5 %); true if found.
+bool completed(ChannelFit& fit, const ChannelOptions& options) {
+  Gates gates = options.gates;
+  gates.alpha = std::max(gates.alpha, 0.05);
+  const ScreenResult result = screen(fit.model, gates, options.seed + 50);
+  const TestedCandidate* best = nullptr;
+  for (const TestedCandidate& t : result.tested) {
+    if (!t.consistent || t.evidence.p_value > gates.alpha || t.evidence.z < 1.0 ||
+        t.evidence.share < gates.least_share)
+      continue;
+    ChannelModel with = fit.model;
+    with.chosen.push_back(t.best);
+    const VectorXd coefficients = joint_fit(with);
+    bool steady = true;
+    for (std::size_t i = 0; i < with.chosen.size(); ++i)
+      steady = steady && !invariance_of(with, coefficients, i).is_proxy();
+    if (steady && (best == nullptr || t.errors.sum() < best->errors.sum())) best = &t;
+  }
+  if (best == nullptr) return false;
+  fit.model.chosen.push_back(best->best);
+  fit.coefficients = joint_fit(fit.model);
+  return true;
+}
+
+/// Effects whose size depends on circumstances lose their name.
+void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  bool tried = false;
+  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+    if (!invariance.is_proxy()) continue;
+    if (!tried && completed(fit, options)) return;
+    tried = true;
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate].form;
+    findings.notes.push_back(
+        fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
+                    "(halves differ by {:.0f} %), so the name is withdrawn",
+                    findings.joint, stage_word(findings.stage), form.key(), invariance.worst,
+                    100.0 * invariance.spread));
+    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    fit.coefficients = joint_fit(fit.model);
+  }
+}
+
+void predict(ChannelFit& fit) {
+  const Series& series = *fit.model.series;
+  VectorXd prediction = fit.nominal.prediction;
+  prediction.array() += fit.coefficients[0];
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  }
+  for (std::size_t k = 0; k < fit.steps.size(); ++k) {
+    prediction += fit.coefficients[step_index(fit, k)] * step_column(series, fit.steps[k]);
+  }
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    prediction += seen_columns(*fit.model.candidates[chosen.candidate].form, series, chosen.shape) *
+                  coefficients_of(fit, i);
+  }
+  fit.prediction = prediction;
+  const MatrixXd columns = fit.model.columns();
+  fit.held_out_residual =
+      held_out_residual(fit.model.blocks, moments_of(fit.model.blocks, columns, fit.model.target),
+                        fit.model.column_precision(columns.cols()), columns, fit.model.target);
+  fit.base_residual = held_out_residual(
+      fit.model.blocks, moments_of(fit.model.blocks, fit.model.base, fit.model.target),
+      fit.model.precision, fit.model.base, fit.model.target);
+}
+
+/// Rivals that explain the data as well in the place of an effect.
+std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
+                                   const ChannelOptions& options) {
+  const ChannelModel& model = fit.model;
+  const Chosen& own = model.chosen[chosen];
+  const EffectForm& form = *model.candidates[own.candidate].form;
+  std::vector<std::string> rivals = form.twins(*model.series);
+  const ScreenResult result = screen(model, options.gates, options.seed, chosen);
+  const auto mine =
+      std::find_if(result.tested.begin(), result.tested.end(),
+                   [&](const TestedCandidate& t) { return t.candidate == own.candidate; });
+  if (mine == result.tested.end()) return rivals;
+  const VectorXd part = own.columns * coefficients_of(fit, chosen);
+  for (const TestedCandidate& t : result.tested) {
+    const EffectForm& other = *model.candidates[t.candidate].form;
+    if (t.candidate == own.candidate || !t.consistent || other.id() == form.id()) continue;
+    const VectorXd difference = t.errors - mine->errors;
+    const auto count = static_cast<double>(difference.size());
+    const double mean = difference.mean();
+    const double error =
+        std::sqrt((difference.array() - mean).square().sum() / (count - 1.0) / count);
+    if (mean > 2.0 * error || !repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
+    // A richer form that contains this one explains as much by necessity.
+    const MatrixXd& z = t.best.columns;
+    const VectorXd imitation =
+        z * (z.transpose() * z + 1e-12 * MatrixXd::Identity(z.cols(), z.cols()))
+                .ldlt()
+                .solve(z.transpose() * part);
+    const bool richer = z.cols() + static_cast<Index>(t.best.shape.size()) >
+                        own.columns.cols() + static_cast<Index>(own.shape.size());
+    if (richer && (part - imitation).squaredNorm() < 0.05 * part.squaredNorm()) continue;
+    rivals.push_back(other.id());
+  }
+  std::sort(rivals.begin(), rivals.end());
+  rivals.erase(std::unique(rivals.begin(), rivals.end()), rivals.end());
+  std::erase(rivals, form.id());
+  return rivals;
+}
+
+void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate].form;
+    const Evidence evidence = evidence_of(fit.model, i, options.gates, options.seed + 100 + i);
+    NamedEffect effect;
+    effect.id = form.id();
+    effect.from = form.from();
+    effect.joint = findings.joint;
+    effect.stage = stage_word(findings.stage);
+    effect.parameters = parameters_of(fit, i, options.seed + 200 + i);
+    effect.held_out_before = evidence.held_out_before;
+    effect.held_out_after = evidence.held_out_after;
+    effect.unit = findings.unit;
+    effect.p_value = evidence.p_value;
+    effect.size = evidence.size;
+    effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
+    effect.ambiguous_with = rivals_of(fit, i, options);
+    effect.separate_by = form.separate_by();
+    findings.effects.push_back(std::move(effect));
+  }
+}
+
+/// A constant error is an effect of its own in the transmission; everywhere else it is free.
+void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                 ChannelFindings& findings) {
+  const Series& series = *fit.model.series;
+  if (series.stage != Stage::kTransmission) return;
+  if (plant_has(plant, series.joint, "homing_offset", "")) {
+    findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
+                                  "the plant draws a new offset at each homing: any is expected"});
+    return;
+  }
+  ChannelModel without = fit.model;
+  without.base = fit.model.base.rightCols(fit.model.base.cols() - 1).eval();
+  without.precision = fit.model.precision.tail(fit.model.precision.size() - 1).eval();
+  const auto form = homing_offset();
+  Candidate candidate;
+  candidate.form = form.get();
+  candidate.shapes = {{}};
+  candidate.columns = {MatrixXd::Ones(fit.model.target.size(), 1)};
+  without.candidates = {candidate};
+  for (const Chosen& chosen : fit.model.chosen)
+    without.candidates.push_back(fit.model.candidates[chosen.candidate]);
+  for (std::size_t i = 0; i < without.chosen.size(); ++i) without.chosen[i].candidate = i + 1;
+  const ScreenResult result = screen(without, options.gates, options.seed + 300);
+  if (result.tested.empty() || result.tested.front().candidate != 0) return;
+  const TestedCandidate& tested = result.tested.front();
+  const auto joint = plant.joint_index(series.joint).value_or(0);
+  const double expected = 3.0 * plant.joints[joint].parameter("homing_offset", "deviation");
+  const double offset = fit.coefficients[0];
+  const Evidence& e = tested.evidence;
+  if (!repeats(options.gates, e.z, e.block_p) || e.p_value > options.gates.alpha ||
+      e.share < options.gates.least_share ||
+      std::abs(offset) < std::max(expected, options.gates.size_per_floor * fit.model.floor)) {
+    return;
+  }
+  NamedEffect effect;
+  effect.id = "homing_offset";
+  effect.joint = findings.joint;
+  effect.stage = stage_word(findings.stage);
+  // Spread of the blocks' means, blocks as observations.
+  const auto blocks = static_cast<double>(fit.model.blocks.count());
+  VectorXd means(static_cast<Index>(blocks));
+  for (std::size_t b = 0; b < fit.model.blocks.count(); ++b) {
+    means[static_cast<Index>(b)] =
+        fit.held_out_residual.segment(fit.model.blocks.first(b), fit.model.blocks.size(b)).mean();
+  }
+  const double error =
+      1.96 * std::sqrt((means.array() - means.mean()).square().sum() / (blocks - 1.0) / blocks);
+  effect.parameters = {{"offset", offset, findings.unit, {offset - error, offset + error}}};
+  effect.held_out_before = e.held_out_before;
+  effect.held_out_after = e.held_out_after;
+  effect.unit = findings.unit;
+  effect.p_value = e.p_value;
+  effect.size = std::abs(offset);
+  effect.separate_by = form->separate_by();
+  findings.effects.insert(findings.effects.begin(), std::move(effect));
+}
+
+void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings) {
+  const ScreenResult result = screen(fit.model, options.gates, options.seed + 400);
+  for (const TestedCandidate& t : result.tested) {
+    const EffectForm& form = *fit.model.candidates[t.candidate].form;
+    const Evidence& e = t.evidence;
+    std::string outcome = "below its gates";
+    if (!t.consistent)
+      outcome = "numbers cannot be this effect";
+    else if (e.p_value > options.gates.alpha)
+      outcome = "chance does as well";
+    else if (!repeats(options.gates, e.z, e.block_p))
+      outcome = "gain not repeated in held-out blocks";
+    else if (e.size < options.gates.size_per_floor * fit.model.floor)
+      outcome = "smaller than a third of the floor";
+    findings.candidates.push_back({findings.joint, std::string(stage_word(findings.stage)),
+                                   form.key(), e.share, e.z, e.p_value, e.size, findings.unit,
+                                   outcome});
+  }
+}
+
+}  // namespace
+
+ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
+                       const ChannelOptions& options, ChannelFindings& findings) {
+  ChannelFit fit;
+  fit.nominal = nominal_of(series, plant);
+  fit.forms = candidates_for(series, plant, fit.nominal);
+  fit.model = prepare_channel(series, fit.nominal, fit.forms);
+  adopt_steps(fit);
+  select_effects(fit.model, options.gates, options.seed);
+  fit.coefficients = joint_fit(fit.model);
+  withdraw_proxies(fit, options, findings);
+  predict(fit);
+  return fit;
+}
+
+ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options) {
+  ChannelFindings findings;
+  findings.joint = series.joint;
+  findings.stage = series.stage;
+  findings.unit = series.unit;
+  ChannelFit fit = fit_channel(series, plant, options, findings);
+  name_effects(fit, options, findings);
+  name_offset(fit, plant, options, findings);
+  name_tolerances(fit, options, findings);
+  name_steps(fit, findings);
+  if (options.details) {
+    add_remainder(fit, options, findings);
+    add_location(fit, options, findings);
+    add_limits(fit, options, findings);
+    add_candidates(fit, options, findings);
+  }
+  findings.floor = fit.model.floor;
+  add_held_out(fit, findings);
+  if (options.details) add_plot(fit, findings);
+  return findings;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Everything that diagnose says about one residual channel of one joint.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diagnose/report.hpp"
+#include "diagnose/selection.hpp"
+#include "diagnose/slip.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::diagnose {
+
+/// What the fit of a channel predicts at every row, held out or not.
+struct ChannelFit {
+  ChannelModel model;
+  Forms forms;  ///< what model.candidates point to
+  Nominal nominal;
+  std::vector<Step> steps;            ///< each a column of the base, after the nominal terms
+  Eigen::VectorXd coefficients;       ///< of model.columns()
+  Eigen::VectorXd prediction;         ///< of series.y, all rows: nominal + base + effects
+  Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
+  Eigen::VectorXd base_residual;      ///< the same without any effect
+};
+
+struct ChannelFindings {
+  std::string joint;
+  Stage stage = Stage::kDrive;
+  std::string unit;
+  std::vector<Mismatch> mismatch;
+  std::vector<NamedEffect> effects;
+  std::vector<HeldOut> held_out;
+  std::vector<Unexplained> unexplained;
+  std::vector<NotFound> not_found;
+  std::vector<CandidateRow> candidates;
+  std::vector<std::string> notes;  ///< sentences for the verdict: proxies, prior knowledge used
+  ChannelPlot plot;
+  double floor = 0.0;
+};
+
+struct ChannelOptions {
+  Gates gates;
+  std::uint64_t seed = 1;
+  bool details = true;  ///< limits, remainder, plot; off for placebo twins
+};
+
+/// Drive, transmission and tracking channels.
+ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options);
+
+/// The command stage: control law and disturbances of its output.
+ChannelFindings analyse_command(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options);
+
+/// Fit only: selection, offset, withdrawal of proxies.
+ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
+                       const ChannelOptions& options, ChannelFindings& findings);
+
+/// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order.
+std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
+                                          std::uint64_t seed);
+
+/// Nominal parameters whose refitted value lies beyond their tolerance.
+void name_tolerances(const ChannelFit& fit, const ChannelOptions& options,
+                     ChannelFindings& findings);
+
+/// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
+Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);
+
+/// What was not found, and the least size that would have been.
+void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Where the residual before any effect exceeds what a learner without physics can predict.
+void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// What the effects leave that is still predictable.
+void add_remainder(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// A few hundred points of the residual before and after, for the page.
+void add_plot(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Root mean square over held-out rows of the series, or of the cross-validated residual.
+void add_held_out(const ChannelFit& fit, ChannelFindings& findings);
+
+}  // namespace ravencal::diagnose

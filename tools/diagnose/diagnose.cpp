@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/diagnose.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "diagnose/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/verdict.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+
+/// Runs `work(i)` for i in [0, count) on several threads; each i writes only its own result.
+template <typename Work>
+void in_parallel(std::size_t count, unsigned threads, Work&& work) {
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t used = std::min<std::size_t>(count, threads == 0 ? cores : threads);
+  std::atomic<std::size_t> next{0};
+  const auto loop = [&] {
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  };
+  std::vector<std::thread> helpers;
+  for (std::size_t t = 1; t < used; ++t) helpers.emplace_back(loop);
+  loop();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+ChannelFindings analyse(const Series& series, const physics::Plant& plant,
+                        const ChannelOptions& options) {
+  return series.stage == Stage::kCommand ? analyse_command(series, plant, options)
+                                         : analyse_channel(series, plant, options);
+}
+
+/// The channel's own motion and noise with nothing left out: plant as refitted, floor with the
+/// signs of whole blocks drawn anew.
+Series placebo_twin(const Series& series, const physics::Plant& plant,
+                    const ChannelOptions& options, std::uint64_t seed) {
+  ChannelFindings unused;
+  const ChannelFit fit = fit_channel(series, plant, options, unused);
+  Series twin = series;
+  std::mt19937_64 engine(seed);
+  const Blocks& blocks = fit.model.blocks;
+  twin.y = fit.nominal.prediction;
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    twin.y += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  }
+  for (std::size_t b = 0; b < blocks.count(); ++b) {
+    const double sign = (engine() & 1U) != 0 ? 1.0 : -1.0;
+    for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
+      twin.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * fit.held_out_residual[i];
+    }
+  }
+  return twin;
+}
+
+/// Share of twins in which anything is named, over all channels of the report.
+double false_alarm_rate(const std::vector<const Series*>& channels, const physics::Plant& plant,
+                        const ChannelOptions& base, const Options& options) {
+  const auto twins = static_cast<std::size_t>(options.placebo_twins);
+  std::vector<char> alarm(channels.size() * twins, 0);
+  in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
+    ChannelOptions twin_options = base;
+    twin_options.details = false;
+    twin_options.seed = base.seed + 7919 * (i + 1);
+    const Series twin = placebo_twin(*channels[i / twins], plant, base, twin_options.seed);
+    alarm[i] = analyse_channel(twin, plant, twin_options).effects.empty() ? 0 : 1;
+  });
+  std::size_t alarms = 0;
+  for (std::size_t t = 0; t < twins; ++t) {
+    bool any = false;
+    for (std::size_t c = 0; c < channels.size(); ++c) any = any || alarm[c * twins + t] != 0;
+    alarms += any ? 1U : 0U;
+  }
+  return static_cast<double>(alarms) / static_cast<double>(twins);
+}
+
+template <typename T>
+void append(std::vector<T>& to, std::vector<T>& from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+/// Vocabulary entries that no channel of this joint spoke about.
+void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& report) {
+  for (const physics::Joint& joint : plant.joints) {
+    for (const VocabularyEntry& entry : vocabulary()) {
+      if (entry.id == "unknown") continue;
+      const auto same = [&](const auto& item) {
+        return item.id == entry.id && item.joint == joint.name;
+      };
+      if (std::any_of(report.effects.begin(), report.effects.end(), same) ||
+          std::any_of(report.not_found.begin(), report.not_found.end(), same)) {
+        continue;
+      }
+      std::string why(entry.no_form);
+      if (why.empty()) {
+        const auto reason = set.not_possible.find(joint.name);
+        why = entry.stage == Stage::kCommand     ? "the recording or the plant lacks the command's "
+                                                   "inputs, its output or its control law"
+              : reason != set.not_possible.end() ? reason->second
+                                                 : "no channel of this joint shows it";
+      }
+      report.not_found.push_back({std::string(entry.id), joint.name, std::nullopt, "", why});
+    }
+  }
+}
+
+}  // namespace
+
+core::Result<Report> diagnose(const std::vector<record::Recording>& training,
+                              const std::vector<record::Recording>& held_out,
+                              const physics::Plant& plant, const Options& options) {
+  RAVENCAL_ASSIGN_OR_RETURN(const SeriesSet set,
+                            build_series(training, held_out, plant, options.series));
+  ChannelOptions channel_options;
+  // Bonferroni over the channels; within a channel max-T covers all candidates.
+  channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
+  channel_options.seed = options.seed;
+  std::vector<ChannelFindings> findings(set.series.size());
+  std::atomic<std::size_t> done{0};
+  std::atomic<bool> stop{false};
+  std::mutex look_mutex;
+  in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
+    if (stop) return;
+    findings[i] = analyse(set.series[i], plant, channel_options);
+    const auto share = static_cast<double>(++done) / static_cast<double>(set.series.size());
+    const std::lock_guard<std::mutex> lock(look_mutex);
+    if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
+  });
+  if (stop)
+    return core::Error{core::ErrorCode::kUsage,
+                       "stopped before the diagnosis was complete; nothing was written"};
+
+  Report report;
+  std::vector<std::string> notes;
+  for (ChannelFindings& f : findings) {
+    append(report.mismatch, f.mismatch);
+    append(report.effects, f.effects);
+    append(report.held_out, f.held_out);
+    append(report.unexplained, f.unexplained);
+    append(report.not_found, f.not_found);
+    append(report.candidates, f.candidates);
+    append(notes, f.notes);
+    if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
+  }
+  add_silent(set, plant, report);
+  if (options.placebo_twins > 0) {
+    std::vector<const Series*> channels;
+    for (const Series& series : set.series) {
+      if (series.stage != Stage::kCommand) channels.push_back(&series);
+    }
+    if (!channels.empty())
+      report.verdict.false_alarm_rate = false_alarm_rate(channels, plant, channel_options, options);
+  }
+  decide(report, notes);
+  return report;
+}
+
+}  // namespace ravencal::diagnose

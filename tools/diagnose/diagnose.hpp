@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where simulation and recording part, what physics the simulation lacks, and how certain that is.
+// Same recordings, plant, options and seed: same report to the last bit, on any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "diagnose/report.hpp"
+#include "diagnose/series.hpp"
+#include "physics/plant.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::diagnose {
+
+struct Options {
+  SeriesOptions series;
+  double alpha = 0.02;  ///< chance of any false name in the whole report
+  std::uint64_t seed = 1;
+  int placebo_twins = 0;  ///< twins of this recording with nothing left out, per channel
+  unsigned threads = 0;   ///< 0: all cores
+  std::function<bool(double done, std::string_view what)> look;  ///< false stops early
+};
+
+/// Diagnoses `training`; figures are on `held_out` recordings, on held-out rows, or
+/// cross-validated. Errors: too few samples, or no joint with two signals to compare (kData);
+/// stopped (kUsage).
+core::Result<Report> diagnose(const std::vector<record::Recording>& training,
+                              const std::vector<record::Recording>& held_out,
+                              const physics::Plant& plant, const Options& options);
+
+/// report.json as text, schema 1.
+std::string report_json(const Report& report);
+
+/// report.html: one page that needs nothing else.
+std::string report_html(const Report& report);
+
+/// The plant with the named effects and refitted parameters. What `simulate` cannot run yet stands
+/// in comments at its end. Errors: the plant's file cannot be read (kIo).
+core::Result<std::string> improved_plant(const physics::Plant& plant, const Report& report);
+
+/// Writes report.json, report.html and plant_improved.toml into `folder`, each through a partial
+/// file.
+core::Status write_report(const Report& report, const physics::Plant& plant,
+                          const std::filesystem::path& folder);
+
+}  // namespace ravencal::diagnose

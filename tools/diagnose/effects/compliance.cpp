@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cable and arm stretch under load: position = motor - load * compliance. The load is recorded, or
+// the weight that the plant's links put on the joint. With recorded loads, variants let the
+// compliance depend on posture (free cable length) and on the load itself (cables stiffen).
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+class Compliance final : public EffectForm {
+ public:
+  Compliance() : EffectForm("compliance") {}
+
+  std::string untestable(const Series& s) const override {
+    if (s.loads.empty() && s.weight.size() == 0) {
+      return "no load was recorded and the plant's links have no weight";
+    }
+    for (const Companion& load : s.loads) {
+      if (range_of(s, load.value) > 0.0) return {};
+    }
+    if (s.weight.size() > 0 && range_of(s, s.weight) > 0.0) return {};
+    return "the load on this joint never changes";
+  }
+  std::vector<Shape> grid(const Series& s) const override {
+    if (s.loads.empty()) return {{0.0}};
+    return {{0.0}, {1.0}, {2.0}, {3.0}};
+  }
+  MatrixXd columns(const Series& s, const Shape& shape) const override {
+    if (s.loads.empty()) return -s.weight;
+    const bool with_posture = shape[0] == 1.0 || shape[0] == 3.0;
+    const bool with_stiffening = shape[0] >= 2.0;
+    std::vector<Eigen::VectorXd> columns;
+    for (const Companion& load : s.loads) columns.emplace_back(-load.value);
+    for (const Companion& load : s.loads) {
+      if (with_posture) {
+        columns.emplace_back(-load.value.cwiseProduct(scaled(s, s.motion.q)));
+        for (const Companion& other : s.others) {
+          columns.emplace_back(-load.value.cwiseProduct(scaled(s, other.value)));
+        }
+      }
+      if (with_stiffening) columns.emplace_back(-load.value.cwiseProduct(load.value.cwiseAbs()));
+    }
+    MatrixXd out(s.rows(), static_cast<Index>(columns.size()));
+    for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
+    return out;
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape&,
+                                        const Eigen::VectorXd& b) const override {
+    if (s.loads.empty()) return {{"compliance", b[0], per(amplitude_unit(s), effort_unit(s))}};
+    std::vector<FormParameter> out;
+    for (std::size_t n = 0; n < s.loads.size(); ++n) {
+      out.push_back({"compliance_to_" + s.loads[n].name, b[static_cast<Index>(n)],
+                     per(amplitude_unit(s), s.loads[n].unit)});
+    }
+    return out;
+  }
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
+    return s.loads.empty() && b[0] < 0.0 ? "nothing stretches against its load" : "";
+  }
+  std::string separate_by() const override {
+    return "repeat the same motion with 0.5 kg on the tool: stretch grows with the load, a wrong "
+           "ratio does not";
+  }
+
+ private:
+  static Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
+    const Eigen::VectorXd zero_mean = centred(s, x);
+    const double rms = s.training_rms(zero_mean);
+    return rms > 0.0 ? Eigen::VectorXd(zero_mean / rms) : zero_mean;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<EffectForm> compliance() { return std::make_unique<Compliance>(); }
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The effects that diagnose can name, one file each, and the vocabulary with what is left out.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "diagnose/effect_form.hpp"
+
+namespace ravencal::diagnose {
+
+std::unique_ptr<EffectForm> homing_offset();
+std::unique_ptr<EffectForm> gain_error();
+std::unique_ptr<EffectForm> coupling(const std::string& from);
+std::unique_ptr<EffectForm> compliance();
+std::unique_ptr<EffectForm> backlash();
+std::unique_ptr<EffectForm> joint_friction();
+std::unique_ptr<EffectForm> hysteresis(const std::string& from);
+std::unique_ptr<EffectForm> creep();
+std::unique_ptr<EffectForm> eccentricity();
+std::unique_ptr<EffectForm> delay();
+std::unique_ptr<EffectForm> thermal_drift();
+std::unique_ptr<EffectForm> coulomb_friction();
+std::unique_ptr<EffectForm> viscous_friction();
+std::unique_ptr<EffectForm> stribeck_friction();
+std::unique_ptr<EffectForm> presliding();
+std::unique_ptr<EffectForm> asymmetric_friction();
+std::unique_ptr<EffectForm> load_dependent_friction();
+std::unique_ptr<EffectForm> torque_constant();
+std::unique_ptr<EffectForm> torque_ripple();
+std::unique_ptr<EffectForm> gravity();
+
+/// Candidates for one series.
+Forms forms_for(const Series& series);
+
+/// An id of the vocabulary and the stage in which it belongs.
+struct VocabularyEntry {
+  std::string_view id;
+  Stage stage;
+  std::string_view no_form;  ///< why diagnose has no form for it yet; empty if it has one
+};
+std::span<const VocabularyEntry> vocabulary();
+
+}  // namespace ravencal::diagnose

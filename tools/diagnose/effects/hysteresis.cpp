@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Rate-independent memory without one sharp width: a Prandtl-Ishlinskii sum of three elastic-slip
+// elements over the joint's own motion, or over another joint's whose cables rub on this one's.
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+class HysteresisForm final : public EffectForm {
+ public:
+  explicit HysteresisForm(const std::string& from) : EffectForm("hysteresis", from) {}
+  std::string untestable(const Series& s) const override {
+    if (!from().empty())
+      return range_of(s, driver(s)) > 1e-4 ? "" : "joint " + from() + " hardly moves";
+    return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
+  }
+  std::vector<Shape> grid(const Series& s) const override {
+    const double range = range_of(s, driver(s));
+    // Wider elements than a third of the range would imitate a straight line, which is coupling or
+    // gain.
+    return log_grid(0.004 * range, 0.1 * range, 6);
+  }
+  bool continuous() const override { return true; }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    const Eigen::VectorXd& q = driver(s);
+    Eigen::MatrixXd out(s.rows(), 3);
+    for (int i = 0; i < 3; ++i) {
+      out.col(i) = -direction_memory(q, shape[0] * std::pow(3.0, i - 1), s.fresh);
+    }
+    return out;
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
+                                        const Eigen::VectorXd& b) const override {
+    const std::string suffix = from().empty() ? "" : "_from_" + from();
+    return {{"half_loop" + suffix, b.sum(), amplitude_unit(s)},
+            {"width" + suffix, shape[0], position_unit(s)}};
+  }
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
+    if (!from().empty()) return {};
+    if (s.stage != Stage::kTracking && b.sum() <= 0.0)
+      return "the joint would run ahead of its motor";
+    return b.minCoeff() > -0.5 * b.cwiseAbs().maxCoeff()
+               ? ""
+               : "elements of opposite sign are no hysteresis";
+  }
+  std::vector<std::string> twins(const Series& s) const override {
+    if (s.stage == Stage::kTracking) return {"backlash", "presliding"};
+    return {};
+  }
+  std::string separate_by() const override {
+    return "nested reversals from 0.3 to 12 degrees, and holds of 30 s after a reversal: creep "
+           "relaxes there, hysteresis stays";
+  }
+
+ private:
+  [[nodiscard]] const Eigen::VectorXd& driver(const Series& s) const {
+    for (const Companion& other : s.others) {
+      if (other.name == from()) return other.value;
+    }
+    return s.motion.q;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<EffectForm> hysteresis(const std::string& from) {
+  return std::make_unique<HysteresisForm>(from);
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Warm-up: the error approaches its final value with one time constant, whatever the arm does.
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+class ThermalDriftForm final : public EffectForm {
+ public:
+  ThermalDriftForm() : EffectForm("thermal_drift") {}
+  std::string untestable(const Series& s) const override {
+    if (duration(s) < 240.0) return "the recording is shorter than four minutes";
+    return {};
+  }
+  std::vector<Shape> grid(const Series& s) const override {
+    return log_grid(duration(s) / 8.0, duration(s), 5);
+  }
+  bool continuous() const override { return true; }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    return (1.0 - (-s.t_s.array() / shape[0]).exp()).matrix();
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
+                                        const Eigen::VectorXd& b) const override {
+    return {{"final", b[0], amplitude_unit(s)}, {"time", shape[0], "s"}};
+  }
+  std::string separate_by() const override {
+    return "record again after an hour of motion: drift has ended then, creep and slip have not";
+  }
+
+ private:
+  static double duration(const Series& s) { return range_of(s, s.t_s); }
+};
+
+}  // namespace
+
+std::unique_ptr<EffectForm> thermal_drift() { return std::make_unique<ThermalDriftForm>(); }
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "diagnose/diagnose.hpp"
+#include "physics/effects/effect_spec.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+double parameter(const NamedEffect& effect, std::string_view name) {
+  for (const NamedParameter& p : effect.parameters) {
+    if (p.name == name) return p.value;
+  }
+  return 0.0;
+}
+
+/// Values of the plant's effect, by parameter name without unit; empty if `simulate` has no such
+/// effect or the report does not fix all that it needs.
+std::map<std::string, double> plant_values(const NamedEffect& e, const physics::Joint& joint) {
+  if (e.id == "gain_error" || e.id == "torque_constant") return {{"ratio", parameter(e, "ratio")}};
+  if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
+  if (e.id == "backlash") return {{"half_width", parameter(e, "half_width")}};
+  if (e.id == "coulomb_friction") return {{"level", parameter(e, "level")}};
+  if (e.id == "viscous_friction") return {{"damping", parameter(e, "damping")}};
+  if (e.id == "stribeck_friction")
+    return {{"extra", parameter(e, "extra")}, {"velocity", parameter(e, "velocity")}};
+  if (e.id == "presliding") return {{"displacement", parameter(e, "displacement")}};
+  if (e.id == "creep")
+    return {{"compliance", parameter(e, "compliance")}, {"time", parameter(e, "time")}};
+  if (e.id == "thermal_drift")
+    return {{"final", parameter(e, "final")}, {"time", parameter(e, "time")}};
+  if (e.id == "eccentricity") {
+    return {{"amplitude", parameter(e, "amplitude")},
+            {"order", parameter(e, "order")},
+            {"phase", parameter(e, "phase")}};
+  }
+  const double stiffness = joint.parameter("compliance", "stiffness");
+  if (e.id == "compliance" && parameter(e, "compliance") > 0.0) {
+    const double whole = parameter(e, "compliance") + (stiffness > 0.0 ? 1.0 / stiffness : 0.0);
+    // The recording says nothing about damping; a hundredth of the stiffness per second is stable.
+    return {{"stiffness", 1.0 / whole},
+            {"damping", std::max(joint.parameter("compliance", "damping"), 0.01 / whole)}};
+  }
+  if (e.id == "joint_friction" && stiffness > 0.0) {
+    const double stretch = parameter(e, "stretch");
+    return {{"level", stretch * stiffness},
+            {"presliding", std::max(1e-6, 0.5 * parameter(e, "width") - stretch)}};
+  }
+  return {};
+}
+
+/// The effect's table in the joint, made if absent; the one with the same `from` for couplings.
+toml::table& effect_table(toml::table& joint, const NamedEffect& effect) {
+  if (!joint.contains("effect")) joint.insert("effect", toml::array{});
+  toml::array& effects = *joint["effect"].as_array();
+  for (toml::node& node : effects) {
+    toml::table& table = *node.as_table();
+    const bool same_source =
+        effect.from.empty() || table["from"].value_or(std::string()) == effect.from;
+    if (table["id"].value_or(std::string()) == effect.id && same_source) return table;
+  }
+  toml::table made{{"id", effect.id}};
+  if (!effect.from.empty()) made.insert("from", effect.from);
+  effects.push_back(std::move(made));
+  return *effects.back().as_table();
+}
+
+/// A nominal parameter at its refitted value; false if it has no place in the file.
+bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const NamedEffect& e) {
+  const NamedParameter& p = e.parameters.front();
+  if (p.name == "inertia" && joint.motor_inertia_kg_m2 > 0.0) {
+    double link = joint.link.mass_kg;
+    if (joint.kind == physics::JointKind::kRevolute) {
+      link = joint.link.inertia_kg_m2[2] +
+             joint.link.mass_kg * (joint.link.com_m[0] * joint.link.com_m[0] +
+                                   joint.link.com_m[1] * joint.link.com_m[1]);
+    }
+    const double changed = (p.value - link) / (joint.reduction * joint.reduction);
+    if (changed <= 0.0) return false;
+    joint_table.insert_or_assign("motor_inertia_kg_m2", changed);
+    return true;
+  }
+  const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
+  if (spec == nullptr) return false;
+  for (const physics::ParameterSpec& parameter_spec : spec->parameters) {
+    if (parameter_spec.name != p.name) continue;
+    effect_table(joint_table, e)
+        .insert_or_assign(physics::key_of(parameter_spec, joint.kind), p.value);
+    return true;
+  }
+  return false;
+}
+
+bool add_effect(toml::table& joint_table, const physics::Joint& joint, const NamedEffect& e) {
+  const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
+  const auto values = plant_values(e, joint);
+  if (spec == nullptr || values.empty()) return false;
+  toml::table& table = effect_table(joint_table, e);
+  for (const physics::ParameterSpec& parameter_spec : spec->parameters) {
+    const auto value = values.find(std::string(parameter_spec.name));
+    if (value != values.end())
+      table.insert_or_assign(physics::key_of(parameter_spec, joint.kind), value->second);
+  }
+  return true;
+}
+
+std::string comment_for(const NamedEffect& e) {
+  std::string text = fmt::format("#   {} ({}): {}", e.joint, e.stage, e.id);
+  for (const NamedParameter& p : e.parameters) {
+    if (!p.name.starts_with("begin_"))
+      text += fmt::format(", {} = {:.6g} {}", p.name, p.value, p.unit);
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+core::Result<std::string> improved_plant(const physics::Plant& plant, const Report& report) {
+  toml::table root;
+  try {
+    root = toml::parse_file(plant.source);
+  } catch (const toml::parse_error& error) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: {}", plant.source, error.description())};
+  }
+  std::string comments;
+  for (const NamedEffect& e : report.effects) {
+    const auto index = plant.joint_index(e.joint);
+    if (!index || e.id == "unknown" || e.parameters.empty()) continue;
+    toml::table& joint_table = *(*root["joint"].as_array())[*index].as_table();
+    const physics::Joint& joint = plant.joints[*index];
+    const bool written =
+        e.out_of_tolerance ? set_nominal(joint_table, joint, e) : add_effect(joint_table, joint, e);
+    if (!written) comments += comment_for(e);
+  }
+  std::ostringstream text;
+  text << "# " << plant.robot.name << ", improved by `ravencal diagnose`.\n";
+  text << root << "\n";
+  if (!comments.empty())
+    text << "\n# Found, but beyond what `ravencal simulate` can run:\n" << comments;
+  return text.str();
+}
+
+}  // namespace ravencal::diagnose

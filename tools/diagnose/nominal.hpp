@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the plant predicts in a residual channel, and how uncertain it is: every nominal parameter
+// stays in each fit as a relative change with its tolerance as prior deviation, so that a plant
+// that is off within its tolerance is no finding.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/series.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::diagnose {
+
+struct NominalTerm {
+  std::string id;         ///< vocabulary id that the parameter belongs to
+  std::string parameter;  ///< as in the plant, without unit
+  std::string unit;
+  double value = 0.0;
+  double tolerance = 0.1;  ///< relative, one standard deviation of the prior
+  Eigen::VectorXd column;  ///< change of the residual per relative change of the parameter
+};
+
+struct Nominal {
+  Eigen::VectorXd prediction;  ///< of the residual, [rows]
+  std::vector<NominalTerm> terms;
+};
+
+/// Prediction of the plant for this series. Effects that act on recorded motion through a cable
+/// (compliance, joint friction, hysteresis, creep, backlash) are computed together,
+/// quasi-statically.
+Nominal nominal_of(const Series& series, const physics::Plant& plant);
+
+/// True if the plant has this effect on this joint, so that it cannot be "left out".
+bool plant_has(const physics::Plant& plant, const std::string& joint, const std::string& id,
+               const std::string& from);
+
+}  // namespace ravencal::diagnose

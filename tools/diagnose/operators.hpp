@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Operators with memory that turn a motion into the shape of an effect. All act on a whole series
+// in order of time and start afresh where `fresh[i]` is set (a new recording or episode).
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace ravencal::diagnose {
+
+/// Elastic-slip element over `width`, normalised to [-1, 1]: -1 or 1 while the motion goes on, in
+/// between for `width` after a reversal (x and width in the same unit, width > 0). It is the
+/// direction of motion with a memory at rest, Dahl's presliding, and one play of half-width
+/// width / 2 in one.
+inline Eigen::VectorXd direction_memory(const Eigen::VectorXd& x, double width,
+                                        const std::vector<char>& fresh) {
+  Eigen::VectorXd state(x.size());
+  double s = 0.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (i == 0 || fresh[static_cast<std::size_t>(i)] != 0) {
+      s = 0.0;
+    } else {
+      s = std::clamp(s + 2.0 * (x[i] - x[i - 1]) / width, -1.0, 1.0);
+    }
+    state[i] = s;
+  }
+  return state;
+}
+
+/// First-order lag of x with time constant `time_s`; starts at x.
+inline Eigen::VectorXd low_pass(const Eigen::VectorXd& x, const Eigen::VectorXd& t_s, double time_s,
+                                const std::vector<char>& fresh) {
+  Eigen::VectorXd out(x.size());
+  double state = 0.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (i == 0 || fresh[static_cast<std::size_t>(i)] != 0) {
+      state = x[i];
+    } else {
+      state += (1.0 - std::exp(-(t_s[i] - t_s[i - 1]) / time_s)) * (x[i] - state);
+    }
+    out[i] = state;
+  }
+  return out;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/plant.hpp"
+
+namespace ravencal::diagnose {
+
+/// Effort that holds the plant's links against their weight, per joint and sample (N m or N), at
+/// these joint positions ([joints][samples], NaN where unknown). A vector is empty where the plant
+/// describes no weight or the positions are not known.
+std::vector<Eigen::VectorXd> holding_efforts(const physics::Plant& plant,
+                                             const std::vector<Eigen::VectorXd>& positions);
+
+/// Inertia of motor and link, referred to the joint (kg m^2 or kg). The link counts with its own
+/// moment and its mass about the joint's axis z; other links are left to the drive's tolerance.
+double joint_inertia(const physics::Plant& plant, std::size_t joint);
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What diagnose found: the values of report.json (schema 1), plus what the page draws. SI units.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ravencal::diagnose {
+
+using Interval = std::pair<double, double>;
+
+struct Verdict {
+  std::string kind;  ///< nothing_left_out, named, ambiguous, parameter_out_of_tolerance,
+                     ///< unexplained, not_testable
+  std::string text;
+  std::optional<double> false_alarm_rate;  ///< measured on placebo twins; absent if none were run
+};
+
+struct Mismatch {
+  std::string joint, stage;
+  std::vector<std::string> regime;
+  std::vector<Interval> interval_s;
+  std::vector<Interval> position;
+  double excess_rmse = 0.0, floor = 0.0;
+  std::string unit;
+  double p_value = 1.0;
+};
+
+struct NamedParameter {
+  std::string name;
+  double value = 0.0;
+  std::string unit;
+  Interval ci95{0.0, 0.0};
+};
+
+struct NamedEffect {
+  std::string id, joint, stage;
+  std::vector<NamedParameter> parameters;
+  double held_out_before = 0.0, held_out_after = 0.0;
+  std::string unit;
+  double p_value = 1.0, size = 0.0, invariance_spread = 0.0;
+  std::vector<std::string> ambiguous_with;
+  std::string separate_by;
+  bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
+  std::string from;               ///< the other joint, for couplings
+};
+
+struct HeldOut {
+  std::string joint, metric, unit;
+  double before = 0.0, after = 0.0, floor = 0.0;
+};
+
+struct Unexplained {
+  std::string joint, stage;
+  double share_of_excess = 0.0, size = 0.0;
+  std::string unit;
+  std::vector<std::string> depends_on;
+};
+
+struct NotFound {
+  std::string id, joint;
+  std::optional<double> detection_limit;
+  std::string unit;
+  std::string not_testable_because;
+};
+
+/// One candidate at the last step, with its gates: the page's table.
+struct CandidateRow {
+  std::string joint, stage, id;
+  double gain_share = 0.0, z = 0.0, p_value = 1.0, size = 0.0;
+  std::string unit, outcome;
+};
+
+/// Points of one channel for the page: residual before and after over time, position and load.
+struct ChannelPlot {
+  std::string joint, stage, unit, position_unit;
+  std::vector<double> t_s, position, direction, before, after;
+  double floor = 0.0;
+};
+
+struct Report {
+  Verdict verdict;
+  std::vector<Mismatch> mismatch;
+  std::vector<NamedEffect> effects;
+  std::vector<HeldOut> held_out;
+  std::vector<Unexplained> unexplained;
+  std::vector<NotFound> not_found;
+  std::vector<CandidateRow> candidates;
+  std::vector<ChannelPlot> plots;
+  std::vector<std::pair<std::string, std::string>> provenance;
+};
+
+}  // namespace ravencal::diagnose

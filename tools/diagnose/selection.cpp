@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostEffects = 7;
+
+/// Ridge of the saturated model relative to each column's energy: it holds columns that imitate
+/// each other and costs 0.1 % of a real effect.
+constexpr double kSaturatedRidge = 1e-3;
+
+Candidate candidate_of(const Series& series, const Blocks& blocks, const EffectForm& form) {
+  Candidate candidate;
+  candidate.form = &form;
+  candidate.untestable = form.untestable(series);
+  if (!candidate.untestable.empty()) return candidate;
+  for (const Shape& shape : form.grid(series)) {
+    candidate.columns.push_back(blocks.gather(seen_columns(form, series, shape)));
+    candidate.shapes.push_back(shape);
+  }
+  return candidate;
+}
+
+/// Residual of a model with every candidate in it, each with the shape that alone helps most, held
+/// out; or of the present model, if that predicts better.
+VectorXd noise_of(const ChannelModel& model) {
+  const MatrixXd present = model.columns();
+  const VectorXd precision = model.column_precision(present.cols());
+  const Moments moments = moments_of(model.blocks, present, model.target);
+  const double alone = held_out_error(model.blocks, moments, precision).sum();
+  MatrixXd all = present;
+  for (const Candidate& candidate : model.candidates) {
+    const MatrixXd* best = nullptr;
+    double least = alone;
+    for (const MatrixXd& columns : candidate.columns) {
+      const Moments with = extended(model.blocks, moments, present, columns, model.target);
+      const double error =
+          held_out_error(model.blocks, with, model.column_precision(with.columns())).sum();
+      if (error < least) {
+        least = error;
+        best = &columns;
+      }
+    }
+    if (best == nullptr) continue;
+    all.conservativeResize(Eigen::NoChange, all.cols() + best->cols());
+    all.rightCols(best->cols()) = *best;
+  }
+  VectorXd residual = held_out_residual(model.blocks, moments, precision, present, model.target);
+  if (all.cols() == present.cols()) return residual;
+  const Moments saturated = moments_of(model.blocks, all, model.target);
+  VectorXd rich = held_out_residual(model.blocks, saturated, model.column_precision(all.cols()),
+                                    all, model.target, kSaturatedRidge);
+  return rich.squaredNorm() < residual.squaredNorm() ? rich : residual;
+}
+
+double rms(const VectorXd& x) {
+  return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
+}
+
+bool admissible(const TestedCandidate& tested, const ChannelModel& model, const Gates& gates) {
+  const Evidence& e = tested.evidence;
+  return tested.consistent && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+         e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
+}
+
+Index freedom(const Chosen& chosen) {
+  return chosen.columns.cols() + static_cast<Index>(chosen.shape.size());
+}
+
+/// True if `a` and `b` cannot be told apart over the blocks.
+bool tied(const VectorXd& a, const VectorXd& b) {
+  const VectorXd difference = a - b;
+  const auto count = static_cast<double>(difference.size());
+  const double mean = difference.mean();
+  const double deviation =
+      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
+  return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
+}
+
+/// The admissible candidate with the largest held-out gain, or a simpler one that is tied with it.
+const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& model,
+                            const Gates& gates) {
+  const TestedCandidate* best = nullptr;
+  for (const TestedCandidate& tested : result.tested) {
+    if (!admissible(tested, model, gates)) continue;
+    if (best == nullptr || tested.errors.sum() < best->errors.sum()) best = &tested;
+  }
+  if (best == nullptr) return nullptr;
+  const TestedCandidate* simplest = best;
+  for (const TestedCandidate& tested : result.tested) {
+    if (admissible(tested, model, gates) && freedom(tested.best) < freedom(simplest->best) &&
+        tied(tested.errors, best->errors) && tested.evidence.share > 0.9 * best->evidence.share) {
+      simplest = &tested;
+    }
+  }
+  return simplest;
+}
+
+void refine_all(ChannelModel& model) {
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+      model.chosen[i] = refined(model, model.chosen[i], i);
+    }
+  }
+}
+
+/// Replaces effects by rivals that explain clearly more in their place.
+void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
+  for (std::size_t i = 0; i + 1 < model.chosen.size(); ++i) {
+    const ScreenResult without = screen(model, gates, seed, i);
+    const auto own = std::find_if(
+        without.tested.begin(), without.tested.end(),
+        [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
+    const TestedCandidate* rival = pick(without, model, gates);
+    if (rival == nullptr || own == without.tested.end() || rival == &*own) continue;
+    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors))
+      model.chosen[i] = rival->best;
+  }
+}
+
+/// Drops effects that the later ones made superfluous.
+void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
+  for (std::size_t i = model.chosen.size(); i-- > 0;) {
+    const EffectForm& form = *model.candidates[model.chosen[i].candidate].form;
+    const Evidence e = evidence_of(model, i, gates, seed);
+    if (model.permits(form) && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+        e.share >= gates.least_share)
+      continue;
+    model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
+  const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const double tolerance = std::max(terms[i].tolerance, 1e-6);
+    model.precision[static_cast<Index>(i) + 1] =
+        variance * model.correlation_rows / (tolerance * tolerance);
+  }
+}
+
+}  // namespace
+
+MatrixXd ChannelModel::columns(std::size_t without) const {
+  Index count = base.cols();
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    count += i == without ? 0 : chosen[i].columns.cols();
+  MatrixXd all(base.rows(), count);
+  all.leftCols(base.cols()) = base;
+  Index at = base.cols();
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (i == without) continue;
+    all.middleCols(at, chosen[i].columns.cols()) = chosen[i].columns;
+    at += chosen[i].columns.cols();
+  }
+  return all;
+}
+
+VectorXd ChannelModel::column_precision(Index count) const {
+  VectorXd all = VectorXd::Zero(count);
+  all.head(precision.size()) = precision;
+  return all;
+}
+
+bool ChannelModel::permits(const EffectForm& form, std::size_t without) const {
+  const std::string needed = form.prerequisite();
+  if (needed.empty() ||
+      std::find(nominal_ids.begin(), nominal_ids.end(), needed) != nominal_ids.end())
+    return true;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (i != without && candidates[chosen[i].candidate].form->id() == needed) return true;
+  }
+  return false;
+}
+
+double ChannelModel::rms_of(const VectorXd& block_errors) const {
+  return std::sqrt(block_errors.sum() / static_cast<double>(std::max<Index>(1, target.size())));
+}
+
+ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms) {
+  ChannelModel model;
+  model.series = &series;
+  // A first cut into forty; the second knows how long the noise remembers.
+  model.blocks = make_blocks(series, static_cast<double>(series.rows()) / 200.0);
+  model.target = model.blocks.gather(series.y - nominal.prediction);
+  const auto terms = static_cast<Index>(nominal.terms.size());
+  MatrixXd base(series.rows(), terms + 1);
+  base.col(0).setOnes();
+  for (Index i = 0; i < terms; ++i)
+    base.col(i + 1) = nominal.terms[static_cast<std::size_t>(i)].column;
+  model.base = model.blocks.gather(base);
+  model.precision = VectorXd::Zero(terms + 1);
+  for (const NominalTerm& term : nominal.terms) model.nominal_ids.push_back(term.id);
+  for (const auto& form : forms)
+    model.candidates.push_back(candidate_of(series, model.blocks, *form));
+  for (int round = 0; round < 2; ++round) {
+    model.noise = noise_of(model);
+    model.correlation_rows = correlation_length(series, model.blocks, model.noise);
+    set_precision(model, nominal.terms);
+    if (round == 0) model.blocks = make_blocks(series, model.correlation_rows);
+  }
+  model.floor = rms(model.noise);
+  return model;
+}
+
+Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
+                     std::uint64_t seed) {
+  // The test keeps the shape that the whole model settled on.
+  ChannelModel alone = model;
+  const std::size_t index = model.chosen[chosen].candidate;
+  alone.candidates[index].shapes = {model.chosen[chosen].shape};
+  alone.candidates[index].columns = {model.chosen[chosen].columns};
+  const ScreenResult result = screen(alone, gates, seed, chosen);
+  for (const TestedCandidate& tested : result.tested) {
+    if (tested.candidate == index) return tested.evidence;
+  }
+  return {};
+}
+
+void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
+  std::vector<std::size_t> dropped;
+  while (model.chosen.size() < kMostEffects) {
+    model.noise = noise_of(model);
+    model.floor = std::min(model.floor, rms(model.noise));
+    ScreenResult result = screen(model, gates, seed + model.chosen.size());
+    std::erase_if(result.tested, [&](const TestedCandidate& tested) {
+      return std::find(dropped.begin(), dropped.end(), tested.candidate) != dropped.end();
+    });
+    const TestedCandidate* next = pick(result, model, gates);
+    if (next == nullptr) break;
+    model.chosen.push_back(next->best);
+    refine_all(model);
+    swap_pass(model, gates, seed);
+    std::vector<std::size_t> before;
+    for (const Chosen& chosen : model.chosen) before.push_back(chosen.candidate);
+    drop_pass(model, gates, seed);
+    // What was dropped once does not come back: the search must end.
+    for (const std::size_t candidate : before) {
+      const bool kept =
+          std::any_of(model.chosen.begin(), model.chosen.end(),
+                      [&](const Chosen& chosen) { return chosen.candidate == candidate; });
+      if (!kept) dropped.push_back(candidate);
+    }
+  }
+  model.noise = noise_of(model);
+  model.floor = std::min(model.floor, rms(model.noise));
+}
+
+}  // namespace ravencal::diagnose

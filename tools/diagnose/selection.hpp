@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Forward selection of effects for one residual channel, with refinement, swaps and drops. A
+// candidate enters only through its gates: held-out gain over blocks, chance over all candidates,
+// physical size, physical bounds.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diagnose/block_fit.hpp"
+#include "diagnose/effect_form.hpp"
+#include "diagnose/nominal.hpp"
+#include "diagnose/sign_flip.hpp"
+
+namespace ravencal::diagnose {
+
+/// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
+struct Gates {
+  double alpha = 0.01;        ///< chance over all candidates of one channel
+  double least_z = 2.5;       ///< held-out gain over its standard error, blocks as observations
+  double block_p = 0.0124;    ///< or by sign flips: two-sided chance of a normal beyond least_z
+  double least_share = 0.02;  ///< of the held-out squared error that is left
+  double size_per_floor = 1.0 / 3.0;
+};
+
+/// The gain in held-out blocks is repeated and not made by a few of them.
+inline bool repeats(const Gates& gates, double z, double block_p) {
+  return z >= gates.least_z || (z > 0.0 && block_p <= gates.block_p);
+}
+
+/// A candidate with its columns at the training rows, for every shape of its grid.
+struct Candidate {
+  const EffectForm* form = nullptr;
+  std::string untestable;  ///< reason, if it cannot be tested here
+  std::vector<Shape> shapes;
+  std::vector<Eigen::MatrixXd> columns;
+};
+
+struct Chosen {
+  std::size_t candidate = 0;
+  Shape shape;
+  Eigen::MatrixXd columns;  ///< [training rows x m]
+};
+
+struct Evidence {
+  double held_out_before = 0.0;  ///< RMS with everything but this effect
+  double held_out_after = 0.0;
+  double z = 0.0;        ///< of the held-out gain over blocks
+  double block_p = 1.0;  ///< of the same gain, by flipping blocks' signs: fair to gains that grow
+  double p_value = 1.0;
+  double share = 0.0;
+  double size = 0.0;  ///< RMS of its contribution
+};
+
+/// What is known about one channel while effects are added.
+struct ChannelModel {
+  const Series* series = nullptr;
+  Blocks blocks;
+  Eigen::MatrixXd base;       ///< constant and nominal parameters' changes
+  Eigen::VectorXd precision;  ///< of the base's coefficients
+  Eigen::VectorXd target;     ///< residual after the nominal prediction
+  std::vector<Candidate> candidates;
+  std::vector<std::string> nominal_ids;  ///< effects that the plant has
+  std::vector<Chosen> chosen;
+  Eigen::VectorXd noise;  ///< residual of the saturated model, held out
+  double floor = 0.0;     ///< RMS below which no held-out model got
+  double correlation_rows = 1.0;
+
+  [[nodiscard]] Eigen::MatrixXd columns(std::size_t without = SIZE_MAX) const;
+  [[nodiscard]] Eigen::VectorXd column_precision(Eigen::Index count) const;
+  /// True if the prerequisite of a candidate is met by the effects chosen (but `without`) or the
+  /// plant.
+  [[nodiscard]] bool permits(const EffectForm& form, std::size_t without = SIZE_MAX) const;
+  [[nodiscard]] double rms_of(const Eigen::VectorXd& block_errors) const;
+};
+
+struct TestedCandidate {
+  std::size_t candidate = 0;
+  Chosen best;
+  Eigen::VectorXd errors;  ///< held-out squared error per block with it
+  Evidence evidence;
+  double median_null = 0.0;
+  double unique_energy = 0.0;  ///< of its columns beyond the model, sum of squares (first column)
+  double unique_share = 0.0;   ///< of its columns' energy that the model cannot imitate
+  bool consistent = true;
+};
+
+/// Tests all candidates that are not in the model (`only`: just that one) against it.
+struct ScreenResult {
+  Eigen::VectorXd errors;  ///< of the model alone, per block
+  std::vector<TestedCandidate> tested;
+  double critical = 0.0;  ///< gain over median_null needed for the chance gate
+};
+ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed,
+                    std::size_t without = SIZE_MAX);
+
+/// Blocks, noise and prior weights for a channel; `forms` must outlive the model.
+ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms);
+
+/// Adds effects until no candidate passes its gates.
+void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed);
+
+/// Evidence for an effect of the model, given all the others in it.
+Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
+                     std::uint64_t seed);
+
+/// Improves the shape of a continuous form from a start, the rest of the model given.
+Chosen refined(const ChannelModel& model, const Chosen& start, std::size_t without);
+
+}  // namespace ravencal::diagnose

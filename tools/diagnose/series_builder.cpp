@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "diagnose/plant_effort.hpp"
+#include "diagnose/series.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using record::Recording;
+using record::Role;
+
+/// Columns of one signal over all recordings, end to end; NaN where a recording lacks it.
+class Table {
+ public:
+  Table(const std::vector<Recording>& training, const std::vector<Recording>& held_out,
+        const SeriesOptions& options)
+      : options_(options) {
+    for (const Recording& recording : training) add(recording, false);
+    for (const Recording& recording : held_out) add(recording, true);
+    stride_ = std::max<Index>(1, (rows_ + options.most_rows - 1) / options.most_rows);
+    lay_out_rows();
+  }
+
+  [[nodiscard]] bool has(Role role, std::string_view joint) const {
+    return std::any_of(sources_.begin(), sources_.end(), [&](const Source& source) {
+      return source.recording->column(role, joint).has_value();
+    });
+  }
+
+  /// Thinned samples of the first channel with that role and joint.
+  [[nodiscard]] VectorXd signal(Role role, std::string_view joint) const {
+    return gather([&](const Recording& recording) { return recording.column(role, joint); });
+  }
+  [[nodiscard]] VectorXd signal(std::string_view name) const {
+    return gather([&](const Recording& recording) { return recording.column(name); });
+  }
+
+  [[nodiscard]] const std::vector<record::Channel>& channels() const {
+    return sources_.front().recording->channels;
+  }
+  [[nodiscard]] const VectorXd& t_s() const { return t_s_; }
+  [[nodiscard]] const std::vector<int>& recording() const { return recording_; }
+  [[nodiscard]] const std::vector<char>& fresh() const { return fresh_; }
+  [[nodiscard]] const std::vector<char>& held_out() const { return held_out_; }
+  [[nodiscard]] Index rows() const { return t_s_.size(); }
+
+ private:
+  struct Source {
+    const Recording* recording;
+    bool held_out;
+  };
+
+  void add(const Recording& recording, bool held_out) {
+    sources_.push_back({&recording, held_out});
+    rows_ += recording.rows();
+  }
+
+  void lay_out_rows() {
+    Index count = 0;
+    for (const Source& source : sources_) count += source.recording->rows() / stride_;
+    t_s_.resize(count);
+    Index at = 0;
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      const Recording& recording = *sources_[s].recording;
+      std::vector<std::int64_t> starts;
+      for (const record::Event& event : recording.events) {
+        if (event.kind == "episode" || event.kind == "homing") starts.push_back(event.t_ns);
+      }
+      std::sort(starts.begin(), starts.end());
+      std::size_t next = 0;
+      for (Index i = 0; i < recording.rows() / stride_; ++i, ++at) {
+        const std::int64_t t_ns = recording.t_ns[static_cast<std::size_t>(i * stride_)];
+        bool starts_here = i == 0;
+        for (; next < starts.size() && starts[next] <= t_ns; ++next) starts_here = true;
+        t_s_[at] = static_cast<double>(t_ns - recording.t_ns.front()) * 1e-9;
+        recording_.push_back(static_cast<int>(s));
+        fresh_.push_back(starts_here ? 1 : 0);
+        const bool late = options_.held_out_from_s && t_s_[at] >= *options_.held_out_from_s;
+        held_out_.push_back(sources_[s].held_out || late ? 1 : 0);
+      }
+    }
+  }
+
+  template <typename Find>
+  [[nodiscard]] VectorXd gather(Find&& find) const {
+    VectorXd out = VectorXd::Constant(rows(), std::numeric_limits<double>::quiet_NaN());
+    Index at = 0;
+    for (const Source& source : sources_) {
+      const Index count = source.recording->rows() / stride_;
+      if (const auto column = find(*source.recording)) {
+        for (Index i = 0; i < count; ++i) {
+          out[at + i] = source.recording->samples.col(*column).segment(i * stride_, stride_).mean();
+        }
+      }
+      at += count;
+    }
+    return out;
+  }
+
+  const SeriesOptions& options_;
+  std::vector<Source> sources_;
+  Index rows_ = 0;
+  Index stride_ = 1;
+  VectorXd t_s_;
+  std::vector<int> recording_;
+  std::vector<char> fresh_;
+  std::vector<char> held_out_;
+};
+
+/// Positions of every joint on each side of the transmission, where recorded.
+struct Positions {
+  VectorXd estimate;  ///< empty if unknown
+  VectorXd motor;     ///< motor angle over reduction
+  VectorXd desired;
+  VectorXd truth;
+  VectorXd effort;  ///< of the drive, at the joint
+};
+
+class Builder {
+ public:
+  Builder(const Table& table, const physics::Plant& plant) : table_(table), plant_(plant) {
+    for (const physics::Joint& joint : plant.joints) positions_.push_back(positions_of(joint));
+    derive_estimates();
+  }
+
+  SeriesSet build() {
+    SeriesSet set;
+    std::vector<VectorXd> believed;
+    for (const Positions& p : positions_) believed.push_back(best_position(p));
+    weights_ = holding_efforts(plant_, believed);
+    for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
+    return set;
+  }
+
+ private:
+  [[nodiscard]] VectorXd signal_or_empty(Role role, const std::string& joint) const {
+    return table_.has(role, joint) ? table_.signal(role, joint) : VectorXd();
+  }
+
+  [[nodiscard]] Positions positions_of(const physics::Joint& joint) const {
+    Positions p;
+    p.estimate = signal_or_empty(Role::kJointEstimate, joint.name);
+    p.motor = signal_or_empty(Role::kMotorPosition, joint.name);
+    if (p.motor.size() > 0) p.motor /= joint.reduction;
+    p.desired = signal_or_empty(Role::kDesiredPosition, joint.name);
+    p.truth = signal_or_empty(Role::kJointTruth, joint.name);
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    if (table_.has(Role::kDriveTorque, joint.name)) {
+      p.effort = table_.signal(Role::kDriveTorque, joint.name) * to_joint;
+    } else if (table_.has(Role::kDriveInput, joint.name)) {
+      const double counts = joint.drive.dac_counts_per_n_m;
+      const double gain = counts != 0.0 ? 1.0 / counts : joint.drive.gain;
+      p.effort = table_.signal(Role::kDriveInput, joint.name) * gain * to_joint;
+    }
+    return p;
+  }
+
+  /// joint = motor / reduction + coupling * joints, in the plant's order.
+  void derive_estimates() {
+    for (std::size_t j = 0; j < positions_.size(); ++j) {
+      Positions& p = positions_[j];
+      if (p.estimate.size() > 0 || p.motor.size() == 0) continue;
+      p.estimate = p.motor;
+      for (std::size_t k = 0; k < j; ++k) {
+        const double factor = plant_.coupling[j][k];
+        if (factor != 0.0 && positions_[k].estimate.size() > 0) {
+          p.estimate += factor * positions_[k].estimate;
+        }
+      }
+    }
+  }
+
+  static const VectorXd& best_position(const Positions& p) {
+    if (p.estimate.size() > 0) return p.estimate;
+    return p.truth.size() > 0 ? p.truth : p.desired;
+  }
+
+  void add_joint(std::size_t j, SeriesSet& set) {
+    const Positions& p = positions_[j];
+    const std::string& name = plant_.joints[j].name;
+    const VectorXd& believed = p.estimate.size() > 0 ? p.estimate : p.desired;
+    const bool transmission = p.truth.size() > 0 && believed.size() > 0;
+    const bool drive = p.effort.size() > 0 && (p.motor.size() > 0 || believed.size() > 0);
+    if (transmission)
+      set.series.push_back(position_series(j, Stage::kTransmission, p.truth, believed));
+    if (drive) set.series.push_back(drive_series(j));
+    if (drive && p.desired.size() > 0 && plant_.joints[j].controller) {
+      set.series.push_back(command_series(j));
+    }
+    const bool tracking = !transmission && !drive && p.desired.size() > 0 && p.estimate.size() > 0;
+    if (tracking) set.series.push_back(position_series(j, Stage::kTracking, p.estimate, p.desired));
+    if (!transmission && !drive && !tracking) {
+      set.not_possible[name] = "the recording holds too few of this joint's positions and efforts";
+    } else if (!transmission) {
+      set.not_possible[name] =
+          "no joint_truth was recorded, so nothing behind the motor can be seen";
+    } else if (!drive) {
+      set.not_possible[name] =
+          "no drive effort was recorded, so friction and load of the drive cannot be seen";
+    }
+  }
+
+  [[nodiscard]] Series basis(std::size_t j, Stage stage, const VectorXd& position) const {
+    const physics::Joint& joint = plant_.joints[j];
+    Series series;
+    series.joint = joint.name;
+    series.stage = stage;
+    series.prismatic = joint.kind == physics::JointKind::kPrismatic;
+    series.t_s = table_.t_s();
+    series.recording = table_.recording();
+    series.fresh = table_.fresh();
+    series.held_out = table_.held_out();
+    series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
+                                  stage == Stage::kDrive ? 2 : 1);
+    series.inertia = joint_inertia(plant_, j);
+    series.weight = weights_[j];
+    for (std::size_t k = 0; k < positions_.size(); ++k) {
+      const VectorXd& other =
+          stage == Stage::kTracking ? positions_[k].desired : best_position(positions_[k]);
+      if (k == j || other.size() == 0) continue;
+      series.others.push_back(
+          {plant_.joints[k].name,
+           plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
+           smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
+    }
+    for (const record::Channel& channel : table_.channels()) {
+      // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
+      const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&
+                          (channel.unit == "N" || channel.unit == "N_m");
+      const bool load =
+          channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name);
+      if (load || (effort && stage == Stage::kTransmission)) {
+        series.loads.push_back({channel.name, channel.unit, table_.signal(channel.name)});
+      }
+    }
+    return series;
+  }
+
+  /// Where a status channel says that the drive was off, efforts are not what the drive did.
+  void mask_unpowered(Series& series) const {
+    for (const record::Channel& channel : table_.channels()) {
+      if (channel.role != Role::kStatus || channel.name.find("torque_on") == std::string::npos)
+        continue;
+      const VectorXd on = table_.signal(channel.name);
+      for (Index i = 0; i < series.rows(); ++i) {
+        if (on[i] < 0.5) series.valid[static_cast<std::size_t>(i)] = 0;
+      }
+    }
+  }
+
+  static void mark_valid(Series& series) {
+    series.valid.assign(static_cast<std::size_t>(series.rows()), 1);
+    for (Index i = 0; i < series.rows(); ++i) {
+      bool good = std::isfinite(series.y[i]);
+      for (const Companion& load : series.loads) good = good && std::isfinite(load.value[i]);
+      series.valid[static_cast<std::size_t>(i)] = good ? 1 : 0;
+      if (!good) series.y[i] = 0.0;
+      for (Companion& load : series.loads) {
+        if (!std::isfinite(load.value[i])) load.value[i] = i > 0 ? load.value[i - 1] : 0.0;
+      }
+    }
+  }
+
+  /// A controller that takes a joint's error for motion passes it on through the plant's coupling;
+  /// that part is known where the other joint's truth is, and belongs to the other joint.
+  void subtract_inherited(std::size_t j, VectorXd& error) const {
+    for (std::size_t k = 0; k < j; ++k) {
+      const Positions& other = positions_[k];
+      const double factor = plant_.coupling[j][k];
+      if (factor == 0.0 || other.truth.size() == 0 || other.estimate.size() == 0) continue;
+      error -= factor * (other.truth - other.estimate);
+    }
+  }
+
+  [[nodiscard]] Series position_series(std::size_t j, Stage stage, const VectorXd& measured,
+                                       const VectorXd& believed) const {
+    Series series = basis(j, stage, believed);
+    series.unit = series.prismatic ? "m" : "rad";
+    series.y = measured - believed;
+    if (stage == Stage::kTransmission) subtract_inherited(j, series.y);
+    mark_valid(series);
+    return series;
+  }
+
+  [[nodiscard]] Series drive_series(std::size_t j) const {
+    const Positions& p = positions_[j];
+    Series series = basis(j, Stage::kDrive, p.motor.size() > 0 ? p.motor : best_position(p));
+    series.unit = series.prismatic ? "N" : "N_m";
+    series.recorded = p.effort;
+    series.y = filter_like_acceleration(series.t_s, p.effort, series.fresh,
+                                        std::max(series.motion.half_width_s, 1e-9));
+    mark_valid(series);
+    mask_unpowered(series);
+    mark_rest(series);
+    return series;
+  }
+
+  /// A joint that sticks may carry any effort up to its friction: below a fiftieth of its usual
+  /// speed it says nothing about friction's law.
+  static void mark_rest(Series& series) {
+    const double least = 0.02 * series.training_rms(series.motion.v);
+    series.at_rest.assign(static_cast<std::size_t>(series.rows()), 0);
+    for (Index i = 0; i < series.rows(); ++i) {
+      if (std::abs(series.motion.v[i]) < least) series.at_rest[static_cast<std::size_t>(i)] = 1;
+    }
+  }
+
+  /// The control law works on motor angles; everything here is already divided by the reduction.
+  [[nodiscard]] Series command_series(std::size_t j) const {
+    const Positions& p = positions_[j];
+    const VectorXd& measured = best_position(p);  // desired joints are met by joints, not motors
+    Series series = basis(j, Stage::kCommand, p.desired);
+    series.unit = series.prismatic ? "N" : "N_m";
+    series.y = p.effort;
+    series.position_error = p.desired - measured;
+    series.desired_rate = series.motion.v;
+    const auto recorded = signal_or_empty(Role::kMotorVelocity, series.joint);
+    series.measured_rate = recorded.size() > 0 ? VectorXd(recorded / plant_.joints[j].reduction)
+                                               : backward_rate(series, measured);
+    mark_valid(series);
+    mask_unpowered(series);
+    return series;
+  }
+
+  static VectorXd backward_rate(const Series& series, const VectorXd& position) {
+    VectorXd rate = VectorXd::Zero(position.size());
+    for (Index i = 2; i < position.size(); ++i) {
+      const double dt_s = series.t_s[i] - series.t_s[i - 2];
+      if (series.fresh[static_cast<std::size_t>(i)] == 0 && dt_s > 0.0) {
+        rate[i] = (position[i] - position[i - 2]) / dt_s;
+      }
+    }
+    return rate;
+  }
+
+  const Table& table_;
+  const physics::Plant& plant_;
+  std::vector<Positions> positions_;
+  std::vector<VectorXd> weights_;
+};
+
+}  // namespace
+
+core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
+                                     const std::vector<Recording>& held_out,
+                                     const physics::Plant& plant, const SeriesOptions& options) {
+  const Table table(training, held_out, options);
+  if (table.rows() < 50) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: {} samples are too few to diagnose; at least 50 are needed",
+                                   training.front().source, table.rows())};
+  }
+  SeriesSet set = Builder(table, plant).build();
+  if (set.series.empty()) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format(
+            "{}: no joint of the plant {} has two signals to compare: joint_truth with "
+            "joint_estimate or motor_position, drive_torque or drive_input with a position, "
+            "or desired_position with a measured one",
+            training.front().source, plant.source)};
+  }
+  return set;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/sign_flip.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <random>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+VectorXd random_signs(Index count, std::mt19937_64& engine) {
+  VectorXd signs(count);
+  std::uint64_t bits = 0;
+  for (Index i = 0; i < count; ++i) {
+    if (i % 64 == 0) bits = engine();
+    signs[i] = (bits & 1U) != 0 ? 1.0 : -1.0;
+    bits >>= 1U;
+  }
+  return signs;
+}
+
+double median_of(VectorXd x) {
+  std::nth_element(x.data(), x.data() + x.size() / 2, x.data() + x.size());
+  return std::max(x[x.size() / 2], 1e-300);
+}
+
+}  // namespace
+
+FlipResult sign_flip_test(const std::vector<FlipCandidate>& candidates, double alpha,
+                          std::uint64_t seed, int flips) {
+  FlipResult result;
+  const std::size_t count = candidates.size();
+  if (count == 0) return result;
+  std::mt19937_64 engine(seed);
+  const Index blocks = candidates.front().options.front().scores.rows();
+  // Every option is measured against what chance makes of it: one with many columns gains more.
+  std::vector<Eigen::MatrixXd> null;
+  for (const FlipCandidate& candidate : candidates)
+    null.emplace_back(flips, static_cast<Index>(candidate.options.size()));
+  for (int f = 0; f < flips; ++f) {
+    const VectorXd signs = random_signs(blocks, engine);
+    for (std::size_t c = 0; c < count; ++c) {
+      for (std::size_t o = 0; o < candidates[c].options.size(); ++o) {
+        const FlipOption& option = candidates[c].options[o];
+        const VectorXd score = option.scores.transpose() * signs;
+        null[c](f, static_cast<Index>(o)) = score.dot(option.inverse * score);
+      }
+    }
+  }
+  VectorXd greatest = VectorXd::Zero(flips);
+  for (std::size_t c = 0; c < count; ++c) {
+    for (Index o = 0; o < null[c].cols(); ++o) {
+      const double median = median_of(null[c].col(o));
+      if (static_cast<std::size_t>(o) == candidates[c].found_option)
+        result.median_null.push_back(median);
+      greatest = greatest.cwiseMax(null[c].col(o) / median);
+    }
+  }
+  std::sort(greatest.data(), greatest.data() + flips);
+  const auto rank = static_cast<Index>(std::ceil((1.0 - alpha) * flips)) - 1;
+  result.critical = greatest[std::clamp<Index>(rank, 0, flips - 1)];
+  for (std::size_t c = 0; c < count; ++c) {
+    const double statistic = candidates[c].gain / result.median_null[c];
+    const auto above = greatest.data() + flips -
+                       std::lower_bound(greatest.data(), greatest.data() + flips, statistic);
+    result.p_value.push_back((1.0 + static_cast<double>(above)) / (1.0 + flips));
+  }
+  return result;
+}
+
+double sign_flip_p(const VectorXd& block_values, std::uint64_t seed, int flips) {
+  if (block_values.size() < 4) return 1.0;
+  std::mt19937_64 engine(seed);
+  const double observed = std::abs(block_values.sum());
+  int as_large = 0;
+  for (int f = 0; f < flips; ++f) {
+    if (std::abs(random_signs(block_values.size(), engine).dot(block_values)) >= observed)
+      ++as_large;
+  }
+  return (1.0 + as_large) / (1.0 + flips);
+}
+
+}  // namespace ravencal::diagnose

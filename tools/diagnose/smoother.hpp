@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace ravencal::diagnose {
+
+/// Position with its derivatives, from a recorded position by local cubic least squares over
+/// +-half_width_s (Savitzky and Golay, Anal. Chem. 1964, for uneven stamps). Zero phase, so that a
+/// regressor is aligned with the sample it belongs to.
+struct Motion {
+  Eigen::VectorXd q;
+  Eigen::VectorXd v;
+  Eigen::VectorXd a;
+  double half_width_s = 0.0;
+  double noise = 0.0;  ///< standard deviation of the position about its local cubic
+};
+
+/// Filters `y` with the kernel that the acceleration of smooth_motion() has been through: the
+/// second derivative of a local parabola is the true one under the weights (1 - u^2)^2, u = t /
+/// half_width. An effort so filtered can be compared with mass times acceleration at sharp edges
+/// too (parallel filtering of Gautier's inverse dynamic identification).
+Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen::VectorXd& y,
+                                         const std::vector<char>& fresh, double half_width_s);
+
+/// `fresh[i]` starts a new stretch: no window reaches across. NaN positions are bridged linearly.
+/// The window is chosen on the rows that are not in `unseen`: from the shortest of 5 ms to 1.3 s
+/// (and at least 7 samples) whose noise in the derivative of order `need` (1 or 2) stays below 1 %
+/// of that derivative; for accelerations then on, as far as the motion keeps 95 % of them: all of
+/// the motion's band and little above it. With need = 1 the position itself stays as recorded:
+/// operators with memory need its true extremes.
+Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
+                     const std::vector<char>& fresh, const std::vector<char>& unseen, int need);
+
+}  // namespace ravencal::diagnose
