@@ -13,7 +13,7 @@
 
 namespace {
 
-// Sizes of version 1.0. A host may pass larger structs (a newer header) but never smaller ones.
+// Sizes of version 2.0. A host may pass larger structs (a newer header) but never smaller ones.
 constexpr std::size_t kStateBytes = sizeof(ravencal_state);
 constexpr std::size_t kOutputBytes = sizeof(ravencal_output);
 
@@ -28,6 +28,13 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   if (!large_enough(config)) return RAVENCAL_ERROR_ARGUMENT;
   config->tick_ns = 1'000'000;
   config->max_isa = RAVENCAL_ISA_BEST;
+  config->hold_ns = 20'000'000;
+  config->step_budget_ns = 0;
+  config->max_overruns = 3;
+  config->max_encoder_step_counts = 0;
+  config->require_signature = 0;
+  std::memset(config->public_key, 0, sizeof config->public_key);
+  std::memset(config->telemetry_name, 0, sizeof config->telemetry_name);
   // Fading at 0.05 rad/s and 10 mm/s: the whole of a RAVEN-II's offset (7.5 deg, 10.5 mm between
   // the controller's hard stops and the authors' encoder zero) comes in within three seconds.
   // In normal work ten times that, which hysteresis at a reversal needs. Corrections beyond 11.5
@@ -52,7 +59,7 @@ bool is_valid(const ravencal_config& config) noexcept {
   constexpr std::uint32_t kShortestTickNs = 10'000;
   constexpr std::uint32_t kLongestTickNs = 100'000'000;
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
-         config.max_isa <= RAVENCAL_ISA_AVX512 && is_positive(config.slew_ji_per_s) &&
+         config.max_isa <= RAVENCAL_ISA_NEON && is_positive(config.slew_ji_per_s) &&
          is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
 }
 
@@ -91,14 +98,11 @@ void enable(ravencal_instance* instance, std::int32_t on) noexcept {
 }
 
 std::int32_t info(const ravencal_instance* instance, ravencal_info* result) noexcept {
-  constexpr std::uint32_t kFirstInfoBytes = offsetof(ravencal_info, precision);  // of ABI 1.0
-  if (instance == nullptr || result == nullptr || result->struct_size < kFirstInfoBytes ||
-      instance->loaded.struct_size == 0) {
+  if (instance == nullptr || !large_enough(result) || instance->loaded.struct_size == 0) {
     return RAVENCAL_ERROR_ARGUMENT;
   }
   const std::uint32_t host_size = result->struct_size;
-  std::memcpy(result, &instance->loaded,
-              host_size < sizeof(ravencal_info) ? kFirstInfoBytes : sizeof(ravencal_info));
+  *result = instance->loaded;
   result->struct_size = host_size;
   return RAVENCAL_SUCCESS;
 }
@@ -157,6 +161,11 @@ void reset(ravencal_instance* instance) noexcept {
   instance->reset_requested.store(1, std::memory_order_relaxed);
 }
 
+std::int32_t flight(const ravencal_instance* instance, ravencal_flight* result) noexcept {
+  if (instance == nullptr || !large_enough(result)) return RAVENCAL_ERROR_ARGUMENT;
+  return RAVENCAL_ERROR_ARGUMENT;
+}
+
 void destroy(ravencal_instance* instance) noexcept {
   if (instance == nullptr) return;
   instance->swap.clear();
@@ -183,6 +192,7 @@ constexpr ravencal_api kApi = {
     &observe_cycle_end,
     &counters,
     &reset,
+    &flight,
     &destroy,
 };
 

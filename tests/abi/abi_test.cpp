@@ -266,11 +266,6 @@ TEST(Info, TellsWhatRuns) {
   EXPECT_EQ(info.precision, RAVENCAL_PRECISION_INT8);
   EXPECT_LT(info.bytes_per_step, f32_bytes / 2);
 
-  // A host of ABI 1.0 knows no precision and has no room for it.
-  info.struct_size = offsetof(ravencal_info, precision);
-  info.precision = 77;
-  ASSERT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_SUCCESS);
-  EXPECT_EQ(info.precision, 77U);
   info.struct_size -= 1;
   EXPECT_EQ(rig.api().info(rig.instance.get(), &info), RAVENCAL_ERROR_ARGUMENT);
 }

@@ -87,7 +87,7 @@ ravencal_info PluginInstance::info() const {
 }
 
 std::string isa_name(std::uint32_t isa) {
-  constexpr const char* kNames[] = {"best", "baseline", "AVX2", "AVX-512"};
+  constexpr const char* kNames[] = {"best", "baseline", "AVX2", "AVX-512", "AVX-512 VNNI", "NEON"};
   return isa < std::size(kNames) ? kNames[isa] : fmt::format("instruction set {}", isa);
 }
 
@@ -97,15 +97,15 @@ std::string precision_name(std::uint32_t precision) {
 }
 
 const char* state_name(std::int32_t state) {
-  constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {
-      "off", "armed", "fading_in", "active", "fading_out", "bypass", "fault"};
+  constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {"off",  "armed",      "fading_in", "active",
+                                                        "hold", "fading_out", "bypass",    "fault"};
   return state >= 0 && state < RAVENCAL_STATE_COUNT ? kNames[state] : "unknown";
 }
 
 const char* doubt_name(std::size_t kind) {
-  constexpr const char* kNames[RAVENCAL_DOUBT_KINDS] = {"robot_state", "no_weights", "time",
-                                                        "not_latched", "not_finite", "out_of_range",
-                                                        "warming_up",  "magnitude",  "network"};
+  constexpr const char* kNames[RAVENCAL_DOUBT_KINDS] = {
+      "robot_state", "no_weights", "time",    "not_latched",  "not_finite", "out_of_range",
+      "warming_up",  "magnitude",  "network", "encoder_jump", "distance",   "overrun"};
   return kind < RAVENCAL_DOUBT_KINDS ? kNames[kind] : "unknown";
 }
 

@@ -21,8 +21,8 @@
 extern "C" {
 #endif
 
-#define RAVENCAL_ABI_MAJOR 1 /* anything but an appended field or function */
-#define RAVENCAL_ABI_MINOR 1 /* appended fields and functions */
+#define RAVENCAL_ABI_MAJOR 2 /* anything but an appended field or function */
+#define RAVENCAL_ABI_MINOR 0 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
@@ -42,16 +42,19 @@ extern "C" {
 #define RAVENCAL_ERROR_FEATURES (-5)  /* the blob asks for features that a robot state does not have */
 #define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
+#define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob, or its signature is missing or wrong */
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0
 #define RAVENCAL_STATE_ARMED 1      /* enabled, waiting for a homed, healthy robot */
 #define RAVENCAL_STATE_FADING_IN 2
 #define RAVENCAL_STATE_ACTIVE 3
-#define RAVENCAL_STATE_FADING_OUT 4
-#define RAVENCAL_STATE_BYPASS 5
-#define RAVENCAL_STATE_FAULT 6
-#define RAVENCAL_STATE_COUNT 7
+#define RAVENCAL_STATE_HOLD 4       /* a short doubt: the correction stays where it is, for hold_ns at most */
+#define RAVENCAL_STATE_FADING_OUT 5
+#define RAVENCAL_STATE_BYPASS 6     /* faded out on a doubt; fades in again when it has passed */
+#define RAVENCAL_STATE_FAULT 7
+#define RAVENCAL_STATE_COUNT 8
+#define RAVENCAL_STATE_CAPACITY 16  /* room in the counter block */
 
 /* Why a correction is not applied in full: bits of ravencal_output.doubts. */
 #define RAVENCAL_DOUBT_ROBOT_STATE 1u   /* run level or joints not ready */
@@ -63,13 +66,19 @@ extern "C" {
 #define RAVENCAL_DOUBT_WARMING_UP 64u   /* fewer cycles seen than the oldest input of the network */
 #define RAVENCAL_DOUBT_MAGNITUDE 128u   /* the network asks for more than max_correction_ji */
 #define RAVENCAL_DOUBT_NETWORK 256u     /* finite inputs, but the result is not: FAULT */
-#define RAVENCAL_DOUBT_KINDS 9
+#define RAVENCAL_DOUBT_ENCODER_JUMP 512u /* motor counts changed by more than max_encoder_step_counts */
+#define RAVENCAL_DOUBT_DISTANCE 1024u   /* inputs jointly unlike the training set: confidence is 0 */
+#define RAVENCAL_DOUBT_OVERRUN 2048u    /* steps took longer than step_budget_ns too often: until reset */
+#define RAVENCAL_DOUBT_KINDS 12
+#define RAVENCAL_DOUBT_CAPACITY 32      /* room in the counter block */
 
 /* Instruction sets, for config.max_isa and info. */
 #define RAVENCAL_ISA_BEST 0u /* the best that the processor has */
 #define RAVENCAL_ISA_BASELINE 1u
 #define RAVENCAL_ISA_AVX2 2u
 #define RAVENCAL_ISA_AVX512 3u
+#define RAVENCAL_ISA_AVX512_VNNI 4u /* as AVX512, with its 8-bit dot product */
+#define RAVENCAL_ISA_NEON 5u        /* the only one on aarch64 */
 
 /* Precision of the weights, for info. */
 #define RAVENCAL_PRECISION_F32 0u
@@ -118,6 +127,9 @@ typedef struct ravencal_output {
   float correction_ji[RAVENCAL_JOINTS];  /* what was added */
   float predicted_ji[RAVENCAL_JOINTS];   /* what the network asked for, before fading and limits */
   uint32_t doubts;                       /* RAVENCAL_DOUBT_* of this cycle */
+  float confidence;                      /* 0..1: share of the prediction that is asked for, by the
+                                            distance of the inputs from the training set */
+  uint32_t step_ns;                      /* what the last step took, measured by itself */
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
@@ -128,19 +140,42 @@ typedef struct ravencal_config {
   float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
   float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
   uint32_t max_isa;                             /* RAVENCAL_ISA_*: do not go beyond this one */
+  uint32_t hold_ns;                             /* longest HOLD before fading out; 20 000 000 */
+  uint32_t step_budget_ns;                      /* a step that takes longer is an overrun; 0: unlimited */
+  uint32_t max_overruns;                        /* so many overruns within 1000 steps: BYPASS until reset */
+  uint32_t max_encoder_step_counts;             /* largest change of a motor's counts per tick; 0: unlimited */
+  uint32_t require_signature;                   /* 1: only blobs signed by the key below are loaded */
+  uint8_t public_key[32];                       /* Ed25519 */
+  char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */
 } ravencal_config;
+
+/* One change of the envelope's state. */
+typedef struct ravencal_transition {
+  uint64_t tick;   /* value of counters.ticks when it happened */
+  int64_t t_ns;    /* ravencal_state.t_ns of that cycle */
+  int32_t from;    /* RAVENCAL_STATE_* */
+  int32_t to;
+  uint32_t doubts; /* RAVENCAL_DOUBT_* of that cycle: the reason; 0: enable, reset or a fade that ended */
+  uint32_t reserved;
+} ravencal_transition;
+
+#define RAVENCAL_TRANSITIONS_KEPT 16
 
 /* Everything that happened, for a host to show. Copied whole by `counters`. */
 typedef struct ravencal_counters {
   uint32_t struct_size;
   uint32_t reserved;
   uint64_t ticks;
-  uint64_t ticks_in_state[RAVENCAL_STATE_COUNT];
-  uint64_t transitions;
-  uint64_t ticks_in_doubt[RAVENCAL_DOUBT_KINDS]; /* in the order of the RAVENCAL_DOUBT_* bits */
+  uint64_t ticks_in_state[RAVENCAL_STATE_CAPACITY];
+  uint64_t ticks_in_doubt[RAVENCAL_DOUBT_CAPACITY]; /* in the order of the RAVENCAL_DOUBT_* bits */
   uint64_t clamped_inputs;                       /* inputs too far outside their trained range, clamped */
   uint64_t limited_rate;                         /* corrections slowed to the maximum rate, per joint */
   uint64_t swaps;                                /* weights taken into use by step */
+  uint64_t rollbacks;                            /* returns to the weights before, after a FAULT */
+  uint64_t overruns;                             /* steps longer than step_budget_ns */
+  uint64_t longest_step_ns;
+  uint64_t transitions;
+  ravencal_transition last_transitions[RAVENCAL_TRANSITIONS_KEPT]; /* number k of all at k % 16 */
 } ravencal_counters;
 
 /* What load made of the last blob that it accepted. */
@@ -155,9 +190,35 @@ typedef struct ravencal_info {
   uint32_t longest_lag_ticks; /* of its oldest input */
   uint32_t checksum;          /* CRC-32C of the blob */
   uint32_t needs_cycle_end;   /* 1 if observe_cycle_end must be called each cycle */
-  uint32_t precision;         /* since 1.1: RAVENCAL_PRECISION_* of the weights */
-  uint32_t reserved;
+  uint32_t precision;         /* RAVENCAL_PRECISION_* of the weights */
+  uint32_t is_signed;         /* 1 if the blob's signature was checked against config.public_key */
 } ravencal_info;
+
+/* One tick, as the flight recorder and the telemetry ring keep it. */
+typedef struct ravencal_tick {
+  uint64_t tick;
+  int64_t t_ns;
+  float jpos_ji[RAVENCAL_JOINTS];       /* the robot's own value */
+  float correction_ji[RAVENCAL_JOINTS];
+  float predicted_ji[RAVENCAL_JOINTS];
+  float confidence;
+  int32_t enc_counts[RAVENCAL_JOINTS];  /* motors of the calibrated joints */
+  int32_t runlevel;
+  int32_t state;                        /* RAVENCAL_STATE_* */
+  uint32_t doubts;
+  uint32_t step_ns;                     /* of this step */
+  uint32_t reserved;
+} ravencal_tick;
+
+#define RAVENCAL_FLIGHT_TICKS 200
+
+/* The last ticks before and with a FAULT. */
+typedef struct ravencal_flight {
+  uint32_t struct_size;
+  uint32_t ticks;                              /* valid entries */
+  uint64_t faults;                             /* FAULTs so far; the record is of the last one */
+  ravencal_tick tick[RAVENCAL_FLIGHT_TICKS];   /* oldest first */
+} ravencal_flight;
 
 typedef struct ravencal_instance ravencal_instance;
 
@@ -193,7 +254,7 @@ typedef struct ravencal_api {
   /* [any] Asks the correction to fade in (1) or out (0). */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
-  /* [init] What runs; fields beyond info->struct_size are left out (1.0 ended before `precision`).
+  /* [init] What runs; fields beyond info->struct_size are left out.
    * RAVENCAL_ERROR_ARGUMENT before the first successful load. */
   int32_t (*info)(const ravencal_instance* instance, ravencal_info* info);
 
@@ -218,6 +279,10 @@ typedef struct ravencal_api {
   /* [any] Leaves FAULT for OFF at the next step; enable(1) must be called again. */
   void (*reset)(ravencal_instance* instance);
 
+  /* [any] Copies the record of the last FAULT; flight->struct_size must be set. RAVENCAL_ERROR_ARGUMENT
+   * while there was none. */
+  int32_t (*flight)(const ravencal_instance* instance, ravencal_flight* flight);
+
   /* [init] Releases what load took. The storage stays the host's. */
   void (*destroy)(ravencal_instance* instance);
 } ravencal_api;
@@ -236,11 +301,13 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_ready, offsetof(ravencal_arm, joints_
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 48);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 48);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 176);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 56);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 164);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_transition_size, sizeof(ravencal_transition) == 32);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 968);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 56);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_info_1_0, offsetof(ravencal_info, precision) == 48);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_tick_size, sizeof(ravencal_tick) == 88);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_flight_size, sizeof(ravencal_flight) == 16 + 200 * 88);
 
 #ifdef __cplusplus
 }
