@@ -49,6 +49,7 @@ struct CanEncoder {
   bool is_signed = false;                ///< as sent; the count is widened to 64 bits either way
   unsigned counter_bits = 32;            ///< where the counter wraps, <= 8 * byte_count
   std::optional<unsigned> canopen_node;  ///< 1 to 127: supervise heartbeat, start by NMT
+  double max_counts_per_s = 0.0;         ///< faster than the joint can be; 0: no limit
 };
 
 struct SourceSettings {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/toml_table.hpp"
 
@@ -81,6 +82,15 @@ void read_can_layout(TomlTable& table, CanEncoder& encoder) {
   }
 }
 
+// A joint of a surgical robot is far slower: what a count says beyond it is not motion.
+constexpr double kLargestRadPerS = 4.0 * std::numbers::pi;
+constexpr double kLargestMPerS = 1.0;
+
+double read_largest_rate(TomlTable& table, const AxisSettings& axis) {
+  const double speed = axis.unit == "rad" ? kLargestRadPerS : kLargestMPerS;
+  return table.number_or("max_counts_per_s", std::ceil(speed / axis.si_per_count), {0.0, 1e12});
+}
+
 CanEncoder read_can(TomlTable& table) {
   CanEncoder encoder;
   const auto node = table.find_integer("canopen_node", {1, 127});
@@ -137,6 +147,7 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
     case SourceKind::kCan:
       source.can.push_back(read_can(table));
       source.can.back().axis = axis_number;
+      source.can.back().max_counts_per_s = read_largest_rate(table, axis);
       break;
     case SourceKind::kReplay:
       source.replay_joints[axis.joint] = axis_number;

@@ -17,6 +17,8 @@ std::string_view name_of(Fault fault) {
       return "bus_restarted";
     case Fault::kNodeSilent:
       return "node_silent";
+    case Fault::kHeartbeatLate:
+      return "heartbeat_late";
     case Fault::kNodeStopped:
       return "node_stopped";
     case Fault::kQueueOverflow:
@@ -27,6 +29,14 @@ std::string_view name_of(Fault fault) {
       return "late_reading";
     case Fault::kShortFrame:
       return "short_frame";
+    case Fault::kImplausibleCount:
+      return "implausible_count";
+    case Fault::kStampsHardware:
+      return "stamps_hardware";
+    case Fault::kStampsKernel:
+      return "stamps_kernel";
+    case Fault::kStampsArrival:
+      return "stamps_arrival";
   }
   return "unknown";
 }

@@ -26,16 +26,21 @@ enum class ReadingKind : std::uint8_t {
 
 enum class Fault : std::uint8_t {
   kNone,
-  kDeviceGone,     ///< read failed, chip unplugged, interface down; `value` = errno
-  kBusOff,         ///< the CAN controller has left the bus
-  kBusError,       ///< CAN error frame; `value` = its error class bits
-  kBusRestarted,   ///< the CAN controller is back on the bus
-  kNodeSilent,     ///< no heartbeat or position for longer than configured; `value` = ns
-  kNodeStopped,    ///< CANopen node not operational; `value` = its NMT state
-  kQueueOverflow,  ///< the kernel dropped frames; `value` = how many
-  kRingOverflow,   ///< our own writer was too slow; `value` = readings dropped
-  kLateReading,    ///< a time stamp older than what was already delivered
-  kShortFrame,     ///< frame too short for its layout; `value` = its length
+  kDeviceGone,        ///< read failed, chip unplugged, interface down; `value` = errno
+  kBusOff,            ///< the CAN controller has left the bus
+  kBusError,          ///< CAN error frame; `value` = its error class bits
+  kBusRestarted,      ///< the CAN controller is back on the bus
+  kNodeSilent,        ///< no position for longer than configured; `value` = ns
+  kHeartbeatLate,     ///< no CANopen heartbeat for longer than configured; `value` = ns
+  kNodeStopped,       ///< CANopen node not operational; `value` = its NMT state
+  kQueueOverflow,     ///< the kernel dropped frames; `value` = how many
+  kRingOverflow,      ///< our own writer was too slow; `value` = readings dropped
+  kLateReading,       ///< a time stamp older than what was already delivered
+  kShortFrame,        ///< frame too short for its layout; `value` = its length
+  kImplausibleCount,  ///< a count that the joint cannot have reached, refused
+  kStampsHardware,    ///< time stamps are the adapter's own from here on
+  kStampsKernel,      ///< they are the kernel's, taken when the frame reached it
+  kStampsArrival,     ///< they are ours, taken when the frame was read
 };
 
 std::string_view name_of(Fault fault);

@@ -6,6 +6,7 @@
 #include <linux/can/raw.h>
 #include <linux/errqueue.h>
 #include <linux/net_tstamp.h>
+#include <linux/sock_diag.h>
 #include <net/if.h>
 #include <poll.h>
 #include <sys/ioctl.h>
@@ -17,6 +18,7 @@
 #include <cstring>
 
 #include "quadrature_reader/clock_offset.hpp"
+#include "quadrature_reader/sources/can_clock.hpp"
 #include "quadrature_reader/sources/can_decoder.hpp"
 
 namespace ravencal::quadrature_reader {
@@ -26,6 +28,8 @@ namespace {
 constexpr std::int64_t kDeliveryNs = 1'000'000;
 constexpr int kReceiveBufferBytes = 4 << 20;
 constexpr int kLargestBatch = 512;
+constexpr std::int64_t kNsPerS = 1'000'000'000;
+constexpr std::size_t kSocketMemoryWords = 16;  // SK_MEMINFO_VARS (9) and room for more
 // CiA 301: NMT command, SYNC.
 constexpr std::uint32_t kNmt = 0x000;
 constexpr std::uint32_t kSync = 0x080;
@@ -47,7 +51,12 @@ class CanSource final : public Source {
   core::Status bind_to_interface();
   /// One frame from the socket; nullopt if none waits.
   core::Result<std::optional<CanFrame>> receive(std::int64_t realtime_offset_ns,
-                                                std::int64_t now_ns, std::vector<Reading>& out);
+                                                std::vector<Reading>& out);
+  /// The frame's time from what came with it, on CLOCK_MONOTONIC.
+  std::int64_t stamp_of(const scm_timestamping* stamps, std::int64_t realtime_offset_ns,
+                        std::vector<Reading>& out);
+  void count_drops(std::uint32_t dropped, std::int64_t t_ns, std::vector<Reading>& out);
+  void look_for_silent_drops(std::int64_t now_ns, std::vector<Reading>& out);
   void send(std::uint32_t id, std::span<const std::uint8_t> data) const;
   void keep_nodes_going(std::int64_t now_ns);
   void close_socket();
@@ -58,6 +67,8 @@ class CanSource final : public Source {
 
   SourceSettings settings_;
   CanDecoder decoder_;
+  CanClock clock_;
+  Fault stamps_ = Fault::kNone;  // whose time stamps the frames bear
   int socket_ = -1;
   std::uint32_t dropped_ = 0;  // the kernel's count of frames that found our queue full
   std::int64_t last_t_ns_ = 0;
@@ -67,6 +78,8 @@ class CanSource final : public Source {
 core::Status CanSource::open() {
   close_socket();
   dropped_ = 0;
+  clock_ = CanClock();
+  stamps_ = Fault::kNone;
   next_sync_ns_ = monotonic_now_ns();
   socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW);
   if (socket_ < 0) return device_error("no CAN socket");
@@ -109,7 +122,8 @@ core::Status CanSource::configure() {
   };
   const can_err_mask_t errors = CAN_ERR_MASK;
   const int on = 1;
-  const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
+  const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE |
+                     SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE;
   if (!set(SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), filters.size() * sizeof(can_filter)) ||
       !set(SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof(errors)) ||
       !set(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) ||
@@ -136,29 +150,32 @@ core::Status CanSource::bind_to_interface() {
 
 core::Status CanSource::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
   pollfd wait{socket_, POLLIN, 0};
-  auto wait_ms = timeout.count();
+  std::int64_t wait_ns = std::chrono::nanoseconds(timeout).count();
   if (settings_.sync_period_ns > 0) {
-    wait_ms =
-        std::clamp<std::int64_t>((next_sync_ns_ - monotonic_now_ns()) / 1'000'000, 0, wait_ms);
+    wait_ns = std::clamp<std::int64_t>(next_sync_ns_ - monotonic_now_ns(), 0, wait_ns);
   }
-  if (::poll(&wait, 1, static_cast<int>(wait_ms)) < 0 && errno != EINTR)
+  const timespec wait_time{wait_ns / kNsPerS, wait_ns % kNsPerS};
+  if (::ppoll(&wait, 1, &wait_time, nullptr) < 0 && errno != EINTR)
     return device_error("waiting failed");
   const std::int64_t now_ns = monotonic_now_ns();
   const std::int64_t offset_ns = measure_realtime_offset().offset_ns;
-  for (int i = 0; i < kLargestBatch; ++i) {
-    RAVENCAL_ASSIGN_OR_RETURN(const auto frame, receive(offset_ns, now_ns, out));
-    if (!frame) break;
-    decoder_.take(*frame, out);
+  bool emptied = false;
+  for (int i = 0; i < kLargestBatch && !emptied; ++i) {
+    RAVENCAL_ASSIGN_OR_RETURN(const auto frame, receive(offset_ns, out));
+    emptied = !frame;
+    if (frame) decoder_.take(*frame, out);
   }
-  decoder_.watch(std::max(now_ns, last_t_ns_), out);
+  if (emptied) look_for_silent_drops(std::max(now_ns, last_t_ns_), out);
+  // With frames left in the queue, nobody knows who is silent up to now.
+  decoder_.watch(emptied ? std::max(now_ns, last_t_ns_) : last_t_ns_, out);
   keep_nodes_going(now_ns);
-  out.push_back({std::max(now_ns - kDeliveryNs, last_t_ns_), 0, kEveryAxis, ReadingKind::kAlive,
-                 Line::kA, Fault::kNone});
+  const std::int64_t complete_ns = emptied ? now_ns - kDeliveryNs : last_t_ns_ - kDeliveryNs;
+  out.push_back({std::max(complete_ns, last_t_ns_), 0, kEveryAxis, ReadingKind::kAlive, Line::kA,
+                 Fault::kNone});
   return {};
 }
 
 core::Result<std::optional<CanFrame>> CanSource::receive(std::int64_t realtime_offset_ns,
-                                                         std::int64_t now_ns,
                                                          std::vector<Reading>& out) {
   canfd_frame raw{};
   alignas(cmsghdr) char control[256];
@@ -173,34 +190,69 @@ core::Result<std::optional<CanFrame>> CanSource::receive(std::int64_t realtime_o
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR) return std::optional<CanFrame>();
     return device_error("receiving failed");
   }
-  CanFrame frame;
-  frame.t_ns = now_ns;
+  scm_timestamping stamps{};
+  bool stamped = false;
+  std::optional<std::uint32_t> dropped;
   for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr;
        header = CMSG_NXTHDR(&message, header)) {
     if (header->cmsg_level != SOL_SOCKET) continue;
     if (header->cmsg_type == SO_TIMESTAMPING) {
-      scm_timestamping stamp{};
-      std::memcpy(&stamp, CMSG_DATA(header), sizeof(stamp));
-      const std::int64_t realtime =
-          std::int64_t{stamp.ts[0].tv_sec} * 1'000'000'000 + stamp.ts[0].tv_nsec;
-      if (realtime != 0) frame.t_ns = realtime - realtime_offset_ns;
+      std::memcpy(&stamps, CMSG_DATA(header), sizeof(stamps));
+      stamped = true;
     } else if (header->cmsg_type == SO_RXQ_OVFL) {
-      std::uint32_t dropped = 0;
-      std::memcpy(&dropped, CMSG_DATA(header), sizeof(dropped));
-      if (dropped != dropped_) {
-        out.push_back({std::max(frame.t_ns, last_t_ns_), dropped - dropped_, kEveryAxis,
-                       ReadingKind::kLost, Line::kA, Fault::kQueueOverflow});
-        dropped_ = dropped;
-      }
+      dropped.emplace();
+      std::memcpy(&*dropped, CMSG_DATA(header), sizeof(*dropped));
     }
   }
+  CanFrame frame;
   // A step of the wall clock between stamping and now must move no frame to the future
   // or behind its predecessor.
-  last_t_ns_ = frame.t_ns = std::max(std::min(frame.t_ns, monotonic_now_ns()), last_t_ns_);
+  last_t_ns_ = frame.t_ns =
+      std::clamp(stamp_of(stamped ? &stamps : nullptr, realtime_offset_ns, out), last_t_ns_,
+                 std::max(monotonic_now_ns(), last_t_ns_));
+  if (dropped) count_drops(*dropped, frame.t_ns, out);
   frame.id = raw.can_id;
   frame.length = std::min<std::uint8_t>(raw.len, sizeof(raw.data));
   std::copy_n(raw.data, frame.length, frame.data.begin());
   return std::optional<CanFrame>(frame);
+}
+
+std::int64_t CanSource::stamp_of(const scm_timestamping* stamps, std::int64_t realtime_offset_ns,
+                                 std::vector<Reading>& out) {
+  const auto ns_of = [](const timespec& t) { return std::int64_t{t.tv_sec} * kNsPerS + t.tv_nsec; };
+  // ts[0] is the kernel's stamp on the wall clock, ts[2] the adapter's on its own.
+  const std::int64_t kernel_ns = stamps != nullptr ? ns_of(stamps->ts[0]) : 0;
+  const std::int64_t adapter_ns = stamps != nullptr ? ns_of(stamps->ts[2]) : 0;
+  const std::int64_t arrived_ns =
+      kernel_ns != 0 ? kernel_ns - realtime_offset_ns : monotonic_now_ns();
+  const Fault whose = adapter_ns != 0  ? Fault::kStampsHardware
+                      : kernel_ns != 0 ? Fault::kStampsKernel
+                                       : Fault::kStampsArrival;
+  const std::int64_t t_ns =
+      adapter_ns != 0 ? clock_.to_monotonic(adapter_ns, arrived_ns) : arrived_ns;
+  if (whose != stamps_) {
+    out.push_back(
+        {std::max(t_ns, last_t_ns_), 0, kEveryAxis, ReadingKind::kNotice, Line::kA, whose});
+    stamps_ = whose;
+  }
+  return t_ns;
+}
+
+void CanSource::count_drops(std::uint32_t dropped, std::int64_t t_ns, std::vector<Reading>& out) {
+  const auto missing = static_cast<std::int32_t>(dropped - dropped_);
+  if (missing <= 0) return;  // told already
+  out.push_back({t_ns, missing, kEveryAxis, ReadingKind::kLost, Line::kA, Fault::kQueueOverflow});
+  dropped_ = dropped;
+}
+
+void CanSource::look_for_silent_drops(std::int64_t now_ns, std::vector<Reading>& out) {
+  // A frame brings the count of those dropped before it; after the last frame nothing does.
+  std::uint32_t memory[kSocketMemoryWords] = {};
+  socklen_t size = sizeof(memory);
+  if (::getsockopt(socket_, SOL_SOCKET, SO_MEMINFO, memory, &size) == 0 &&
+      size > SK_MEMINFO_DROPS * sizeof(memory[0])) {
+    count_drops(memory[SK_MEMINFO_DROPS], now_ns, out);
+  }
 }
 
 void CanSource::send(std::uint32_t id, std::span<const std::uint8_t> data) const {

@@ -27,28 +27,7 @@ std::uint64_t mask_of(unsigned bits) {
   return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
 }
 
-/// The value of `bits` bits as a two's complement number.
-std::int64_t sign_extend(std::uint64_t value, unsigned bits) {
-  const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
-  return static_cast<std::int64_t>(((value & mask_of(bits)) ^ sign) - sign);
-}
-
 }  // namespace
-
-std::int64_t CountWidener::widen(std::uint64_t raw, bool is_signed) {
-  raw &= mask_of(bits_);
-  if (!started_) {
-    count_ = is_signed ? sign_extend(raw, bits_) : static_cast<std::int64_t>(raw);
-    started_ = true;
-  } else if (last_raw_) {
-    // Unsigned arithmetic: a counter of 64 bits may wrap.
-    count_ =
-        static_cast<std::int64_t>(static_cast<std::uint64_t>(count_) +
-                                  static_cast<std::uint64_t>(sign_extend(raw - *last_raw_, bits_)));
-  }
-  last_raw_ = raw;
-  return count_;
-}
 
 std::optional<std::uint64_t> extract_count(const CanEncoder& layout,
                                            std::span<const std::uint8_t> data) {
@@ -66,7 +45,8 @@ CanDecoder::CanDecoder(const SourceSettings& settings)
       heartbeat_timeout_ns_(settings.heartbeat_timeout_ns),
       start_nodes_(settings.start_nodes) {
   for (const auto& layout : settings.can) {
-    nodes_.push_back({layout, CountWidener(layout.counter_bits), 0, 0});
+    nodes_.push_back(
+        {layout, CountFollower(layout.counter_bits, layout.is_signed, layout.max_counts_per_s)});
   }
 }
 
@@ -107,21 +87,38 @@ void CanDecoder::take_position(Node& node, const CanFrame& frame, std::vector<Re
         reading(frame.t_ns, frame.length, axis, ReadingKind::kNotice, Fault::kShortFrame));
     return;
   }
+  const bool was_silent = std::exchange(node.silent, false);
   node.last_position_ns = std::max(node.last_position_ns, frame.t_ns);
   node.heard = true;
-  withdraw(node, frame.t_ns, Fault::kNodeSilent, out);
-  out.push_back(reading(frame.t_ns, node.widener.widen(*raw, node.layout.is_signed), axis,
-                        ReadingKind::kCount));
+  if (was_silent) {
+    out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRecovered, Fault::kNodeSilent));
+    if (node.follower.may_have_wrapped(frame.t_ns)) {
+      out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRestarted));
+      node.follower.restart();
+    }
+  }
+  const auto step = node.follower.take(frame.t_ns, *raw);
+  if (step.outcome == CountFollower::Outcome::kImplausible) {
+    out.push_back(reading(frame.t_ns, 1, axis, ReadingKind::kLost, Fault::kImplausibleCount));
+    return;
+  }
+  if (step.outcome == CountFollower::Outcome::kRestarted) {
+    out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRestarted));
+  }
+  out.push_back(reading(frame.t_ns, step.count, axis, ReadingKind::kCount));
 }
 
 void CanDecoder::take_heartbeat(Node& node, const CanFrame& frame, std::vector<Reading>& out) {
   const std::uint8_t state = frame.data[0] & kStateMask;
   const std::uint8_t axis = node.layout.axis;
   node.last_heartbeat_ns = std::max(node.last_heartbeat_ns, frame.t_ns);
+  if (std::exchange(node.heartbeat_late, false)) {
+    out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRecovered, Fault::kHeartbeatLate));
+  }
   if (state == kBootUp) {
     // Its count has no relation to the one before; the first boot-up before any position is normal.
     if (node.heard) out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRestarted));
-    node.widener.reanchor();
+    node.follower.restart();
     if (start_nodes_) nodes_to_start_.push_back(*node.layout.canopen_node);
     return;
   }
@@ -134,23 +131,20 @@ void CanDecoder::take_heartbeat(Node& node, const CanFrame& frame, std::vector<R
   node.stopped = stopped;
 }
 
-void CanDecoder::withdraw(Node& node, std::int64_t t_ns, Fault fault, std::vector<Reading>& out) {
-  if (!std::exchange(node.silent, false)) return;
-  out.push_back(reading(t_ns, 0, node.layout.axis, ReadingKind::kRecovered, fault));
-}
-
 void CanDecoder::watch(std::int64_t now_ns, std::vector<Reading>& out) {
   for (auto& node : nodes_) {
     if (!watching_) node.last_position_ns = node.last_heartbeat_ns = now_ns;
-    const std::int64_t without_position = now_ns - node.last_position_ns;
-    const std::int64_t without_heartbeat = now_ns - node.last_heartbeat_ns;
-    const bool position_late = position_timeout_ns_ > 0 && without_position > position_timeout_ns_;
-    const bool heartbeat_late = heartbeat_timeout_ns_ > 0 && node.layout.canopen_node &&
-                                without_heartbeat > heartbeat_timeout_ns_;
-    if (node.silent || !(position_late || heartbeat_late)) continue;
-    node.silent = true;
-    out.push_back(reading(now_ns, position_late ? without_position : without_heartbeat,
-                          node.layout.axis, ReadingKind::kFault, Fault::kNodeSilent));
+    const auto tell = [&](Fault fault, std::int64_t since_ns, std::int64_t limit_ns, bool& told) {
+      if (told || limit_ns <= 0 || now_ns - since_ns <= limit_ns) return;
+      told = true;
+      out.push_back(
+          reading(now_ns, now_ns - since_ns, node.layout.axis, ReadingKind::kFault, fault));
+    };
+    tell(Fault::kNodeSilent, node.last_position_ns, position_timeout_ns_, node.silent);
+    if (node.layout.canopen_node) {
+      tell(Fault::kHeartbeatLate, node.last_heartbeat_ns, heartbeat_timeout_ns_,
+           node.heartbeat_late);
+    }
   }
   watching_ = true;
 }

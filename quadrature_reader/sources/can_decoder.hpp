@@ -12,6 +12,7 @@
 
 #include "quadrature_reader/config.hpp"
 #include "quadrature_reader/reading.hpp"
+#include "quadrature_reader/sources/count_follower.hpp"
 
 namespace ravencal::quadrature_reader {
 
@@ -26,23 +27,6 @@ struct CanFrame {
 inline constexpr std::uint32_t kCanExtendedFlag = 0x80000000U;
 inline constexpr std::uint32_t kCanRemoteFlag = 0x40000000U;
 inline constexpr std::uint32_t kCanErrorFlag = 0x20000000U;
-
-/// Widens a counter that wraps at 2^bits to 64 bits: between two readings it moves by less than
-/// half of its range.
-class CountWidener {
- public:
-  explicit CountWidener(unsigned bits) : bits_(bits) {}
-  /// `raw` modulo 2^bits. The first one is taken as it stands, sign-extended if `is_signed`.
-  std::int64_t widen(std::uint64_t raw, bool is_signed);
-  /// The counter begins again: the count goes on from where it was, whatever raw comes next.
-  void reanchor() { last_raw_.reset(); }
-
- private:
-  unsigned bits_;
-  bool started_ = false;
-  std::optional<std::uint64_t> last_raw_;
-  std::int64_t count_ = 0;
-};
 
 /// The raw counter in `data`; nullopt if the frame is too short.
 std::optional<std::uint64_t> extract_count(const CanEncoder& layout,
@@ -63,18 +47,18 @@ class CanDecoder {
  private:
   struct Node {
     CanEncoder layout;
-    CountWidener widener;
+    CountFollower follower;
     std::int64_t last_position_ns = 0;
     std::int64_t last_heartbeat_ns = 0;
-    bool heard = false;    // a position has been received
-    bool silent = false;   // a fault has been reported and not withdrawn
-    bool stopped = false;  // not operational
+    bool heard = false;           // a position has been received
+    bool silent = false;          // its positions are late; reported
+    bool heartbeat_late = false;  // reported
+    bool stopped = false;         // not operational; reported
   };
 
   void take_error(const CanFrame& frame, std::vector<Reading>& out) const;
   void take_position(Node& node, const CanFrame& frame, std::vector<Reading>& out) const;
   void take_heartbeat(Node& node, const CanFrame& frame, std::vector<Reading>& out);
-  static void withdraw(Node& node, std::int64_t t_ns, Fault fault, std::vector<Reading>& out);
 
   std::int64_t position_timeout_ns_;
   std::int64_t heartbeat_timeout_ns_;

@@ -1,40 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// GPIO edges through libgpiod 1.x (Debian 12's 1.6; kernel uAPI v1). This interface queues 16
-// edges per line, keeps the oldest, drops the rest and counts nothing. A read that returns a full
-// queue is therefore taken for a loss.
+// The calls of libgpiod 1.x (Debian 12's 1.6; kernel uAPI v1). This interface queues 16 edges per
+// line, keeps the oldest, drops the rest and counts nothing. A read that returns a full queue is
+// therefore taken for a loss.
 #include <fmt/format.h>
 #include <gpiod.h>
 #include <poll.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <system_error>
-#include <thread>
 
-#include "quadrature_reader/sources/edge_sorter.hpp"
-#include "quadrature_reader/sources/make_gpio.hpp"
+#include "quadrature_reader/sources/gpio_source.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
 
 // include/linux/gpio.h, struct lineevent_state: DECLARE_KFIFO(events, struct gpioevent_data, 16).
 constexpr unsigned kKernelQueue = 16;
-// While edges come, they are fetched in batches: their time stamps are the kernel's, and waking up
-// for each costs more than decoding it. 16 edges per line in this time are 32 000 edges/s.
-constexpr auto kBatch = std::chrono::microseconds(500);
-constexpr std::int64_t kLevelCheckPeriodNs = 1'000'000'000;
 
 struct ChipCloser {
   void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
 };
-
-core::Error device_error(const std::string& what) {
-  return {core::ErrorCode::kDevice, fmt::format("{}: {}", what, std::strerror(errno))};
-}
 
 int flags_of(const GpioEncoder& encoder) {
   int flags = encoder.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
@@ -50,56 +39,47 @@ struct WatchedLine {
   std::uint8_t axis;
 };
 
-class GpiodV1Source final : public Source {
+class GpiodV1 final : public GpioBackend {
  public:
-  explicit GpiodV1Source(const SourceSettings& settings)
-      : settings_(settings), sorter_(settings.reorder_ns) {}
-
-  core::Status open() override;
-  core::Status read(std::vector<Reading>& out, std::chrono::milliseconds timeout) override;
+  core::Result<std::vector<int>> open(const SourceSettings& settings) override;
+  core::Status drain(std::size_t queue, EdgeSorter& sorter) override;
+  core::Result<std::int64_t> read_levels(std::size_t encoder) override;
 
  private:
-  core::Status request(const GpioEncoder& encoder);
   core::Result<gpiod_line*> find(const LineRef& ref);
-  core::Status drain(const WatchedLine& watched, int fd);
-  core::Status collect(std::int64_t now_ns);
-  core::Status read_levels(std::int64_t now_ns);
+  core::Status request(const GpioEncoder& encoder);
 
-  SourceSettings settings_;
-  EdgeSorter sorter_;
+  std::string device_;
   std::unique_ptr<gpiod_chip, ChipCloser> chip_;
-  std::vector<WatchedLine> lines_;
-  std::vector<pollfd> polls_;
-  std::int64_t next_level_check_ns_ = 0;
-  bool moving_ = false;  // the last read had edges
+  std::vector<WatchedLine> lines_;  // one queue each
+  std::vector<std::uint8_t> axes_;  // of the encoders
 };
 
-core::Status GpiodV1Source::open() {
+core::Result<std::vector<int>> GpiodV1::open(const SourceSettings& settings) {
+  device_ = settings.device;
   lines_.clear();
-  polls_.clear();
-  sorter_.reset();
-  next_level_check_ns_ = 0;
+  axes_.clear();
   std::error_code error;
-  const auto path = std::filesystem::canonical(settings_.device, error);
+  const auto path = std::filesystem::canonical(device_, error);
+  if (error) errno = error.value();
   chip_.reset(error ? nullptr : gpiod_chip_open(path.c_str()));
-  if (!chip_) return device_error(fmt::format("cannot open GPIO chip {}", settings_.device));
-  for (const auto& encoder : settings_.gpio) RAVENCAL_RETURN_IF_ERROR(request(encoder));
-  for (const auto& watched : lines_) {
-    polls_.push_back({gpiod_line_event_get_fd(watched.handle), POLLIN, 0});
-  }
-  return {};
+  if (!chip_) return gpio_error(fmt::format("cannot open GPIO chip {}", device_));
+  for (const auto& encoder : settings.gpio) RAVENCAL_RETURN_IF_ERROR(request(encoder));
+  std::vector<int> queues;
+  for (const auto& watched : lines_) queues.push_back(gpiod_line_event_get_fd(watched.handle));
+  return queues;
 }
 
-core::Result<gpiod_line*> GpiodV1Source::find(const LineRef& ref) {
+core::Result<gpiod_line*> GpiodV1::find(const LineRef& ref) {
   gpiod_line* line = ref.offset ? gpiod_chip_get_line(chip_.get(), *ref.offset)
                                 : gpiod_chip_find_line(chip_.get(), ref.name.c_str());
   if (line != nullptr) return line;
   const std::string name =
       ref.offset ? fmt::format("{}", *ref.offset) : fmt::format("'{}'", ref.name);
-  return device_error(fmt::format("GPIO chip {} has no line {}", settings_.device, name));
+  return gpio_error(fmt::format("GPIO chip {} has no line {}", device_, name));
 }
 
-core::Status GpiodV1Source::request(const GpioEncoder& encoder) {
+core::Status GpiodV1::request(const GpioEncoder& encoder) {
   if (encoder.debounce_us > 0) {
     return core::Error{
         core::ErrorCode::kUsage,
@@ -112,27 +92,30 @@ core::Status GpiodV1Source::request(const GpioEncoder& encoder) {
     RAVENCAL_ASSIGN_OR_RETURN(gpiod_line * handle, find(ref));
     if (gpiod_line_request_both_edges_events_flags(handle, "ravencal-encoders",
                                                    flags_of(encoder)) != 0) {
-      return device_error(
-          fmt::format("cannot watch line {} of {}", gpiod_line_offset(handle), settings_.device));
+      return gpio_error(
+          fmt::format("cannot watch line {} of {}", gpiod_line_offset(handle), device_));
     }
     lines_.push_back({handle, line, encoder.axis});
   }
+  axes_.push_back(encoder.axis);
   return {};
 }
 
-core::Status GpiodV1Source::drain(const WatchedLine& watched, int fd) {
+core::Status GpiodV1::drain(std::size_t queue, EdgeSorter& sorter) {
+  const WatchedLine& watched = lines_[queue];
+  const int fd = gpiod_line_event_get_fd(watched.handle);
   std::array<gpiod_line_event, kKernelQueue> events{};
   int count = 0;
   do {
     count = gpiod_line_event_read_fd_multiple(fd, events.data(), kKernelQueue);
-    if (count < 0) return device_error(fmt::format("reading {} failed", settings_.device));
+    if (count < 0) return gpio_error(fmt::format("reading {} failed", device_));
     for (int i = 0; i < count; ++i) {
       const auto& event = events[static_cast<std::size_t>(i)];
       const std::int64_t t_ns = std::int64_t{event.ts.tv_sec} * 1'000'000'000 + event.ts.tv_nsec;
       const bool rising = event.event_type == GPIOD_LINE_EVENT_RISING_EDGE;
-      sorter_.add_edge(
+      sorter.add_edge(
           {t_ns, rising ? 1 : 0, watched.axis, ReadingKind::kEdge, watched.line, Fault::kNone});
-      if (i + 1 == static_cast<int>(kKernelQueue)) sorter_.add_loss(watched.axis, t_ns);
+      if (i + 1 == static_cast<int>(kKernelQueue)) sorter.add_loss(watched.axis, t_ns);
     }
     pollfd more{fd, POLLIN, 0};
     if (poll(&more, 1, 0) <= 0 || (more.revents & POLLIN) == 0) break;
@@ -140,61 +123,20 @@ core::Status GpiodV1Source::drain(const WatchedLine& watched, int fd) {
   return {};
 }
 
-core::Status GpiodV1Source::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
-  if (moving_) std::this_thread::sleep_for(kBatch);
-  // Shorter than the reorder horizon, so that edges do not wait for the next edge.
-  const auto wait = std::min<std::int64_t>(
-      timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / 1'000'000));
-  if (poll(polls_.data(), polls_.size(), static_cast<int>(wait)) < 0 && errno != EINTR) {
-    return device_error(fmt::format("waiting for {} failed", settings_.device));
+core::Result<std::int64_t> GpiodV1::read_levels(std::size_t encoder) {
+  std::int64_t levels = 0;
+  for (const auto& watched : lines_) {
+    if (watched.axis != axes_[encoder]) continue;
+    const int value = gpiod_line_get_value(watched.handle);
+    if (value < 0) return gpio_error(fmt::format("reading the lines of {} failed", device_));
+    levels |= std::int64_t{value} << static_cast<unsigned>(watched.line);
   }
-  const std::int64_t now_ns = monotonic_now_ns();
-  moving_ = false;
-  core::Status status = collect(now_ns);
-  // A chip that vanishes takes nothing with it that has been read.
-  sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
-  return status;
-}
-
-core::Status GpiodV1Source::collect(std::int64_t now_ns) {
-  for (std::size_t i = 0; i < polls_.size(); ++i) {
-    if ((polls_[i].revents & POLLIN) != 0) {
-      moving_ = true;
-      RAVENCAL_RETURN_IF_ERROR(drain(lines_[i], polls_[i].fd));
-    } else if ((polls_[i].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
-      errno = ENODEV;
-      return device_error(fmt::format("GPIO chip {} is gone", settings_.device));
-    }
-  }
-  return read_levels(now_ns);
-}
-
-core::Status GpiodV1Source::read_levels(std::int64_t now_ns) {
-  const bool routine = now_ns >= next_level_check_ns_;
-  if (routine) next_level_check_ns_ = now_ns + kLevelCheckPeriodNs;
-  for (std::size_t i = 0; i < lines_.size();) {
-    const std::uint8_t axis = lines_[i].axis;
-    const std::size_t first = i;
-    while (i < lines_.size() && lines_[i].axis == axis) ++i;
-    if (!routine && !sorter_.wants_levels(axis)) continue;
-    const std::int64_t t_ns = monotonic_now_ns();
-    std::int64_t levels = 0;
-    for (std::size_t k = first; k < i; ++k) {
-      const int value = gpiod_line_get_value(lines_[k].handle);
-      if (value < 0)
-        return device_error(fmt::format("reading the lines of {} failed", settings_.device));
-      levels |= std::int64_t{value} << static_cast<unsigned>(lines_[k].line);
-    }
-    sorter_.add_levels(axis, t_ns, levels);
-  }
-  return {};
+  return levels;
 }
 
 }  // namespace
 
-std::unique_ptr<Source> make_gpio_source(const SourceSettings& settings) {
-  return std::make_unique<GpiodV1Source>(settings);
-}
+std::unique_ptr<GpioBackend> make_gpio_backend() { return std::make_unique<GpiodV1>(); }
 
 std::string_view gpio_library() { return "libgpiod 1"; }
 

@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// GPIO edges through libgpiod 2.x (kernel uAPI v2): one request and one queue of up to 1024 edges
+// The calls of libgpiod 2.x (kernel uAPI v2): one request and one queue of up to 1024 edges
 // per encoder, which keeps the newest; sequence numbers tell exactly how many were dropped.
 #include <fmt/format.h>
 #include <gpiod.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <memory>
-#include <thread>
 
-#include "quadrature_reader/sources/edge_sorter.hpp"
-#include "quadrature_reader/sources/make_gpio.hpp"
+#include "quadrature_reader/sources/gpio_source.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
 
 // The kernel's limit: GPIO_V2_LINES_MAX (64) * 16, drivers/gpio/gpiolib-cdev.c.
 constexpr std::size_t kLargestQueue = 1024;
-// While edges come, they are fetched in batches: their time stamps are the kernel's, and waking up
-// for each costs more than decoding it. The queue holds far more than this.
-constexpr auto kBatch = std::chrono::microseconds(500);
-constexpr std::int64_t kLevelCheckPeriodNs = 1'000'000'000;
 
 template <auto free_function>
 struct Free {
@@ -41,10 +32,6 @@ using LineConfig = Handle<gpiod_line_config, gpiod_line_config_free>;
 using RequestConfig = Handle<gpiod_request_config, gpiod_request_config_free>;
 using Request = Handle<gpiod_line_request, gpiod_line_request_release>;
 using EventBuffer = Handle<gpiod_edge_event_buffer, gpiod_edge_event_buffer_free>;
-
-core::Error device_error(const std::string& what) {
-  return {core::ErrorCode::kDevice, fmt::format("{}: {}", what, std::strerror(errno))};
-}
 
 gpiod_line_bias bias_of(Bias bias) {
   switch (bias) {
@@ -67,55 +54,45 @@ struct WatchedEncoder {
   Request request;
 };
 
-class GpiodV2Source final : public Source {
+class GpiodV2 final : public GpioBackend {
  public:
-  explicit GpiodV2Source(const SourceSettings& settings)
-      : settings_(settings),
-        sorter_(settings.reorder_ns),
-        events_(gpiod_edge_event_buffer_new(kLargestQueue)) {}
-
-  core::Status open() override;
-  core::Status read(std::vector<Reading>& out, std::chrono::milliseconds timeout) override;
+  core::Result<std::vector<int>> open(const SourceSettings& settings) override;
+  core::Status drain(std::size_t queue, EdgeSorter& sorter) override;
+  core::Result<std::int64_t> read_levels(std::size_t encoder) override;
 
  private:
   core::Result<unsigned> offset_of(const LineRef& ref);
-  core::Status request(const GpioEncoder& encoder);
-  core::Status drain(const WatchedEncoder& encoder);
-  core::Status collect(std::int64_t now_ns);
-  core::Status read_levels(std::int64_t now_ns);
+  core::Status request(const GpioEncoder& encoder, std::size_t queue_size);
 
-  SourceSettings settings_;
-  EdgeSorter sorter_;
-  EventBuffer events_;
+  std::string device_;
+  EventBuffer events_{gpiod_edge_event_buffer_new(kLargestQueue)};
   Chip chip_;
-  std::vector<WatchedEncoder> encoders_;
-  std::vector<pollfd> polls_;
-  std::int64_t next_level_check_ns_ = 0;
-  bool moving_ = false;  // the last read had edges
+  std::vector<WatchedEncoder> encoders_;  // one queue each
 };
 
-core::Status GpiodV2Source::open() {
-  polls_.clear();
+core::Result<std::vector<int>> GpiodV2::open(const SourceSettings& settings) {
+  device_ = settings.device;
   encoders_.clear();
-  sorter_.reset();
-  next_level_check_ns_ = 0;
-  chip_.reset(gpiod_chip_open(settings_.device.c_str()));
-  if (!chip_) return device_error(fmt::format("cannot open GPIO chip {}", settings_.device));
-  for (const auto& encoder : settings_.gpio) RAVENCAL_RETURN_IF_ERROR(request(encoder));
+  chip_.reset(gpiod_chip_open(device_.c_str()));
+  if (!chip_) return gpio_error(fmt::format("cannot open GPIO chip {}", device_));
+  const std::size_t queue_size =
+      settings.event_buffer_size > 0 ? settings.event_buffer_size : kLargestQueue;
+  for (const auto& encoder : settings.gpio) RAVENCAL_RETURN_IF_ERROR(request(encoder, queue_size));
+  std::vector<int> queues;
   for (const auto& encoder : encoders_) {
-    polls_.push_back({gpiod_line_request_get_fd(encoder.request.get()), POLLIN, 0});
+    queues.push_back(gpiod_line_request_get_fd(encoder.request.get()));
   }
-  return {};
+  return queues;
 }
 
-core::Result<unsigned> GpiodV2Source::offset_of(const LineRef& ref) {
+core::Result<unsigned> GpiodV2::offset_of(const LineRef& ref) {
   if (ref.offset) return *ref.offset;
   const int offset = gpiod_chip_get_line_offset_from_name(chip_.get(), ref.name.c_str());
   if (offset >= 0) return static_cast<unsigned>(offset);
-  return device_error(fmt::format("GPIO chip {} has no line '{}'", settings_.device, ref.name));
+  return gpio_error(fmt::format("GPIO chip {} has no line '{}'", device_, ref.name));
 }
 
-core::Status GpiodV2Source::request(const GpioEncoder& encoder) {
+core::Status GpiodV2::request(const GpioEncoder& encoder, std::size_t queue_size) {
   WatchedEncoder watched;
   watched.axis = encoder.axis;
   std::vector<LineRef> wanted = {encoder.a, encoder.b};
@@ -134,24 +111,24 @@ core::Status GpiodV2Source::request(const GpioEncoder& encoder) {
   const LineConfig lines(gpiod_line_config_new());
   const RequestConfig config(gpiod_request_config_new());
   gpiod_request_config_set_consumer(config.get(), "ravencal-encoders");
-  gpiod_request_config_set_event_buffer_size(
-      config.get(), settings_.event_buffer_size > 0 ? settings_.event_buffer_size : kLargestQueue);
+  gpiod_request_config_set_event_buffer_size(config.get(), queue_size);
   if (gpiod_line_config_add_line_settings(lines.get(), watched.offsets.data(),
                                           watched.offsets.size(), line.get()) == 0) {
     watched.request.reset(gpiod_chip_request_lines(chip_.get(), config.get(), lines.get()));
   }
   if (!watched.request) {
-    return device_error(fmt::format("cannot watch lines {} of {}", fmt::join(watched.offsets, ", "),
-                                    settings_.device));
+    return gpio_error(
+        fmt::format("cannot watch lines {} of {}", fmt::join(watched.offsets, ", "), device_));
   }
   encoders_.push_back(std::move(watched));
   return {};
 }
 
-core::Status GpiodV2Source::drain(const WatchedEncoder& encoder) {
+core::Status GpiodV2::drain(std::size_t queue, EdgeSorter& sorter) {
+  const WatchedEncoder& encoder = encoders_[queue];
   const int count =
       gpiod_line_request_read_edge_events(encoder.request.get(), events_.get(), kLargestQueue);
-  if (count < 0) return device_error(fmt::format("reading {} failed", settings_.device));
+  if (count < 0) return gpio_error(fmt::format("reading {} failed", device_));
   for (int i = 0; i < count; ++i) {
     gpiod_edge_event* event =
         gpiod_edge_event_buffer_get_event(events_.get(), static_cast<unsigned long>(i));
@@ -164,64 +141,27 @@ core::Status GpiodV2Source::drain(const WatchedEncoder& encoder) {
                        ReadingKind::kEdge,
                        static_cast<Line>(line - encoder.offsets.begin()),
                        Fault::kNone};
-    sorter_.add_edge(edge, static_cast<std::uint32_t>(gpiod_edge_event_get_global_seqno(event)));
+    sorter.add_edge(edge, static_cast<std::uint32_t>(gpiod_edge_event_get_global_seqno(event)));
   }
   return {};
 }
 
-core::Status GpiodV2Source::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
-  if (moving_) std::this_thread::sleep_for(kBatch);
-  // No longer than the reorder horizon, so that edges do not wait for the next edge.
-  const auto wait = std::min<std::int64_t>(
-      timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / 1'000'000));
-  if (poll(polls_.data(), polls_.size(), static_cast<int>(wait)) < 0 && errno != EINTR) {
-    return device_error(fmt::format("waiting for {} failed", settings_.device));
+core::Result<std::int64_t> GpiodV2::read_levels(std::size_t encoder) {
+  const WatchedEncoder& watched = encoders_[encoder];
+  std::array<gpiod_line_value, 3> values{};
+  if (gpiod_line_request_get_values(watched.request.get(), values.data()) != 0) {
+    return gpio_error(fmt::format("reading the lines of {} failed", device_));
   }
-  const std::int64_t now_ns = monotonic_now_ns();
-  moving_ = false;
-  core::Status status = collect(now_ns);
-  // A chip that vanishes takes nothing with it that has been read.
-  sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
-  return status;
-}
-
-core::Status GpiodV2Source::collect(std::int64_t now_ns) {
-  for (std::size_t i = 0; i < polls_.size(); ++i) {
-    if ((polls_[i].revents & POLLIN) != 0) {
-      moving_ = true;
-      RAVENCAL_RETURN_IF_ERROR(drain(encoders_[i]));
-    } else if ((polls_[i].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
-      errno = ENODEV;
-      return device_error(fmt::format("GPIO chip {} is gone", settings_.device));
-    }
+  std::int64_t levels = 0;
+  for (std::size_t line = 0; line < watched.offsets.size(); ++line) {
+    levels |= std::int64_t{values[line] == GPIOD_LINE_VALUE_ACTIVE} << line;
   }
-  return read_levels(now_ns);
-}
-
-core::Status GpiodV2Source::read_levels(std::int64_t now_ns) {
-  const bool routine = now_ns >= next_level_check_ns_;
-  if (routine) next_level_check_ns_ = now_ns + kLevelCheckPeriodNs;
-  for (const auto& encoder : encoders_) {
-    if (!routine && !sorter_.wants_levels(encoder.axis)) continue;
-    const std::int64_t t_ns = monotonic_now_ns();
-    std::array<gpiod_line_value, 3> values{};
-    if (gpiod_line_request_get_values(encoder.request.get(), values.data()) != 0) {
-      return device_error(fmt::format("reading the lines of {} failed", settings_.device));
-    }
-    std::int64_t levels = 0;
-    for (std::size_t line = 0; line < encoder.offsets.size(); ++line) {
-      levels |= std::int64_t{values[line] == GPIOD_LINE_VALUE_ACTIVE} << line;
-    }
-    sorter_.add_levels(encoder.axis, t_ns, levels);
-  }
-  return {};
+  return levels;
 }
 
 }  // namespace
 
-std::unique_ptr<Source> make_gpio_source(const SourceSettings& settings) {
-  return std::make_unique<GpiodV2Source>(settings);
-}
+std::unique_ptr<GpioBackend> make_gpio_backend() { return std::make_unique<GpiodV2>(); }
 
 std::string_view gpio_library() { return "libgpiod 2"; }
 

@@ -4,7 +4,7 @@
 #include <ctime>
 
 #include "quadrature_reader/sources/can.hpp"
-#include "quadrature_reader/sources/make_gpio.hpp"
+#include "quadrature_reader/sources/gpio_source.hpp"
 #include "quadrature_reader/sources/replay.hpp"
 
 namespace ravencal::quadrature_reader {
@@ -12,7 +12,7 @@ namespace ravencal::quadrature_reader {
 core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings) {
   switch (settings.kind) {
     case SourceKind::kGpio:
-      return make_gpio_source(settings);
+      return std::unique_ptr<Source>(std::make_unique<GpioSource>(settings, make_gpio_backend()));
     case SourceKind::kReplay:
       return std::unique_ptr<Source>(std::make_unique<ReplaySource>(settings));
     case SourceKind::kCan:

@@ -60,6 +60,7 @@ void try_can(Bytes bytes) {
     encoder.counter_bits = 2 + (layout >> 16U) % (8 * encoder.byte_count - 1);
     encoder.big_endian = ((layout >> 24U) & 1U) != 0;
     encoder.is_signed = ((layout >> 25U) & 1U) != 0;
+    encoder.max_counts_per_s = ((layout >> 26U) & 1U) != 0 ? 1e5 : 0.0;
     settings.can.push_back(encoder);
   }
   CanDecoder decoder(settings);
