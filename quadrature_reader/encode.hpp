@@ -18,6 +18,29 @@ struct EncodeSettings {
   std::uint8_t axis = 0;
 };
 
+/// The same encoder, for a motion that comes bit by bit.
+class MotionEncoder {
+ public:
+  explicit MotionEncoder(const EncodeSettings& settings) : settings_(settings) {}
+
+  /// Moves linearly to `position` at `t_ns`, which rises; appends the edges of the way in time
+  /// order. The first call appends the levels instead.
+  void move_to(std::int64_t t_ns, double position, std::vector<Reading>& out);
+
+  /// Count after the last edge, as a counter that was never reset.
+  [[nodiscard]] std::int64_t count() const { return count_; }
+
+ private:
+  void step_to(std::int64_t t_ns, std::int64_t count, std::vector<Reading>& out);
+  [[nodiscard]] bool level_z(std::int64_t count) const;
+
+  EncodeSettings settings_;
+  bool started_ = false;
+  std::int64_t count_ = 0;
+  std::int64_t last_t_ns_ = 0;
+  double last_counts_ = 0.0;  // exact position, in counts
+};
+
 /// Edges of the motion given by `position` at the strictly increasing instants `t_ns` (same
 /// length), linear in between. Starts with the levels (kLevels) at t_ns[0]. The count is
 /// round(position * counts_per_unit), so the boundary between n and n + 1 lies at n + 1/2; the

@@ -182,7 +182,7 @@ RavenTwin::RavenTwin(RavenTwin&&) noexcept = default;
 RavenTwin& RavenTwin::operator=(RavenTwin&&) noexcept = default;
 RavenTwin::~RavenTwin() = default;
 
-void RavenTwin::home() {
+void RavenTwin::home(const std::function<void()>& each_cycle) {
   Impl& twin = *impl_;
   // A stream of its own, so that equal homing seeds give equal offsets whatever the run's seed is.
   RandomSource random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
@@ -192,6 +192,7 @@ void RavenTwin::home() {
   twin.controller.start_homing();
   for (int i = 0; i < kHomingTimeoutCycles; ++i) {
     twin.read_encoders();
+    if (each_cycle) each_cycle();
     const bool done = twin.controller.home_step();
     twin.advance(random);
     if (done) break;

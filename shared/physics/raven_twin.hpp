@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "core/catalogue.hpp"
@@ -44,8 +45,9 @@ class RavenTwin {
   ~RavenTwin();
 
   /// Runs the homing sequence to the hard stops; sets the encoder offsets with their variation.
-  /// May be called again: every homing of a session seats differently.
-  void home();
+  /// May be called again: every homing of a session seats differently. `each_cycle` is called
+  /// once a control cycle, when its sensors have been read.
+  void home(const std::function<void()>& each_cycle = {});
   /// False before home(), and after it if a joint found no stop within two minutes.
   [[nodiscard]] bool homed() const;
 

@@ -19,6 +19,7 @@ struct Arguments {
   std::string plant;
   std::string trajectory;
   std::string out;
+  std::string edges;
   double payload_g = -1.0;  // negative: as the plant says
   double rate_hz = 0.0;     // 0: as the plant says
   bool json = false;
@@ -52,6 +53,7 @@ core::Status run(const Arguments& arguments) {
   if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
   simulation::SessionOptions session = arguments.session;
   if (arguments.rate_hz > 0.0) session.rate_hz = arguments.rate_hz;
+  if (!arguments.edges.empty()) session.edges = arguments.edges;
   session.trajectory_name = std::filesystem::path(arguments.trajectory).filename().string();
   cli::catch_interrupts();
   cli::Progress progress("simulate");
@@ -80,6 +82,9 @@ void add_simulate(CLI::App& app, int& exit_code) {
   command->add_option("--trajectory", arguments->trajectory, "CSV of `ravencal trajectory`")
       ->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
+  command->add_option("--edges", arguments->edges,
+                      "Every edge of the external encoders (.db) for `ravencal-encoders --replay`, "
+                      "on a clock of its own; OUT then holds no truth: `ravencal merge` adds it");
   command->add_option("--seed", session.seed, "Disturbances during the run")->capture_default_str();
   command
       ->add_option("--homing-seed", session.homing_seed,

@@ -8,14 +8,17 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/joint_layout.hpp"
 #include "core/version.hpp"
+#include "physics/random_source.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
 #include "record/recording_file.hpp"
 #include "record/recording_writer.hpp"
+#include "simulation/edge_stream.hpp"
 #include "simulation/truth_stream.hpp"
 
 namespace ravencal::simulation {
@@ -26,14 +29,19 @@ using Eigen::Vector3d;
 constexpr double kApproachS = 5.0;  // smooth move to the trajectory, longer than home ever takes
 constexpr double kProgressPeriodS = 1.0;  // simulated time between two looks at the user
 
-/// The raven2 profile's channels, in its order, and the external encoders' raw counts.
-core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& plant) {
+/// The raven2 profile's channels, in its order, and the external encoders' raw counts; without
+/// both kinds of truth where edges are recorded instead.
+core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& plant,
+                                                       bool with_truth) {
   record::ProfileOptions options;
   options.arm = plant.robot.arm;
   RAVENCAL_ASSIGN_OR_RETURN(const record::Profile profile, record::load_profile("raven2", options));
   std::vector<record::Channel> channels;
-  for (const record::ProfileChannel& channel : profile.channels)
-    channels.push_back(channel.channel);
+  for (const record::ProfileChannel& channel : profile.channels) {
+    if (with_truth || channel.channel.role != record::Role::kJointTruth)
+      channels.push_back(channel.channel);
+  }
+  if (!with_truth) return channels;
   for (const physics::Joint& joint : plant.joints) {
     channels.push_back(
         {"truth_counts." + joint.name, "counts", record::Role::kFeature, joint.name});
@@ -64,21 +72,35 @@ Vector3d blend(const Vector3d& from, const Vector3d& to, double share) {
   return from + 0.5 * (1.0 - std::cos(std::numbers::pi * share)) * (to - from);
 }
 
-/// Runs the twin and pairs its messages with the truth stream.
+/// A machine that was switched on some time before the robot's clock began, whose crystal is not
+/// the robot's: both as large as they are found.
+EncoderClock clock_of(std::uint64_t seed) {
+  physics::RandomSource random(seed * 2 + 1);
+  EncoderClock clock;
+  clock.offset_ns = std::llround(random.uniform(1e13, 2e13));
+  clock.drift_ppm = random.uniform(-50.0, 50.0);
+  return clock;
+}
+
+/// Runs the twin and pairs its messages with the truth stream, or streams the encoders' edges.
 class Session {
  public:
   Session(const physics::Plant& plant, physics::RavenTwin twin, record::RecordingWriter writer,
-          const SessionOptions& options, std::int64_t cycles_per_row)
+          std::optional<EdgeStream> edges, const SessionOptions& options,
+          std::int64_t cycles_per_row)
       : plant_(plant),
         twin_(std::move(twin)),
         writer_(std::move(writer)),
+        edges_(std::move(edges)),
+        on_truth_(options.on_truth),
         truth_(plant.logger, options.seed * 2 + 1),
         cycles_per_row_(cycles_per_row),
         control_rate_hz_(plant.robot.control_rate_hz) {}
 
   core::Status home() {
     RAVENCAL_RETURN_IF_ERROR(event("run_level", "1 3"));
-    twin_.home();
+    twin_.home([this] { observe(); });
+    RAVENCAL_RETURN_IF_ERROR(edges_status_);
     if (!twin_.homed()) {
       return core::Error{
           core::ErrorCode::kData,
@@ -103,7 +125,7 @@ class Session {
   /// One control cycle; the published message if `wanted`.
   const physics::RavenMessage& cycle(const Vector3d& desired_ji) {
     twin_.begin_cycle();
-    truth_.observe(static_cast<double>(twin_.t_ns()) * 1e-9, twin_.truth().encoder_counts);
+    observe();
     return twin_.end_cycle(desired_ji);
   }
 
@@ -124,6 +146,7 @@ class Session {
       const physics::RavenMessage& message = cycle(desired);
       if (i % cycles_per_row_ == 0) pending_.push_back({t_ns, message});
       RAVENCAL_RETURN_IF_ERROR(write_pending(false));
+      RAVENCAL_RETURN_IF_ERROR(edges_status_);
       if (i % look_cycles == 0 &&
           !progress(static_cast<double>(i) /
                     static_cast<double>(std::max<std::int64_t>(1, cycles)))) {
@@ -137,6 +160,7 @@ class Session {
 
   core::Result<SessionSummary> finish() {
     summary_.simulated_s = static_cast<double>(twin_.t_ns()) * 1e-9;
+    if (edges_) RAVENCAL_RETURN_IF_ERROR(edges_->finish());
     RAVENCAL_RETURN_IF_ERROR(writer_.finish());
     return summary_;
   }
@@ -151,28 +175,45 @@ class Session {
     return writer_.append_event({twin_.t_ns(), std::string(kind), std::move(detail)});
   }
 
+  /// Shows the external encoders where the joints are.
+  void observe() {
+    const physics::Truth truth = twin_.truth();
+    if (on_truth_) on_truth_(twin_.t_ns(), truth.joints_ji);
+    if (!edges_) {
+      truth_.observe(static_cast<double>(twin_.t_ns()) * 1e-9, truth.encoder_counts);
+    } else if (edges_status_.ok()) {
+      edges_status_ = edges_->observe(twin_.t_ns(), truth.joints_ji);
+    }
+  }
+
   /// Writes the rows whose nearest truth is known by now.
   core::Status write_pending(bool final) {
     while (!pending_.empty()) {
       const Row& row = pending_.front();
-      const auto counts = truth_.nearest(static_cast<double>(row.t_ns) * 1e-9, final);
-      if (!counts) break;
-      RAVENCAL_RETURN_IF_ERROR(write_row(row, *counts));
+      if (edges_) {
+        RAVENCAL_RETURN_IF_ERROR(write_row(row, {}));
+      } else {
+        const auto counts = truth_.nearest(static_cast<double>(row.t_ns) * 1e-9, final);
+        if (!counts) break;
+        RAVENCAL_RETURN_IF_ERROR(write_row(row, *counts));
+      }
       pending_.pop_front();
     }
     return {};
   }
 
-  core::Status write_row(const Row& row, const EncoderCounts& counts) {
+  /// One row: truth by `counts`, what the robot says, the counts; no truth if there are none.
+  core::Status write_row(const Row& row, std::span<const std::int64_t> counts) {
     if (summary_.rows == 0) first_row_ns_ = row.t_ns;
     values_.clear();
     for (std::size_t i = 0; i < counts.size(); ++i) {
       values_.push_back(static_cast<double>(counts[i]) *
                         plant_.joints[i].joint_encoder_resolution_ji);
     }
+    const std::size_t first_field = values_.size();
     values_.insert(values_.end(), row.message.begin(), row.message.end());
     // The authors train on the time since the recording's start.
-    values_[core::kCalibratedJointCount + core::catalogue_index(core::RavenField::kTime, 0)] =
+    values_[first_field + core::catalogue_index(core::RavenField::kTime, 0)] =
         static_cast<double>(row.t_ns - first_row_ns_) * 1e-9;
     values_.insert(values_.end(), counts.begin(), counts.end());
     ++summary_.rows;
@@ -182,6 +223,9 @@ class Session {
   const physics::Plant& plant_;
   physics::RavenTwin twin_;
   record::RecordingWriter writer_;
+  std::optional<EdgeStream> edges_;
+  core::Status edges_status_;  // of the last cycle's edges
+  std::function<void(std::int64_t, const Vector3d&)> on_truth_;
   TruthStream truth_;
   std::int64_t cycles_per_row_;
   double control_rate_hz_;
@@ -218,9 +262,12 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const ProgressFunction& progress) {
   const double rate_hz = options.rate_hz.value_or(plant.logger.rate_hz);
   RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, rate_hz));
-  if (!options.overwrite && std::filesystem::exists(out)) {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: exists already; use --force to replace it", out.string())};
+  for (const auto& path : {std::optional(out), options.edges}) {
+    if (path && !options.overwrite && std::filesystem::exists(*path)) {
+      return core::Error{
+          core::ErrorCode::kUsage,
+          fmt::format("{}: exists already; use --force to replace it", path->string())};
+    }
   }
   physics::TwinOptions twin_options;
   twin_options.seed = options.seed;
@@ -228,16 +275,25 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
   twin_options.drift = options.drift;
   RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin twin,
                             physics::RavenTwin::create(plant, twin_options));
-  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels, channels_of(plant));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels,
+                            channels_of(plant, !options.edges));
   RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
                             record::RecordingWriter::create(out, meta_of(plant, options, rate_hz),
                                                             channels, options.overwrite));
+  std::optional<EdgeStream> edges;
+  if (options.edges) {
+    RAVENCAL_ASSIGN_OR_RETURN(edges, EdgeStream::create(*options.edges, plant,
+                                                        clock_of(options.seed), options.overwrite));
+  }
   std::optional<Session> session;
-  session.emplace(plant, std::move(twin), std::move(writer), options, row_cycles);
+  session.emplace(plant, std::move(twin), std::move(writer), std::move(edges), options, row_cycles);
   auto summary = run(*session, trajectory, options.rehome_every_s, progress);
   session.reset();
   // A recording that could not be completed is worth nothing: the run can be repeated.
-  if (!summary.ok()) (void)record::remove_recording(out);
+  if (!summary.ok()) {
+    (void)record::remove_recording(out);
+    if (options.edges) (void)record::remove_recording(*options.edges);
+  }
   return summary;
 }
 

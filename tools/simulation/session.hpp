@@ -4,6 +4,7 @@
 // what the robot and its external encoders say.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -24,6 +25,11 @@ struct SessionOptions {
   bool drift = false;
   bool overwrite = false;
   std::string trajectory_name;  ///< for the recording's metadata
+  /// Records every edge of the external encoders here, as `ravencal-encoders --edges` does, on a
+  /// clock of its own. The robot's recording then has no truth: it has to be merged in.
+  std::optional<std::filesystem::path> edges;
+  /// Told the true joints, [3] rad rad m, at every control cycle, homing included.
+  std::function<void(std::int64_t t_ns, const Eigen::Vector3d& joints_ji)> on_truth;
 };
 
 struct SessionSummary {
