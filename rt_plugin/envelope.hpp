@@ -35,6 +35,11 @@ class Envelope {
   void reset() noexcept;
 
   [[nodiscard]] std::int32_t state() const noexcept { return state_; }
+  /// In FAULT, or fading out on the way there.
+  [[nodiscard]] bool faulted() const noexcept {
+    return state_ == RAVENCAL_STATE_FAULT ||
+           (state_ == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT);
+  }
   [[nodiscard]] const JointVector& correction_ji() const noexcept { return correction_ji_; }
   /// Joints whose correction could not follow the prediction in the last tick, in normal work.
   [[nodiscard]] std::uint32_t limited_joints() const noexcept { return limited_joints_; }

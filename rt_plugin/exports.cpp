@@ -73,8 +73,14 @@ std::int32_t create(const ravencal_config* config, void* storage, std::size_t st
   }
   const bool misaligned = reinterpret_cast<std::uintptr_t>(storage) % storage_alignment() != 0;
   if (storage_bytes < storage_size() || misaligned) return RAVENCAL_ERROR_MEMORY;
-  *instance = new (storage) ravencal_instance(*config);
-  return RAVENCAL_SUCCESS;
+  auto* const made = new (storage) ravencal_instance(*config);
+  const std::int32_t code = made->telemetry.open(made->config);
+  if (code == RAVENCAL_SUCCESS) {
+    *instance = made;
+  } else {
+    made->~ravencal_instance();
+  }
+  return code;
 }
 
 std::int32_t load(ravencal_instance* instance, const char* path) noexcept {
@@ -163,7 +169,7 @@ void reset(ravencal_instance* instance) noexcept {
 
 std::int32_t flight(const ravencal_instance* instance, ravencal_flight* result) noexcept {
   if (instance == nullptr || !large_enough(result)) return RAVENCAL_ERROR_ARGUMENT;
-  return RAVENCAL_ERROR_ARGUMENT;
+  return instance->flight.copy(*result) ? RAVENCAL_SUCCESS : RAVENCAL_ERROR_ARGUMENT;
 }
 
 void destroy(ravencal_instance* instance) noexcept {

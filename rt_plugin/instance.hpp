@@ -9,8 +9,10 @@
 
 #include "ravencal/plugin.h"
 #include "rt_plugin/envelope.hpp"
+#include "rt_plugin/flight.hpp"
 #include "rt_plugin/loaded_model.hpp"
 #include "rt_plugin/swap.hpp"
+#include "rt_plugin/telemetry.hpp"
 
 struct alignas(64) ravencal_instance {
   explicit ravencal_instance(const ravencal_config& settings) noexcept
@@ -32,6 +34,8 @@ struct alignas(64) ravencal_instance {
 
   // Written by the real-time thread, read by any: through std::atomic_ref.
   ravencal_counters counters{};
+  ravencal::rt::FlightRecorder flight;
+  ravencal::rt::Telemetry telemetry;  ///< opened at create
 
   // Written by any thread, read by the real-time thread.
   std::atomic<std::int32_t> enabled{0};

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "rt_plugin/fp_mode.hpp"
+#include "rt_plugin/telemetry_record.hpp"
 
 namespace ravencal::rt {
 namespace {
@@ -149,6 +150,7 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
   const Decision decision = decide(self, state);
   write(self, state, decision, output);
   count(self, state_before, decision);
+  record(self, state, output, output.step_ns);
   self.last_step_ns = state.t_ns;
   self.has_stepped = true;
   return decision.status;

@@ -150,14 +150,14 @@ TEST(Structs, NullPointersAreRefused) {
 TEST(Create, RefusesSettingsThatMakeNoSense) {
   Rig rig;
   struct alignas(64) Storage {
-    std::array<std::byte, 8192> bytes;
+    std::array<std::byte, 65536> bytes;
   };
   const auto memory = std::make_unique<Storage>();
-  std::array<std::byte, 8192>& storage = memory->bytes;
+  std::array<std::byte, 65536>& storage = memory->bytes;
   ASSERT_LE(rig.api().storage_size(), storage.size());
   ravencal_instance* instance = nullptr;
   const auto create = [&](const ravencal_config& config, std::size_t shift = 0,
-                          std::size_t bytes = 8192 - 64) {
+                          std::size_t bytes = 65536 - 64) {
     return rig.api().create(&config, storage.data() + shift, bytes, &instance);
   };
   const ravencal_config good = rig.config;

@@ -43,6 +43,7 @@ extern "C" {
 #define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
 #define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob, or its signature is missing or wrong */
+#define RAVENCAL_ERROR_BUSY (-9)      /* another live process writes telemetry_name, or it is not telemetry */
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0

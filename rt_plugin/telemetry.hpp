@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Writes every tick and the counters to a ring in shared memory (ravencal/telemetry.h says how it
+// is laid out and read). One writer; it never waits, and never reads what it wrote, so no reader
+// can slow it down or lead it astray.
+#pragma once
+
+#include <cstdint>
+
+#include "ravencal/plugin.h"
+
+namespace ravencal::rt {
+
+class Telemetry {
+ public:
+  Telemetry() = default;
+  ~Telemetry() { close(); }
+  Telemetry(const Telemetry&) = delete;
+  Telemetry& operator=(const Telemetry&) = delete;
+
+  /// [init] Creates the shared memory `config.telemetry_name`, touched and locked in RAM where the
+  /// system allows it; does nothing if the name is empty. A segment that a dead process left behind
+  /// is replaced. RAVENCAL_SUCCESS; _ERROR_ARGUMENT: not a name; _ERROR_BUSY: a live process writes
+  /// it, or it is something else; _ERROR_MEMORY: no room; _ERROR_IO: the system refuses.
+  std::int32_t open(const ravencal_config& config) noexcept;
+
+  /// [rt] One tick and the counters after it. Does the same work whatever they hold.
+  void write(const ravencal_tick& tick, const ravencal_counters& counters) noexcept;
+
+ private:
+  void close() noexcept;
+  void write_counters(const ravencal_counters& counters) noexcept;
+
+  std::uint64_t* words_ = nullptr;  ///< the mapped segment; null: no telemetry
+  std::uint64_t written_ = 0;       ///< ticks
+  int file_ = -1;                   ///< holds the flock that says that the writer lives
+  char path_[96] = {};
+};
+
+}  // namespace ravencal::rt
