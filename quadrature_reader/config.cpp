@@ -157,6 +157,8 @@ std::string_view name_of(SourceKind kind) {
       return "gpio";
     case SourceKind::kCan:
       return "can";
+    case SourceKind::kCounter:
+      return "counter";
     case SourceKind::kReplay:
       return "replay";
   }
@@ -167,6 +169,19 @@ core::Result<Config> parse_config(std::string_view text, const fs::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(TomlTable root,
                             core::parse_toml(text, path.string(), "the configuration"));
   return ConfigReader(path).read(root);
+}
+
+void replay_instead(Config& config, const fs::path& recording, double speed) {
+  SourceSettings replay;
+  replay.name = "replay";
+  replay.kind = SourceKind::kReplay;
+  replay.device = recording.string();
+  replay.replay_speed = speed;
+  for (std::size_t i = 0; i < config.encoders.size(); ++i) {
+    config.encoders[i].source = 0;
+    replay.replay_joints[config.encoders[i].axis.joint] = static_cast<std::uint8_t>(i);
+  }
+  config.sources = {std::move(replay)};
 }
 
 core::Result<Config> load_config(const fs::path& path) {

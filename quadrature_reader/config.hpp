@@ -17,7 +17,7 @@
 
 namespace ravencal::quadrature_reader {
 
-enum class SourceKind : std::uint8_t { kGpio, kCan, kReplay };
+enum class SourceKind : std::uint8_t { kGpio, kCan, kCounter, kReplay };
 std::string_view name_of(SourceKind kind);
 
 /// A GPIO line by name or by offset on its chip.
@@ -52,12 +52,28 @@ struct CanEncoder {
   double max_counts_per_s = 0.0;         ///< faster than the joint can be; 0: no limit
 };
 
+/// One count of a counter chip (/dev/counterN).
+struct CounterEncoder {
+  std::uint8_t axis = 0;
+  unsigned number = 0;            ///< countM of the chip
+  unsigned channel = 0;           ///< event channel that the driver reports it on
+  unsigned counter_bits = 0;      ///< where it wraps; 0: as its ceiling says, else 32
+  double max_counts_per_s = 0.0;  ///< faster than the joint can be; 0: no limit
+};
+
+enum class CounterMode : std::uint8_t {
+  kAuto,    ///< events where the driver has them, else polling
+  kEvents,  ///< events or an error
+  kPoll,
+};
+
 struct SourceSettings {
   std::string name;
   SourceKind kind = SourceKind::kGpio;
-  std::string device;  ///< chip, CAN interface or recording
+  std::string device;  ///< chip, CAN interface, counter or recording
   std::vector<GpioEncoder> gpio;
   std::vector<CanEncoder> can;
+  std::vector<CounterEncoder> counters;
   std::map<std::string, std::uint8_t> replay_joints;
   std::uint32_t event_buffer_size = 0;    ///< gpio, libgpiod 2; 0: largest
   std::int64_t reorder_ns = 1'000'000;    ///< gpio: how late an edge may arrive behind others
@@ -65,7 +81,9 @@ struct SourceSettings {
   std::int64_t position_timeout_ns = 0;   ///< can
   std::int64_t sync_period_ns = 0;        ///< can: send SYNC; 0: do not
   bool start_nodes = false;               ///< can: send NMT start to the nodes
-  double replay_speed = 1.0;              ///< 0: as fast as possible
+  CounterMode counter_mode = CounterMode::kAuto;
+  std::int64_t poll_period_ns = 1'000'000;  ///< counter, where it is polled
+  double replay_speed = 1.0;                ///< 0: as fast as possible
 };
 
 /// The hard stop by which a joint is homed.
@@ -92,5 +110,8 @@ struct Config {
 /// Reads and checks a configuration. Errors name file, line and key.
 core::Result<Config> load_config(const std::filesystem::path& path);
 core::Result<Config> parse_config(std::string_view text, const std::filesystem::path& path);
+
+/// Puts a replay of `recording` in the place of all devices; `speed` as SourceSettings says.
+void replay_instead(Config& config, const std::filesystem::path& recording, double speed);
 
 }  // namespace ravencal::quadrature_reader

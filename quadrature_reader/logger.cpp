@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "quadrature_reader/clock_offset.hpp"
+#include "record/recording_reader.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace fs = std::filesystem;
@@ -19,6 +20,7 @@ constexpr auto kPumpPeriod = std::chrono::milliseconds(5);
 constexpr std::int64_t kStatusPeriodNs = 100'000'000;
 constexpr std::int64_t kMaintainPeriodNs = 1'000'000'000;
 constexpr std::int64_t kClockPeriodNs = 10'000'000'000;
+constexpr const char* kClockOffset = "clock_offset";
 
 /// Beside the configuration, or where the service manager lets a service keep things.
 fs::path homing_path_of(const fs::path& config) {
@@ -42,7 +44,10 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
                             Recorder::create(config, path, {options.every_edge}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
   logger->homing_path_ = homing_path_of(config.path);
-  RAVENCAL_ASSIGN_OR_RETURN(auto before, load_homing_records(logger->homing_path_));
+  std::map<std::string, HomingRecord> before;
+  if (!logger->is_replay()) {
+    RAVENCAL_ASSIGN_OR_RETURN(before, load_homing_records(logger->homing_path_));
+  }
   logger->homing_.emplace(config, std::move(before));
   if (options.home) logger->homing_->start();
   for (auto& source : sources) {
@@ -82,7 +87,7 @@ core::Status Logger::run(const std::function<bool()>& stop,
       recorder_.sink().maintain(now_ns);
       next_maintain_ns = now_ns + kMaintainPeriodNs;
     }
-    if (now_ns >= next_clock_ns) {
+    if (now_ns >= next_clock_ns && !is_replay()) {
       store_clock_offset();
       next_clock_ns = now_ns + kClockPeriodNs;
     }
@@ -92,9 +97,14 @@ core::Status Logger::run(const std::function<bool()>& stop,
   for (auto& reader : readers_) reader->stop();
   drain_rings();
   recorder_.write_due();
-  store_clock_offset();
+  if (is_replay()) {
+    RAVENCAL_RETURN_IF_ERROR(carry_clock_offsets());
+  } else {
+    store_clock_offset();
+  }
   core::Status closed = recorder_.finish();
-  if (closed.ok() && homing_->homed_any())
+  // What a replay homes is no homing of the robot as it stands now.
+  if (closed.ok() && homing_->homed_any() && !is_replay())
     return save_homing_records(homing_path_, homing_->records());
   return closed;
 }
@@ -177,9 +187,27 @@ void Logger::store_clock_offset() {
   recorder_.sink().set_meta("clock.realtime_minus_monotonic_ns",
                             fmt::format("{}", offset.offset_ns));
   recorder_.add_event(
-      offset.monotonic_ns, "clock_offset",
+      offset.monotonic_ns, kClockOffset,
       fmt::format(R"({{"clock":"CLOCK_REALTIME","minus_monotonic_ns":{},"uncertainty_ns":{}}})",
                   offset.offset_ns, offset.uncertainty_ns));
+}
+
+bool Logger::is_replay() const {
+  return std::all_of(config_.sources.begin(), config_.sources.end(),
+                     [](const auto& source) { return source.kind == SourceKind::kReplay; });
+}
+
+core::Status Logger::carry_clock_offsets() {
+  // A replay's times are those of its recording; what this machine's clocks say now is beside the
+  // point.
+  for (const auto& source : config_.sources) {
+    if (source.device.empty()) continue;
+    RAVENCAL_ASSIGN_OR_RETURN(const auto events, record::read_events(source.device));
+    for (const auto& event : events) {
+      if (event.kind == kClockOffset) recorder_.add_event(event.t_ns, event.kind, event.detail);
+    }
+  }
+  return {};
 }
 
 bool Logger::failed() const {

@@ -80,6 +80,8 @@ class Logger {
   void take_row(std::int64_t t_ns, std::span<const AxisSample> samples);
   void take_pose(std::int64_t t_ns, std::span<const AxisSample> samples);
   void store_clock_offset();
+  [[nodiscard]] bool is_replay() const;
+  core::Status carry_clock_offsets();
 
   Config config_;
   LoggerOptions options_;

@@ -28,6 +28,8 @@ namespace qr = ravencal::quadrature_reader;
 struct Arguments {
   std::string config;
   std::string out;
+  std::string replay;
+  double replay_speed = 0.0;
   std::vector<std::string> pose;
   qr::LoggerOptions logger;
   bool json = false;
@@ -105,6 +107,8 @@ core::Result<std::pair<std::string, double>> parse_pose(const std::string& text,
 int record_encoders(const Arguments& arguments) {
   auto config = qr::load_config(arguments.config);
   if (!config.ok()) return complain(config.error());
+  if (!arguments.replay.empty())
+    qr::replay_instead(*config, arguments.replay, arguments.replay_speed);
   qr::LoggerOptions options = arguments.logger;
   for (const auto& text : arguments.pose) {
     auto pose = parse_pose(text, *config);
@@ -168,6 +172,12 @@ int main(int argc, char** argv) {
   app.add_option("--pose", arguments.pose,
                  "the resting robot's pose now, e.g. shoulder=30deg insertion=400mm: sets zeros");
   app.add_flag("--edges", arguments.logger.every_edge, "one row per edge instead of a fixed rate");
+  auto* replay = app.add_option("--replay", arguments.replay,
+                                "take a recording made with --edges in place of the devices");
+  app.add_option("--replay-speed", arguments.replay_speed,
+                 "1: with its timing; 0: as fast as possible")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(replay);
   app.add_flag("--json", arguments.json, "one line of status per second, on standard output");
   app.add_option("--realtime-priority", arguments.logger.realtime_priority,
                  "SCHED_FIFO priority of the reader threads; 0: none")

@@ -23,6 +23,7 @@ class Reader {
  public:
   explicit Reader(const fs::path& path) : path_(path) {}
   core::Result<Recording> read();
+  core::Result<std::vector<Event>> read_events_only();
 
  private:
   core::Status open();
@@ -196,7 +197,18 @@ core::Result<Recording> Reader::read() {
   return std::move(recording_);
 }
 
+core::Result<std::vector<Event>> Reader::read_events_only() {
+  RAVENCAL_RETURN_IF_ERROR(open());
+  RAVENCAL_RETURN_IF_ERROR(read_meta());
+  RAVENCAL_RETURN_IF_ERROR(read_events());
+  return std::move(recording_.events);
+}
+
 }  // namespace
+
+core::Result<std::vector<Event>> read_events(const fs::path& path) {
+  return Reader(path).read_events_only();
+}
 
 core::Result<Recording> read_recording(const fs::path& path) { return Reader(path).read(); }
 

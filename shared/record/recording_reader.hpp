@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "core/result.hpp"
 #include "record/recording.hpp"
@@ -12,5 +13,8 @@ namespace ravencal::record {
 /// of the call. Values are converted to SI units, NULL becomes NaN. Checks the format version, the
 /// units, and that time never runs backwards. Not for real-time threads.
 core::Result<Recording> read_recording(const std::filesystem::path& path);
+
+/// Only its events, however long the recording is.
+core::Result<std::vector<Event>> read_events(const std::filesystem::path& path);
 
 }  // namespace ravencal::record

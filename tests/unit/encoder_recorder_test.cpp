@@ -16,6 +16,7 @@
 #include "quadrature_reader/recorder.hpp"
 #include "quadrature_reader/sources/replay.hpp"
 #include "record/load.hpp"
+#include "record/recording_writer.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
@@ -296,8 +297,11 @@ TEST_F(RecorderTest, HomesFromTheHardStopAndNeverJumpsAtASecondHoming) {
 
 TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
   (void)record(motion(), {true}, folder_ / "edges.db");
+  auto edges = written(folder_ / "edges.db");
+  edges.events.push_back({7 * kMs, "clock_offset", R"({"minus_monotonic_ns":5})"});
+  ASSERT_TRUE(record::write_recording(edges, folder_ / "edges.db", true).ok());
   Config config = two_joints();
-  config.sources[0].device = folder_ / "edges.db";
+  replay_instead(config, folder_ / "edges.db", 0.0);
   auto logger = Logger::create(config, folder_ / "out.db", {});
   ASSERT_TRUE(logger.ok()) << logger.error().message;
   EXPECT_TRUE((*logger)->run([] { return false; }, [](const LoggerStatus&) {}).ok());
@@ -305,7 +309,9 @@ TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
   const auto live = record(motion(), {}, folder_ / "live.db");
   const auto replayed = written(folder_ / "out.db");
   EXPECT_EQ(replayed.samples, live.samples);
-  EXPECT_TRUE(replayed.meta.contains("clock.realtime_minus_monotonic_ns"));
+  ASSERT_EQ(replayed.events.size(), 1U);
+  EXPECT_EQ(replayed.events[0].t_ns, 7 * kMs) << "the clocks of the recording, not of this machine";
+  EXPECT_EQ(replayed.events[0].kind, "clock_offset");
 }
 
 }  // namespace
