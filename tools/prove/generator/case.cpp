@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prove/generator/case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace ravencal::prove {
+namespace {
+
+constexpr int kBlock = 20;
+constexpr double kSmallest = 0.3, kGross = 15.0;  // sizes over the floor
+
+std::vector<std::size_t> shuffled(std::size_t count, Random random) {
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+  return order;
+}
+
+/// Kind of case `number`, and how many of that kind came before it.
+std::pair<CaseKind, int> place_in_mix(int number, std::uint64_t seed) {
+  constexpr std::array<std::pair<CaseKind, int>, 5> kMix = {{{CaseKind::kControl, 6},
+                                                             {CaseKind::kSingle, 7},
+                                                             {CaseKind::kPair, 3},
+                                                             {CaseKind::kOutside, 2},
+                                                             {CaseKind::kParameter, 2}}};
+  const int block = number / kBlock;
+  const auto order = shuffled(kBlock, Random(seed, fmt::format("block {}", block)));
+  auto slot = static_cast<int>(order[static_cast<std::size_t>(number % kBlock)]);
+  for (const auto& [kind, count] : kMix) {
+    if (slot < count) return {kind, block * count + slot};
+    slot -= count;
+  }
+  return {CaseKind::kControl, 0};
+}
+
+/// Every kind comes equally often: rounds through a shuffled list.
+const SubjectKind& kind_in_turn(std::span<const SubjectKind> kinds, int turn, std::uint64_t seed,
+                                std::string_view name) {
+  const auto count = static_cast<int>(kinds.size());
+  const auto order = shuffled(kinds.size(), Random(seed, fmt::format("{} {}", name, turn / count)));
+  return kinds[order[static_cast<std::size_t>(turn % count)]];
+}
+
+char robot_for(std::span<const SubjectKind* const> kinds, Random& random) {
+  char robot = random.uniform() < 0.65 ? 'r' : 'a';
+  for (const SubjectKind* kind : kinds)
+    if (kind->robot != 'b') robot = kind->robot;
+  return robot;
+}
+
+bool agree(const SubjectKind& a, const SubjectKind& b) {
+  const bool robots = a.robot == 'b' || b.robot == 'b' || a.robot == b.robot;
+  return robots && a.id != b.id;
+}
+
+OffParameter draw_off(const CaseDesign& design, Random& random) {
+  OffParameter off;
+  off.joint = random.below(design.nominal.joints.size());
+  const NominalJoint& joint = design.nominal.joints[off.joint];
+  std::vector<std::pair<std::string, std::string>> possible;
+  if (joint.stiffness > 0.0) possible.emplace_back("compliance", "stiffness");
+  if (joint.coulomb > 0.0) possible.emplace_back("coulomb_friction", "level");
+  if (joint.viscous > 0.0 && design.base.motion == MotionKind::kRich)
+    possible.emplace_back("viscous_friction", "damping");
+  if (joint.joint_friction > 0.0) possible.emplace_back("joint_friction", "level");
+  std::tie(off.id, off.parameter) = possible[random.below(possible.size())];
+  const double far = random.uniform(3.0, 6.0) * kTolerance;
+  off.factor = random.uniform() < 0.5 ? 1.0 + far : 1.0 / (1.0 + far);
+  return off;
+}
+
+void put_off(const OffParameter& off, NominalRobot& truth) {
+  NominalJoint& joint = truth.joints[off.joint];
+  if (off.id == "compliance") joint.stiffness *= off.factor;
+  if (off.id == "coulomb_friction") joint.coulomb *= off.factor;
+  if (off.id == "viscous_friction") joint.viscous *= off.factor;
+  if (off.id == "joint_friction") joint.joint_friction *= off.factor;
+}
+
+struct Plan {
+  CaseKind kind;
+  std::vector<const SubjectKind*> subjects;
+  std::vector<double> over_floor;  ///< 0: a decoy
+};
+
+CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Random random) {
+  CaseDesign design;
+  design.number = number;
+  design.kind = plan.kind;
+  design.motion_seed = random.bits();
+  design.noise_seed = random.bits();
+  design.held_out_seed = random.bits();
+  const bool wants_rich = std::any_of(plan.subjects.begin(), plan.subjects.end(),
+                                      [](const SubjectKind* k) { return k->wants_rich; });
+  const bool rich = random.uniform() < (wants_rich ? 0.8 : 0.5);
+  constexpr std::array<double, 4> kSlowRates = {25.0, 50.0, 100.0, 100.0};
+  constexpr std::array<double, 4> kRichRates = {100.0, 100.0, 200.0, 500.0};
+  const double rate_hz = (rich ? kRichRates : kSlowRates)[random.below(4)];
+  const MotionKind motion = rich ? MotionKind::kRich : MotionKind::kSlow;
+  design.nominal = robot_for(plan.subjects, random) == 'r' ? draw_raven(random) : draw_axis(random);
+  design.nominal.row_rate_hz = rate_hz;
+  const auto figures =
+      motion_figures(design.nominal, motion, options.duration_s, design.motion_seed);
+  for (const SubjectKind* kind : plan.subjects)
+    design.subjects.push_back(draw_subject(*kind, design.nominal, figures, options.duration_s, random));
+  for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
+    Subject& s = design.subjects[i];
+    const NominalJoint& joint = design.nominal.joints[s.joint];
+    const double floor = typical_floor(joint.prismatic, !s.kind->in_truth);
+    s.amplitude = plan.over_floor[i] > 0.0
+                      ? amplitude_for(s, design.nominal, figures, plan.over_floor[i] * floor)
+                      : 0.0;
+  }
+  for (const Subject& s : design.subjects) conceal(s, design.nominal);
+  design.truth = within_tolerance(design.nominal, random);
+  design.base.motion = motion;
+  if (plan.kind == CaseKind::kParameter) {
+    design.off = draw_off(design, random);
+    // The factor is against the plant, whatever the draw within tolerance was.
+    NominalRobot exact = design.nominal;
+    put_off(*design.off, exact);
+    NominalJoint& to = design.truth.joints[design.off->joint];
+    const NominalJoint& from = exact.joints[design.off->joint];
+    if (design.off->id == "compliance") to.stiffness = from.stiffness;
+    if (design.off->id == "coulomb_friction") to.coulomb = from.coulomb;
+    if (design.off->id == "viscous_friction") to.viscous = from.viscous;
+    if (design.off->id == "joint_friction") to.joint_friction = from.joint_friction;
+  }
+  design.base = exact_session(design.truth);
+  design.base.motion = motion;
+  design.base.duration_s = options.duration_s;
+  add_noise(design.base, random);
+  const double missing = random.uniform();
+  design.base.with_torque = missing >= 0.1;
+  design.base.with_truth = missing < 0.9;
+  return design;
+}
+
+Plan plan_of(int number, std::uint64_t seed, Random& random) {
+  const auto [kind, turn] = place_in_mix(number, seed);
+  Plan plan{kind, {}, {}};
+  const auto all = vocabulary_kinds();
+  const auto any = [&]() -> const SubjectKind* { return &all[random.below(all.size())]; };
+  switch (kind) {
+    case CaseKind::kControl:
+    case CaseKind::kParameter:
+      plan.subjects = {any()};
+      plan.over_floor = {0.0};
+      break;
+    case CaseKind::kSingle:
+      plan.subjects = {&kind_in_turn(all, turn, seed, "singles")};
+      plan.over_floor = {random.log_uniform(kSmallest, kGross)};
+      break;
+    case CaseKind::kPair: {
+      const SubjectKind* first = &kind_in_turn(all, turn, seed, "pairs");
+      const SubjectKind* second = any();
+      while (!agree(*first, *second)) second = any();
+      plan.subjects = {first, second};
+      plan.over_floor = {random.log_uniform(3.0, kGross), random.log_uniform(3.0, kGross)};
+      break;
+    }
+    case CaseKind::kOutside: {
+      const SubjectKind* first = &kind_in_turn(outside_kinds(), turn, seed, "outside");
+      const SubjectKind* decoy = any();
+      while (!agree(*first, *decoy)) decoy = any();
+      plan.subjects = {first, decoy};
+      plan.over_floor = {random.log_uniform(4.0, kGross), 0.0};
+      break;
+    }
+  }
+  return plan;
+}
+
+}  // namespace
+
+std::string_view word_of(CaseKind kind) {
+  constexpr std::array<std::string_view, 5> kWords = {"control", "single", "pair", "outside",
+                                                      "parameter"};
+  return kWords[static_cast<std::size_t>(kind)];
+}
+
+CaseDesign draw_case(int number, const CaseOptions& options) {
+  Random random(options.seed, fmt::format("case {}", number));
+  const Plan plan = plan_of(number, options.seed, random);
+  return build(plan, number, options, random);
+}
+
+CaseDesign draw_case_with(const SubjectKind& kind, double over_floor, int number,
+                          const CaseOptions& options) {
+  Plan plan{over_floor > 0.0 ? CaseKind::kSingle : CaseKind::kControl, {&kind}, {over_floor}};
+  return build(plan, number, options, Random(options.seed, fmt::format("lone case {}", number)));
+}
+
+Session session_of(const CaseDesign& design, std::optional<std::size_t> without) {
+  Session session = design.base;
+  for (std::size_t i = 0; i < design.subjects.size(); ++i) {
+    if (without != i) apply(design.subjects[i], design.subjects[i].amplitude, design.truth, session);
+  }
+  return session;
+}
+
+}  // namespace ravencal::prove

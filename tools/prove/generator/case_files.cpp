@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Simulates a case and its twins, and measures what its manifest says: the size of each effect is
+// the difference to a twin that lacks it but shares motion and noise, the floor the difference
+// between two draws of the noise.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/version.hpp"
+#include "prove/generator/case.hpp"
+
+namespace ravencal::prove {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Json = nlohmann::ordered_json;
+
+constexpr double kFloorRunS = 60.0;
+
+/// Truth minus estimate, and drive effort at the joint through a moving mean of 0.2 s.
+struct Channels {
+  VectorXd position, effort;
+};
+
+VectorXd moving_mean(const VectorXd& x, Index half) {
+  VectorXd sum(x.size() + 1);
+  sum[0] = 0.0;
+  for (Index i = 0; i < x.size(); ++i) sum[i + 1] = sum[i] + x[i];
+  VectorXd out(x.size());
+  for (Index i = 0; i < x.size(); ++i) {
+    const Index a = std::max<Index>(0, i - half), b = std::min(x.size(), i + half + 1);
+    out[i] = (sum[b] - sum[a]) / static_cast<double>(b - a);
+  }
+  return out;
+}
+
+Channels channels_of(const record::Recording& recording, const NominalJoint& joint,
+                     double rate_hz) {
+  using record::Role;
+  const auto truth = recording.column(Role::kJointTruth, joint.name);
+  const auto estimate = recording.column(Role::kJointEstimate, joint.name);
+  const auto torque = recording.column(Role::kDriveTorque, joint.name);
+  Channels c;
+  c.position = recording.samples.col(*truth) - recording.samples.col(*estimate);
+  c.effort = moving_mean(recording.samples.col(*torque) * (joint.reduction / joint.gearbox_ratio),
+                         static_cast<Index>(0.1 * rate_hz));
+  return c;
+}
+
+double rms(const VectorXd& x) {
+  double sum = 0.0;
+  Index count = 0;
+  for (const double value : x) {
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+double rms_difference(const VectorXd& a, const VectorXd& b) {
+  const Index n = std::min(a.size(), b.size());
+  return rms(a.head(n) - b.head(n));
+}
+
+/// Recordings without what the tool is not given.
+record::Recording as_given(const record::Recording& whole, const Session& session) {
+  record::Recording out = whole;
+  out.channels.clear();
+  std::vector<Index> kept;
+  for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+    const record::Role role = whole.channels[c].role;
+    if (role == record::Role::kDriveTorque && !session.with_torque) continue;
+    if (role == record::Role::kJointTruth && !session.with_truth) continue;
+    kept.push_back(static_cast<Index>(c));
+    out.channels.push_back(whole.channels[c]);
+  }
+  out.samples.resize(whole.samples.rows(), static_cast<Index>(kept.size()));
+  for (std::size_t c = 0; c < kept.size(); ++c)
+    out.samples.col(static_cast<Index>(c)) = whole.samples.col(kept[c]);
+  // Nothing but what every case says.
+  out.meta = {{"robot", "sealed case"}, {"source", "ravencal prove"}, {"software_version", core::kVersion}};
+  return out;
+}
+
+class Maker {
+ public:
+  Maker(const CaseDesign& design, const CaseOptions& options, const std::function<bool()>& look)
+      : design_(design), options_(options), look_(look) {}
+
+  core::Result<CaseFiles> make() {
+    const SessionSeeds seeds{design_.motion_seed, design_.noise_seed};
+    Session all = session_of(design_);
+    RAVENCAL_ASSIGN_OR_RETURN(const record::Recording whole, whole_run(all, seeds));
+    RAVENCAL_RETURN_IF_ERROR(measure_floors(all, whole));
+    Json subjects = Json::array();
+    for (std::size_t i = 0; i < design_.subjects.size(); ++i) {
+      if (design_.subjects[i].amplitude == 0.0) continue;
+      RAVENCAL_ASSIGN_OR_RETURN(const record::Recording twin, whole_run(session_of(design_, i), seeds));
+      subjects.push_back(subject_json(design_.subjects[i], all, whole, twin));
+    }
+    CaseFiles files;
+    Session second = all;
+    second.duration_s = options_.held_out_s;
+    RAVENCAL_ASSIGN_OR_RETURN(
+        const record::Recording held_out,
+        whole_run(second, {design_.held_out_seed, design_.held_out_seed ^ 0x5bd1e995U}));
+    files.recording = as_given(whole, all);
+    files.held_out = as_given(held_out, all);
+    files.plant = plant_text(design_.nominal);
+    files.manifest = manifest(std::move(subjects), all);
+    return files;
+  }
+
+ private:
+  core::Result<record::Recording> whole_run(Session session, const SessionSeeds& seeds) const {
+    session.with_torque = session.with_truth = true;
+    return run_session(session, seeds, look_);
+  }
+
+  core::Status measure_floors(const Session& all, const record::Recording& whole) {
+    Session other = all;
+    other.duration_s = std::min(kFloorRunS, all.duration_s);
+    RAVENCAL_ASSIGN_OR_RETURN(
+        const record::Recording again,
+        whole_run(other, {design_.motion_seed, design_.noise_seed + 0x9e3779b9U}));
+    for (const NominalJoint& joint : design_.nominal.joints) {
+      const Channels a = channels_of(whole, joint, design_.nominal.row_rate_hz);
+      const Channels b = channels_of(again, joint, design_.nominal.row_rate_hz);
+      floors_.push_back({rms_difference(a.position, b.position) / std::sqrt(2.0),
+                         rms_difference(a.effort, b.effort) / std::sqrt(2.0)});
+    }
+    return {};
+  }
+
+  Json subject_json(const Subject& s, const Session& all, const record::Recording& with,
+                    const record::Recording& without) const {
+    const double rate_hz = design_.nominal.row_rate_hz;
+    const NominalJoint& joint = design_.nominal.joints[s.joint];
+    // An effect may show in several joints and both channels; the clearest that is given counts.
+    double size = 0.0, floor = 1.0, ratio = -1.0;
+    std::string channel = s.kind->in_truth ? "position" : "effort", joint_seen = joint.name;
+    for (std::size_t j = 0; j < design_.nominal.joints.size(); ++j) {
+      const NominalJoint& seen = design_.nominal.joints[j];
+      const Channels a = channels_of(with, seen, rate_hz), b = channels_of(without, seen, rate_hz);
+      const double sizes[2] = {rms_difference(a.position, b.position),
+                               rms_difference(a.effort, b.effort)};
+      const bool given[2] = {all.with_truth, all.with_torque};
+      for (std::size_t c = 0; c < 2; ++c) {
+        if (j != s.joint && s.kind->id != "payload") continue;
+        if (!given[c] || sizes[c] / floors_[j][c] <= ratio) continue;
+        size = sizes[c];
+        floor = floors_[j][c];
+        ratio = size / floor;
+        channel = c == 0 ? "position" : "effort";
+        joint_seen = seen.name;
+      }
+    }
+    if (s.kind->stage == "command") {  // the law's own residual, which the loop does not spread
+      size = command_size(s, all, with);
+      floor = floors_[s.joint][1];
+      ratio = all.with_torque ? size / floor : -1.0;
+      channel = "command";
+    }
+    Json fixed = Json::object();
+    for (const auto& [name, value] : s.details) fixed[name] = value;
+    return {{"id", s.kind->id},
+            {"outside", s.kind->outside},
+            {"joint", joint.name},
+            {"joint_seen", joint_seen},
+            {"from", s.kind->id == "coupling" || s.kind->id == "wrong_joint_load"
+                         ? design_.nominal.joints[s.from].name
+                         : ""},
+            {"stage", s.kind->stage},
+            {"parameter", s.kind->parameter},
+            {"value", reported_value(s)},
+            {"amplitude", s.amplitude},
+            {"details", fixed},
+            {"channel", channel},
+            {"size", size},
+            {"floor", floor},
+            {"size_over_floor", std::max(0.0, ratio)},
+            {"testable", ratio >= 0.0},
+            {"interval_s", s.interval_s},
+            {"position", s.position}};
+  }
+
+  static double command_size(const Subject& s, const Session& all, const record::Recording& with) {
+    const JointPhysics& p = all.robot.joints[s.joint];
+    const VectorXd effort =
+        with.samples.col(*with.column(record::Role::kDriveTorque, p.name)) * p.reduction / p.gearbox_ratio;
+    if (s.kind->id == "controller_gain") return s.amplitude * rms(effort);
+    double on = 0.0;
+    for (const auto& [a, b] : s.interval_s) on += b - a;
+    return s.amplitude * std::sqrt(on / all.duration_s);
+  }
+
+  /// What diagnose would print for a perfect fit, with its sign.
+  static double reported_value(const Subject& s) {
+    constexpr std::string_view kSigned[] = {"homing_offset", "gain_error", "coupling", "slip",
+                                            "thermal_drift", "torque_constant",
+                                            "input_disturbance"};
+    const bool is_signed = std::find(std::begin(kSigned), std::end(kSigned), s.kind->id) != std::end(kSigned);
+    const double sign = s.details.at("sign");
+    if (s.kind->id == "controller_gain") return 1.0 + sign * s.amplitude;
+    return is_signed ? sign * s.amplitude : s.amplitude;
+  }
+
+  [[nodiscard]] std::string manifest(Json subjects, const Session& all) const {
+    Json floors = Json::object();
+    for (std::size_t j = 0; j < floors_.size(); ++j) {
+      floors[design_.nominal.joints[j].name] = {{"position", floors_[j][0]},
+                                                {"effort", floors_[j][1]}};
+    }
+    Json off = nullptr;
+    if (design_.off) {
+      off = {{"id", design_.off->id},
+             {"parameter", design_.off->parameter},
+             {"joint", design_.nominal.joints[design_.off->joint].name},
+             {"factor", design_.off->factor}};
+    }
+    const Json json = {{"schema", 1},
+                       {"case", design_.number},
+                       {"kind", word_of(design_.kind)},
+                       {"engine", "ravencal generator, SUNDIALS ARKODE"},
+                       {"robot", design_.nominal.name},
+                       {"motion", all.motion == MotionKind::kRich ? "rich" : "slow"},
+                       {"rate_hz", design_.nominal.row_rate_hz},
+                       {"duration_s", all.duration_s},
+                       {"with_truth", all.with_truth},
+                       {"with_torque", all.with_torque},
+                       {"seeds", {design_.motion_seed, design_.noise_seed, design_.held_out_seed}},
+                       {"subjects", std::move(subjects)},
+                       {"parameter_off", off},
+                       {"floors", floors}};
+    return json.dump(1) + "\n";
+  }
+
+  const CaseDesign& design_;
+  const CaseOptions& options_;
+  const std::function<bool()>& look_;
+  std::vector<std::array<double, 2>> floors_;  ///< per joint: position, effort
+};
+
+}  // namespace
+
+core::Result<CaseFiles> make_case(const CaseDesign& design, const CaseOptions& options,
+                                  const std::function<bool()>& look) {
+  return Maker(design, options, look).make();
+}
+
+}  // namespace ravencal::prove

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prove/generator/mechanics.hpp"
+
+#include <arkode/arkode_erkstep.h>
+#include <fmt/format.h>
+#include <nvector/nvector_serial.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <sundials/sundials_context.hpp>
+
+namespace ravencal::prove {
+
+using Eigen::Index;
+
+namespace {
+
+double clamped(double x, double limit) {
+  return limit > 0.0 ? std::clamp(x, -limit, limit) : x;
+}
+
+double hill_at(double height, double centre, double width, double x) {
+  const double u = (x - centre) / width;
+  return height == 0.0 ? 0.0 : height * std::exp(-u * u);
+}
+
+/// Level at which the friction slides now.
+double sliding_level(const DryFriction& f, double velocity, double position, double load,
+                     double scale) {
+  const double ratio = velocity / f.stribeck_velocity;
+  double level = f.level + f.load_share * std::abs(load);
+  if (f.stribeck_extra != 0.0) level += f.stribeck_extra * std::exp(-ratio * ratio);
+  level += hill_at(f.local_extra, f.local_centre, f.local_width, position);
+  return level * scale * (1.0 + (velocity < 0.0 ? -f.asymmetry : f.asymmetry));
+}
+
+/// Slope of the bristles; their own reference, so that the slope does not change with the load.
+double bristle_slope(const DryFriction& f) {
+  const double reference = f.level + f.stribeck_extra + f.local_extra;
+  return (reference > 0.0 ? reference : f.load_share) / f.displacement;
+}
+
+struct Friction {
+  double effort = 0.0;
+  std::array<double, 3> rate{};
+};
+
+Friction friction_of(const DryFriction& f, const double* bristles, int elements, double velocity,
+                     double level) {
+  Friction result;
+  const double whole = bristle_slope(f);
+  if (!(level > 1e-12) || whole <= 0.0) return result;
+  const double share = 1.0 / elements;
+  for (int e = 0; e < elements; ++e) {
+    const double slope = share * whole / (1.0 + f.spread * (e - (elements - 1) / 2.0));
+    const double z = bristles[e];
+    const double rate = velocity - slope * std::abs(velocity) / (share * level) * z;
+    result.rate[static_cast<std::size_t>(e)] = rate;
+    result.effort += slope * z + share * f.damping * rate;
+  }
+  return result;
+}
+
+struct CableState {
+  double tension = 0.0;
+  double loop_rate = 0.0;
+  double creep_rate = 0.0;
+};
+
+double spring(const CablePhysics& c, double stretch) {
+  const double k = c.stiffness * (stretch < 0.0 ? 1.0 - c.asymmetry : 1.0);
+  return c.stiffening > 0.0 ? k * c.stiffening * std::sinh(stretch / c.stiffening) : k * stretch;
+}
+
+CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, double length,
+                    const double* y) {
+  const Wave& wave = c.eccentricity;
+  double slope = 1.0;
+  double moved = drive + length;
+  if (wave.amplitude != 0.0) {
+    moved += wave.amplitude * std::sin(wave.order * drive + wave.phase_rad);
+    slope += wave.amplitude * wave.order * std::cos(wave.order * drive + wave.phase_rad);
+  }
+  moved += hill_at(c.bump.height, c.bump.centre, c.bump.width, drive);
+  const double elastic = moved - y[Mechanics::kJoint] - y[Mechanics::kCreep];
+  const double b = c.gap_half_width;
+  const double stretch = elastic > b ? elastic - b : (elastic < -b ? elastic + b : 0.0);
+  const bool taut = b == 0.0 || stretch != 0.0;
+  CableState s;
+  const double static_part = spring(c, stretch) +
+                             c.hysteresis_stiffness * c.hysteresis_yield * y[Mechanics::kLoop];
+  if (c.creep_compliance > 0.0)
+    s.creep_rate = (c.creep_compliance * static_part - y[Mechanics::kCreep]) / c.creep_time_s;
+  const double rate = taut ? slope * drive_velocity - y[Mechanics::kJointVelocity] : 0.0;
+  if (c.hysteresis_stiffness > 0.0) {
+    const double h = y[Mechanics::kLoop];
+    s.loop_rate = (rate - 0.5 * std::abs(rate) * h - 0.5 * rate * std::abs(h)) / c.hysteresis_yield;
+  }
+  s.tension = static_part + c.damping * rate;
+  return s;
+}
+
+}  // namespace
+
+struct Mechanics::Impl {
+  explicit Impl(const RobotPhysics& r) : robot(r), count(static_cast<Index>(r.joints.size())) {
+    Eigen::Matrix3d gain = Eigen::Matrix3d::Identity();
+    for (Index i = 0; i < count; ++i)
+      gain(i, i) = 1.0 + r.joints[static_cast<std::size_t>(i)].cable.ratio_error;
+    drive_from_motor = (Eigen::Matrix3d::Identity() - r.coupling).inverse() * gain;
+    motor_from_drive = drive_from_motor.inverse();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() {
+    if (solver != nullptr) ERKStepFree(&solver);
+    if (y != nullptr) N_VDestroy(y);
+    if (absolute != nullptr) N_VDestroy(absolute);
+  }
+
+  [[nodiscard]] const double* of(const double* all, Index joint) const {
+    return all + joint * kStatesPerJoint;
+  }
+  [[nodiscard]] Vector3d gathered(const double* all, State which) const {
+    Vector3d out = Vector3d::Zero();
+    for (Index i = 0; i < count; ++i) out[i] = of(all, i)[which];
+    return out;
+  }
+
+  void derivative(const double* all, double* rate) const {
+    const Vector3d drive = drive_from_motor * gathered(all, kMotor);
+    const Vector3d drive_velocity = drive_from_motor * gathered(all, kMotorVelocity);
+    Vector3d tension = Vector3d::Zero();
+    Vector3d joint_effort = Vector3d::Zero();
+    for (Index i = 0; i < count; ++i) {
+      const JointPhysics& joint = robot.joints[static_cast<std::size_t>(i)];
+      const double* s = of(all, i);
+      double* r = rate + i * kStatesPerJoint;
+      const CableState cable =
+          cable_of(joint.cable, drive[i], drive_velocity[i], inputs.length[i], s);
+      const DryFriction& behind = joint.joint_friction;
+      const Friction held = friction_of(
+          behind, s + kJointBristle, 1, s[kJointVelocity],
+          sliding_level(behind, s[kJointVelocity], s[kJoint], cable.tension, 1.0));
+      tension[i] = cable.tension;
+      r[kMotor] = s[kMotorVelocity];
+      r[kJoint] = s[kJointVelocity];
+      r[kJointBristle] = held.rate[0];
+      r[kLoop] = cable.loop_rate;
+      r[kCreep] = cable.creep_rate;
+      joint_effort[i] = cable.tension - slow.bias[i] - held.effort + flexible(joint, s, r);
+    }
+    const Vector3d reaction = drive_from_motor.transpose() * tension;
+    for (Index i = 0; i < count; ++i) {
+      const JointPhysics& joint = robot.joints[static_cast<std::size_t>(i)];
+      const double* s = of(all, i);
+      double* r = rate + i * kStatesPerJoint;
+      const double v = s[kMotorVelocity];
+      const DryFriction& dry = joint.motor_friction;
+      const Friction friction =
+          friction_of(dry, s + kBristle1, 3, v,
+                      sliding_level(dry, v, s[kMotor], tension[i], inputs.friction_scale[i]));
+      std::copy(friction.rate.begin(), friction.rate.end(), r + kBristle1);
+      const double viscous = (joint.viscous + joint.square_viscous * std::abs(v)) * v * (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
+      const double leak = joint.tension_leak * tension[joint.leak_from];
+      r[kMotorVelocity] = (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous -
+                           reaction[i] - leak) / joint.motor_inertia;
+    }
+    const Vector3d acceleration = inverse_mass * joint_effort;
+    for (Index i = 0; i < count; ++i) rate[i * kStatesPerJoint + kJointVelocity] = acceleration[i];
+  }
+
+  [[nodiscard]] double drive_effort(const JointPhysics& joint, Index i, double motor) const {
+    return clamped(inputs.effort[i], joint.saturation) * (1.0 + joint.torque_ratio) +
+           joint.ripple.amplitude * std::sin(joint.ripple.order * motor + joint.ripple.phase_rad) +
+           inputs.disturbance[i];
+  }
+
+  /// Effort of the flexible mass on its joint; its own motion goes into `r`.
+  static double flexible(const JointPhysics& joint, const double* s, double* r) {
+    r[kFlexible] = s[kFlexibleVelocity];
+    r[kFlexibleVelocity] = 0.0;
+    if (joint.flexible_inertia <= 0.0) return 0.0;
+    const double effort = joint.flexible_stiffness * (s[kFlexible] - s[kJoint]) +
+                          joint.flexible_damping * (s[kFlexibleVelocity] - s[kJointVelocity]);
+    r[kFlexibleVelocity] = -effort / joint.flexible_inertia;
+    return effort;
+  }
+
+  void hold_geometry() {
+    const double* all = N_VGetArrayPointer(y);
+    slow = robot.chain.at(gathered(all, kJoint), gathered(all, kJointVelocity));
+    inverse_mass = slow.mass.inverse();
+  }
+
+  static int right_hand_side(realtype /*t*/, N_Vector state, N_Vector rate, void* self) {
+    static_cast<const Impl*>(self)->derivative(N_VGetArrayPointer(state),
+                                               N_VGetArrayPointer(rate));
+    return 0;
+  }
+
+  RobotPhysics robot;
+  Index count;
+  Eigen::Matrix3d drive_from_motor, motor_from_drive;
+  ChainDynamics slow;
+  Eigen::Matrix3d inverse_mass = Eigen::Matrix3d::Identity();
+  CycleInputs inputs;
+  sundials::Context context;
+  N_Vector y = nullptr;
+  N_Vector absolute = nullptr;
+  void* solver = nullptr;
+  double t_s = 0.0;
+};
+
+core::Result<Mechanics> Mechanics::create(const RobotPhysics& robot, double tolerance) {
+  auto impl = std::make_unique<Impl>(robot);
+  const sunindextype size = impl->count * kStatesPerJoint;
+  impl->y = N_VNew_Serial(size, impl->context);
+  impl->absolute = N_VNew_Serial(size, impl->context);
+  N_VConst(0.0, impl->y);
+  double* absolute = N_VGetArrayPointer(impl->absolute);
+  for (Index i = 0; i < impl->count; ++i) {
+    const double unit = robot.joints[static_cast<std::size_t>(i)].prismatic ? 0.1 : 1.0;
+    for (int s = 0; s < kStatesPerJoint; ++s) {
+      const bool velocity = s == kMotorVelocity || s == kJointVelocity || s == kFlexibleVelocity;
+      absolute[i * kStatesPerJoint + s] =
+          tolerance * (velocity ? 0.1 : 1e-3) * (s == kLoop ? 100.0 : unit);
+    }
+  }
+  impl->solver = ERKStepCreate(Impl::right_hand_side, 0.0, impl->y, impl->context);
+  const bool ready = impl->solver != nullptr &&
+                     ERKStepSStolerances(impl->solver, tolerance, tolerance) == 0 &&
+                     ERKStepSVtolerances(impl->solver, tolerance, impl->absolute) == 0 &&
+                     ERKStepSetUserData(impl->solver, impl.get()) == 0 &&
+                     ERKStepSetMaxNumSteps(impl->solver, 20000) == 0 &&
+                     ERKStepSetTableNum(impl->solver, ARKODE_BOGACKI_SHAMPINE_4_2_3) == 0;
+  if (!ready) return core::Error{core::ErrorCode::kData, "SUNDIALS refused the robot's equations"};
+  return Mechanics(std::move(impl));
+}
+
+Mechanics::Mechanics(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Mechanics::Mechanics(Mechanics&&) noexcept = default;
+Mechanics& Mechanics::operator=(Mechanics&&) noexcept = default;
+Mechanics::~Mechanics() = default;
+
+void Mechanics::place(const Vector3d& joints) {
+  double* all = N_VGetArrayPointer(impl_->y);
+  N_VConst(0.0, impl_->y);
+  const Vector3d weight = impl_->robot.chain.weight(joints);
+  Vector3d drive = joints;
+  for (Index i = 0; i < impl_->count; ++i)
+    drive[i] += weight[i] / impl_->robot.joints[static_cast<std::size_t>(i)].cable.stiffness;
+  const Vector3d motors = impl_->motor_from_drive * drive;
+  for (Index i = 0; i < impl_->count; ++i) {
+    all[i * kStatesPerJoint + kMotor] = motors[i];
+    all[i * kStatesPerJoint + kJoint] = joints[i];
+    all[i * kStatesPerJoint + kFlexible] = joints[i];
+  }
+}
+
+core::Status Mechanics::advance(const CycleInputs& inputs, double dt_s) {
+  Impl& m = *impl_;
+  m.inputs = inputs;
+  m.hold_geometry();
+  const double end_s = m.t_s + dt_s;
+  double reached_s = m.t_s;
+  int flag = ERKStepReset(m.solver, m.t_s, m.y);
+  if (flag == 0) flag = ERKStepSetStopTime(m.solver, end_s);
+  if (flag == 0) flag = ERKStepEvolve(m.solver, end_s, m.y, &reached_s, ARK_NORMAL);
+  m.t_s = end_s;
+  const bool finite = std::isfinite(N_VMaxNorm(m.y));
+  if (flag >= 0 && finite) return {};
+  return core::Error{core::ErrorCode::kData,
+                     fmt::format("the generator's integrator gave up at {:.3f} s (ARKODE code {})",
+                                 end_s, flag)};
+}
+
+double Mechanics::state(std::size_t joint, State which) const {
+  return impl_->of(N_VGetArrayPointer(impl_->y), static_cast<Index>(joint))[which];
+}
+Vector3d Mechanics::motors() const {
+  return impl_->gathered(N_VGetArrayPointer(impl_->y), kMotor);
+}
+Vector3d Mechanics::joints() const {
+  return impl_->gathered(N_VGetArrayPointer(impl_->y), kJoint);
+}
+
+Vector3d Mechanics::tensions() const {
+  const double* all = N_VGetArrayPointer(impl_->y);
+  const Vector3d drive = impl_->drive_from_motor * motors();
+  const Vector3d velocity = impl_->drive_from_motor * impl_->gathered(all, kMotorVelocity);
+  Vector3d tension = Vector3d::Zero();
+  for (Index i = 0; i < impl_->count; ++i) {
+    tension[i] = cable_of(impl_->robot.joints[static_cast<std::size_t>(i)].cable, drive[i],
+                          velocity[i], impl_->inputs.length[i], impl_->of(all, i)).tension;
+  }
+  return tension;
+}
+
+Vector3d Mechanics::motor_frictions() const {
+  const double* all = N_VGetArrayPointer(impl_->y);
+  const Vector3d tension = tensions();
+  Vector3d out = Vector3d::Zero();
+  for (Index i = 0; i < impl_->count; ++i) {
+    const JointPhysics& joint = impl_->robot.joints[static_cast<std::size_t>(i)];
+    const double* s = impl_->of(all, i);
+    const double v = s[kMotorVelocity];
+    const double level = sliding_level(joint.motor_friction, v, s[kMotor], tension[i],
+                                       impl_->inputs.friction_scale[i]);
+    out[i] = friction_of(joint.motor_friction, s + kBristle1, 3, v, level).effort +
+             joint.viscous * v;
+  }
+  return out;
+}
+
+double Mechanics::energy() const {
+  const double* all = N_VGetArrayPointer(impl_->y);
+  const Vector3d velocity = impl_->gathered(all, kJointVelocity);
+  const Vector3d drive = impl_->drive_from_motor * motors();
+  const ChainDynamics now = impl_->robot.chain.at(joints(), velocity);
+  const auto count = impl_->count;
+  double energy =
+      0.5 * velocity.head(count).dot(now.mass.topLeftCorner(count, count) * velocity.head(count));
+  for (Index i = 0; i < count; ++i) {
+    const JointPhysics& joint = impl_->robot.joints[static_cast<std::size_t>(i)];
+    const double* s = impl_->of(all, i);
+    const double stretch = drive[i] - s[kJoint];
+    const double bend = s[kFlexible] - s[kJoint];
+    energy += 0.5 * (joint.motor_inertia * s[kMotorVelocity] * s[kMotorVelocity] +
+                     joint.cable.stiffness * stretch * stretch +
+                     joint.flexible_inertia * s[kFlexibleVelocity] * s[kFlexibleVelocity] +
+                     joint.flexible_stiffness * bend * bend);
+  }
+  return energy;
+}
+
+long long Mechanics::steps() const {
+  long int steps = 0;
+  ERKStepGetNumSteps(impl_->solver, &steps);
+  return steps;
+}
+
+}  // namespace ravencal::prove

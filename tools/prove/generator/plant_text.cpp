@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "prove/generator/nominal.hpp"
+
+namespace ravencal::prove {
+namespace {
+
+std::string list(const Vector3d& v) { return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", v[0], v[1], v[2]); }
+
+std::string effect(const char* id, std::initializer_list<std::pair<const char*, double>> values) {
+  std::string text = fmt::format("\n  [[joint.effect]]\n  id = \"{}\"\n", id);
+  for (const auto& [key, value] : values) text += fmt::format("  {} = {:.9g}\n", key, value);
+  return text;
+}
+
+std::string joint_text(const NominalJoint& j) {
+  const bool p = j.prismatic;
+  std::string text = fmt::format(
+      "\n[[joint]]\nname = \"{}\"\nkind = \"{}\"\nmotor_inertia_kg_m2 = {:.9g}\n"
+      "gearbox_ratio = {:.9g}\n{} = {:.12g}\n{} = {:.9g}\n",
+      j.name, p ? "prismatic" : "revolute", j.motor_inertia_kg_m2, j.gearbox_ratio,
+      p ? "reduction_rad_per_m" : "reduction", j.reduction,
+      p ? "joint_encoder_resolution_m" : "joint_encoder_resolution_rad", j.truth_resolution);
+  text += fmt::format("\n  [joint.link]\n  mass_kg = {:.9g}\n  com_m = {}\n  inertia_kg_m2 = {}\n",
+                      j.mass_kg, list(j.com_m), list(j.inertia_kg_m2));
+  text += fmt::format(
+      "\n  [joint.drive]\n  input = \"torque_n_m\"\n  dac_counts_per_n_m = {:.9g}\n"
+      "\n  [joint.controller]\n  kp_n_m_per_rad = {:.9g}\n  kd_n_m_s_per_rad = {:.9g}\n"
+      "  dac_limit_counts = {:.9g}\n",
+      j.dac_counts_per_n_m, j.kp, j.kd, j.dac_limit_counts);
+  if (j.stiffness > 0.0) {
+    text += effect("compliance",
+                   {{p ? "stiffness_n_per_m" : "stiffness_n_m_per_rad", j.stiffness},
+                    {p ? "damping_n_s_per_m" : "damping_n_m_s_per_rad", j.cable_damping}});
+  }
+  if (j.joint_friction > 0.0) {
+    text += effect("joint_friction", {{p ? "level_n" : "level_n_m", j.joint_friction},
+                                      {p ? "presliding_m" : "presliding_rad", j.joint_presliding}});
+  }
+  if (j.coulomb > 0.0) text += effect("coulomb_friction", {{p ? "level_n" : "level_n_m", j.coulomb}});
+  if (j.viscous > 0.0) {
+    text += effect("viscous_friction",
+                   {{p ? "damping_n_s_per_m" : "damping_n_m_s_per_rad", j.viscous}});
+  }
+  if (j.stribeck_extra > 0.0) {
+    text += effect("stribeck_friction",
+                   {{p ? "extra_n" : "extra_n_m", j.stribeck_extra},
+                    {p ? "velocity_m_per_s" : "velocity_rad_per_s", j.stribeck_velocity}});
+  }
+  if (j.presliding > 0.0) {
+    text += effect("presliding", {{p ? "displacement_m" : "displacement_rad", j.presliding}});
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string plant_text(const NominalRobot& robot) {
+  std::string text;
+  if (robot.joints.size() > 1) {
+    text += "coupling = [\n";
+    for (Eigen::Index i = 0; i < 3; ++i)
+      text += fmt::format("  {},\n", list(robot.coupling.row(i).transpose()));
+    text += "]\n\n";
+  }
+  text += fmt::format(
+      "[robot]\nname = \"{}\"\narm = \"gold\"\ngravity_m_per_s2 = {}\n"
+      "tool_joints_rad = [0.0, 0.0, 0.0, 0.0]\n\n[sensors]\nmotor_encoder_counts_per_rev = 4000\n\n"
+      "[logger]\nrate_hz = {:.9g}\ntruth_period_s = {:.9g}\ntruth_latency_s = {:.9g}\n"
+      "truth_latency_deviation_s = 0.0015\n",
+      robot.name, list(robot.gravity), robot.row_rate_hz, robot.truth_period_s,
+      robot.truth_latency_s);
+  for (const NominalJoint& joint : robot.joints) text += joint_text(joint);
+  return text;
+}
+
+}  // namespace ravencal::prove

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The robot as it really is in a sealed case: microphysics that `simulate` and `diagnose` do not
+// have. Quantities of a joint are referred to the joint: rad and N m, or m and N.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "prove/generator/chain.hpp"
+
+namespace ravencal::prove {
+
+/// Dry friction: LuGre (Canudas de Wit et al., IEEE TAC 1995) in up to three parallel elements,
+/// which with different displacements yield one after the other (generalised Maxwell slip).
+struct DryFriction {
+  double level = 0.0;            ///< Coulomb level while sliding
+  double stribeck_extra = 0.0;   ///< breakaway minus sliding level
+  double stribeck_velocity = 1.0;  ///< in exp(-(v / v_s)^2)
+  double displacement = 1e-4;    ///< of the bristles at the level
+  double spread = 0.0;           ///< elements yield at (1 - spread), 1, (1 + spread) of it
+  double damping = 0.0;          ///< of the bristles
+  double load_share = 0.0;       ///< of the tension that passes through
+  double asymmetry = 0.0;        ///< level times 1 + asymmetry forwards, 1 - asymmetry backwards
+  double local_extra = 0.0;      ///< further level around a place (outside of the vocabulary)
+  double local_centre = 0.0, local_width = 1.0;
+};
+
+/// A smooth hill of the transmission or a wave over position.
+struct Hill {
+  double height = 0.0, centre = 0.0, width = 1.0;
+};
+struct Wave {
+  double amplitude = 0.0, order = 0.0, phase_rad = 0.0;
+};
+
+struct CablePhysics {
+  double stiffness = 1.0;
+  double damping = 0.0;
+  double stiffening = 0.0;  ///< stretch w in k w sinh(s / w); 0: straight
+  double asymmetry = 0.0;   ///< stiffness times 1 - asymmetry when pulled the other way
+  double gap_half_width = 0.0;
+  double hysteresis_stiffness = 0.0;  ///< Bouc-Wen: initial slope and stretch that saturates it
+  double hysteresis_yield = 1.0;
+  double creep_compliance = 0.0;
+  double creep_time_s = 1.0;
+  double ratio_error = 0.0;
+  Wave eccentricity;
+  Hill bump;
+};
+
+struct JointPhysics {
+  std::string name;
+  bool prismatic = false;
+  double reduction = 1.0;      ///< motor rad per joint unit
+  double gearbox_ratio = 1.0;  ///< motor shaft to capstan
+  double motor_inertia = 1.0;  ///< at the joint
+  double viscous = 0.0;
+  DryFriction motor_friction;
+  DryFriction joint_friction;
+  CablePhysics cable;
+  double torque_ratio = 0.0;  ///< relative error of the motor's torque
+  Wave ripple;
+  double saturation = 0.0;  ///< the amplifier clips here; 0: never
+  double square_viscous = 0.0;  ///< effort per squared speed (outside of the vocabulary)
+  double tension_leak = 0.0;  ///< share of another joint's tension that loads this motor
+  int leak_from = 0;
+  double flexible_inertia = 0.0, flexible_stiffness = 0.0, flexible_damping = 0.0;
+};
+
+struct RobotPhysics {
+  std::vector<JointPhysics> joints;
+  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();  ///< true; joint = motor + coupling * joints
+  Chain chain;
+};
+
+}  // namespace ravencal::prove

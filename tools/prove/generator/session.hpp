@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One recorded run of a sealed case: the robot in its 1 kHz loop (quantised encoders, velocity as a
+// raw difference, whole DAC counts, clipping), noise that remembers, and the recorder's chain
+// (throttled robot stream, truth stamped late on another clock, nearest stamps paired).
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "prove/generator/mechanics.hpp"
+#include "prove/generator/motion.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::prove {
+
+/// The controller of one joint as it really is, and what its recorder adds. Torques of `kp`, `kd`
+/// at the capstan per motor rad; noise in joint units.
+struct JointSession {
+  double kp = 0.0, kd = 0.0;
+  double dac_counts_per_n_m = 1.0;
+  double dac_limit_counts = 0.0;
+  double motor_counts_per_rev = 4000.0;
+  double truth_resolution = 0.0;
+  double truth_offset = 0.0;
+  double white = 0.0, coloured = 0.0, walk_per_root_s = 0.0;  ///< of the truth
+  double disturbance = 0.0;      ///< of the motor's effort: deviation of coloured noise
+  double friction_wander = 0.0;  ///< relative deviation of the dry friction's level
+  double friction_warm_up = 0.0, warm_up_time_s = 1.0;  ///< level times 1 + a exp(-t / T)
+  double hum = 0.0, hum_hz = 1.0;                       ///< effort over time, outside vocabulary
+  double drift = 0.0, drift_time_s = 1.0;
+  std::vector<std::pair<double, double>> slips;        ///< time, size
+  std::vector<std::pair<double, long>> lost_counts;    ///< time, counts of the motor encoder
+  struct Pulse {
+    double begin_s, end_s, effort;
+  };
+  std::vector<Pulse> pulses;  ///< added to the drive's input, and recorded with it
+  double truth_delay_s = 0.0;  ///< of this joint's truth, beyond the recorder's latency
+  MotionRange range;
+};
+
+struct Session {
+  RobotPhysics robot;
+  Eigen::Matrix3d believed_coupling = Eigen::Matrix3d::Zero();  ///< the controller's
+  std::vector<JointSession> joints;
+  MotionKind motion = MotionKind::kSlow;
+  double duration_s = 240.0;
+  int cycles_per_row = 10;
+  double truth_period_s = 0.0104, truth_latency_s = 0.004, truth_latency_deviation_s = 0.0015;
+  double truth_clock_error = 0.0;  ///< relative
+  double lost_truth = 0.0;         ///< share of rows without truth
+  bool with_truth = true;
+  bool with_torque = true;
+  bool with_noise = true;  ///< false: sensors and friction are quiet (for closed-form checks)
+};
+
+/// Seeds: motion and noise are drawn apart, so that twins can share one and differ in the other.
+struct SessionSeeds {
+  std::uint64_t motion = 1;
+  std::uint64_t noise = 1;
+};
+
+/// Records the session. `look` is asked about once per simulated second; false stops (kUsage).
+core::Result<record::Recording> run_session(const Session& session, const SessionSeeds& seeds,
+                                            const std::function<bool()>& look);
+
+}  // namespace ravencal::prove
