@@ -16,7 +16,8 @@ using core::TomlTable;
 std::int64_t ns_of_ms(double ms) { return std::llround(1e6 * ms); }
 
 std::optional<SourceKind> kind_from(std::string_view name) {
-  for (const auto kind : {SourceKind::kGpio, SourceKind::kCan, SourceKind::kReplay}) {
+  for (const auto kind :
+       {SourceKind::kGpio, SourceKind::kCan, SourceKind::kCounter, SourceKind::kReplay}) {
     if (name_of(kind) == name) return kind;
   }
   return std::nullopt;
@@ -88,7 +89,7 @@ constexpr double kLargestMPerS = 1.0;
 
 double read_largest_rate(TomlTable& table, const AxisSettings& axis) {
   const double speed = axis.unit == "rad" ? kLargestRadPerS : kLargestMPerS;
-  return table.number_or("max_counts_per_s", std::ceil(speed / axis.si_per_count), {0.0, 1e12});
+  return table.number_or("max_counts_per_s", std::round(speed / axis.si_per_count), {0.0, 1e12});
 }
 
 CanEncoder read_can(TomlTable& table) {
@@ -104,6 +105,52 @@ CanEncoder read_can(TomlTable& table) {
   return encoder;
 }
 
+CounterEncoder read_counter(TomlTable& table, const AxisSettings& axis) {
+  CounterEncoder encoder;
+  encoder.number = static_cast<unsigned>(table.integer_or("count", 0, {0, 255}));
+  encoder.channel = static_cast<unsigned>(table.integer_or("event_channel", 0, {0, 255}));
+  if (const auto bits = table.find_integer("counter_bits", {2, 64})) {
+    encoder.counter_bits = static_cast<unsigned>(*bits);
+  }
+  encoder.max_counts_per_s = read_largest_rate(table, axis);
+  return encoder;
+}
+
+std::string_view device_key_of(SourceKind kind) {
+  switch (kind) {
+    case SourceKind::kGpio:
+      return "chip";
+    case SourceKind::kCan:
+      return "interface";
+    case SourceKind::kCounter:
+      return "counter";
+    case SourceKind::kReplay:
+      return "recording";
+  }
+  return "";
+}
+
+void read_can_source(TomlTable& table, SourceSettings& source) {
+  source.position_timeout_ns = ns_of_ms(table.number_or("position_timeout_ms", 0.0, {0.0, 1e6}));
+  source.heartbeat_timeout_ns = ns_of_ms(table.number_or("heartbeat_timeout_ms", 0.0, {0.0, 1e6}));
+  source.sync_period_ns = ns_of_ms(table.number_or("sync_period_ms", 0.0, {0.0, 1e4}));
+  source.start_nodes = table.boolean_or("start_nodes", false);
+}
+
+void read_counter_source(TomlTable& table, SourceSettings& source) {
+  const std::string mode = table.text_or("mode", "auto");
+  if (mode == "auto") {
+    source.counter_mode = CounterMode::kAuto;
+  } else if (mode == "events") {
+    source.counter_mode = CounterMode::kEvents;
+  } else if (mode == "poll") {
+    source.counter_mode = CounterMode::kPoll;
+  } else {
+    table.fail("mode", "mode must be \"auto\", \"events\" or \"poll\"");
+  }
+  source.poll_period_ns = std::llround(1e9 / table.number_or("poll_hz", 1000.0, {1.0, 20'000.0}));
+}
+
 }  // namespace
 
 SourceSettings read_source_settings(TomlTable& table) {
@@ -111,24 +158,26 @@ SourceSettings read_source_settings(TomlTable& table) {
   source.name = table.text("name");
   const std::string kind = table.text("kind");
   const auto known = kind_from(kind);
-  if (!known) table.fail("kind", fmt::format("kind is '{}', must be gpio, can or replay", kind));
+  if (!known) {
+    table.fail("kind", fmt::format("kind is '{}', must be gpio, can, counter or replay", kind));
+  }
   source.kind = known.value_or(SourceKind::kGpio);
-  const char* device_key = source.kind == SourceKind::kGpio  ? "chip"
-                           : source.kind == SourceKind::kCan ? "interface"
-                                                             : "recording";
-  source.device = table.text(device_key);
-  if (source.kind == SourceKind::kGpio) {
-    source.event_buffer_size =
-        static_cast<std::uint32_t>(table.integer_or("event_buffer_size", 0, {0, 1024}));
-    source.reorder_ns = ns_of_ms(table.number_or("reorder_ms", 1.0, {0.0, 100.0}));
-  } else if (source.kind == SourceKind::kReplay) {
-    source.replay_speed = table.number_or("speed", 1.0, {0.0, 1e6});
-  } else {
-    source.position_timeout_ns = ns_of_ms(table.number_or("position_timeout_ms", 0.0, {0.0, 1e6}));
-    source.heartbeat_timeout_ns =
-        ns_of_ms(table.number_or("heartbeat_timeout_ms", 0.0, {0.0, 1e6}));
-    source.sync_period_ns = ns_of_ms(table.number_or("sync_period_ms", 0.0, {0.0, 1e4}));
-    source.start_nodes = table.boolean_or("start_nodes", false);
+  source.device = table.text(device_key_of(source.kind));
+  switch (source.kind) {
+    case SourceKind::kGpio:
+      source.event_buffer_size =
+          static_cast<std::uint32_t>(table.integer_or("event_buffer_size", 0, {0, 1024}));
+      source.reorder_ns = ns_of_ms(table.number_or("reorder_ms", 1.0, {0.0, 100.0}));
+      break;
+    case SourceKind::kCan:
+      read_can_source(table, source);
+      break;
+    case SourceKind::kCounter:
+      read_counter_source(table, source);
+      break;
+    case SourceKind::kReplay:
+      source.replay_speed = table.number_or("speed", 1.0, {0.0, 1e6});
+      break;
   }
   return source;
 }
@@ -137,6 +186,9 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
                  AxisSettings& axis) {
   // A counting device's value stands until the next; without a limit of its own, for a second.
   constexpr std::int64_t kDefaultStaleNs = 1'000'000'000;
+  if (axis.index && source.kind != SourceKind::kGpio) {
+    table.fail("index_counts", "index_counts needs a source of kind gpio with line_z");
+  }
   switch (source.kind) {
     case SourceKind::kGpio:
       source.gpio.push_back(read_gpio(table));
@@ -148,6 +200,10 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
       source.can.push_back(read_can(table));
       source.can.back().axis = axis_number;
       source.can.back().max_counts_per_s = read_largest_rate(table, axis);
+      break;
+    case SourceKind::kCounter:
+      source.counters.push_back(read_counter(table, axis));
+      source.counters.back().axis = axis_number;
       break;
     case SourceKind::kReplay:
       source.replay_joints[axis.joint] = axis_number;

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "quadrature_reader/sources/can.hpp"
+#include "quadrature_reader/sources/counter.hpp"
 #include "quadrature_reader/sources/gpio_source.hpp"
 #include "quadrature_reader/sources/replay.hpp"
 
@@ -17,6 +18,8 @@ core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings
       return std::unique_ptr<Source>(std::make_unique<ReplaySource>(settings));
     case SourceKind::kCan:
       return make_can_source(settings);
+    case SourceKind::kCounter:
+      return std::unique_ptr<Source>(std::make_unique<CounterSource>(settings));
   }
   return core::Error{core::ErrorCode::kUsage, "there is no such kind of source"};
 }

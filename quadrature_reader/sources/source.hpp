@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where readings come from: GPIO edges, CAN frames, a recording.
+// Where readings come from: GPIO edges, CAN frames, counter chips, a recording.
 #pragma once
 
 #include <chrono>

@@ -8,6 +8,7 @@ ravencal_test(NAME encoder_recording_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/encoder_can_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_config_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_counter_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_gpio_source_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_recorder_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_sorter_test.cpp

@@ -89,6 +89,32 @@ counter_bits = 20
   EXPECT_EQ(config->encoders[0].axis.stale_ns, 50'000'000);
 }
 
+TEST(EncoderConfig, ReadsCounterChips) {
+  const std::string text = R"(
+[[source]]
+name = "chip"
+kind = "counter"
+counter = "/dev/ravencal/counter"
+mode = "poll"
+poll_hz = 2000
+[[encoder]]
+joint = "insertion"
+source = "chip"
+um_per_count = 5
+count = 1
+counter_bits = 24
+)";
+  const auto config = parse_config(text, "encoders.toml");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_EQ(config->sources[0].counter_mode, CounterMode::kPoll);
+  EXPECT_EQ(config->sources[0].poll_period_ns, 500'000);
+  const CounterEncoder& count = config->sources[0].counters[0];
+  EXPECT_EQ(count.number, 1U);
+  EXPECT_EQ(count.counter_bits, 24U);
+  EXPECT_EQ(count.max_counts_per_s, 200'000.0) << "1 m/s";
+  EXPECT_NE(error_of(text + "index_counts = 80000\n").find("kind gpio"), std::string::npos);
+}
+
 TEST(EncoderConfig, NamesFileLineAndKeyOfEveryMistake) {
   EXPECT_EQ(error_of(kSource + kEncoder + "lines_z = 3\n").rfind("encoders.toml:12:", 0), 0U)
       << error_of(kSource + kEncoder + "lines_z = 3\n");
