@@ -27,9 +27,9 @@ inline constexpr std::size_t kFeatureCountAt = 28;
 inline constexpr std::size_t kLayerCountAt = 32;
 inline constexpr std::size_t kOutputCountAt = 36;
 inline constexpr std::size_t kSelfTestCountAt = 40;
-inline constexpr std::size_t kReservedAt = 44;
+inline constexpr std::size_t kTrustRankAt = 44;
 inline constexpr std::size_t kRowPeriodAt = 48;
-inline constexpr std::size_t kReserved2At = 56;
+inline constexpr std::size_t kReservedAt = 56;
 inline constexpr std::size_t kSectionTableAt = 64;
 inline constexpr std::size_t kSectionEntryBytes = 8;
 inline constexpr std::size_t kHeaderBytes = 192;
@@ -40,6 +40,7 @@ enum Section : std::size_t {
   kInputScaling,
   kInputRange,
   kNetwork,
+  kTrust,
   kOutputScaling,
   kOutputs,
   kSelfTest,
@@ -62,14 +63,33 @@ inline constexpr std::size_t kOutputUnitBytes = 16;
 inline constexpr std::size_t kOutputTailAt = 120;
 inline constexpr std::uint8_t kNoSlot = 0xFF;
 
+// Offsets within the trust section; directions are f32 rows of padded inputs.
+inline constexpr std::size_t kTrustResidualAt = 0;
+inline constexpr std::size_t kTrustFullAt = 4;
+inline constexpr std::size_t kTrustNoneAt = 8;
+inline constexpr std::size_t kTrustHeadEnd = 12;
+inline constexpr std::size_t kTrustVariancesAt = 64;
+inline constexpr std::size_t kTrustDirectionsAt = 128;
+inline constexpr std::size_t kTrustLanes = 16;
+
+// Offsets within the trailer.
 inline constexpr std::size_t kTrailerBytes = 128;
-inline constexpr std::size_t kTrailerSignatureKindAt = 4;
+inline constexpr std::size_t kSignatureKindAt = 4;
+inline constexpr std::size_t kSignatureAt = 56;
+inline constexpr std::size_t kSignatureBytes = 64;
+inline constexpr std::size_t kSignatureChecksumAt = 120;
+inline constexpr std::size_t kTrailerTailAt = 124;
+inline constexpr std::uint32_t kUnsigned = 0;
+inline constexpr std::uint32_t kEd25519 = 1;
 
 // Limits: far above any calibration network, low enough that no size computation overflows.
 inline constexpr std::uint32_t kMaxFeatures = 4096;
 inline constexpr std::uint32_t kMaxLayers = 16;
 inline constexpr std::uint32_t kMaxOutputs = 16;
 inline constexpr std::uint32_t kMaxSelfTests = 64;
+inline constexpr std::uint32_t kMaxTrustRank = 16;
+inline constexpr float kMaxInverseVariance = 1e6F;  ///< of scaled inputs
+inline constexpr double kMaxSkew = 1e-5;  ///< of a product of directions from that of orthonormal
 inline constexpr std::uint32_t kMaxLagRows = 100000;
 inline constexpr std::uint32_t kMaxProvenanceBytes = 1U << 20;
 inline constexpr std::uint32_t kMaxFileBytes = 1U << 28;
@@ -78,6 +98,15 @@ inline constexpr double kMaxRowPeriodS = 60.0;
 
 constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+/// Bytes of a direction of the trust section: f32 per input, padded with zeros to whole lines.
+constexpr std::size_t trust_direction_bytes(std::size_t features) noexcept {
+  return aligned(features * sizeof(float));
+}
+/// Bytes of the trust section; none of rank 0.
+constexpr std::size_t trust_bytes(std::size_t features, std::size_t rank) noexcept {
+  return rank == 0 ? 0 : kTrustDirectionsAt + rank * trust_direction_bytes(features);
 }
 
 /// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected, as in RFC 3720) of `bytes`.

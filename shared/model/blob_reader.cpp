@@ -47,6 +47,24 @@ core::Status read_features(const BlobView& view, std::string_view source, Calibr
   return {};
 }
 
+std::optional<TrustRegion> read_trust(const BlobView& view) {
+  if (view.trust_rank() == 0) return std::nullopt;
+  const auto rank = static_cast<Eigen::Index>(view.trust_rank());
+  const auto inputs = static_cast<Eigen::Index>(view.feature_count());
+  TrustRegion trust;
+  trust.inverse_variance = Eigen::VectorXf::NullaryExpr(rank, [&](Eigen::Index k) {
+    return view.trust_inverse_variance(static_cast<std::size_t>(k));
+  });
+  trust.directions =
+      Eigen::MatrixXf::NullaryExpr(rank, inputs, [&](Eigen::Index k, Eigen::Index i) {
+        return view.trust_direction(static_cast<std::size_t>(k), static_cast<std::size_t>(i));
+      });
+  trust.inverse_residual_variance = view.trust_inverse_residual_variance();
+  trust.full_distance = view.trust_full_distance();
+  trust.none_distance = view.trust_none_distance();
+  return trust;
+}
+
 template <typename Read>
 Eigen::VectorXd read_vector(std::size_t count, Read read) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(count));
@@ -76,6 +94,13 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
   json["precision"] = model::name_of(view.precision());
   json["bytes_per_step"] = view.bytes_per_step();
   json["row_period_s"] = model.row_period_s;
+  json["signature"] = view.is_signed() ? "ed25519" : "none";
+  json["trust"] = nullptr;
+  if (model.trust) {
+    json["trust"] = {{"directions", model.trust->directions.rows()},
+                     {"full_distance", model.trust->full_distance},
+                     {"none_distance", model.trust->none_distance}};
+  }
   for (std::size_t i = 0; i < model.features.size(); ++i) {
     const auto e = static_cast<Eigen::Index>(i);
     json["inputs"].push_back({{"feature", model.features[i].text()},
@@ -124,6 +149,7 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
   model.input.scale = read_vector(n, [&](std::size_t i) { return view.input_scale(i); });
   model.input_min = read_vector(n, [&](std::size_t i) { return view.input_min(i); });
   model.input_max = read_vector(n, [&](std::size_t i) { return view.input_max(i); });
+  model.trust = read_trust(view);
   RAVENCAL_ASSIGN_OR_RETURN(model.layers, unpack_layers(view.network_bytes()));
   model.output.mean = read_vector(m, [&](std::size_t j) { return view.output_mean(j); });
   model.output.scale = read_vector(m, [&](std::size_t j) { return view.output_scale(j); });
@@ -162,6 +188,17 @@ core::Result<std::string> describe_blob(const std::filesystem::path& path) {
                         layer["activation"].get<std::string>());
   }
   text += fmt::format("\nrow period   {} s\n", json["row_period_s"].get<double>());
+  text += fmt::format("signature    {}\n", json["signature"] == "none"
+                                               ? "none"
+                                               : "Ed25519 (`ravencal sign verify` checks it)");
+  const auto& trust = json["trust"];
+  text += trust.is_null()
+              ? std::string("trust        none: the confidence is always 1; train the model anew\n")
+              : fmt::format(
+                    "trust        {} directions; confidence 1 up to a distance of {:.4g}, 0 "
+                    "from {:.4g}\n",
+                    trust["directions"].get<std::size_t>(), trust["full_distance"].get<double>(),
+                    trust["none_distance"].get<double>());
   for (const auto& output : json["outputs"]) {
     text += fmt::format("corrects     {} [{}], mean correction {:.6g}\n",
                         output["added_to"].get<std::string>(), output["unit"].get<std::string>(),

@@ -18,7 +18,7 @@ const char* describe(BlobStatus status) noexcept {
     case BlobStatus::kChecksum:
       return "the checksum does not match: the file is damaged";
     case BlobStatus::kSignature:
-      return "it is signed, which this build cannot verify";
+      return "it is signed in a way that this build does not know";
     case BlobStatus::kReserved:
       return "a reserved byte is not zero";
     case BlobStatus::kSection:
@@ -33,6 +33,8 @@ const char* describe(BlobStatus status) noexcept {
       return "a scaling value is not finite or not positive";
     case BlobStatus::kRange:
       return "a trained range is not finite or empty";
+    case BlobStatus::kTrust:
+      return "the directions, variances or distances of the trust section are out of range";
     case BlobStatus::kLayer:
       return "the layers do not fit together";
     case BlobStatus::kWeight:

@@ -16,7 +16,7 @@ enum class BlobStatus : std::uint8_t {
   kVersion,     ///< a major format version that this build does not read
   kSize,        ///< the header's sizes disagree with each other or with the file
   kChecksum,    ///< CRC-32C differs: damaged or changed
-  kSignature,   ///< signed in a way that this build cannot verify
+  kSignature,   ///< a kind of signature that this build does not know
   kReserved,    ///< a field or padding that must be zero is not
   kSection,     ///< a section is not where, or not as long as, the counts demand
   kCount,       ///< a count is zero or above its limit
@@ -24,6 +24,7 @@ enum class BlobStatus : std::uint8_t {
   kFeature,     ///< an input's channel, transform or parameter is invalid
   kScaling,     ///< a mean is not finite, or a scale not finite and positive
   kRange,       ///< a trained range is not finite, or its minimum exceeds its maximum
+  kTrust,       ///< a direction, variance or distance of the trust section is out of range
   kLayer,       ///< layer sizes do not chain, an activation is unknown, or the layout is not
                 ///< that of the precision
   kWeight,      ///< a weight, bias or scale is not finite or out of range

@@ -34,8 +34,9 @@ class BlobValidator {
                                  &BlobValidator::check_trailer,   &BlobValidator::check_counts,
                                  &BlobValidator::check_network,   &BlobValidator::check_sections,
                                  &BlobValidator::check_features,  &BlobValidator::check_scaling,
-                                 &BlobValidator::check_weights,   &BlobValidator::check_outputs,
-                                 &BlobValidator::check_self_test, &BlobValidator::check_provenance};
+                                 &BlobValidator::check_weights,   &BlobValidator::check_trust,
+                                 &BlobValidator::check_outputs,   &BlobValidator::check_self_test,
+                                 &BlobValidator::check_provenance};
     for (const Check check : kChecks) {
       const BlobCheck result = (this->*check)();
       if (!result.ok()) return result;
@@ -87,9 +88,17 @@ class BlobValidator {
   }
 
   BlobCheck check_trailer() noexcept {
-    const std::size_t kind_at = trailer() + kTrailerSignatureKindAt;
-    if (load_u32(at(kind_at)) != 0) return refuse(BlobStatus::kSignature, kind_at);
-    return check_zero(kind_at + 4, bytes_.size());
+    const std::size_t kind_at = trailer() + kSignatureKindAt;
+    const std::uint32_t kind = load_u32(at(kind_at));
+    if (kind == kUnsigned) return check_zero(kind_at + 4, bytes_.size());
+    if (kind != kEd25519) return refuse(BlobStatus::kSignature, kind_at);
+    const BlobCheck zero = check_zero(kind_at + 4, trailer() + kSignatureAt);
+    if (!zero.ok()) return zero;
+    const std::size_t checksum_at = trailer() + kSignatureChecksumAt;
+    if (load_u32(at(checksum_at)) != crc32c(at(trailer() + kSignatureAt), kSignatureBytes)) {
+      return refuse(BlobStatus::kChecksum, checksum_at);
+    }
+    return check_zero(trailer() + kTrailerTailAt, bytes_.size());
   }
 
   BlobCheck check_counts() noexcept {
@@ -121,8 +130,11 @@ class BlobValidator {
     if (!(period_s >= kMinRowPeriodS && period_s <= kMaxRowPeriodS)) {
       return refuse(BlobStatus::kPeriod, kRowPeriodAt);
     }
-    if (load_u32(at(kReservedAt)) != 0) return refuse(BlobStatus::kReserved, kReservedAt);
-    if (load_u64(at(kReserved2At)) != 0) return refuse(BlobStatus::kReserved, kReserved2At);
+    view_.trust_rank_ = load_u32(at(kTrustRankAt));
+    if (view_.trust_rank_ > kMaxTrustRank || view_.trust_rank_ > view_.features_) {
+      return refuse(BlobStatus::kCount, kTrustRankAt);
+    }
+    if (load_u64(at(kReservedAt)) != 0) return refuse(BlobStatus::kReserved, kReservedAt);
     return newer ? BlobCheck{}
                  : check_zero(kSectionTableAt + kSectionCount * kSectionEntryBytes, kHeaderBytes);
   }
@@ -169,6 +181,7 @@ class BlobValidator {
                                               n * 2 * sizeof(double),
                                               n * 2 * sizeof(double),
                                               network_bytes_,
+                                              trust_bytes(n, view_.trust_rank_),
                                               m * 2 * sizeof(double),
                                               m * kOutputBytes,
                                               (m + k * m) * sizeof(double) + k * n * sizeof(float),
@@ -262,6 +275,55 @@ class BlobValidator {
     if (!bad.found) return {};
     return refuse(bad.in_padding ? BlobStatus::kReserved : BlobStatus::kWeight,
                   network_at_ + bad.at);
+  }
+
+  /// Directions are orthonormal; variances fall from the first to the last direction and to the
+  /// residual, so that their inverses rise.
+  BlobCheck check_trust() noexcept {
+    const std::size_t rank = view_.trust_rank_;
+    if (rank == 0) return {};
+    const std::size_t start = section_entry(bytes_.data(), kTrust).offset;
+    const auto inside = [](float value, float low, float high) {
+      return value >= low && value <= high;  // false for NaN
+    };
+    constexpr float kLeast = std::numeric_limits<float>::min();
+    float least = kLeast;
+    for (std::size_t k = 0; k <= rank; ++k) {
+      const std::size_t offset =
+          start + (k < rank ? kTrustVariancesAt + k * sizeof(float) : kTrustResidualAt);
+      const float inverse = load_f32(at(offset));
+      if (!inside(inverse, least, kMaxInverseVariance)) return refuse(BlobStatus::kTrust, offset);
+      least = inverse;
+    }
+    if (!inside(view_.trust_full_distance(), kLeast, std::numeric_limits<float>::max())) {
+      return refuse(BlobStatus::kTrust, start + kTrustFullAt);
+    }
+    if (!inside(view_.trust_none_distance(), kLeast, std::numeric_limits<float>::max()) ||
+        !(view_.trust_none_distance() > view_.trust_full_distance())) {
+      return refuse(BlobStatus::kTrust, start + kTrustNoneAt);
+    }
+    BlobCheck zero = check_zero(start + kTrustHeadEnd, start + kTrustVariancesAt);
+    if (!zero.ok()) return zero;
+    zero = check_zero(start + kTrustVariancesAt + rank * sizeof(float), start + kTrustDirectionsAt);
+    return zero.ok() ? check_directions(start + kTrustDirectionsAt) : zero;
+  }
+
+  BlobCheck check_directions(std::size_t start) noexcept {
+    const std::size_t row_bytes = trust_direction_bytes(view_.features_);
+    for (std::size_t k = 0; k < view_.trust_rank_; ++k) {
+      const std::size_t row = start + k * row_bytes;
+      const BlobCheck zero = check_zero(row + view_.features_ * sizeof(float), row + row_bytes);
+      if (!zero.ok()) return zero;
+      for (std::size_t other = 0; other <= k; ++other) {
+        double product = other == k ? -1.0 : 0.0;
+        for (std::size_t i = 0; i < view_.features_; ++i) {
+          product += static_cast<double>(view_.trust_direction(k, i)) *
+                     static_cast<double>(view_.trust_direction(other, i));
+        }
+        if (!(product >= -kMaxSkew && product <= kMaxSkew)) return refuse(BlobStatus::kTrust, row);
+      }
+    }
+    return {};
   }
 
   BlobCheck check_outputs() noexcept {

@@ -22,6 +22,18 @@ std::uint32_t BlobView::checksum() const noexcept {
   return load_u32(bytes_.data() + bytes_.size() - kTrailerBytes);
 }
 
+bool BlobView::is_signed() const noexcept {
+  return load_u32(bytes_.data() + bytes_.size() - kTrailerBytes + kSignatureKindAt) != kUnsigned;
+}
+
+std::span<const std::byte> BlobView::signed_bytes() const noexcept {
+  return bytes_.first(bytes_.size() - kTrailerBytes + kSignatureAt);
+}
+
+std::span<const std::byte> BlobView::signature() const noexcept {
+  return bytes_.subspan(signed_bytes().size(), kSignatureBytes);
+}
+
 BlobFeature BlobView::feature(std::size_t i) const noexcept {
   const std::byte* const at = section(kFeatures) + i * kFeatureBytes;
   return {load_u16(at), static_cast<Transform>(at[2]), load_u32(at + 4), load_f32(at + 8),
@@ -55,7 +67,29 @@ std::span<const std::byte> BlobView::network_bytes() const noexcept {
 std::size_t BlobView::bytes_per_step() const noexcept {
   const std::size_t inputs = packed::padded(features_, packed::kLineLanes);
   const std::size_t outputs = packed::padded(outputs_, packed::kLineLanes);
-  return network_bytes().size() + (4 * inputs + 2 * outputs) * sizeof(float);
+  return network_bytes().size() + (4 * inputs + 2 * outputs) * sizeof(float) +
+         trust_bytes(features_, trust_rank_);
+}
+
+float BlobView::trust_inverse_residual_variance() const noexcept {
+  return load_f32(section(kTrust) + kTrustResidualAt);
+}
+float BlobView::trust_inverse_variance(std::size_t k) const noexcept {
+  return load_f32(section(kTrust) + kTrustVariancesAt + k * sizeof(float));
+}
+float BlobView::trust_direction(std::size_t k, std::size_t i) const noexcept {
+  return load_f32(section(kTrust) + kTrustDirectionsAt + k * trust_direction_bytes(features_) +
+                  i * sizeof(float));
+}
+const float* BlobView::trust_directions() const noexcept {
+  if (trust_rank_ == 0) return nullptr;
+  return reinterpret_cast<const float*>(section(kTrust) + kTrustDirectionsAt);
+}
+float BlobView::trust_full_distance() const noexcept {
+  return load_f32(section(kTrust) + kTrustFullAt);
+}
+float BlobView::trust_none_distance() const noexcept {
+  return load_f32(section(kTrust) + kTrustNoneAt);
 }
 
 BlobOutput BlobView::output(std::size_t j) const noexcept {

@@ -45,6 +45,11 @@ class BlobView {
   [[nodiscard]] double row_period_s() const noexcept;
   [[nodiscard]] std::size_t file_bytes() const noexcept { return bytes_.size(); }
   [[nodiscard]] std::uint32_t checksum() const noexcept;
+  /// Whether there is a signature; open() does not verify it (model/blob_signature.hpp does).
+  [[nodiscard]] bool is_signed() const noexcept;
+  /// What a signature covers: every byte before it.
+  [[nodiscard]] std::span<const std::byte> signed_bytes() const noexcept;
+  [[nodiscard]] std::span<const std::byte> signature() const noexcept;
 
   [[nodiscard]] BlobFeature feature(std::size_t i) const noexcept;
   [[nodiscard]] double input_mean(std::size_t i) const noexcept;
@@ -57,8 +62,20 @@ class BlobView {
   /// Layers, weights and biases, as the kernels read them.
   [[nodiscard]] packed::PackedView network() const noexcept;
   [[nodiscard]] std::span<const std::byte> network_bytes() const noexcept;
-  /// What one step reads: the network, and the scaling in single precision.
+  /// What one step reads: the network, the scaling in single precision, and the trust section.
   [[nodiscard]] std::size_t bytes_per_step() const noexcept;
+
+  // Joint distance of the inputs from the training set (trust_region.hpp says what the numbers
+  // mean). Rank 0: the blob has none, and the confidence is always 1.
+  [[nodiscard]] std::uint32_t trust_rank() const noexcept { return trust_rank_; }
+  [[nodiscard]] float trust_inverse_residual_variance() const noexcept;
+  [[nodiscard]] float trust_inverse_variance(std::size_t k) const noexcept;
+  [[nodiscard]] float trust_direction(std::size_t k, std::size_t i) const noexcept;
+  /// For kernels: trust_rank() rows of packed::padded(feature_count(), 16) f32, padded with zeros,
+  /// on a 64-byte line if the file is. Null for rank 0.
+  [[nodiscard]] const float* trust_directions() const noexcept;
+  [[nodiscard]] float trust_full_distance() const noexcept;
+  [[nodiscard]] float trust_none_distance() const noexcept;
 
   [[nodiscard]] BlobOutput output(std::size_t j) const noexcept;
   [[nodiscard]] double output_mean(std::size_t j) const noexcept;
@@ -83,6 +100,7 @@ class BlobView {
   std::uint32_t layers_ = 0;
   std::uint32_t outputs_ = 0;
   std::uint32_t self_tests_ = 0;
+  std::uint32_t trust_rank_ = 0;
 };
 
 }  // namespace ravencal::model

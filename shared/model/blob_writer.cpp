@@ -134,6 +134,13 @@ core::Status check_shapes(const CalibrationModel& model) {
   if (model.output.mean.size() != m || model.output.scale.size() != m) {
     return data_error(fmt::format("the model has {} outputs, but scaling for another number", m));
   }
+  if (model.trust &&
+      (model.trust->directions.cols() != n ||
+       model.trust->inverse_variance.size() != model.trust->directions.rows() ||
+       model.trust->directions.rows() < 1 || model.trust->directions.rows() > kMaxTrustRank)) {
+    return data_error(
+        fmt::format("the model has {} inputs, but a trust region of another shape", n));
+  }
   Eigen::Index inputs = n;
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
     const DenseLayer& layer = model.layers[l];
@@ -173,6 +180,20 @@ void write_features(ByteWriter& out, const CalibrationModel& model) {
   }
 }
 
+void write_trust(ByteWriter& out, const TrustRegion& trust) {
+  const std::size_t start = out.size();
+  out.f32(trust.inverse_residual_variance);
+  out.f32(trust.full_distance);
+  out.f32(trust.none_distance);
+  out.zeros_to(start + kTrustVariancesAt);
+  for (const float inverse : trust.inverse_variance) out.f32(inverse);
+  out.zeros_to(start + kTrustDirectionsAt);
+  for (Eigen::Index k = 0; k < trust.directions.rows(); ++k) {
+    for (const float value : trust.directions.row(k)) out.f32(value);
+    out.align();
+  }
+}
+
 void write_outputs(ByteWriter& out, const CalibrationModel& model) {
   for (const OutputSpec& output : model.outputs) {
     const std::size_t end = out.size() + kOutputBytes;
@@ -206,7 +227,7 @@ void write_header(ByteWriter& out, const CalibrationModel& model, const Contents
   out.u32(model.layers.size());
   out.u32(model.outputs.size());
   out.u32(static_cast<std::size_t>(contents.test.inputs.cols()));
-  out.u32(0);
+  out.u32(model.trust ? static_cast<std::size_t>(model.trust->directions.rows()) : 0);
   out.f64(model.row_period_s);
   out.zeros_to(kHeaderBytes);
 }
@@ -224,6 +245,8 @@ void write_section(ByteWriter& out, Section section, const CalibrationModel& mod
       return write_vector(out, model.input_max);
     case kNetwork:
       return out.copy(contents.network);
+    case kTrust:
+      return model.trust ? write_trust(out, *model.trust) : void();
     case kOutputScaling:
       write_vector(out, model.output.mean);
       return write_vector(out, model.output.scale);

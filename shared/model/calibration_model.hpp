@@ -10,11 +10,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
+#include "model/trust_region.hpp"
 
 namespace ravencal::model {
 
@@ -47,6 +49,7 @@ struct CalibrationModel {
   Standardiser input;
   Eigen::VectorXd input_min;  ///< trained range, SI units, per feature
   Eigen::VectorXd input_max;
+  std::optional<TrustRegion> trust;  ///< of the training rows; without it every row is trusted
   std::vector<DenseLayer> layers;
   Standardiser output;  ///< mean = the bias that "bias removal" removes
   std::vector<OutputSpec> outputs;

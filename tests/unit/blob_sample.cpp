@@ -19,6 +19,14 @@ model::CalibrationModel golden_model() {
   model.input.scale = Eigen::Vector3d(0.5, 0.5, 4.0);
   model.input_min = Eigen::Vector3d(1.0, 1.0, -8.0);
   model.input_max = Eigen::Vector3d(2.0, 2.0, 4.0);
+  model::TrustRegion trust;
+  trust.directions.resize(2, 3);
+  trust.directions << 0.6F, 0.8F, 0.0F, 0.0F, 0.0F, 1.0F;
+  trust.inverse_variance = Eigen::Vector2f(0.5F, 1.0F);
+  trust.inverse_residual_variance = 8.0F;
+  trust.full_distance = 4.0F;
+  trust.none_distance = 16.0F;
+  model.trust = trust;
   model::DenseLayer hidden{Eigen::MatrixXf(2, 3), Eigen::VectorXf(2), model::Activation::kSigmoid};
   hidden.weights << 1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F;
   hidden.biases << 0.25F, -0.25F;

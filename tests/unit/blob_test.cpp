@@ -99,6 +99,20 @@ TEST(Blob, GoldenBytesSayWhatTheirJsonTwinSays) {
       }
     }
   }
+  const auto& trust = twin["trust"];
+  ASSERT_EQ(trust["directions"].size(), view.trust_rank());
+  for (std::size_t k = 0; k < view.trust_rank(); ++k) {
+    EXPECT_EQ(trust["inverse_variance"][k], view.trust_inverse_variance(k));
+    for (std::size_t i = 0; i < view.feature_count(); ++i) {
+      EXPECT_EQ(trust["directions"][k][i].get<float>(), view.trust_direction(k, i));
+      EXPECT_EQ(view.trust_directions() + 16 * k + i,
+                static_cast<const void*>(bytes.data() + section(bytes, blob::kTrust) +
+                                         blob::kTrustDirectionsAt + 64 * k + 4 * i));
+    }
+  }
+  EXPECT_EQ(trust["inverse_residual_variance"], view.trust_inverse_residual_variance());
+  EXPECT_EQ(trust["full_distance"], view.trust_full_distance());
+  EXPECT_EQ(trust["none_distance"], view.trust_none_distance());
   for (std::size_t j = 0; j < view.output_count(); ++j) {
     const auto& expected = twin["outputs"][j];
     EXPECT_EQ(expected["slot"], view.output(j).slot);
@@ -126,6 +140,12 @@ TEST(Blob, DecodesToTheModelItWasMadeFrom) {
     EXPECT_EQ(decoded->layers[l].biases, expected.layers[l].biases);
     EXPECT_EQ(decoded->layers[l].activation, expected.layers[l].activation);
   }
+  ASSERT_TRUE(decoded->trust.has_value());
+  EXPECT_EQ(decoded->trust->directions, expected.trust->directions);
+  EXPECT_EQ(decoded->trust->inverse_variance, expected.trust->inverse_variance);
+  EXPECT_EQ(decoded->trust->inverse_residual_variance, expected.trust->inverse_residual_variance);
+  EXPECT_EQ(decoded->trust->full_distance, expected.trust->full_distance);
+  EXPECT_EQ(decoded->trust->none_distance, expected.trust->none_distance);
   EXPECT_EQ(decoded->output.mean, expected.output.mean);
   EXPECT_EQ(decoded->output.scale, expected.output.scale);
   EXPECT_EQ(decoded->provenance, expected.provenance);
@@ -183,6 +203,8 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
   ASSERT_TRUE(model::packed::open_anywhere(good.data() + network, section_bytes(good), packed));
   const std::size_t weights = network + packed.layer(0).weights_at;
   const std::size_t biases = network + packed.layer(0).biases_at;
+  const std::size_t trust = section(good, blob::kTrust);
+  const std::size_t directions = trust + blob::kTrustDirectionsAt;
   const std::size_t outputs = section(good, blob::kOutputs);
   const std::size_t self_test = section(good, blob::kSelfTest);
   const std::size_t provenance = section(good, blob::kProvenance);
@@ -197,6 +219,9 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
       {"layers", blob::kLayerCountAt, {0xFF}, BlobStatus::kCount},
       {"outputs", blob::kOutputCountAt, {3}, BlobStatus::kLayer},
       {"self-tests", blob::kSelfTestCountAt, {9}, BlobStatus::kSection},
+      {"many directions", blob::kTrustRankAt, {17}, BlobStatus::kCount},
+      {"more directions than inputs", blob::kTrustRankAt, {4}, BlobStatus::kCount},
+      {"one direction less", blob::kTrustRankAt, {1}, BlobStatus::kSection},
       {"row period", blob::kRowPeriodAt, nan, BlobStatus::kPeriod},
       {"header tail", 150, {1}, BlobStatus::kReserved},
       {"section offset", blob::kSectionTableAt, {1}, BlobStatus::kSection},
@@ -229,6 +254,22 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
       {"padding of biases", biases + 2 * 4, {1}, BlobStatus::kReserved},
       {"weight", weights, nan32, BlobStatus::kWeight},
       {"padding of weights", weights + 3 * 4, {1}, BlobStatus::kReserved},
+      {"residual variance", trust, nan32, BlobStatus::kTrust},
+      {"residual variance above a direction's", trust, {0, 0, 0, 0x3F}, BlobStatus::kTrust},
+      {"full distance", trust + 4, {0, 0, 0, 0}, BlobStatus::kTrust},
+      {"full distance of infinity", trust + 4, {0, 0, 0x80, 0x7F}, BlobStatus::kTrust},
+      {"none distance", trust + 8, nan32, BlobStatus::kTrust},
+      {"none at full distance", trust + 8, {0, 0, 0x80, 0x40}, BlobStatus::kTrust},
+      {"reserved in trust", trust + 12, {1}, BlobStatus::kReserved},
+      {"variance", trust + 64, nan32, BlobStatus::kTrust},
+      {"negative variance", trust + 67, {0xBF}, BlobStatus::kTrust},
+      {"variances that rise", trust + 68, {0, 0, 0, 0}, BlobStatus::kTrust},
+      {"tiny residual variance", trust + 3, {0x7F}, BlobStatus::kTrust},
+      {"padding of variances", trust + 72, {1}, BlobStatus::kReserved},
+      {"direction", directions, nan32, BlobStatus::kTrust},
+      {"direction of another length", directions + 2, {0x1C}, BlobStatus::kTrust},
+      {"skew directions", directions + 64, {0, 0, 0x80, 0x3F}, BlobStatus::kTrust},
+      {"padding of a direction", directions + 12, {1}, BlobStatus::kReserved},
       {"slot", outputs, {8}, BlobStatus::kOutput},
       {"slot twice", outputs + 128, {1}, BlobStatus::kOutput},
       {"unit", outputs + 104, {0}, BlobStatus::kOutput},
@@ -236,8 +277,9 @@ TEST(Blob, NamesEveryRuleThatAWrongWriterBreaks) {
       {"test output", self_test + 16, nan, BlobStatus::kSelfTest},
       {"provenance", provenance, {'['}, BlobStatus::kProvenance},
       {"control character", provenance + 3, {'\n'}, BlobStatus::kProvenance},
-      {"signature", trailer + 4, {1}, BlobStatus::kSignature},
-      {"signature bytes", trailer + 70, {1}, BlobStatus::kReserved},
+      {"kind of signature", trailer + 4, {2}, BlobStatus::kSignature},
+      {"signed with nothing", trailer + 4, {1}, BlobStatus::kChecksum},
+      {"signature of an unsigned blob", trailer + 70, {1}, BlobStatus::kReserved},
   };
   std::set<BlobStatus> seen;
   for (const Case& test : cases) {

@@ -30,6 +30,12 @@ std::string describe_in_words(const model::CalibrationModel& model) {
                         output.joint, output.estimate_channel, model.output.mean(i), output.unit,
                         model.output.scale(i), output.unit);
   }
+  text += model.trust ? fmt::format(
+                            "trust: {} directions; confidence 1 up to a distance of {:.4g}, 0 "
+                            "from {:.4g}\n",
+                            model.trust->directions.rows(), model.trust->full_distance,
+                            model.trust->none_distance)
+                      : "trust: none, the confidence is always 1; train the model anew\n";
   for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
   text += "features (trained range, SI units):\n";
   for (std::size_t k = 0; k < model.features.size(); ++k) {
@@ -58,6 +64,12 @@ std::string describe_in_json(const model::CalibrationModel& model) {
     json["features"].push_back({{"feature", model.features[k].text()},
                                 {"trained_min", model.input_min(i)},
                                 {"trained_max", model.input_max(i)}});
+  }
+  json["trust"] = nullptr;
+  if (model.trust) {
+    json["trust"] = {{"directions", model.trust->directions.rows()},
+                     {"full_distance", model.trust->full_distance},
+                     {"none_distance", model.trust->none_distance}};
   }
   json["provenance"] = model.provenance;
   return json.dump(2);

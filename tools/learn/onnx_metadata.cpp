@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+
+#include "model/blob_format.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -98,6 +101,62 @@ core::Result<std::vector<model::OutputSpec>> outputs_from(const json& array) {
   return outputs;
 }
 
+json numbers_of(const Eigen::Ref<const Eigen::VectorXf>& values) {
+  return std::vector<float>(values.begin(), values.end());
+}
+
+std::string trust_text(const model::TrustRegion& trust) {
+  json directions = json::array();
+  for (Eigen::Index k = 0; k < trust.directions.rows(); ++k) {
+    directions.push_back(numbers_of(trust.directions.row(k).transpose()));
+  }
+  return json({{"directions", directions},
+               {"inverse_variance", numbers_of(trust.inverse_variance)},
+               {"inverse_residual_variance", trust.inverse_residual_variance},
+               {"full_distance", trust.full_distance},
+               {"none_distance", trust.none_distance}})
+      .dump();
+}
+
+/// `size` finite numbers, or nothing.
+std::optional<Eigen::VectorXf> floats_from(const json& array, std::size_t size) {
+  if (!array.is_array() || array.size() != size) return std::nullopt;
+  Eigen::VectorXf values(static_cast<Eigen::Index>(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    if (!array[i].is_number() || !std::isfinite(array[i].get<float>())) return std::nullopt;
+    values(static_cast<Eigen::Index>(i)) = array[i].get<float>();
+  }
+  return values;
+}
+
+/// Shapes and finiteness; the rest is checked where a blob is made of it.
+core::Result<model::TrustRegion> trust_from(const json& object, std::size_t inputs) {
+  const auto wrong = [] { return bad("metadata 'ravencal.input_trust' is not a trust region"); };
+  for (const char* key : {"directions", "inverse_variance", "inverse_residual_variance",
+                          "full_distance", "none_distance"}) {
+    if (!object.is_object() || !object.contains(key)) return wrong();
+  }
+  const json& rows = object["directions"];
+  if (!rows.is_array() || rows.empty() || rows.size() > model::blob::kMaxTrustRank) return wrong();
+  model::TrustRegion trust;
+  trust.directions.resize(static_cast<Eigen::Index>(rows.size()),
+                          static_cast<Eigen::Index>(inputs));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const auto row = floats_from(rows[k], inputs);
+    if (!row) return wrong();
+    trust.directions.row(static_cast<Eigen::Index>(k)) = row->transpose();
+  }
+  const auto inverse = floats_from(object["inverse_variance"], rows.size());
+  const auto numbers = floats_from(
+      {object["inverse_residual_variance"], object["full_distance"], object["none_distance"]}, 3);
+  if (!inverse || !numbers) return wrong();
+  trust.inverse_variance = *inverse;
+  trust.inverse_residual_variance = (*numbers)[0];
+  trust.full_distance = (*numbers)[1];
+  trust.none_distance = (*numbers)[2];
+  return trust;
+}
+
 }  // namespace
 
 Metadata metadata_of(const model::CalibrationModel& model) {
@@ -108,17 +167,19 @@ Metadata metadata_of(const model::CalibrationModel& model) {
     outputs.push_back(
         {{"joint", output.joint}, {"estimate", output.estimate_channel}, {"unit", output.unit}});
   }
-  return {{"ravencal.format", json(kFormatVersion).dump()},
-          {"ravencal.features", features.dump()},
-          {"ravencal.outputs", outputs.dump()},
-          {"ravencal.input_mean", numbers_text(model.input.mean)},
-          {"ravencal.input_scale", numbers_text(model.input.scale)},
-          {"ravencal.input_min", numbers_text(model.input_min)},
-          {"ravencal.input_max", numbers_text(model.input_max)},
-          {"ravencal.output_mean", numbers_text(model.output.mean)},
-          {"ravencal.output_scale", numbers_text(model.output.scale)},
-          {"ravencal.row_period_s", json(model.row_period_s).dump()},
-          {"ravencal.provenance", json(model.provenance).dump()}};
+  Metadata metadata = {{"ravencal.format", json(kFormatVersion).dump()},
+                       {"ravencal.features", features.dump()},
+                       {"ravencal.outputs", outputs.dump()},
+                       {"ravencal.input_mean", numbers_text(model.input.mean)},
+                       {"ravencal.input_scale", numbers_text(model.input.scale)},
+                       {"ravencal.input_min", numbers_text(model.input_min)},
+                       {"ravencal.input_max", numbers_text(model.input_max)},
+                       {"ravencal.output_mean", numbers_text(model.output.mean)},
+                       {"ravencal.output_scale", numbers_text(model.output.scale)},
+                       {"ravencal.row_period_s", json(model.row_period_s).dump()},
+                       {"ravencal.provenance", json(model.provenance).dump()}};
+  if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
+  return metadata;
 }
 
 core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metadata) {
@@ -137,6 +198,11 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
   RAVENCAL_ASSIGN_OR_RETURN(model.input, reader.standardiser("ravencal.input", n));
   RAVENCAL_ASSIGN_OR_RETURN(model.input_min, reader.numbers("ravencal.input_min", n));
   RAVENCAL_ASSIGN_OR_RETURN(model.input_max, reader.numbers("ravencal.input_max", n));
+  // Models of ravencal 0.1 have none.
+  if (metadata.contains("ravencal.input_trust")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json trust, reader.value("ravencal.input_trust"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.trust, trust_from(trust, n));
+  }
   RAVENCAL_ASSIGN_OR_RETURN(model.output,
                             reader.standardiser("ravencal.output", model.outputs.size()));
   RAVENCAL_ASSIGN_OR_RETURN(const json period, reader.value("ravencal.row_period_s"));

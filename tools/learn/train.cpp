@@ -12,6 +12,7 @@
 #include "learn/file_hash.hpp"
 #include "learn/linear.hpp"
 #include "model/layers.hpp"
+#include "model/trust_fit.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -99,6 +100,7 @@ void fit_borders(const Dataset& data, TrainResult& result) {
   model.output = std::move(outputs.standardiser);
   model.input_min = data.features.colwise().minCoeff().transpose().cast<double>();
   model.input_max = data.features.colwise().maxCoeff().transpose().cast<double>();
+  model.trust = model::fit_trust_region(model.input, data.features);
   if (!inputs.constant.empty()) {
     result.warnings.push_back(fmt::format(
         "{} feature(s) never change in training and keep scale 1: {}", inputs.constant.size(),

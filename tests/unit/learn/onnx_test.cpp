@@ -36,6 +36,13 @@ model::CalibrationModel sample_model() {
   model.output.mean = Eigen::Vector2d(0.1, -0.002);
   model.output.scale = Eigen::Vector2d(0.02, 1e-4);
   model.outputs = {{"elbow", "jpos.elbow", "rad"}, {"insertion", "jpos.insertion", "m"}};
+  model::TrustRegion trust;
+  trust.directions = Eigen::MatrixXf::Random(2, 4);
+  trust.inverse_variance = Eigen::Vector2f(1.0F / 3.0F, 0.7F);
+  trust.inverse_residual_variance = 41.1F;
+  trust.full_distance = 2.3F;
+  trust.none_distance = 9.2F;
+  model.trust = trust;
   model.row_period_s = 0.01;
   model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
   return model;
@@ -89,6 +96,12 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->input_max, model.input_max);
   EXPECT_EQ(read->output.mean, model.output.mean);
   EXPECT_EQ(read->output.scale, model.output.scale);
+  ASSERT_TRUE(read->trust.has_value());
+  EXPECT_EQ(read->trust->directions, model.trust->directions);
+  EXPECT_EQ(read->trust->inverse_variance, model.trust->inverse_variance);
+  EXPECT_EQ(read->trust->inverse_residual_variance, model.trust->inverse_residual_variance);
+  EXPECT_EQ(read->trust->full_distance, model.trust->full_distance);
+  EXPECT_EQ(read->trust->none_distance, model.trust->none_distance);
   EXPECT_EQ(read->row_period_s, model.row_period_s);
   EXPECT_EQ(read->provenance, model.provenance);
   ASSERT_EQ(read->layers.size(), 3U);
@@ -168,8 +181,19 @@ TEST_F(OnnxFile, RefusesAScalingThatContradictsTheMetadata) {
   EXPECT_NE(refusal.find("contradicts the metadata's input_mean"), std::string::npos) << refusal;
 }
 
+TEST_F(OnnxFile, OfAnEarlierVersionHasNoTrustRegionAndSaysSo) {
+  model::CalibrationModel model = sample_model();
+  model.trust.reset();
+  const auto read = read_onnx(write(model));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_FALSE(read->trust.has_value());
+  EXPECT_NE(describe_in_words(*read).find("trust: none"), std::string::npos);
+  EXPECT_NE(describe_in_json(*read).find("\"trust\": null"), std::string::npos);
+}
+
 TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
   for (const auto& [key, value] : metadata_of(sample_model())) {
+    if (key == "ravencal.input_trust") continue;
     const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
       for (auto& property : *proto.mutable_metadata_props()) {
         if (property.key() == key) property.set_key("other");
@@ -229,8 +253,8 @@ TEST_F(OnnxFile, IsDescribedInWords) {
   ASSERT_TRUE(model.ok()) << model.error().message;
   const std::string text = describe_in_words(*model);
   const std::string json = describe_in_json(*model);
-  for (const char* words :
-       {"4-6-5-2", "jpos.elbow@3", "mpos.elbow~0.0125", "insertion", "seed: 3"}) {
+  for (const char* words : {"4-6-5-2", "jpos.elbow@3", "mpos.elbow~0.0125", "insertion", "seed: 3",
+                            "trust: 2 directions"}) {
     EXPECT_NE(text.find(words), std::string::npos) << words;
   }
   EXPECT_NE(json.find("\"jpos.elbow@3\""), std::string::npos) << json;

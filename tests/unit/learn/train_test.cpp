@@ -160,6 +160,20 @@ TEST(Train, FitsScalingOnTrainingRowsOnly) {
   EXPECT_EQ(with->model.output.scale, without->model.output.scale);
 }
 
+TEST(Train, TrustsItsTrainingRows) {
+  const Recording recording = sample_arm(400, 11);
+  const auto result = train(recording, linear());
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  const model::CalibrationModel& model = result->model;
+  ASSERT_TRUE(model.trust.has_value());
+  const auto rows = model::feature_matrix(model.features, recording, model.row_period_s);
+  ASSERT_TRUE(rows.ok());
+  const Eigen::MatrixXd centred = rows->cast<double>().rowwise() - model.input.mean.transpose();
+  const Eigen::MatrixXd scaled = centred.array().rowwise() / model.input.scale.transpose().array();
+  const Eigen::VectorXf distances = model.trust->distances(scaled.transpose().cast<float>());
+  EXPECT_LE(distances.maxCoeff(), model.trust->full_distance);
+}
+
 TEST(Train, SaysThatAPlayOperatorNeedsAPosition) {
   TrainOptions options = linear();
   options.features = "elbow.torque";
