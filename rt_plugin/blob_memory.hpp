@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A weight file in memory of the plugin's own, in which the kernels run the network: page-aligned,
-// touched, and locked in RAM where the system allows it. Read once, so that what was checked is
-// what runs, whatever happens to the file. Not for the real-time thread.
+// A weight file in memory of the plugin's own, in which the kernels run the network: huge pages and
+// locked in RAM where the system allows it, touched in any case. Read once, so that what was
+// checked is what runs, whatever happens to the file. Not for the real-time thread.
 #pragma once
 
 #include <cstddef>
