@@ -6,6 +6,13 @@ namespace {
 
 constexpr double kSecondsPerNs = 1e-9;
 
+/// Doubts about a cycle or a few, during which the correction may stay where it is. The others are
+/// about the robot, the weights or the plugin itself, and end it at once.
+constexpr std::uint32_t kMayPass =
+    RAVENCAL_DOUBT_TIME | RAVENCAL_DOUBT_NOT_LATCHED | RAVENCAL_DOUBT_NOT_FINITE |
+    RAVENCAL_DOUBT_OUT_OF_RANGE | RAVENCAL_DOUBT_WARMING_UP | RAVENCAL_DOUBT_MAGNITUDE |
+    RAVENCAL_DOUBT_ENCODER_JUMP | RAVENCAL_DOUBT_DISTANCE | RAVENCAL_DOUBT_PEDAL;
+
 /// The state in which a correction must not be applied, given what speaks against it.
 std::int32_t resting_state(bool enabled, std::uint32_t doubts) noexcept {
   if ((doubts & RAVENCAL_DOUBT_NETWORK) != 0) return RAVENCAL_STATE_FAULT;
@@ -17,7 +24,8 @@ std::int32_t resting_state(bool enabled, std::uint32_t doubts) noexcept {
 }  // namespace
 
 Envelope::Envelope(const ravencal_config& config) noexcept
-    : clear_ticks_needed_(kClearNs / config.tick_ns) {
+    : clear_ticks_needed_(kClearNs / config.tick_ns),
+      hold_ticks_allowed_(config.hold_ns / config.tick_ns) {
   // The tick's length is the configured one, never the measured one: late, early or frozen clocks
   // cannot enlarge a step.
   const double tick_s = static_cast<double>(config.tick_ns) * kSecondsPerNs;
@@ -29,8 +37,10 @@ Envelope::Envelope(const ravencal_config& config) noexcept
 }
 
 std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts,
-                               const JointVector& predicted_ji) noexcept {
+                               const JointVector& wanted_ji) noexcept {
   clear_ticks_ = doubts == 0 ? clear_ticks_ + 1 : 0;
+  // Doubts that come and go share one allowance, or a flickering one would be held for ever.
+  if (clear_ticks_ > clear_ticks_needed_) hold_ticks_ = 0;
   const std::int32_t before = state_;
   state_ = next_state(enabled, doubts);
   if (state_ == RAVENCAL_STATE_FADING_OUT) {
@@ -42,11 +52,14 @@ std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts,
   limited_joints_ = 0;
   switch (state_) {
     case RAVENCAL_STATE_FADING_IN:
-      if (move_towards(predicted_ji, slew_step_ji_) == 0) state_ = RAVENCAL_STATE_ACTIVE;
+      if (move_towards(wanted_ji, slew_step_ji_) == 0) state_ = RAVENCAL_STATE_ACTIVE;
       return RAVENCAL_OK;
     case RAVENCAL_STATE_ACTIVE:
-      limited_joints_ = move_towards(predicted_ji, rate_step_ji_);
+      limited_joints_ = move_towards(wanted_ji, rate_step_ji_);
       return RAVENCAL_OK;
+    case RAVENCAL_STATE_HOLD:
+      ++hold_ticks_;
+      return RAVENCAL_HELD;
     case RAVENCAL_STATE_FADING_OUT:
       move_towards(JointVector{}, slew_step_ji_);
       if (!is_faded_out()) return RAVENCAL_HELD;
@@ -64,7 +77,11 @@ std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts) const noex
   switch (state_) {
     case RAVENCAL_STATE_FADING_IN:
     case RAVENCAL_STATE_ACTIVE:
-      return welcome ? state_ : RAVENCAL_STATE_FADING_OUT;
+      if (welcome) return state_;
+      return may_hold(enabled, doubts) ? RAVENCAL_STATE_HOLD : RAVENCAL_STATE_FADING_OUT;
+    case RAVENCAL_STATE_HOLD:
+      if (welcome) return RAVENCAL_STATE_FADING_IN;
+      return may_hold(enabled, doubts) ? RAVENCAL_STATE_HOLD : RAVENCAL_STATE_FADING_OUT;
     case RAVENCAL_STATE_FADING_OUT:
       return settled && after_fade_ != RAVENCAL_STATE_FAULT ? RAVENCAL_STATE_FADING_IN
                                                             : RAVENCAL_STATE_FADING_OUT;
@@ -77,6 +94,10 @@ std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts) const noex
       if (settled) return RAVENCAL_STATE_FADING_IN;
       return welcome ? state_ : resting_state(enabled, doubts);
   }
+}
+
+bool Envelope::may_hold(bool enabled, std::uint32_t doubts) const noexcept {
+  return enabled && (doubts & ~kMayPass) == 0 && hold_ticks_ < hold_ticks_allowed_;
 }
 
 void Envelope::refade() noexcept {

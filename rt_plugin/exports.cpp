@@ -29,9 +29,12 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   config->tick_ns = 1'000'000;
   config->max_isa = RAVENCAL_ISA_BEST;
   config->hold_ns = 20'000'000;
-  config->step_budget_ns = 0;
+  // Half of the cycle: the other half is the controller's.
+  config->step_budget_ns = 500'000;
   config->max_overruns = 3;
-  config->max_encoder_step_counts = 0;
+  // RE40 motors turn at 7590 rpm without load (Maxon 148877, 60.3 mN m/A), with encoders of 4000
+  // counts per turn: 506 in a millisecond. CRTK's clamp of 0.0025 rad/ms asks for 217 of joint 1.
+  config->max_encoder_step_counts = 512;
   config->require_signature = 0;
   std::memset(config->public_key, 0, sizeof config->public_key);
   std::memset(config->telemetry_name, 0, sizeof config->telemetry_name);
@@ -58,7 +61,11 @@ bool is_positive(const float (&values)[RAVENCAL_JOINTS]) noexcept {
 bool is_valid(const ravencal_config& config) noexcept {
   constexpr std::uint32_t kShortestTickNs = 10'000;
   constexpr std::uint32_t kLongestTickNs = 100'000'000;
+  constexpr std::uint32_t kLongestHoldNs = 1'000'000'000;
+  const bool countable =
+      config.max_overruns >= 1 && config.max_overruns <= ravencal::rt::OverrunWatch::kMostOverruns;
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
+         config.hold_ns <= kLongestHoldNs && (countable || config.step_budget_ns == 0) &&
          config.max_isa <= RAVENCAL_ISA_NEON && is_positive(config.slew_ji_per_s) &&
          is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
 }
@@ -136,28 +143,11 @@ void observe_cycle_end(ravencal_instance* instance, const ravencal_state* state)
   ravencal::rt::observe_cycle_end(*instance, *state);
 }
 
-std::uint64_t read(const std::uint64_t& counter) noexcept {
-  // atomic_ref wants a mutable object even to read it; the instance is not const itself.
-  return std::atomic_ref<std::uint64_t>(const_cast<std::uint64_t&>(counter))
-      .load(std::memory_order_relaxed);
-}
-
-template <std::size_t kCount>
-void read(const std::uint64_t (&from)[kCount], std::uint64_t (&to)[kCount]) noexcept {
-  for (std::size_t i = 0; i < kCount; ++i) to[i] = read(from[i]);
-}
-
 std::int32_t counters(const ravencal_instance* instance, ravencal_counters* result) noexcept {
   if (instance == nullptr || !large_enough(result)) return RAVENCAL_ERROR_ARGUMENT;
-  const ravencal_counters& from = instance->counters;
-  result->reserved = 0;
-  result->ticks = read(from.ticks);
-  read(from.ticks_in_state, result->ticks_in_state);
-  result->transitions = read(from.transitions);
-  read(from.ticks_in_doubt, result->ticks_in_doubt);
-  result->clamped_inputs = read(from.clamped_inputs);
-  result->limited_rate = read(from.limited_rate);
-  result->swaps = read(from.swaps);
+  const std::uint32_t host_size = result->struct_size;
+  *result = instance->shared_counters.read();
+  result->struct_size = host_size;
   return RAVENCAL_SUCCESS;
 }
 
@@ -175,7 +165,7 @@ std::int32_t flight(const ravencal_instance* instance, ravencal_flight* result) 
 void destroy(ravencal_instance* instance) noexcept {
   if (instance == nullptr) return;
   instance->swap.clear();
-  ravencal::rt::free_model(instance->model);
+  instance->models.clear();
   instance->~ravencal_instance();
 }
 

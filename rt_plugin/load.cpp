@@ -195,7 +195,8 @@ class ModelLoader {
     const auto highest = layout.take<float>(inputs);
     const auto mean = layout.take<float>(inputs);
     const auto inverse_scale = layout.take<float>(inputs);
-    const auto scaled = layout.take<float>(inputs);
+    const auto scaled =
+        layout.take<float>(model::packed::padded(view_.feature_count(), model::packed::kLineLanes));
     const auto below = layout.take<float>(inputs);
     const auto above = layout.take<float>(inputs);
     const auto scratch =
@@ -229,6 +230,7 @@ class ModelLoader {
     for (std::size_t i = 0; i < view_.feature_count(); ++i) fill_input(i);
     m.feature_state_ = model::FeatureState(m.ops_, channel_count_, feature_memory_);
     fill_network();
+    fill_trust();
     fill_info(needs_cycle_end);
   }
 
@@ -263,6 +265,20 @@ class ModelLoader {
       m.output_mean_[j] = static_cast<float>(view_.output_mean(j));
       m.output_scale_[j] = static_cast<float>(view_.output_scale(j));
     }
+  }
+
+  void fill_trust() noexcept {
+    LoadedModel::Trust& trust = model_->trust_;
+    trust.rank = view_.trust_rank();
+    if (trust.rank == 0) return;
+    trust.directions = view_.trust_directions();
+    for (std::size_t k = 0; k < trust.rank; ++k) {
+      trust.inverse_variance[k] = view_.trust_inverse_variance(k);
+    }
+    trust.inverse_residual_variance = view_.trust_inverse_residual_variance();
+    trust.none_distance = view_.trust_none_distance();
+    trust.per_width = 1.0F / (view_.trust_none_distance() - view_.trust_full_distance());
+    trust.per_input = 1.0F / static_cast<float>(view_.feature_count());
   }
 
   void fill_info(bool needs_cycle_end) noexcept {

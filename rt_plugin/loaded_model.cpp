@@ -9,29 +9,46 @@ namespace {
 /// False for NaN and infinities.
 bool is_finite(float value) noexcept { return value - value == 0.0F; }
 
+/// Dot product of whole lines of 16, in 16 sums: the compiler must not reorder a single one, and
+/// without that it cannot use vectors.
+float dot(const float* a, const float* b, std::size_t lines) noexcept {
+  constexpr std::size_t kLanes = model::packed::kLineLanes;
+  std::array<float, kLanes> sums{};
+  for (std::size_t line = 0; line < lines; ++line) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      sums[lane] += a[line * kLanes + lane] * b[line * kLanes + lane];
+    }
+  }
+  for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
+    for (std::size_t lane = 0; lane < half; ++lane) sums[lane] += sums[lane + half];
+  }
+  return sums[0];
+}
+
 }  // namespace
 
-LoadedModel::Prediction LoadedModel::predict(const ravencal_state& current,
-                                             const ravencal_state& latched, float time_s) noexcept {
-  gather(readers_, current, latched, time_s, channels_);
+void LoadedModel::observe(const CycleView& cycle) noexcept {
+  gather(readers_, cycle.at_hook, cycle.published, cycle.time_s, channels_);
   feature_state_.advance(channels_, features_);
+  if (ticks_seen_ <= info_.longest_lag_ticks) ++ticks_seen_;
+}
 
+LoadedModel::Prediction LoadedModel::predict() noexcept {
   Prediction prediction;
   prediction.doubts = inspect_inputs(prediction);
-  if (ticks_seen_ < info_.longest_lag_ticks) {
-    ++ticks_seen_;
-    prediction.doubts |= RAVENCAL_DOUBT_WARMING_UP;
-  }
+  if (is_warming_up()) prediction.doubts |= RAVENCAL_DOUBT_WARMING_UP;
 
+  const bool inputs_finite = (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0;
   // The network runs whatever the inputs are, so that its time does not depend on them.
   std::array<float, RAVENCAL_JOINTS> outputs{};
   run_network(outputs);
   for (std::size_t j = 0; j < output_count_; ++j) {
-    prediction.error_ji[joint_of_output_[j]] = outputs[j];
-    if (!is_finite(outputs[j]) && (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0) {
-      prediction.doubts |= RAVENCAL_DOUBT_NETWORK;
-    }
+    const bool finite = is_finite(outputs[j]);
+    prediction.error_ji[joint_of_output_[j]] = finite ? outputs[j] : 0.0F;
+    if (!finite && inputs_finite) prediction.doubts |= RAVENCAL_DOUBT_NETWORK;
   }
+  prediction.confidence = confidence();
+  if (prediction.confidence == 0.0F && inputs_finite) prediction.doubts |= RAVENCAL_DOUBT_DISTANCE;
   return prediction;
 }
 
@@ -60,6 +77,27 @@ void LoadedModel::run_network(std::array<float, RAVENCAL_JOINTS>& outputs) noexc
   for (std::size_t j = 0; j < output_count_; ++j) {
     outputs[j] = outputs[j] * output_scale_[j] + output_mean_[j];
   }
+}
+
+/// The formula is that of model/trust_region.hpp. Rounding may leave a little less than nothing
+/// beside the directions.
+float LoadedModel::confidence() const noexcept {
+  if (trust_.rank == 0) return 1.0F;
+  const std::size_t lines = scaled_.size() / model::packed::kLineLanes;
+  float along = 0.0F;
+  float weighted = 0.0F;
+  for (std::size_t k = 0; k < trust_.rank; ++k) {
+    const float part = dot(trust_.directions + k * scaled_.size(), scaled_.data(), lines);
+    along += part * part;
+    weighted += part * part * trust_.inverse_variance[k];
+  }
+  const float beside = dot(scaled_.data(), scaled_.data(), lines) - along;
+  const float distance =
+      (weighted + (beside > 0.0F ? beside : 0.0F) * trust_.inverse_residual_variance) *
+      trust_.per_input;
+  const float share = (trust_.none_distance - distance) * trust_.per_width;
+  if (!(share > 0.0F)) return 0.0F;  // no number, too
+  return share < 1.0F ? share : 1.0F;
 }
 
 void LoadedModel::forget_history() noexcept {

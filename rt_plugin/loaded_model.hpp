@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 
+#include "model/blob_format.hpp"
 #include "model/feature_state.hpp"
 #include "ravencal/plugin.h"
 #include "rt_plugin/envelope.hpp"
@@ -19,18 +20,34 @@
 
 namespace ravencal::rt {
 
+/// One control cycle, as a model sees it.
+struct CycleView {
+  const ravencal_state& at_hook;
+  const ravencal_state& published;  ///< at the end of the cycle before
+  float time_s = 0.0F;              ///< value of the time channel
+};
+
 class LoadedModel {
  public:
   /// What one evaluation says.
   struct Prediction {
     JointVector error_ji{};    ///< to add to the joints; 0 where the model has no output
+    float confidence = 0.0F;   ///< 0..1: how like the training set the inputs are
     std::uint32_t doubts = 0;  ///< RAVENCAL_DOUBT_*
     std::uint32_t clamped_inputs = 0;
   };
 
-  /// [rt] Evaluates the network for this cycle. Takes the same time whatever the values are.
-  Prediction predict(const ravencal_state& current, const ravencal_state& latched,
-                     float time_s) noexcept;
+  /// [rt] Takes the channels of this cycle; once per cycle, before predict.
+  void observe(const CycleView& cycle) noexcept;
+
+  /// [rt] Evaluates the network for the cycle observed last. Takes the same time whatever the
+  /// values are.
+  Prediction predict() noexcept;
+
+  /// [rt] Whether fewer cycles were observed than the oldest input goes back.
+  [[nodiscard]] bool is_warming_up() const noexcept {
+    return ticks_seen_ <= info_.longest_lag_ticks;
+  }
 
   /// [rt] Forgets past ticks: what came before has no known distance in time.
   void forget_history() noexcept;
@@ -39,9 +56,13 @@ class LoadedModel {
 
  private:
   friend class ModelLoader;
+  friend class ModelSwap;
   friend void free_model(LoadedModel* model) noexcept;
 
   [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
+
+  /// Confidence by the distance of scaled_ from the training set.
+  [[nodiscard]] float confidence() const noexcept;
 
   /// Clamps and scales features_, runs the network, and gives its outputs in SI units. Inputs are
   /// clamped (input_limits.hpp) so that the network never extrapolates far.
@@ -65,14 +86,26 @@ class LoadedModel {
   std::span<float> highest_;
   std::span<float> mean_;
   std::span<float> inverse_scale_;
-  std::span<float> scaled_;
+  std::span<float> scaled_;          ///< padded with zeros to whole lines
   std::span<float> doubtful_below_;  ///< per input: beyond these, the model does not know
   std::span<float> doubtful_above_;
-  std::size_t ticks_seen_ = 0;
+  /// Distance from the training set (model/trust_region.hpp); directions lie within blob_.
+  struct Trust {
+    std::size_t rank = 0;
+    const float* directions = nullptr;
+    std::array<float, model::blob::kMaxTrustRank> inverse_variance{};
+    float inverse_residual_variance = 0.0F;
+    float none_distance = 0.0F;
+    float per_width = 0.0F;  ///< 1 / (none - full distance)
+    float per_input = 0.0F;  ///< 1 / number of inputs
+  };
+  Trust trust_;
+  std::size_t ticks_seen_ = 0;  ///< up to one more than the oldest input goes back
 
   ravencal_info info_{};
   std::size_t mapping_bytes_ = 0;
   std::span<std::byte> blob_;
+  LoadedModel* next_retired_ = nullptr;  ///< ModelSwap's list
 };
 
 /// Why a load was refused: a RAVENCAL_ERROR_* and a sentence.

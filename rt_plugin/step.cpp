@@ -6,7 +6,6 @@
 #include "rt_plugin/step.hpp"
 
 #include <atomic>
-#include <cmath>
 
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/telemetry_record.hpp"
@@ -14,44 +13,11 @@
 namespace ravencal::rt {
 namespace {
 
-constexpr std::int32_t kPedalUp = 2;
-constexpr std::int32_t kPedalDown = 3;
-constexpr std::uint32_t kCalibratedJointsReady = (1U << RAVENCAL_JOINTS) - 1U;
 constexpr double kSecondsPerNs = 1e-9;
-
-/// The clock may be late by scheduling, but a gap of so many ticks is a jump.
-constexpr std::int64_t kLongestGapTicks = 10;
-
-/// One writer, any reader: a plain load and store, no locked instruction.
-void add(std::uint64_t& counter, std::uint64_t count = 1) noexcept {
-  const std::atomic_ref<std::uint64_t> shared(counter);
-  shared.store(shared.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
-}
-
-/// Both pedal positions: the correction must not change when the pedal is pressed, because that is
-/// when the controller re-seeds its desired joints from the measured ones. Not in E-stop (0) and
-/// INIT (1): there the robot homes or its cables hang without torque.
-std::uint32_t doubt_robot(const ravencal_state& state) noexcept {
-  const bool running = state.runlevel == kPedalUp || state.runlevel == kPedalDown;
-  const bool ready = (state.arm[0].joints_ready & kCalibratedJointsReady) == kCalibratedJointsReady;
-  return running && ready ? 0U : RAVENCAL_DOUBT_ROBOT_STATE;
-}
-
-/// Time must advance from step to step, and not by much more than a tick.
-std::uint32_t doubt_clock(const ravencal_instance& self, std::int64_t t_ns) noexcept {
-  if (!self.has_stepped) return 0;
-  // Unsigned subtraction is defined for every pair of times; a step back becomes a huge gap.
-  const std::uint64_t gap_ns =
-      static_cast<std::uint64_t>(t_ns) - static_cast<std::uint64_t>(self.last_step_ns);
-  const std::uint64_t longest_ns =
-      static_cast<std::uint64_t>(kLongestGapTicks) * self.config.tick_ns;
-  return gap_ns == 0 || gap_ns > longest_ns ? RAVENCAL_DOUBT_TIME : 0U;
-}
 
 /// The published state must be that of the step before this one.
 std::uint32_t doubt_latch(const ravencal_instance& self) noexcept {
-  const bool current =
-      self.has_published && self.has_stepped && self.published.t_ns == self.last_step_ns;
+  const bool current = self.has_published && self.guards.is_previous(self.published.t_ns);
   return current ? 0U : RAVENCAL_DOUBT_NOT_LATCHED;
 }
 
@@ -62,26 +28,17 @@ float seconds_since_armed(const ravencal_instance& self, std::int64_t t_ns) noex
   return static_cast<float>(static_cast<double>(elapsed_ns) * kSecondsPerNs);
 }
 
-std::uint32_t doubt_magnitude(const ravencal_instance& self, const JointVector& error_ji) noexcept {
-  bool too_large = false;
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    too_large = too_large || std::fabs(error_ji[j]) > self.config.max_correction_ji[j];
-  }
-  return too_large ? RAVENCAL_DOUBT_MAGNITUDE : 0U;
-}
-
-/// Asks the model, if there is one, for the joint errors of this cycle.
-LoadedModel::Prediction predict(ravencal_instance& self, const ravencal_state& state,
-                                bool clock_jumped) noexcept {
+/// Asks the weights in use, if there are any, for the joint errors of this cycle.
+LoadedModel::Prediction predict(ravencal_instance& self) noexcept {
   LoadedModel::Prediction prediction;
-  if (self.model == nullptr) {
+  LoadedModel* const model = self.models.current();
+  if (model == nullptr) {
     prediction.doubts = RAVENCAL_DOUBT_NO_WEIGHTS;
     return prediction;
   }
-  if (clock_jumped) self.model->forget_history();
-  prediction = self.model->predict(state, self.published, seconds_since_armed(self, state.t_ns));
-  if (self.model->info().needs_cycle_end != 0) prediction.doubts |= doubt_latch(self);
-  prediction.doubts |= doubt_magnitude(self, prediction.error_ji);
+  prediction = model->predict();
+  if (model->info().needs_cycle_end != 0) prediction.doubts |= doubt_latch(self);
+  prediction.doubts |= self.guards.inspect_magnitude(prediction.error_ji);
   return prediction;
 }
 
@@ -90,41 +47,70 @@ struct Decision {
   LoadedModel::Prediction prediction;
   std::uint32_t doubts = 0;  ///< RAVENCAL_DOUBT_*
   std::int32_t status = RAVENCAL_BYPASS;
+  bool swapped = false;
+  bool rolled_back = false;
 };
+
+void take_requests(ravencal_instance& self) noexcept {
+  if (self.reset_requested.load(std::memory_order_relaxed) == 0) return;
+  self.reset_requested.store(0, std::memory_order_relaxed);
+  self.envelope.reset();
+  self.overruns.reset();
+}
 
 Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   const FlushDenormals flush_denormals;
-
-  if (self.reset_requested.load(std::memory_order_relaxed) != 0) {
-    self.reset_requested.store(0, std::memory_order_relaxed);
-    self.envelope.reset();
-  }
-  if (self.swap.take(self.model)) {
-    self.envelope.refade();
-    add(self.counters.swaps);
-  }
+  Decision decision;
+  take_requests(self);
   const bool enabled = self.enabled.load(std::memory_order_relaxed) != 0;
   if (enabled && self.envelope.state() == RAVENCAL_STATE_OFF) self.armed_ns = state.t_ns;
 
-  Decision decision;
-  const std::uint32_t clock_doubt = doubt_clock(self, state.t_ns);
-  decision.prediction = predict(self, state, clock_doubt != 0);
-  decision.doubts = doubt_robot(state) | clock_doubt | decision.prediction.doubts;
-  decision.status = self.envelope.advance(enabled, decision.doubts, decision.prediction.error_ji);
+  decision.doubts = self.guards.inspect(state);
+  if (self.overruns.exhausted()) decision.doubts |= RAVENCAL_DOUBT_OVERRUN;
+  if ((decision.doubts & RAVENCAL_DOUBT_TIME) != 0) self.models.forget_history();
+  decision.swapped =
+      self.models.advance({state, self.published, seconds_since_armed(self, state.t_ns)});
+  if (decision.swapped) self.envelope.refade();
+  decision.prediction = predict(self);
+  decision.doubts |= decision.prediction.doubts;
+
+  JointVector wanted_ji{};
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    wanted_ji[j] = decision.prediction.confidence * decision.prediction.error_ji[j];
+  }
+  decision.status = self.envelope.advance(enabled, decision.doubts, wanted_ji);
+  if (decision.doubts == 0) self.models.note_sound_cycle();
+  if (enabled && (decision.doubts & RAVENCAL_DOUBT_NETWORK) != 0) {
+    decision.rolled_back = self.models.roll_back();
+  }
   return decision;
 }
 
-void count(ravencal_instance& self, std::int32_t state_before, const Decision& decision) noexcept {
+void note_transition(ravencal_counters& counters, const ravencal_state& state, std::int32_t from,
+                     std::int32_t to, std::uint32_t doubts) noexcept {
+  if (from == to) return;
+  counters.last_transitions[counters.transitions % RAVENCAL_TRANSITIONS_KEPT] = {
+      counters.ticks, state.t_ns, from, to, doubts, 0};
+  ++counters.transitions;
+}
+
+void count(ravencal_instance& self, const ravencal_state& state, std::int32_t state_before,
+           const Decision& decision, std::uint32_t step_ns) noexcept {
   ravencal_counters& counters = self.counters;
-  const std::int32_t state = self.envelope.state();
-  add(counters.ticks);
-  add(counters.ticks_in_state[state]);
-  add(counters.transitions, state == state_before ? 0 : 1);
+  const std::int32_t now = self.envelope.state();
+  ++counters.ticks;
+  ++counters.ticks_in_state[now];
   for (std::uint32_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
-    add(counters.ticks_in_doubt[kind], (decision.doubts >> kind) & 1U);
+    counters.ticks_in_doubt[kind] += (decision.doubts >> kind) & 1U;
   }
-  add(counters.clamped_inputs, decision.prediction.clamped_inputs);
-  add(counters.limited_rate, self.envelope.limited_joints());
+  counters.clamped_inputs += decision.prediction.clamped_inputs;
+  counters.limited_rate += self.envelope.limited_joints();
+  counters.swaps += decision.swapped ? 1 : 0;
+  counters.rollbacks += decision.rolled_back ? 1 : 0;
+  counters.overruns += self.overruns.see(counters.ticks, step_ns) ? 1 : 0;
+  if (step_ns > counters.longest_step_ns) counters.longest_step_ns = step_ns;
+  note_transition(counters, state, state_before, now, decision.doubts);
+  self.shared_counters.publish(counters);
 }
 
 /// In the caller's floating-point mode: the robot's own value leaves as it came, denormal or not.
@@ -133,10 +119,13 @@ void write(const ravencal_instance& self, const ravencal_state& state, const Dec
   const JointVector& correction_ji = self.envelope.correction_ji();
   output.state = self.envelope.state();
   output.doubts = decision.doubts;
+  output.confidence = decision.prediction.confidence;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const float own_ji = state.arm[0].jpos_ji[j];
-    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0.
-    output.jpos_ji[j] = correction_ji[j] == 0.0F ? own_ji : own_ji + correction_ji[j];
+    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0. And where it is
+    // no number: a sum would be another one.
+    const bool corrected = correction_ji[j] != 0.0F && own_ji - own_ji == 0.0F;
+    output.jpos_ji[j] = corrected ? own_ji + correction_ji[j] : own_ji;
     output.correction_ji[j] = correction_ji[j];
     output.predicted_ji[j] = decision.prediction.error_ji[j];
   }
@@ -146,13 +135,14 @@ void write(const ravencal_instance& self, const ravencal_state& state, const Dec
 
 std::int32_t step(ravencal_instance& self, const ravencal_state& state,
                   ravencal_output& output) noexcept {
+  const std::uint64_t start = Stopwatch::now();
   const std::int32_t state_before = self.envelope.state();
   const Decision decision = decide(self, state);
   write(self, state, decision, output);
-  count(self, state_before, decision);
+  // What follows is bookkeeping, the same every time.
+  output.step_ns = self.stopwatch.since_ns(start);
+  count(self, state, state_before, decision, output.step_ns);
   record(self, state, output, output.step_ns);
-  self.last_step_ns = state.t_ns;
-  self.has_stepped = true;
   return decision.status;
 }
 

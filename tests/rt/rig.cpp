@@ -114,6 +114,23 @@ ravencal_state healthy_state(std::int64_t t_ns) {
   return state;
 }
 
+model::CalibrationModel make_model_with_a_flaw() {
+  // Finite weights whose products cancel on the self-test's rows but overflow in a corner of the
+  // trained range that none of them visits.
+  model::CalibrationModel model = make_model({plain("jpos.shoulder"), plain("jpos.elbow")}, {2, 2});
+  for (model::DenseLayer& layer : model.layers) layer.activation = model::Activation::kLinear;
+  model.layers[0].weights << 1.8e38F, -1.8e38F, 0.0F, 0.0F;
+  model.layers[0].biases.setZero();
+  model.layers[1].weights << 2e-38F, 0.0F, 0.0F, 0.0F;
+  model.layers[1].biases.setZero();
+  return model;
+}
+
+void provoke_flaw(ravencal_state& state) {
+  state.arm[0].jpos_ji[0] += 0.5F;
+  state.arm[0].jpos_ji[1] -= 0.5F;
+}
+
 std::filesystem::path scratch_folder() {
   struct Folder {
     std::filesystem::path path =
@@ -155,10 +172,15 @@ std::filesystem::path write_weights(const model::CalibrationModel& model, const 
 }
 
 Rig::Rig(std::uint32_t max_isa)
+    : Rig([&](ravencal_config& settings) { settings.max_isa = max_isa; }) {}
+
+Rig::Rig(const std::function<void(ravencal_config&)>& configure)
     : library(checked(host::PluginLibrary::open(RAVENCAL_PLUGIN_PATH))),
       config([&] {
         ravencal_config settings = library.default_config();
-        settings.max_isa = max_isa;
+        // Tests share their machine: how long a step takes there decides nothing.
+        settings.step_budget_ns = 0;
+        configure(settings);
         return settings;
       }()),
       instance(checked(host::PluginInstance::create(library, config))),

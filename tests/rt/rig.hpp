@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,11 @@ model::FeatureSpec with_play(const std::string& channel, float half_width);
 /// Homed, pedal down, every value in the middle of make_model's trained ranges.
 ravencal_state healthy_state(std::int64_t t_ns = 0);
 
+/// A model of joints 1 and 2 that passes its self-test, but answers a state so provoked, which is
+/// within the trained ranges, with what is no number.
+model::CalibrationModel make_model_with_a_flaw();
+void provoke_flaw(ravencal_state& state);
+
 /// A folder of this test process, removed at its end.
 std::filesystem::path scratch_folder();
 
@@ -49,6 +55,8 @@ std::filesystem::path write_weights(
 class Rig {
  public:
   explicit Rig(std::uint32_t max_isa = RAVENCAL_ISA_BEST);
+  /// With settings changed from the defaults; those are without a step budget here.
+  explicit Rig(const std::function<void(ravencal_config&)>& configure);
 
   void load(const model::CalibrationModel& model,
             model::packed::Precision precision = model::packed::Precision::kFloat32);

@@ -32,7 +32,8 @@ struct Arguments {
   std::string trajectory;
   std::string json;
   double payload_g = -1.0;  // negative: as the plant says
-  std::int64_t ticks = 0;   // 0: to the motion's end
+  double step_budget_us = 0.0;
+  std::int64_t ticks = 0;  // 0: to the motion's end
   host::LoopOptions loop;
   host::TwinSourceOptions twin;
   record::LoadOptions load;
@@ -60,8 +61,10 @@ core::Result<host::Summary> run(const Arguments& arguments) {
                             model::read_blob(arguments.weights));
   RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
                             host::PluginLibrary::open(arguments.plugin));
+  ravencal_config config = library.default_config();
+  config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
   RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
-                            host::PluginInstance::create(library, library.default_config()));
+                            host::PluginInstance::create(library, config));
   RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
 
   record::Recording recording;
@@ -128,6 +131,12 @@ void add_host(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--ticks", arguments->ticks, "Cycles to run; default: to the motion's end")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{100'000'000}));
+  command
+      ->add_option("--step-budget-us", arguments->step_budget_us,
+                   "Longest step; more than two longer ones within 1000 end the correction. 0: no "
+                   "limit, because this machine is not the robot's (there it is 500)")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->footer(
       "The table counts the cycles in which the correction was fully in.\n"

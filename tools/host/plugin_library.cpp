@@ -104,8 +104,9 @@ const char* state_name(std::int32_t state) {
 
 const char* doubt_name(std::size_t kind) {
   constexpr const char* kNames[RAVENCAL_DOUBT_KINDS] = {
-      "robot_state", "no_weights", "time",    "not_latched",  "not_finite", "out_of_range",
-      "warming_up",  "magnitude",  "network", "encoder_jump", "distance",   "overrun"};
+      "robot_state",  "no_weights", "time",      "not_latched", "not_finite",
+      "out_of_range", "warming_up", "magnitude", "network",     "encoder_jump",
+      "distance",     "overrun",    "pedal"};
   return kind < RAVENCAL_DOUBT_KINDS ? kNames[kind] : "unknown";
 }
 

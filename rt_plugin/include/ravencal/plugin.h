@@ -70,7 +70,8 @@ extern "C" {
 #define RAVENCAL_DOUBT_ENCODER_JUMP 512u /* motor counts changed by more than max_encoder_step_counts */
 #define RAVENCAL_DOUBT_DISTANCE 1024u   /* inputs jointly unlike the training set: confidence is 0 */
 #define RAVENCAL_DOUBT_OVERRUN 2048u    /* steps took longer than step_budget_ns too often: until reset */
-#define RAVENCAL_DOUBT_KINDS 12
+#define RAVENCAL_DOUBT_PEDAL 4096u      /* the pedal moved less than 10 ms ago: the correction is held */
+#define RAVENCAL_DOUBT_KINDS 13
 #define RAVENCAL_DOUBT_CAPACITY 32      /* room in the counter block */
 
 /* Instruction sets, for config.max_isa and info. */
@@ -130,7 +131,7 @@ typedef struct ravencal_output {
   uint32_t doubts;                       /* RAVENCAL_DOUBT_* of this cycle */
   float confidence;                      /* 0..1: share of the prediction that is asked for, by the
                                             distance of the inputs from the training set */
-  uint32_t step_ns;                      /* what the last step took, measured by itself */
+  uint32_t step_ns;                      /* what this step took, measured by itself */
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
@@ -141,10 +142,10 @@ typedef struct ravencal_config {
   float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
   float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
   uint32_t max_isa;                             /* RAVENCAL_ISA_*: do not go beyond this one */
-  uint32_t hold_ns;                             /* longest HOLD before fading out; 20 000 000 */
-  uint32_t step_budget_ns;                      /* a step that takes longer is an overrun; 0: unlimited */
-  uint32_t max_overruns;                        /* so many overruns within 1000 steps: BYPASS until reset */
-  uint32_t max_encoder_step_counts;             /* largest change of a motor's counts per tick; 0: unlimited */
+  uint32_t hold_ns;                             /* longest HOLD before fading out; 20 000 000; 0: none */
+  uint32_t step_budget_ns;                      /* a step that takes longer is an overrun; 500 000; 0: unlimited */
+  uint32_t max_overruns;                        /* so many (1..64) within 1000 steps: BYPASS until reset; 3 */
+  uint32_t max_encoder_step_counts;             /* largest change of a motor's counts per tick; 512; 0: unlimited */
   uint32_t require_signature;                   /* 1: only blobs signed by the key below are loaded */
   uint8_t public_key[32];                       /* Ed25519 */
   char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */

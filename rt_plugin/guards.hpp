@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the robot's state says against correcting it, alone and compared with the cycle before:
+// run level, pedal, clock, encoders. The model's own doubts (ranges, distance, finite numbers) are
+// LoadedModel's. Real-time thread only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "ravencal/plugin.h"
+#include "rt_plugin/envelope.hpp"
+
+namespace ravencal::rt {
+
+class StateGuards {
+ public:
+  /// The clock may be late by scheduling, but a gap of so many ticks is a jump.
+  static constexpr std::uint64_t kLongestGapTicks = 10;
+  /// For so long after the pedal moved, the correction is held.
+  static constexpr std::uint64_t kPedalNs = 10'000'000;
+
+  explicit StateGuards(const ravencal_config& config) noexcept;
+
+  /// RAVENCAL_DOUBT_* of this cycle; remembers it as the one before the next.
+  std::uint32_t inspect(const ravencal_state& state) noexcept;
+
+  /// RAVENCAL_DOUBT_MAGNITUDE if a prediction exceeds what may be corrected.
+  [[nodiscard]] std::uint32_t inspect_magnitude(const JointVector& predicted_ji) const noexcept;
+
+  /// Whether a state published at `t_ns` is that of the cycle before the inspected one.
+  [[nodiscard]] bool is_previous(std::int64_t t_ns) const noexcept {
+    return cycles_ > 1 && t_ns == previous_ns_;
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t inspect_robot(const ravencal_state& state) const noexcept;
+  std::uint32_t inspect_pedal(const ravencal_state& state) noexcept;
+  std::uint32_t inspect_clock(std::int64_t t_ns) noexcept;
+  std::uint32_t inspect_encoders(const ravencal_arm& arm) noexcept;
+
+  JointVector max_correction_ji_{};
+  std::uint64_t tick_ns_;
+  std::uint64_t pedal_ticks_;
+  std::uint64_t max_encoder_step_;  ///< counts per tick
+  std::uint64_t cycles_ = 0;        ///< inspected
+  std::int64_t last_ns_ = 0;        ///< of the inspected cycle
+  std::int64_t previous_ns_ = 0;    ///< of the one before
+  std::uint64_t elapsed_ticks_ = 1;
+  std::int32_t runlevel_ = 0;
+  std::uint64_t pedal_ticks_left_ = 0;
+  std::array<std::int32_t, RAVENCAL_JOINTS> counts_{};
+};
+
+}  // namespace ravencal::rt
