@@ -2,6 +2,7 @@
 #include "quadrature_reader/logger.hpp"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <chrono>
@@ -34,10 +35,11 @@ fs::path homing_path_of(const fs::path& config) {
 core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
                                                      const std::filesystem::path& path,
                                                      const LoggerOptions& options) {
-  // Sources first: a configuration that this build cannot serve must not leave an empty file.
+  // Sources first: what cannot be opened must not leave an empty recording.
   std::vector<std::unique_ptr<Source>> sources;
   for (const auto& settings : config.sources) {
     RAVENCAL_ASSIGN_OR_RETURN(auto source, make_source(settings));
+    RAVENCAL_RETURN_IF_ERROR(source->open());
     sources.push_back(std::move(source));
   }
   RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
@@ -75,6 +77,8 @@ core::Status Logger::run(const std::function<bool()>& stop,
   std::int64_t next_maintain_ns = started_ns_ + kMaintainPeriodNs;
   std::int64_t next_clock_ns = started_ns_;
   for (auto& reader : readers_) reader->start();
+  // A page fault in a reader thread would cost edges. Refused without the right to; then it may.
+  memory_locked_ = mlockall(MCL_CURRENT) == 0;
   while (!stop()) {
     const std::int64_t now_ns = monotonic_now_ns();
     if (is_over(now_ns)) break;
@@ -172,6 +176,7 @@ LoggerStatus Logger::status(std::int64_t now_ns) {
   }
   status.fullest_ring = fullest_ring_;
   status.rows = recorder_.sink().rows();
+  status.trouble = scheduling_trouble();
   for (const auto& reader : readers_) {
     if (const std::string error = reader->last_error(); !error.empty()) status.trouble = error;
   }
@@ -180,6 +185,15 @@ LoggerStatus Logger::status(std::int64_t now_ns) {
   fullest_ring_ = 0.0;
   last_status_ns_ = now_ns;
   return status;
+}
+
+std::string Logger::scheduling_trouble() const {
+  if (options_.realtime_priority == 0) return {};
+  const bool refused = std::any_of(readers_.begin(), readers_.end(),
+                                   [](const auto& reader) { return reader->scheduling_refused(); });
+  if (!refused && memory_locked_) return {};
+  return fmt::format("--realtime-priority {}: {} was refused; --check-setup gives the remedy",
+                     options_.realtime_priority, refused ? "SCHED_FIFO" : "locking memory");
 }
 
 void Logger::store_clock_offset() {

@@ -47,11 +47,13 @@ struct LoggerStatus {
   double fullest_ring = 0.0;  ///< fill level of the fullest ring since the last status, 0 to 1
   std::int64_t rows = 0;
   std::vector<std::string> to_be_homed;
-  std::string trouble;  ///< last device or disk error, empty if none
+  std::string trouble;  ///< last device or disk error, or a right that is missing; else empty
 };
 
 class Logger {
  public:
+  /// Opens the devices, then the recording. A device that is missing is an error of code kDevice
+  /// and leaves no recording.
   static core::Result<std::unique_ptr<Logger>> create(const Config& config,
                                                       const std::filesystem::path& path,
                                                       const LoggerOptions& options);
@@ -79,6 +81,7 @@ class Logger {
   [[nodiscard]] bool is_over(std::int64_t now_ns) const;
   void take_row(std::int64_t t_ns, std::span<const AxisSample> samples);
   void take_pose(std::int64_t t_ns, std::span<const AxisSample> samples);
+  [[nodiscard]] std::string scheduling_trouble() const;
   void store_clock_offset();
   [[nodiscard]] bool is_replay() const;
   core::Status carry_clock_offsets();
@@ -91,6 +94,7 @@ class Logger {
   std::filesystem::path homing_path_;
   std::map<std::string, double> pose_si_;  // joints whose zero is still to be set from the pose
   std::atomic<bool> home_again_{false};
+  bool memory_locked_ = false;
   std::vector<AxisSample> last_samples_;
   std::vector<std::int64_t> last_edges_;
   std::int64_t started_ns_ = 0;

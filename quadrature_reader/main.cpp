@@ -7,9 +7,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
@@ -34,6 +36,7 @@ struct Arguments {
   qr::LoggerOptions logger;
   bool json = false;
   bool check_setup = false;
+  bool wait_for_devices = false;
 };
 
 int complain(const core::Error& error) {
@@ -104,6 +107,32 @@ core::Result<std::pair<std::string, double>> parse_pose(const std::string& text,
   return std::pair{joint, value * unit->to_si};
 }
 
+/// The logger, as soon as every device is there: at once, or when waiting is wanted and neither a
+/// signal nor the end of the duration comes first.
+core::Result<std::unique_ptr<qr::Logger>> open_logger(const qr::Config& config,
+                                                      const Arguments& arguments,
+                                                      const qr::LoggerOptions& options) {
+  constexpr auto kRetryPeriod = std::chrono::milliseconds(200);
+  const auto started = std::chrono::steady_clock::now();
+  std::string told;
+  for (;;) {
+    auto logger = qr::Logger::create(config, arguments.out, options);
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - started;
+    if (logger.ok() || logger.error().code != core::ErrorCode::kDevice ||
+        !arguments.wait_for_devices || cli::interrupted() ||
+        (options.duration_s > 0.0 && waited.count() >= options.duration_s)) {
+      return logger;
+    }
+    if (logger.error().message != told) {
+      told = logger.error().message;
+      fmt::print(stderr, "ravencal-encoders: waiting: {}\n", told);
+      qr::notify_service_manager(fmt::format("READY=1\nSTATUS=waiting: {}", told));
+    }
+    qr::notify_service_manager("WATCHDOG=1");
+    std::this_thread::sleep_for(kRetryPeriod);
+  }
+}
+
 int record_encoders(const Arguments& arguments) {
   auto config = qr::load_config(arguments.config);
   if (!config.ok()) return complain(config.error());
@@ -115,12 +144,21 @@ int record_encoders(const Arguments& arguments) {
     if (!pose.ok()) return complain(pose.error());
     options.pose_si.insert(*pose);
   }
-  auto logger = qr::Logger::create(*config, arguments.out, options);
-  if (!logger.ok()) return complain(logger.error());
   cli::catch_interrupts();
+  auto logger = open_logger(*config, arguments, options);
+  if (!logger.ok()) {
+    const int code = complain(logger.error());
+    if (code == cli::kDevice && !arguments.wait_for_devices) {
+      fmt::print(stderr,
+                 "nothing was recorded; 'ravencal-encoders --config {} --check-setup' gives the "
+                 "remedy, --wait-for-devices waits for the device\n",
+                 arguments.config);
+    }
+    return code;
+  }
   running_logger = logger->get();
   (void)std::signal(SIGUSR1, home_again);
-  qr::notify_service_manager("READY=1");
+  qr::notify_service_manager("READY=1\nSTATUS=recording");
   Display display(arguments.json);
   const core::Status status =
       (*logger)->run(cli::interrupted, [&](const qr::LoggerStatus& now) { display.show(now); });
@@ -182,6 +220,8 @@ int main(int argc, char** argv) {
   app.add_option("--realtime-priority", arguments.logger.realtime_priority,
                  "SCHED_FIFO priority of the reader threads; 0: none")
       ->check(CLI::Range(0, 99));
+  app.add_flag("--wait-for-devices", arguments.wait_for_devices,
+               "wait for a device that is missing at the start instead of giving up");
   app.add_flag("--check-setup", arguments.check_setup,
                "go through devices, permissions, levels and directions, record nothing")
       ->excludes(out);

@@ -42,7 +42,7 @@ void ReaderThread::run() {
   }
   std::vector<Reading> readings;
   readings.reserve(kLargestRead);
-  bool open = open_device();
+  bool open = true;
   while (!stop_.load(std::memory_order_relaxed)) {
     if (!open) {
       sleep_unless_stopped(kRetryPeriod);

@@ -19,7 +19,8 @@ namespace ravencal::quadrature_reader {
 
 class ReaderThread {
  public:
-  /// `realtime_priority` 1 to 99: SCHED_FIFO where permitted; 0: ordinary scheduling.
+  /// `source` has been opened. `realtime_priority` 1 to 99: SCHED_FIFO where permitted; 0: ordinary
+  /// scheduling.
   ReaderThread(std::unique_ptr<Source> source, std::size_t ring_capacity, int realtime_priority);
   ~ReaderThread();  ///< stops and joins
   ReaderThread(const ReaderThread&) = delete;
