@@ -107,7 +107,8 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   const auto figures =
       motion_figures(design.nominal, motion, options.duration_s, design.motion_seed);
   for (const SubjectKind* kind : plan.subjects)
-    design.subjects.push_back(draw_subject(*kind, design.nominal, figures, options.duration_s, random));
+    design.subjects.push_back(
+        draw_subject(*kind, design.nominal, figures, options.duration_s, random));
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     Subject& s = design.subjects[i];
     const NominalJoint& joint = design.nominal.joints[s.joint];
@@ -199,7 +200,8 @@ CaseDesign draw_case_with(const SubjectKind& kind, double over_floor, int number
 Session session_of(const CaseDesign& design, std::optional<std::size_t> without) {
   Session session = design.base;
   for (std::size_t i = 0; i < design.subjects.size(); ++i) {
-    if (without != i) apply(design.subjects[i], design.subjects[i].amplitude, design.truth, session);
+    if (without != i)
+      apply(design.subjects[i], design.subjects[i].amplitude, design.truth, session);
   }
   return session;
 }

@@ -35,11 +35,11 @@ struct CaseOptions {
 struct CaseDesign {
   int number = 0;
   CaseKind kind = CaseKind::kControl;
-  NominalRobot nominal;            ///< what plant.toml says
-  NominalRobot truth;              ///< the same, off within tolerances
-  std::vector<Subject> subjects;   ///< amplitude 0: a decoy
+  NominalRobot nominal;           ///< what plant.toml says
+  NominalRobot truth;             ///< the same, off within tolerances
+  std::vector<Subject> subjects;  ///< amplitude 0: a decoy
   std::optional<OffParameter> off;
-  Session base;                    ///< truth with noise, without the subjects
+  Session base;  ///< truth with noise, without the subjects
   std::uint64_t motion_seed = 1, noise_seed = 1, held_out_seed = 1;
 };
 

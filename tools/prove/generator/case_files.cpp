@@ -83,7 +83,8 @@ record::Recording as_given(const record::Recording& whole, const Session& sessio
   for (std::size_t c = 0; c < kept.size(); ++c)
     out.samples.col(static_cast<Index>(c)) = whole.samples.col(kept[c]);
   // Nothing but what every case says.
-  out.meta = {{"robot", "sealed case"}, {"source", "ravencal prove"}, {"software_version", core::kVersion}};
+  out.meta = {
+      {"robot", "sealed case"}, {"source", "ravencal prove"}, {"software_version", core::kVersion}};
   return out;
 }
 
@@ -100,7 +101,8 @@ class Maker {
     Json subjects = Json::array();
     for (std::size_t i = 0; i < design_.subjects.size(); ++i) {
       if (design_.subjects[i].amplitude == 0.0) continue;
-      RAVENCAL_ASSIGN_OR_RETURN(const record::Recording twin, whole_run(session_of(design_, i), seeds));
+      RAVENCAL_ASSIGN_OR_RETURN(const record::Recording twin,
+                                whole_run(session_of(design_, i), seeds));
       subjects.push_back(subject_json(design_.subjects[i], all, whole, twin));
     }
     CaseFiles files;
@@ -191,8 +193,8 @@ class Maker {
 
   static double command_size(const Subject& s, const Session& all, const record::Recording& with) {
     const JointPhysics& p = all.robot.joints[s.joint];
-    const VectorXd effort =
-        with.samples.col(*with.column(record::Role::kDriveTorque, p.name)) * p.reduction / p.gearbox_ratio;
+    const VectorXd effort = with.samples.col(*with.column(record::Role::kDriveTorque, p.name)) *
+                            p.reduction / p.gearbox_ratio;
     if (s.kind->id == "controller_gain") return s.amplitude * rms(effort);
     double on = 0.0;
     for (const auto& [a, b] : s.interval_s) on += b - a;
@@ -201,10 +203,11 @@ class Maker {
 
   /// What diagnose would print for a perfect fit, with its sign.
   static double reported_value(const Subject& s) {
-    constexpr std::string_view kSigned[] = {"homing_offset", "gain_error", "coupling", "slip",
-                                            "thermal_drift", "torque_constant",
-                                            "input_disturbance"};
-    const bool is_signed = std::find(std::begin(kSigned), std::end(kSigned), s.kind->id) != std::end(kSigned);
+    constexpr std::string_view kSigned[] = {
+        "homing_offset", "gain_error",      "coupling",         "slip",
+        "thermal_drift", "torque_constant", "input_disturbance"};
+    const bool is_signed =
+        std::find(std::begin(kSigned), std::end(kSigned), s.kind->id) != std::end(kSigned);
     const double sign = s.details.at("sign");
     if (s.kind->id == "controller_gain") return 1.0 + sign * s.amplitude;
     return is_signed ? sign * s.amplitude : s.amplitude;

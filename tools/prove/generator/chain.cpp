@@ -47,8 +47,8 @@ Matrix3d Chain::mass(const Geometry& g) const {
     }
     const Matrix3d inertia =
         g.rotation[i] * links_[i].inertia_kg_m2.asDiagonal() * g.rotation[i].transpose();
-    mass += links_[i].mass_kg * linear.transpose() * linear +
-            angular.transpose() * inertia * angular;
+    mass +=
+        links_[i].mass_kg * linear.transpose() * linear + angular.transpose() * inertia * angular;
   }
   for (auto i = static_cast<Index>(links_.size()); i < 3; ++i) mass(i, i) = 1.0;
   return mass;

@@ -35,11 +35,13 @@ void apply_transmission(const Subject& s, double a, const NominalJoint& nominal,
     cable.creep_compliance = a;
     cable.creep_time_s = s.details.at("time_s");
   }
-  if (id == "eccentricity") cable.eccentricity = {a, s.details.at("order"), s.details.at("phase_rad")};
+  if (id == "eccentricity")
+    cable.eccentricity = {a, s.details.at("order"), s.details.at("phase_rad")};
   if (id == "slip") j.slips.emplace_back(s.details.at("at_s"), sign * a);
   if (id == "lost_counts") {
     const double per_count = 2.0 * 3.14159265358979 / j.motor_counts_per_rev / nominal.reduction;
-    j.lost_counts.emplace_back(s.details.at("at_s"), static_cast<long>(std::lround(sign * a / per_count)));
+    j.lost_counts.emplace_back(s.details.at("at_s"),
+                               static_cast<long>(std::lround(sign * a / per_count)));
   }
   if (id == "delay") j.truth_delay_s += a;
   if (id == "thermal_drift") {
@@ -72,7 +74,8 @@ void apply_drive(const Subject& s, double a, const NominalJoint& nominal, Sessio
   if (id == "load_dependent_friction") dry.load_share += a;
   if (id == "torque_constant") p.torque_ratio = sign * a;
   if (id == "torque_ripple") p.ripple = {a, s.details.at("order"), s.details.at("phase_rad")};
-  if (id == "saturation") p.saturation = (1.0 - a) * 1.3 * (nominal.coulomb + s.details.at("weight"));
+  if (id == "saturation")
+    p.saturation = (1.0 - a) * 1.3 * (nominal.coulomb + s.details.at("weight"));
   if (id == "controller_gain") j.kp *= 1.0 + sign * a;
   if (id == "flexible_mode") {
     const double omega = 2.0 * 3.14159265358979 * s.details.at("frequency_hz");
@@ -81,7 +84,8 @@ void apply_drive(const Subject& s, double a, const NominalJoint& nominal, Sessio
     p.flexible_damping = 0.06 * a * omega;
   }
   if (id == "input_disturbance") {
-    for (const auto& [begin_s, end_s] : s.interval_s) j.pulses.push_back({begin_s, end_s, sign * a});
+    for (const auto& [begin_s, end_s] : s.interval_s)
+      j.pulses.push_back({begin_s, end_s, sign * a});
   }
   if (id == "local_friction") {
     dry.local_extra = a;
@@ -109,8 +113,8 @@ void apply_mass(const Subject& s, double a, Session& session) {
   if (s.kind->id == "gravity") {
     links[s.joint].mass_kg += a;
     // The plant's inertia about the joint already counts the link, wherever its weight is.
-    links[s.joint].inertia_kg_m2[2] = std::max(
-        1e-4, links[s.joint].inertia_kg_m2[2] - a * links[s.joint].com_m.squaredNorm());
+    links[s.joint].inertia_kg_m2[2] =
+        std::max(1e-4, links[s.joint].inertia_kg_m2[2] - a * links[s.joint].com_m.squaredNorm());
   }
   if (s.kind->id == "payload") {
     ChainLink& last = links.back();
@@ -132,8 +136,7 @@ void conceal(const Subject& subject, NominalRobot& nominal) {
     joint.joint_friction = joint.joint_presliding = 0.0;
   }
   if (id == "joint_friction") joint.joint_friction = joint.joint_presliding = 0.0;
-  if (id == "coulomb_friction")
-    joint.coulomb = joint.stribeck_extra = joint.presliding = 0.0;
+  if (id == "coulomb_friction") joint.coulomb = joint.stribeck_extra = joint.presliding = 0.0;
   if (id == "viscous_friction") joint.viscous = 0.0;
   if (id == "stribeck_friction") joint.stribeck_extra = 0.0;
   if (id == "presliding") joint.presliding = 0.0;

@@ -16,9 +16,7 @@ using Eigen::Index;
 
 namespace {
 
-double clamped(double x, double limit) {
-  return limit > 0.0 ? std::clamp(x, -limit, limit) : x;
-}
+double clamped(double x, double limit) { return limit > 0.0 ? std::clamp(x, -limit, limit) : x; }
 
 double hill_at(double height, double centre, double width, double x) {
   const double u = (x - centre) / width;
@@ -88,8 +86,8 @@ CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, 
   const double stretch = elastic > b ? elastic - b : (elastic < -b ? elastic + b : 0.0);
   const bool taut = b == 0.0 || stretch != 0.0;
   CableState s;
-  const double static_part = spring(c, stretch) +
-                             c.hysteresis_stiffness * c.hysteresis_yield * y[Mechanics::kLoop];
+  const double static_part =
+      spring(c, stretch) + c.hysteresis_stiffness * c.hysteresis_yield * y[Mechanics::kLoop];
   if (c.creep_compliance > 0.0)
     s.creep_rate = (c.creep_compliance * static_part - y[Mechanics::kCreep]) / c.creep_time_s;
   const double rate = taut ? slope * drive_velocity - y[Mechanics::kJointVelocity] : 0.0;
@@ -140,9 +138,9 @@ struct Mechanics::Impl {
       const CableState cable =
           cable_of(joint.cable, drive[i], drive_velocity[i], inputs.length[i], s);
       const DryFriction& behind = joint.joint_friction;
-      const Friction held = friction_of(
-          behind, s + kJointBristle, 1, s[kJointVelocity],
-          sliding_level(behind, s[kJointVelocity], s[kJoint], cable.tension, 1.0));
+      const Friction held =
+          friction_of(behind, s + kJointBristle, 1, s[kJointVelocity],
+                      sliding_level(behind, s[kJointVelocity], s[kJoint], cable.tension, 1.0));
       tension[i] = cable.tension;
       r[kMotor] = s[kMotorVelocity];
       r[kJoint] = s[kJointVelocity];
@@ -162,10 +160,12 @@ struct Mechanics::Impl {
           friction_of(dry, s + kBristle1, 3, v,
                       sliding_level(dry, v, s[kMotor], tension[i], inputs.friction_scale[i]));
       std::copy(friction.rate.begin(), friction.rate.end(), r + kBristle1);
-      const double viscous = (joint.viscous + joint.square_viscous * std::abs(v)) * v * (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
+      const double viscous = (joint.viscous + joint.square_viscous * std::abs(v)) * v *
+                             (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
       const double leak = joint.tension_leak * tension[joint.leak_from];
-      r[kMotorVelocity] = (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous -
-                           reaction[i] - leak) / joint.motor_inertia;
+      r[kMotorVelocity] =
+          (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous - reaction[i] - leak) /
+          joint.motor_inertia;
     }
     const Vector3d acceleration = inverse_mass * joint_effort;
     for (Index i = 0; i < count; ++i) rate[i * kStatesPerJoint + kJointVelocity] = acceleration[i];
@@ -195,8 +195,7 @@ struct Mechanics::Impl {
   }
 
   static int right_hand_side(realtype /*t*/, N_Vector state, N_Vector rate, void* self) {
-    static_cast<const Impl*>(self)->derivative(N_VGetArrayPointer(state),
-                                               N_VGetArrayPointer(rate));
+    static_cast<const Impl*>(self)->derivative(N_VGetArrayPointer(state), N_VGetArrayPointer(rate));
     return 0;
   }
 
@@ -271,20 +270,16 @@ core::Status Mechanics::advance(const CycleInputs& inputs, double dt_s) {
   m.t_s = end_s;
   const bool finite = std::isfinite(N_VMaxNorm(m.y));
   if (flag >= 0 && finite) return {};
-  return core::Error{core::ErrorCode::kData,
-                     fmt::format("the generator's integrator gave up at {:.3f} s (ARKODE code {})",
-                                 end_s, flag)};
+  return core::Error{
+      core::ErrorCode::kData,
+      fmt::format("the generator's integrator gave up at {:.3f} s (ARKODE code {})", end_s, flag)};
 }
 
 double Mechanics::state(std::size_t joint, State which) const {
   return impl_->of(N_VGetArrayPointer(impl_->y), static_cast<Index>(joint))[which];
 }
-Vector3d Mechanics::motors() const {
-  return impl_->gathered(N_VGetArrayPointer(impl_->y), kMotor);
-}
-Vector3d Mechanics::joints() const {
-  return impl_->gathered(N_VGetArrayPointer(impl_->y), kJoint);
-}
+Vector3d Mechanics::motors() const { return impl_->gathered(N_VGetArrayPointer(impl_->y), kMotor); }
+Vector3d Mechanics::joints() const { return impl_->gathered(N_VGetArrayPointer(impl_->y), kJoint); }
 
 Vector3d Mechanics::tensions() const {
   const double* all = N_VGetArrayPointer(impl_->y);
@@ -293,7 +288,8 @@ Vector3d Mechanics::tensions() const {
   Vector3d tension = Vector3d::Zero();
   for (Index i = 0; i < impl_->count; ++i) {
     tension[i] = cable_of(impl_->robot.joints[static_cast<std::size_t>(i)].cable, drive[i],
-                          velocity[i], impl_->inputs.length[i], impl_->of(all, i)).tension;
+                          velocity[i], impl_->inputs.length[i], impl_->of(all, i))
+                     .tension;
   }
   return tension;
 }
@@ -308,8 +304,8 @@ Vector3d Mechanics::motor_frictions() const {
     const double v = s[kMotorVelocity];
     const double level = sliding_level(joint.motor_friction, v, s[kMotor], tension[i],
                                        impl_->inputs.friction_scale[i]);
-    out[i] = friction_of(joint.motor_friction, s + kBristle1, 3, v, level).effort +
-             joint.viscous * v;
+    out[i] =
+        friction_of(joint.motor_friction, s + kBristle1, 3, v, level).effort + joint.viscous * v;
   }
   return out;
 }

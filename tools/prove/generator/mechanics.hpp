@@ -16,17 +16,29 @@ namespace ravencal::prove {
 
 /// What acts on the robot during one cycle.
 struct CycleInputs {
-  Vector3d effort = Vector3d::Zero();        ///< of the drives, at the joints
-  Vector3d disturbance = Vector3d::Zero();   ///< effort on the motors
-  Vector3d length = Vector3d::Zero();        ///< cable length changes: slip, drift, wander
+  Vector3d effort = Vector3d::Zero();          ///< of the drives, at the joints
+  Vector3d disturbance = Vector3d::Zero();     ///< effort on the motors
+  Vector3d length = Vector3d::Zero();          ///< cable length changes: slip, drift, wander
   Vector3d friction_scale = Vector3d::Ones();  ///< of the motors' dry friction
 };
 
 class Mechanics {
  public:
   static constexpr int kStatesPerJoint = 12;
-  enum State : int { kMotor, kMotorVelocity, kJoint, kJointVelocity, kBristle1, kBristle2,
-                     kBristle3, kJointBristle, kLoop, kCreep, kFlexible, kFlexibleVelocity };
+  enum State : int {
+    kMotor,
+    kMotorVelocity,
+    kJoint,
+    kJointVelocity,
+    kBristle1,
+    kBristle2,
+    kBristle3,
+    kJointBristle,
+    kLoop,
+    kCreep,
+    kFlexible,
+    kFlexibleVelocity
+  };
 
   /// `tolerance`: relative, of the integrator.
   static core::Result<Mechanics> create(const RobotPhysics& robot, double tolerance = 1e-6);

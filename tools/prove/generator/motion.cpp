@@ -10,7 +10,8 @@ void Path::add(double to, double speed, double ramp_s) {
   const double begin_s = moves_.empty() ? 0.0 : moves_.back().begin_s + moves_.back().length_s;
   const double from = moves_.empty() ? to : moves_.back().to;
   const double ramp = std::max(ramp_s, 1e-3);
-  moves_.push_back({begin_s, std::max(std::abs(to - from) / speed + ramp, 2.0 * ramp), ramp, from, to});
+  moves_.push_back(
+      {begin_s, std::max(std::abs(to - from) / speed + ramp, 2.0 * ramp), ramp, from, to});
 }
 
 Path::Path(const MotionRange& range, MotionKind kind, double duration_s, Random random) {

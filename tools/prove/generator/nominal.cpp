@@ -53,12 +53,12 @@ NominalRobot draw_raven(Random& random) {
   NominalRobot robot;
   robot.name = "raven2";
   robot.gravity = {-9.8, 0.0, 0.0};
-  robot.joints = {rotary("shoulder", 136.196255507, 0.494, {0.0065, 0.09775, -0.13771},
-                         {0.017376, 0.011, 0.006499}),
-                  rotary("elbow", 121.522074965, 0.750, {-0.002, -0.18274, -0.23053},
-                         {0.081579, 0.044329, 0.037686}),
-                  rotary("insertion", 2158.590308370, 0.231, Vector3d::Zero(),
-                         {0.002908, 0.003009, 0.000355})};
+  robot.joints = {
+      rotary("shoulder", 136.196255507, 0.494, {0.0065, 0.09775, -0.13771},
+             {0.017376, 0.011, 0.006499}),
+      rotary("elbow", 121.522074965, 0.750, {-0.002, -0.18274, -0.23053},
+             {0.081579, 0.044329, 0.037686}),
+      rotary("insertion", 2158.590308370, 0.231, Vector3d::Zero(), {0.002908, 0.003009, 0.000355})};
   NominalJoint& insertion = robot.joints[2];
   insertion.prismatic = true;
   insertion.kp = 0.15;
@@ -179,9 +179,9 @@ NominalRobot within_tolerance(const NominalRobot& nominal, Random& random) {
   for (NominalJoint& joint : truth.joints) {
     joint.mass_kg *= weight;  // of the whole arm: postures weigh as the plant says, scaled
     for (double* value :
-         {&joint.motor_inertia_kg_m2, &joint.stiffness, &joint.cable_damping,
-          &joint.joint_friction, &joint.joint_presliding, &joint.coulomb, &joint.viscous,
-          &joint.stribeck_extra, &joint.stribeck_velocity, &joint.presliding}) {
+         {&joint.motor_inertia_kg_m2, &joint.stiffness, &joint.cable_damping, &joint.joint_friction,
+          &joint.joint_presliding, &joint.coulomb, &joint.viscous, &joint.stribeck_extra,
+          &joint.stribeck_velocity, &joint.presliding}) {
       *value *= off();
     }
   }

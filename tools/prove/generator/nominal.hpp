@@ -57,7 +57,8 @@ void add_noise(Session& session, Random& random);
 /// Draws every nominal parameter anew within its tolerance.
 NominalRobot within_tolerance(const NominalRobot& nominal, Random& random);
 
-/// RMS noise that add_noise() leaves in each channel, as a scale for sizes before they are measured.
+/// RMS noise that add_noise() leaves in each channel, as a scale for sizes before they are
+/// measured.
 double typical_floor(bool prismatic, bool effort);
 
 /// plant.toml.

@@ -6,7 +6,9 @@
 namespace ravencal::prove {
 namespace {
 
-std::string list(const Vector3d& v) { return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", v[0], v[1], v[2]); }
+std::string list(const Vector3d& v) {
+  return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", v[0], v[1], v[2]);
+}
 
 std::string effect(const char* id, std::initializer_list<std::pair<const char*, double>> values) {
   std::string text = fmt::format("\n  [[joint.effect]]\n  id = \"{}\"\n", id);
@@ -38,7 +40,8 @@ std::string joint_text(const NominalJoint& j) {
     text += effect("joint_friction", {{p ? "level_n" : "level_n_m", j.joint_friction},
                                       {p ? "presliding_m" : "presliding_rad", j.joint_presliding}});
   }
-  if (j.coulomb > 0.0) text += effect("coulomb_friction", {{p ? "level_n" : "level_n_m", j.coulomb}});
+  if (j.coulomb > 0.0)
+    text += effect("coulomb_friction", {{p ? "level_n" : "level_n_m", j.coulomb}});
   if (j.viscous > 0.0) {
     text += effect("viscous_friction",
                    {{p ? "damping_n_s_per_m" : "damping_n_m_s_per_rad", j.viscous}});

@@ -15,15 +15,15 @@ namespace ravencal::prove {
 /// Dry friction: LuGre (Canudas de Wit et al., IEEE TAC 1995) in up to three parallel elements,
 /// which with different displacements yield one after the other (generalised Maxwell slip).
 struct DryFriction {
-  double level = 0.0;            ///< Coulomb level while sliding
-  double stribeck_extra = 0.0;   ///< breakaway minus sliding level
+  double level = 0.0;              ///< Coulomb level while sliding
+  double stribeck_extra = 0.0;     ///< breakaway minus sliding level
   double stribeck_velocity = 1.0;  ///< in exp(-(v / v_s)^2)
-  double displacement = 1e-4;    ///< of the bristles at the level
-  double spread = 0.0;           ///< elements yield at (1 - spread), 1, (1 + spread) of it
-  double damping = 0.0;          ///< of the bristles
-  double load_share = 0.0;       ///< of the tension that passes through
-  double asymmetry = 0.0;        ///< level times 1 + asymmetry forwards, 1 - asymmetry backwards
-  double local_extra = 0.0;      ///< further level around a place (outside of the vocabulary)
+  double displacement = 1e-4;      ///< of the bristles at the level
+  double spread = 0.0;             ///< elements yield at (1 - spread), 1, (1 + spread) of it
+  double damping = 0.0;            ///< of the bristles
+  double load_share = 0.0;         ///< of the tension that passes through
+  double asymmetry = 0.0;          ///< level times 1 + asymmetry forwards, 1 - asymmetry backwards
+  double local_extra = 0.0;        ///< further level around a place (outside of the vocabulary)
   double local_centre = 0.0, local_width = 1.0;
 };
 
@@ -62,9 +62,9 @@ struct JointPhysics {
   CablePhysics cable;
   double torque_ratio = 0.0;  ///< relative error of the motor's torque
   Wave ripple;
-  double saturation = 0.0;  ///< the amplifier clips here; 0: never
+  double saturation = 0.0;      ///< the amplifier clips here; 0: never
   double square_viscous = 0.0;  ///< effort per squared speed (outside of the vocabulary)
-  double tension_leak = 0.0;  ///< share of another joint's tension that loads this motor
+  double tension_leak = 0.0;    ///< share of another joint's tension that loads this motor
   int leak_from = 0;
   double flexible_inertia = 0.0, flexible_stiffness = 0.0, flexible_damping = 0.0;
 };

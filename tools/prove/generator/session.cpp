@@ -41,9 +41,10 @@ class Disturber {
   void apply(double t_s, Index i, CycleInputs& inputs) {
     const double effort = effort_.step(effort_random_);
     const double level = level_.step(level_random_);
-    inputs.disturbance[i] = (on_ ? effort : 0.0) + joint_.hum * std::sin(kTwoPi * joint_.hum_hz * t_s);
-    const double warm = joint_.friction_warm_up *
-                        std::exp(-std::max(0.0, t_s) / joint_.warm_up_time_s);
+    inputs.disturbance[i] =
+        (on_ ? effort : 0.0) + joint_.hum * std::sin(kTwoPi * joint_.hum_hz * t_s);
+    const double warm =
+        joint_.friction_warm_up * std::exp(-std::max(0.0, t_s) / joint_.warm_up_time_s);
     inputs.friction_scale[i] = std::max(0.1, 1.0 + (on_ ? level : 0.0) + warm);
     double length = joint_.drift * (1.0 - std::exp(-std::max(0.0, t_s) / joint_.drift_time_s));
     for (const auto& [at_s, size] : joint_.slips)
@@ -148,16 +149,15 @@ class Runner {
       Reading reading{0.0, Vector3d::Zero()};
       for (Index i = 0; i < count_; ++i) {
         const auto n = static_cast<std::size_t>(i);
-        const auto back = static_cast<std::size_t>(session_.joints[n].truth_delay_s / kCycleS + 0.5);
+        const auto back =
+            static_cast<std::size_t>(session_.joints[n].truth_delay_s / kCycleS + 0.5);
         const Vector3d& then = history_[history_.size() - 1 - std::min(back, history_.size() - 1)];
         reading.value[i] = sensors_[n].read(then[i]);
       }
-      const double latency_s =
-          std::max(0.0, session_.truth_latency_s + session_.truth_latency_deviation_s *
-                                                       stamps_.normal());
+      const double latency_s = std::max(
+          0.0, session_.truth_latency_s + session_.truth_latency_deviation_s * stamps_.normal());
       const double last_s = readings_.empty() ? -1.0 : readings_.back().stamp_s;
-      reading.stamp_s =
-          std::max(last_s, (t_s + latency_s) * (1.0 + session_.truth_clock_error));
+      reading.stamp_s = std::max(last_s, (t_s + latency_s) * (1.0 + session_.truth_clock_error));
       readings_.push_back(reading);
       next_reading_s_ += session_.truth_period_s;
     }
@@ -180,14 +180,13 @@ class Runner {
         if (t_s >= at_s) counts += static_cast<double>(lost);
       row.motor_rad[i] = counts * quantum;
       row.motor_velocity[i] = started_ ? (row.motor_rad[i] - last_motor_[i]) / kCycleS : 0.0;
-      double torque = j.kp * (wanted[i] * p.reduction - row.motor_rad[i]) -
-                      j.kd * row.motor_velocity[i];
+      double torque =
+          j.kp * (wanted[i] * p.reduction - row.motor_rad[i]) - j.kd * row.motor_velocity[i];
       const double to_joint = p.reduction / p.gearbox_ratio;
       for (const auto& pulse : j.pulses)
         if (t_s >= pulse.begin_s && t_s < pulse.end_s) torque += pulse.effort / to_joint;
       double dac = std::trunc(torque * j.dac_counts_per_n_m);
-      if (j.dac_limit_counts > 0.0)
-        dac = std::clamp(dac, -j.dac_limit_counts, j.dac_limit_counts);
+      if (j.dac_limit_counts > 0.0) dac = std::clamp(dac, -j.dac_limit_counts, j.dac_limit_counts);
       row.torque[i] = dac / j.dac_counts_per_n_m;
       inputs_.effort[i] = row.torque[i] * to_joint;
       measured[i] = row.motor_rad[i] / p.reduction;
@@ -238,15 +237,15 @@ record::Recording Runner::recording() const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const Row& row = rows_[r];
     out.t_ns.push_back(std::llround(row.t_s * 1e9));
-    while (nearest + 1 < readings_.size() &&
-           std::abs(readings_[nearest + 1].stamp_s - row.t_s) <
-               std::abs(readings_[nearest].stamp_s - row.t_s)) {
+    while (nearest + 1 < readings_.size() && std::abs(readings_[nearest + 1].stamp_s - row.t_s) <
+                                                 std::abs(readings_[nearest].stamp_s - row.t_s)) {
       ++nearest;
     }
     const bool gone = lost.uniform() < session_.lost_truth;
     Index column = 0;
     for (Index i = 0; i < count_; ++i) {
-      for (const double value : {row.desired[i], row.motor_rad[i], row.motor_velocity[i], row.estimate[i]})
+      for (const double value :
+           {row.desired[i], row.motor_rad[i], row.motor_velocity[i], row.estimate[i]})
         out.samples(static_cast<Index>(r), column++) = value;
       if (session_.with_torque) out.samples(static_cast<Index>(r), column++) = row.torque[i];
       if (session_.with_truth)

@@ -30,12 +30,12 @@ struct JointSession {
   double friction_warm_up = 0.0, warm_up_time_s = 1.0;  ///< level times 1 + a exp(-t / T)
   double hum = 0.0, hum_hz = 1.0;                       ///< effort over time, outside vocabulary
   double drift = 0.0, drift_time_s = 1.0;
-  std::vector<std::pair<double, double>> slips;        ///< time, size
-  std::vector<std::pair<double, long>> lost_counts;    ///< time, counts of the motor encoder
+  std::vector<std::pair<double, double>> slips;      ///< time, size
+  std::vector<std::pair<double, long>> lost_counts;  ///< time, counts of the motor encoder
   struct Pulse {
     double begin_s, end_s, effort;
   };
-  std::vector<Pulse> pulses;  ///< added to the drive's input, and recorded with it
+  std::vector<Pulse> pulses;   ///< added to the drive's input, and recorded with it
   double truth_delay_s = 0.0;  ///< of this joint's truth, beyond the recorder's latency
   MotionRange range;
 };

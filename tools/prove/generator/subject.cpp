@@ -76,7 +76,9 @@ std::vector<MotionFigures> motion_figures(const NominalRobot& robot, MotionKind 
     MotionFigures& f = figures[j];
     const Eigen::VectorXd v = (q.col(c).tail(rows - 1) - q.col(c).head(rows - 1)) / kStep;
     const Eigen::VectorXd a = (v.tail(rows - 2) - v.head(rows - 2)) / kStep;
-    const auto rms = [](const auto& x) { return std::sqrt(x.squaredNorm() / static_cast<double>(x.size())); };
+    const auto rms = [](const auto& x) {
+      return std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
+    };
     f.position_rms = rms(q.col(c));
     f.velocity_rms = rms(v);
     f.acceleration_rms = rms(a);
@@ -95,8 +97,7 @@ std::vector<MotionFigures> motion_figures(const NominalRobot& robot, MotionKind 
 }
 
 Subject draw_subject(const SubjectKind& kind, const NominalRobot& robot,
-                     const std::vector<MotionFigures>& figures, double duration_s,
-                     Random& random) {
+                     const std::vector<MotionFigures>& figures, double duration_s, Random& random) {
   Subject s;
   s.kind = &kind;
   const bool pair = kind.id == "coupling" || kind.id == "wrong_joint_load";
@@ -120,17 +121,18 @@ Subject draw_subject(const SubjectKind& kind, const NominalRobot& robot,
   const double time_share = random.uniform();
   s.details["sign"] = sign;
   if (kind.id == "eccentricity") s.details["order"] = pulley;
-  if (kind.id == "torque_ripple") s.details["order"] = pulley * (2.0 + 2.0 * std::floor(2.0 * time_share));
+  if (kind.id == "torque_ripple")
+    s.details["order"] = pulley * (2.0 + 2.0 * std::floor(2.0 * time_share));
   if (kind.id == "creep") s.details["time_s"] = 3.0 * std::pow(10.0, time_share);
   if (kind.id == "thermal_drift") s.details["time_s"] = duration_s * (0.25 + 0.5 * time_share);
   if (kind.id == "friction_warm_up") s.details["time_s"] = duration_s * (0.2 + 0.2 * time_share);
-  if (kind.id == "stribeck_friction")
-    s.details["velocity"] = joint.stribeck_velocity;
+  if (kind.id == "stribeck_friction") s.details["velocity"] = joint.stribeck_velocity;
   if (kind.id == "flexible_mode") s.details["frequency_hz"] = 4.0 + 6.0 * time_share;
   if (kind.id == "hum") s.details["frequency_hz"] = 0.3 + 1.2 * time_share;
   if (kind.id == "saturation") s.details["weight"] = f.weight_rms;
   if (kind.id == "hysteresis")
-    s.details["yield"] = std::max(0.2 * f.weight_span / joint.stiffness, joint.prismatic ? 2e-5 : 5e-4);
+    s.details["yield"] =
+        std::max(0.2 * f.weight_span / joint.stiffness, joint.prismatic ? 2e-5 : 5e-4);
   if (kind.id == "slip" || kind.id == "lost_counts") {
     s.details["at_s"] = at_s;
     s.interval_s = {{at_s, duration_s}};
@@ -210,17 +212,28 @@ double amplitude_for(const Subject& s, const NominalRobot& robot,
     std::string_view id;
     double rotary, prismatic;
   };
-  constexpr std::array<Bound, 19> kBounds = {{
-      {"gain_error", 0.15, 0.15}, {"coupling", 0.15, 0.02}, {"compliance", 0.012, 1e-4},
-      {"joint_friction", 0.008, 2e-4}, {"coulomb_friction", 3.0, 25.0},
-      {"viscous_friction", 25.0, 6000.0}, {"stribeck_friction", 2.0, 12.0},
-      {"presliding", 0.02, 1e-3}, {"asymmetric_friction", 0.7, 0.7},
-      {"load_dependent_friction", 0.6, 0.6}, {"torque_constant", 0.4, 0.4},
-      {"torque_ripple", 1.5, 10.0}, {"saturation", 0.35, 0.35}, {"controller_gain", 0.6, 0.6},
-      {"payload", 1.0, 1.0}, {"flexible_mode", 0.1, 20.0}, {"input_disturbance", 2.5, 15.0},
-      {"asymmetric_stiffness", 0.6, 0.6}, {"wrong_joint_load", 0.8, 8.0}}};
+  constexpr std::array<Bound, 19> kBounds = {{{"gain_error", 0.15, 0.15},
+                                              {"coupling", 0.15, 0.02},
+                                              {"compliance", 0.012, 1e-4},
+                                              {"joint_friction", 0.008, 2e-4},
+                                              {"coulomb_friction", 3.0, 25.0},
+                                              {"viscous_friction", 25.0, 6000.0},
+                                              {"stribeck_friction", 2.0, 12.0},
+                                              {"presliding", 0.02, 1e-3},
+                                              {"asymmetric_friction", 0.7, 0.7},
+                                              {"load_dependent_friction", 0.6, 0.6},
+                                              {"torque_constant", 0.4, 0.4},
+                                              {"torque_ripple", 1.5, 10.0},
+                                              {"saturation", 0.35, 0.35},
+                                              {"controller_gain", 0.6, 0.6},
+                                              {"payload", 1.0, 1.0},
+                                              {"flexible_mode", 0.1, 20.0},
+                                              {"input_disturbance", 2.5, 15.0},
+                                              {"asymmetric_stiffness", 0.6, 0.6},
+                                              {"wrong_joint_load", 0.8, 8.0}}};
   for (const Bound& bound : kBounds) {
-    if (bound.id == id) amplitude = std::min(amplitude, joint.prismatic ? bound.prismatic : bound.rotary);
+    if (bound.id == id)
+      amplitude = std::min(amplitude, joint.prismatic ? bound.prismatic : bound.rotary);
   }
   return amplitude;
 }

@@ -61,7 +61,6 @@ double amplitude_for(const Subject& subject, const NominalRobot& robot,
 /// Takes the effect's kind from the plant: its owner does not know of it.
 void conceal(const Subject& subject, NominalRobot& nominal);
 /// Puts `amplitude` of it into the truth. Zero changes nothing.
-void apply(const Subject& subject, double amplitude, const NominalRobot& nominal,
-           Session& session);
+void apply(const Subject& subject, double amplitude, const NominalRobot& nominal, Session& session);
 
 }  // namespace ravencal::prove
