@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "monitor/telemetry_reader.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+namespace ravencal::monitor {
+namespace {
+
+using Header = ravencal_telemetry_header;
+using Slot = ravencal_telemetry_slot;
+
+constexpr const char* kFolder = "/dev/shm";
+constexpr std::size_t kWordBytes = sizeof(std::uint64_t);
+constexpr std::string_view kMagic = RAVENCAL_TELEMETRY_MAGIC;
+/// A writer needs well under a microsecond for what a sequence guards.
+constexpr int kMostTries = 10'000;
+
+struct File {
+  explicit File(const std::string& path)
+      : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)) {}
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  ~File() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+  const int descriptor;
+};
+
+core::Error data_error(const std::string& name, std::string_view what) {
+  return {core::ErrorCode::kData, fmt::format("{}: {}", name, what)};
+}
+
+/// What is wrong with the constant part of a header in a file of so many bytes; empty if nothing.
+std::string fault_of(const Header& header, std::uint64_t file_bytes) {
+  if (std::string_view(header.magic, sizeof header.magic) != kMagic) {
+    return "is shared memory of something else";
+  }
+  if (header.version != RAVENCAL_TELEMETRY_VERSION) {
+    return fmt::format("is telemetry of version {}; this program reads version {}", header.version,
+                       RAVENCAL_TELEMETRY_VERSION);
+  }
+  const bool sizes_fit =
+      header.header_bytes >= sizeof(Header) && header.header_bytes % kWordBytes == 0 &&
+      header.slot_bytes == sizeof(Slot) && header.tick_ns > 0 &&
+      std::has_single_bit(header.slot_count) &&
+      file_bytes >= header.header_bytes + std::uint64_t{header.slot_count} * header.slot_bytes;
+  return sizes_fit ? "" : "has sizes in its header that do not fit";
+}
+
+}  // namespace
+
+/// The mapping and the file that it came from.
+struct TelemetryReader::Segment {
+  explicit Segment(const std::string& path) : file(path) {}
+  Segment(const Segment&) = delete;
+  Segment& operator=(const Segment&) = delete;
+  ~Segment() {
+    if (words != nullptr) ::munmap(const_cast<std::uint64_t*>(words), bytes);
+  }
+
+  File file;
+  const std::uint64_t* words = nullptr;
+  std::size_t bytes = 0;
+  Header constants{};  ///< a copy; what changes in it is not used
+  ino_t inode = 0;
+};
+
+core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
+  if (name.size() < 2 || name[0] != '/' || name[1] == '.' || name.find('/', 1) != name.npos) {
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format("'{}' is no name of shared memory; it is like /ravencal-left", name)};
+  }
+  auto segment = std::make_shared<Segment>(kFolder + name);
+  const int file = segment->file.descriptor;
+  struct stat status {};
+  if (file < 0 || ::fstat(file, &status) != 0) {
+    const bool absent = errno == ENOENT;
+    return core::Error{
+        core::ErrorCode::kIo,
+        absent ? fmt::format("{}: no telemetry of that name; is the controller running, with "
+                             "this telemetry_name in the plugin's configuration?",
+                             name)
+               : fmt::format("{}: cannot be opened: {}", name, std::strerror(errno))};
+  }
+  if (!S_ISREG(status.st_mode) || static_cast<std::size_t>(status.st_size) < sizeof(Header)) {
+    return data_error(name, "is shared memory of something else");
+  }
+  segment->bytes = static_cast<std::size_t>(status.st_size);
+  segment->inode = status.st_ino;
+  void* const memory = ::mmap(nullptr, segment->bytes, PROT_READ, MAP_SHARED, file, 0);
+  if (memory == MAP_FAILED) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: cannot be mapped: {}", name, std::strerror(errno))};
+  }
+  segment->words = static_cast<const std::uint64_t*>(memory);
+  // The part of the header that is complete before the file has its name.
+  std::memcpy(&segment->constants, memory, offsetof(Header, closed));
+  if (const std::string fault = fault_of(segment->constants, segment->bytes); !fault.empty()) {
+    return data_error(name, fault);
+  }
+  return TelemetryReader(name, std::move(segment));
+}
+
+TelemetryReader::TelemetryReader(std::string name, std::shared_ptr<const Segment> segment)
+    : name_(std::move(name)), segment_(std::move(segment)) {}
+
+const ravencal_telemetry_header& TelemetryReader::constants() const { return segment_->constants; }
+
+std::uint64_t TelemetryReader::word_at(std::size_t byte) const {
+  // atomic_ref wants a mutable object even to read it; the load is a plain one.
+  auto& word = const_cast<std::uint64_t&>(segment_->words[byte / kWordBytes]);
+  return std::atomic_ref<std::uint64_t>(word).load(std::memory_order_acquire);
+}
+
+void TelemetryReader::read(std::vector<NumberedTick>& ticks) {
+  const std::uint64_t slots = constants().slot_count;
+  const std::uint64_t written = word_at(offsetof(Header, written));
+  // The oldest slots are the next to be overwritten: leave a part of the ring to them.
+  if (written - next_ > slots) next_ = written - slots + slots / 8;
+  for (; next_ < written; ++next_) {
+    const std::size_t slot =
+        constants().header_bytes + static_cast<std::size_t>(next_ % slots) * sizeof(Slot);
+    const std::uint64_t whole = 2 * next_ + 2;
+    if (word_at(slot) != whole) continue;  // overwritten meanwhile
+    std::array<std::uint64_t, sizeof(ravencal_tick) / kWordBytes> words{};
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      words[i] = word_at(slot + offsetof(Slot, tick) + i * kWordBytes);
+    }
+    if (word_at(slot) != whole) continue;
+    ticks.push_back({next_, std::bit_cast<ravencal_tick>(words)});
+  }
+}
+
+std::optional<ravencal_counters> TelemetryReader::counters() const {
+  for (int i = 0; i < kMostTries; ++i) {
+    const std::uint64_t before = word_at(offsetof(Header, counters_sequence));
+    if (before % 2 != 0) continue;
+    std::array<std::uint64_t, sizeof(ravencal_counters) / kWordBytes> words{};
+    for (std::size_t w = 0; w < words.size(); ++w) {
+      words[w] = word_at(offsetof(Header, counters) + w * kWordBytes);
+    }
+    if (word_at(offsetof(Header, counters_sequence)) != before) continue;
+    return std::bit_cast<ravencal_counters>(words);
+  }
+  return std::nullopt;
+}
+
+Writer TelemetryReader::writer() const {
+  if (word_at(offsetof(Header, closed)) != 0) return Writer::kEnded;
+  // The writer's lock ends with its process. A shared lock disturbs nobody: writers ask for shared
+  // ones too, and lock their own segments before these have a name.
+  if (::flock(segment_->file.descriptor, LOCK_SH | LOCK_NB) != 0) return Writer::kAlive;
+  ::flock(segment_->file.descriptor, LOCK_UN);
+  return word_at(offsetof(Header, closed)) != 0 ? Writer::kEnded : Writer::kGone;
+}
+
+bool TelemetryReader::is_replaced() const {
+  struct stat status {};
+  return ::stat((kFolder + name_).c_str(), &status) == 0 && status.st_ino != segment_->inode;
+}
+
+std::uint32_t TelemetryReader::writer_pid() const { return constants().writer_pid; }
+std::uint32_t TelemetryReader::tick_ns() const { return constants().tick_ns; }
+std::int64_t TelemetryReader::start_realtime_ns() const { return constants().start_realtime_ns; }
+
+std::string TelemetryReader::plugin_version() const {
+  const char* const text = constants().plugin_version;
+  return {text, ::strnlen(text, sizeof constants().plugin_version)};
+}
+
+std::vector<std::string> telemetry_names() {
+  std::vector<std::string> names;
+  std::error_code unreadable;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder, unreadable)) {
+    const std::string file = entry.path().filename().string();
+    std::error_code vanished;
+    if (file.starts_with('.') || !entry.is_regular_file(vanished)) continue;
+    std::array<char, kMagic.size()> magic{};
+    std::ifstream(entry.path(), std::ios::binary).read(magic.data(), magic.size());
+    if (std::string_view(magic.data(), magic.size()) == kMagic) names.push_back("/" + file);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace ravencal::monitor

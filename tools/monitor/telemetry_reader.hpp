@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Reads the telemetry that a plugin writes (ravencal/telemetry.h). Maps it read-only and asks
+// nothing of the writer: one that falls behind loses ticks, and knows which. Checks the header
+// before use. Not thread-safe: one thread owns a reader.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "ravencal/telemetry.h"
+
+namespace ravencal::monitor {
+
+/// One tick and its number in the ring, from 0; numbers that are not there were lost.
+struct NumberedTick {
+  std::uint64_t number = 0;
+  ravencal_tick tick{};
+};
+
+enum class Writer {
+  kAlive,
+  kEnded,  ///< in order: it said so
+  kGone,   ///< killed or crashed: it said nothing
+};
+
+class TelemetryReader {
+ public:
+  /// `name`: as config.telemetry_name, e.g. "/ravencal-left". Errors: kUsage for what is not a
+  /// name, kIo if it cannot be opened, kData if it is not telemetry of this version.
+  static core::Result<TelemetryReader> open(const std::string& name);
+
+  /// Appends every whole tick that has come since the last call, oldest first, at most the last two
+  /// seconds. Bounded time, whatever the writer does.
+  void read(std::vector<NumberedTick>& ticks);
+
+  /// Number of the next tick that read() looks for.
+  [[nodiscard]] std::uint64_t next() const { return next_; }
+
+  /// As of one moment; nothing if the writer died in the middle of writing them.
+  [[nodiscard]] std::optional<ravencal_counters> counters() const;
+
+  [[nodiscard]] Writer writer() const;
+  /// Whether the name now leads to another segment.
+  [[nodiscard]] bool is_replaced() const;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::uint32_t writer_pid() const;
+  [[nodiscard]] std::uint32_t tick_ns() const;
+  [[nodiscard]] std::int64_t start_realtime_ns() const;
+  [[nodiscard]] std::string plugin_version() const;
+
+ private:
+  struct Segment;
+  TelemetryReader(std::string name, std::shared_ptr<const Segment> segment);
+  [[nodiscard]] std::uint64_t word_at(std::size_t byte) const;
+  [[nodiscard]] const ravencal_telemetry_header& constants() const;
+
+  std::string name_;
+  std::shared_ptr<const Segment> segment_;
+  std::uint64_t next_ = 0;
+};
+
+/// Names of all telemetry on this machine, "/ravencal-left" and so on, in order.
+std::vector<std::string> telemetry_names();
+
+}  // namespace ravencal::monitor

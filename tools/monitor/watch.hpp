@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person or a program wants to know about the plugin right now: the newest tick, the
+// counters, what this reader missed, and the last ten seconds in steps of 0.4 s.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "monitor/telemetry_follower.hpp"
+
+namespace ravencal::monitor {
+
+/// The last ten seconds of one value: of each step the lowest and the highest.
+class History {
+ public:
+  static constexpr std::size_t kSteps = 25;
+  static constexpr std::uint64_t kStepNs = 400'000'000;
+
+  /// `step`: number of the step to which the value belongs; never less than before.
+  void add(std::uint64_t step, double value);
+  void clear() { steps_.clear(); }
+
+  /// kSteps characters from blank to full, the newest last; scaled to the range shown.
+  /// `ascii`: without the block characters of Unicode.
+  [[nodiscard]] std::string sparkline(bool ascii) const;
+  /// Highest value shown; 0 if there is none.
+  [[nodiscard]] double highest() const;
+
+ private:
+  struct Step {
+    std::uint64_t number;
+    double lowest;
+    double highest;
+  };
+  std::deque<Step> steps_;
+};
+
+class Watch {
+ public:
+  /// Ticks of the follower's writer, in order.
+  void take(const NumberedTick& tick, std::uint32_t tick_ns);
+  void take(const ravencal_counters& counters) { counters_ = counters; }
+  /// A new writer: its ticks count from 0.
+  void begin_writer();
+
+  [[nodiscard]] const std::optional<NumberedTick>& newest() const { return newest_; }
+  [[nodiscard]] const ravencal_counters& counters() const { return counters_; }
+  /// Ticks that this reader was too slow for, over all writers.
+  [[nodiscard]] std::uint64_t missed() const { return missed_; }
+  [[nodiscard]] std::uint64_t taken() const { return taken_; }
+  [[nodiscard]] const History& correction(std::size_t joint) const { return correction_[joint]; }
+  [[nodiscard]] const History& step_us() const { return step_us_; }
+
+ private:
+  std::optional<NumberedTick> newest_;
+  std::optional<std::uint64_t> expected_;
+  ravencal_counters counters_{};
+  std::uint64_t missed_ = 0;
+  std::uint64_t taken_ = 0;
+  std::array<History, RAVENCAL_JOINTS> correction_;
+  History step_us_;
+};
+
+/// The doubts of a tick in words, in the order of their bits.
+std::vector<std::string> doubts_in_words(std::uint32_t doubts);
+
+/// "rad" or "m", and what people read: "deg" or "mm", with its factor.
+struct JointUnits {
+  const char* joint;
+  const char* si;
+  const char* shown;
+  double shown_per_si;
+};
+const JointUnits& units_of(std::size_t joint);
+
+}  // namespace ravencal::monitor
