@@ -40,6 +40,7 @@ std::string table_of(const LoggerStatus& status) {
 std::string json_of(const LoggerStatus& status) {
   nlohmann::ordered_json line;
   line["elapsed_s"] = status.elapsed_s;
+  line["ended"] = status.ended;
   line["rows"] = status.rows;
   line["fullest_ring"] = status.fullest_ring;
   line["to_be_homed"] = status.to_be_homed;

@@ -107,6 +107,9 @@ core::Status Logger::run(const std::function<bool()>& stop,
     store_clock_offset();
   }
   core::Status closed = recorder_.finish();
+  LoggerStatus last = status(monotonic_now_ns());
+  last.ended = true;
+  on_status(last);
   // What a replay homes is no homing of the robot as it stands now.
   if (closed.ok() && homing_->homed_any() && !is_replay())
     return save_homing_records(homing_path_, homing_->records());

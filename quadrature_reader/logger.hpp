@@ -42,6 +42,7 @@ struct LoggerStatus {
     std::int64_t losses = 0;
     bool delivering = false;
   };
+  bool ended = false;  ///< the recording is closed, these are its totals
   double elapsed_s = 0.0;
   std::vector<Joint> joints;
   double fullest_ring = 0.0;  ///< fill level of the fullest ring since the last status, 0 to 1
@@ -62,7 +63,7 @@ class Logger {
   ~Logger();
 
   /// Records until `stop` says so, the duration is over, or all sources have ended. `on_status` is
-  /// called ten times a second. The result is that of closing the recording.
+  /// called ten times a second and once at the end. The result is that of closing the recording.
   core::Status run(const std::function<bool()>& stop,
                    const std::function<void(const LoggerStatus&)>& on_status);
 

@@ -50,7 +50,7 @@ class Display {
   explicit Display(bool json) : json_(json), terminal_(!json && isatty(STDERR_FILENO) != 0) {}
 
   void show(const qr::LoggerStatus& status) {
-    if (calls_++ % kCallsPerSecond == 0) {
+    if (calls_++ % kCallsPerSecond == 0 || status.ended) {
       qr::notify_service_manager("WATCHDOG=1");
       if (json_) {
         fmt::print("{}\n", qr::json_of(status));

@@ -2,14 +2,16 @@
 //
 // Plays an encoder on the lines of a gpio-sim chip: writes the pulls of A and B (and Z) so that the
 // kernel sees the edges of a real one.
-//   gpio_sim_driver SIM_DIR FIRST_LINE RATE_HZ COUNTS [COUNTS ...]
+//   gpio_sim_driver [-p PID:EDGE:MS] SIM_DIR FIRST_LINE RATE_HZ COUNTS [COUNTS ...]
 // Moves by each of COUNTS (negative: backwards) at RATE_HZ edges a second (0: as fast as it goes).
-// FIRST_LINE is A, the next B. Prints the final count and the rate reached.
+// FIRST_LINE is A, the next B. With -p, process PID is stopped at that edge and goes on MS later.
+// Prints the final count and the rate reached.
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -44,9 +46,44 @@ bool set_level(int file, bool level) {
   return pwrite(file, text, std::strlen(text), 0) > 0;
 }
 
+/// Stops another process for a while in the middle of the motion.
+class Pause {
+ public:
+  explicit Pause(const char* text) {
+    if (std::sscanf(text, "%d:%lld:%lld", &pid_, &edge_, &ms_) != 3) std::exit(2);
+  }
+  Pause() = default;
+  void at(std::int64_t edge) {
+    if (pid_ > 0 && edge == edge_) {
+      kill(pid_, SIGSTOP);
+      until_ns_ = now_ns() + ms_ * 1'000'000;
+    } else if (until_ns_ > 0 && now_ns() >= until_ns_) {
+      kill(pid_, SIGCONT);
+      until_ns_ = 0;
+    }
+  }
+  ~Pause() {
+    if (until_ns_ > 0) kill(pid_, SIGCONT);
+  }
+  Pause(const Pause&) = delete;
+  Pause& operator=(const Pause&) = delete;
+
+ private:
+  int pid_ = 0;
+  long long edge_ = -1;
+  long long ms_ = 0;
+  std::int64_t until_ns_ = 0;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool pauses = argc > 2 && std::strcmp(argv[1], "-p") == 0;
+  Pause pause = pauses ? Pause(argv[2]) : Pause();
+  if (pauses) {
+    argc -= 2;
+    argv += 2;
+  }
   if (argc < 5) return 2;
   const int first = std::atoi(argv[2]);
   const double rate_hz = std::atof(argv[3]);
@@ -72,7 +109,7 @@ int main(int argc, char** argv) {
         return 1;
       }
       count = next;
-      ++edges;
+      pause.at(++edges);
     }
   }
   const double seconds = static_cast<double>(now_ns() - start_ns) * 1e-9;

@@ -32,16 +32,10 @@ check "last count in the recording" "$(sql 'select cast("shoulder.counts" as int
 lagging_reader() { # NAME EXTRA_SOURCE_KEYS: stops the reader for 50 ms in a motion at 4000 edges/s
   two_joints "$2" >"$1.toml"
   start_recorder "$1"
-  ./gpio_sim_driver "$sim" 0 4000 8000 >driven &
-  driver=$!
-  sleep 0.3
-  kill -STOP "$recorder"
-  sleep 0.05
-  kill -CONT "$recorder"
-  wait "$driver"
+  ./gpio_sim_driver -p "$recorder:2000:50" "$sim" 0 4000 8000
   stop_recorder
   lost_events=$(sql "select count(*) from event where kind = 'edges_lost'")
-  lost_edges=$(sql "select coalesce(sum(json_extract(detail, '\$.amount')), 0) from event where kind = 'edges_lost'")
+  lost_edges=$(total_of edges_lost)
   seen_edges=$(json_of_joint edges shoulder)
 }
 

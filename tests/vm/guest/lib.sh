@@ -8,8 +8,12 @@ cd "$work" || exit 1
 # Under -i, idle guest time is skipped while the host fetches files: have them here beforehand.
 cp "$RAVENCAL_BIN"/{ravencal-encoders,gpio_sim_driver,can_sender} "$(command -v sqlite3)" .
 encoders=$work/ravencal-encoders
-"$encoders" --version >warm-up
-./sqlite3 :memory: 'select 1' >warm-up
+{
+  "$encoders" --version
+  ./sqlite3 :memory: 'select 1'
+  sleep 0
+  echo x | sed -E s/x/y/ | tail -1
+} >warm-up
 
 # check DESCRIPTION ACTUAL OPERATOR EXPECTED   (operators of test(1))
 check() {
@@ -60,7 +64,7 @@ encoder() {
 }
 
 # start_recorder NAME [ARGUMENTS]: records NAME.toml into NAME.db until stop_recorder, which sets
-# status (exit code) and last (last line of JSON status).
+# status (exit code) and last (the line of JSON that it prints at the end).
 start_recorder() {
   name=$1
   shift
@@ -73,13 +77,15 @@ start_recorder() {
   echo "FAILED: the recorder did not start"; cat "$name.log"; exit 1
 }
 stop_recorder() {
-  sleep 1.5 # one more line of status
+  sleep 0.2 # longer than anything is on its way
   kill -INT "$recorder"
   wait "$recorder"
   status=$?
   last=$(tail -1 "$name.json")
 }
 sql() { ./sqlite3 "$name.db" "$1"; }
+# total_of KIND: sum of the amounts in the recording's events of a kind
+total_of() { sql "select coalesce(sum(json_extract(detail, '\$.amount')), 0) from event where kind = '$1'"; }
 # json_of_joint KEY JOINT: a number from the last status
 json_of_joint() { sed -E "s/.*\"joint\":\"$2\"[^}]*\"$1\":(-?[0-9.e+]+).*/\1/" <<<"$last"; }
 
