@@ -1,17 +1,19 @@
 # The plugin as a host sees it: everything through dlopen and the C ABI.
-add_library(ravencal_test_rig STATIC ${CMAKE_CURRENT_LIST_DIR}/rig.cpp)
+add_library(ravencal_test_rig STATIC ${CMAKE_CURRENT_LIST_DIR}/rig.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/witness.cpp)
 target_include_directories(ravencal_test_rig PUBLIC
   ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tools ${PROJECT_SOURCE_DIR}/tests)
 target_compile_definitions(ravencal_test_rig PUBLIC
   RAVENCAL_PLUGIN_PATH="$<TARGET_FILE:ravencal_plugin>")
 target_link_libraries(ravencal_test_rig PUBLIC ravencal_plugin_host ravencal::model GTest::gtest
-  PRIVATE ravencal_warnings)
+  PRIVATE ravencal_warnings fmt::fmt)
 add_dependencies(ravencal_test_rig ravencal_plugin)
 
 ravencal_test(NAME plugin_envelope_test
   SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_envelope_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_weights_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_counters_test.cpp
+          ${PROJECT_SOURCE_DIR}/tests/unit/plugin_distance_test.cpp
   LIBS ravencal_test_rig LABELS rt)
 if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc themselves
   ravencal_test(NAME plugin_heap_test
@@ -25,6 +27,7 @@ find_package(Threads REQUIRED)
 find_package(nlohmann_json REQUIRED)
 ravencal_test(NAME plugin_property_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
-  LIBS ravencal_test_rig rapidcheck Threads::Threads LABELS rt)
+          ${CMAKE_CURRENT_LIST_DIR}/control_pair_property_test.cpp
+  LIBS ravencal_test_rig ravencal::physics rapidcheck Threads::Threads LABELS rt)
 ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_host_test.cpp
   LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/witness.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "host/plugin_library.hpp"
+
+namespace ravencal::test {
+namespace {
+
+bool is_resting(std::int32_t state) {
+  return state == RAVENCAL_STATE_OFF || state == RAVENCAL_STATE_ARMED ||
+         state == RAVENCAL_STATE_BYPASS || state == RAVENCAL_STATE_FAULT;
+}
+
+/// From which state the next tick may show which: the fades of a tick may end in it.
+bool may_follow(std::int32_t from, std::int32_t to) {
+  switch (to) {
+    case RAVENCAL_STATE_FADING_IN:
+    case RAVENCAL_STATE_ACTIVE:
+      return from != RAVENCAL_STATE_OFF && from != RAVENCAL_STATE_FAULT;
+    case RAVENCAL_STATE_HOLD:
+    case RAVENCAL_STATE_FADING_OUT:
+      return !is_resting(from);
+    case RAVENCAL_STATE_FAULT:
+      return from != RAVENCAL_STATE_OFF;
+    default:
+      return true;
+  }
+}
+
+}  // namespace
+
+std::string Witness::see_joint(std::size_t joint, float own_ji, const ravencal_output& output) {
+  const float correction_ji = output.correction_ji[joint];
+  const auto now = static_cast<double>(correction_ji);
+  const double step = std::abs(now - before_[joint]);
+  before_[joint] = now;
+  if (!std::isfinite(correction_ji) || !std::isfinite(output.predicted_ji[joint])) {
+    return "a correction or prediction is no number";
+  }
+  const double tick_s = static_cast<double>(config_.tick_ns) * 1e-9;
+  const auto rate = static_cast<double>(output.state == RAVENCAL_STATE_ACTIVE
+                                            ? config_.max_correction_rate_ji_per_s[joint]
+                                            : config_.slew_ji_per_s[joint]);
+  // Rounding: a few units in the last place of the correction.
+  if (step > rate * tick_s * 1.0001 + 1e-8)
+    return fmt::format("the correction stepped by {}", step);
+  if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
+  if (is_resting(output.state) && correction_ji != 0.0F) return "a correction where none may be";
+  if (std::abs(now) > static_cast<double>(config_.max_correction_ji[joint]) * 1.0001) {
+    return fmt::format("a correction of {}", now);
+  }
+  const bool own = correction_ji == 0.0F || !std::isfinite(own_ji);
+  const float expected = own ? own_ji : own_ji + correction_ji;
+  if (std::bit_cast<std::uint32_t>(expected) !=
+      std::bit_cast<std::uint32_t>(output.jpos_ji[joint])) {
+    return fmt::format("the output is {}, not {}", output.jpos_ji[joint], expected);
+  }
+  return {};
+}
+
+std::string Witness::see(const ravencal_state& state, const ravencal_output& output) {
+  ++ticks_;
+  if (output.state < 0 || output.state >= RAVENCAL_STATE_COUNT) return "an unknown state";
+  ++ticks_in_state_[static_cast<std::size_t>(output.state)];
+  for (std::size_t kind = 0; kind < ticks_in_doubt_.size(); ++kind) {
+    ticks_in_doubt_[kind] += (output.doubts >> kind) & 1U;
+  }
+  std::string wrong;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const std::string of_joint = see_joint(j, state.arm[0].jpos_ji[j], output);
+    if (wrong.empty() && !of_joint.empty()) wrong = fmt::format("joint {}: {}", j + 1, of_joint);
+  }
+  if (!(output.confidence >= 0.0F && output.confidence <= 1.0F))
+    wrong = "a confidence out of range";
+  if (output.state != state_before_) {
+    ++transitions_;
+    if (!may_follow(state_before_, output.state)) {
+      wrong = fmt::format("{} followed {}", host::state_name(output.state),
+                          host::state_name(state_before_));
+    }
+  }
+  state_before_ = output.state;
+  return wrong.empty() ? wrong
+                       : fmt::format("tick {}, {}, doubts {:#x}: {}", ticks_,
+                                     host::state_name(output.state), output.doubts, wrong);
+}
+
+std::string Witness::check(const ravencal_counters& counters) const {
+  if (counters.ticks != ticks_) return fmt::format("{} ticks, not {}", counters.ticks, ticks_);
+  if (counters.transitions != transitions_) {
+    return fmt::format("{} transitions, not {}", counters.transitions, transitions_);
+  }
+  if (!std::equal(ticks_in_state_.begin(), ticks_in_state_.end(), counters.ticks_in_state)) {
+    return "ticks in states";
+  }
+  if (!std::equal(ticks_in_doubt_.begin(), ticks_in_doubt_.end(), counters.ticks_in_doubt)) {
+    return "ticks in doubts";
+  }
+  return {};
+}
+
+}  // namespace ravencal::test

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Follows a plugin's output from tick to tick and says in which way it ever left the envelope that
+// ABI.md promises, whatever the robot, the weights and the host do.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "ravencal/plugin.h"
+
+namespace ravencal::test {
+
+class Witness {
+ public:
+  explicit Witness(const ravencal_config& config) : config_(config) {}
+
+  /// Takes one tick; returns a sentence on what is wrong with it, empty if nothing is.
+  std::string see(const ravencal_state& state, const ravencal_output& output);
+
+  /// Compares the plugin's counters with what was seen: every tick since its creation.
+  [[nodiscard]] std::string check(const ravencal_counters& counters) const;
+
+ private:
+  std::string see_joint(std::size_t joint, float own_ji, const ravencal_output& output);
+
+  ravencal_config config_;
+  std::array<double, RAVENCAL_JOINTS> before_{};
+  std::int32_t state_before_ = RAVENCAL_STATE_OFF;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t transitions_ = 0;
+  std::array<std::uint64_t, RAVENCAL_STATE_CAPACITY> ticks_in_state_{};
+  std::array<std::uint64_t, RAVENCAL_DOUBT_CAPACITY> ticks_in_doubt_{};
+};
+
+}  // namespace ravencal::test
