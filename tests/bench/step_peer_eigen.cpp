@@ -29,7 +29,8 @@ void run(const float* weights, const float* x, float* outputs) {
 
 }  // namespace
 
-Peer eigen_peer(const kernels_test::Network& network) {
+Peer eigen_peer(const Task& task) {
+  const kernels_test::Network& network = task.network;
   std::size_t floats = 0;
   for (const auto& layer : network) {
     floats += kernels::padded(layer.weights.size(), 16) + kernels::padded(layer.outputs, 16);
@@ -47,13 +48,13 @@ Peer eigen_peer(const kernels_test::Network& network) {
     at += kernels::padded(layer.outputs, 16);
   }
   const auto* weights = reinterpret_cast<const float*>(block.get());
-  Peer peer{"eigen fixed-size f32", float32_bytes(network), {}, {}};
+  Peer peer{"Eigen, fixed-size f32", float32_bytes(network), {}, {}, {}};
   if (network.size() == 4 && network[0].inputs == 208 && network[0].outputs == 600) {
-    peer.step = [block, weights](const float* x, float* y) {
+    peer.step = [block, weights, x = task.inputs.data()](float* y) {
       run<208, 600, 500, 400, 3>(weights, x, y);
     };
   } else if (network.size() == 4 && network[0].inputs == 112 && network[0].outputs == 128) {
-    peer.step = [block, weights](const float* x, float* y) {
+    peer.step = [block, weights, x = task.inputs.data()](float* y) {
       run<112, 128, 64, 32, 3>(weights, x, y);
     };
   } else {

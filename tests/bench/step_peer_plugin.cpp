@@ -1,26 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
+//
+// The plugin as a robot loads it: dlopen, a blob in a file, C structs.
+#include <Eigen/Core>
+
 #include "bench/step_peers.hpp"
+#include "bench/step_settings.hpp"
 #include "rt/rig.hpp"
+#include "rt_plugin/fp_mode.hpp"
 
 namespace ravencal::bench {
+namespace {
 
-Peer plugin_peer(const kernels_test::Network& network, kernels::Precision precision) {
+/// Small enough that the plugin believes it.
+constexpr double kOutputScale_ji = 1e-4;
+
+/// The task's weights in a model that reads a robot's state, so centred that the state of
+/// test::healthy_state() arrives at the network as the task's inputs.
+model::CalibrationModel model_of(const Task& task) {
   std::vector<std::uint32_t> hidden;
-  for (const auto& layer : network) hidden.push_back(layer.outputs);
+  for (const auto& layer : task.network) hidden.push_back(layer.outputs);
   hidden.pop_back();
-  const auto rig = std::make_shared<test::Rig>();
-  rig->load(test::make_model(network.front().inputs, hidden), precision);
+  model::CalibrationModel model = test::make_model(task.network.front().inputs, hidden);
+  using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  for (std::size_t l = 0; l < task.network.size(); ++l) {
+    const auto& layer = task.network[l];
+    model.layers[l].weights =
+        Eigen::Map<const RowMajor>(layer.weights.data(), layer.outputs, layer.inputs);
+    model.layers[l].biases = Eigen::Map<const Eigen::VectorXf>(layer.biases.data(), layer.outputs);
+    model.layers[l].activation = layer.activation;
+  }
+  const Eigen::VectorXf inputs = Eigen::Map<const Eigen::VectorXf>(
+      task.inputs.data(), static_cast<Eigen::Index>(task.inputs.size()));
+  model.input.mean.array() -= inputs.cast<double>().array() * model.input.scale.array();
+  model.output.mean.setZero();
+  model.output.scale.setConstant(kOutputScale_ji);
+  return model;
+}
+
+constexpr const char* kPrecisionNames[] = {"f32", "bf16", "int8"};
+
+std::string name_of(const char* what, kernels::Precision precision, const std::string& isa) {
+  return std::string(what) + kPrecisionNames[static_cast<int>(precision)] + " " + isa;
+}
+
+}  // namespace
+
+Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t isa) {
+  Peer peer;
+  peer.name = name_of("ravencal ", precision, host::isa_name(isa));
+  const auto rig = std::make_shared<test::Rig>(isa);
+  rig->load(model_of(task), precision);
   rig->enable();
   rig->tick_until(RAVENCAL_STATE_ACTIVE);
-  auto step = [rig](const float*, float* y) {
-    rig->tick();
-    y[0] = rig->output.predicted_ji[0];
+  if (rig->instance.info().isa != isa) {
+    peer.skipped = "this processor does not have it";
+    return peer;
+  }
+  peer.weight_bytes = rig->instance.info().bytes_per_step;
+  peer.prepare = [rig] {
+    rig->api().observe_cycle_end(rig->instance.get(), &rig->state);
+    rig->state.t_ns += 1'000'000;
   };
-  return {"ravencal plugin " + host::precision_name(rig->instance.info().precision),
-          kernels_test::Packed(network, precision).bytes(),
-          step,
-          {},
-          false};
+  peer.step = [rig](float* outputs) {
+    rig->api().step(rig->instance.get(), &rig->state, &rig->output);
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+      outputs[j] = rig->output.predicted_ji[j] / static_cast<float>(kOutputScale_ji);
+    }
+  };
+  return peer;
+}
+
+Peer kernel_peer(const Task& task, kernels::Precision precision) {
+  const kernels::Isa isa = kernels::best_isa();
+  const auto packed = std::make_shared<kernels_test::Packed>(task.network, precision);
+  const auto block = huge_bytes(packed->bytes());
+  std::copy_n(packed->block(), packed->bytes(), block.get());
+  kernels::PackedView view;
+  kernels::open(block.get(), packed->bytes(), view);
+  Peer peer;
+  peer.name = name_of("  its network alone, ", precision, kernels::name_of(isa));
+  peer.weight_bytes = packed->bytes();
+  peer.step = [packed, block, view, &task, forward = kernels::forward_for(isa)](float* outputs) {
+    const rt::FlushDenormals flush;
+    forward(view, task.inputs.data(), outputs, packed->scratch());
+  };
+  return peer;
 }
 
 }  // namespace ravencal::bench

@@ -11,7 +11,8 @@ namespace ravencal::bench {
 
 /// RTNeural's run-time Model: its ModelT keeps weights in fixed-size members, which Eigen refuses
 /// beyond 128 KiB.
-Peer rtneural_peer(const kernels_test::Network& network) {
+Peer rtneural_peer(const Task& task) {
+  const kernels_test::Network& network = task.network;
   auto model = std::make_shared<RTNeural::Model<float>>(static_cast<int>(network.front().inputs));
   for (const auto& layer : network) {
     const int outputs = static_cast<int>(layer.outputs);
@@ -30,17 +31,17 @@ Peer rtneural_peer(const kernels_test::Network& network) {
   }
   model->reset();
   const std::size_t outputs = network.back().outputs;
-  auto step = [model, outputs](const float* x, float* y) {
+  auto step = [model, outputs, x = task.inputs.data()](float* y) {
     model->forward(x);
     std::copy_n(model->getOutputs(), outputs, y);
   };
-  return {"RTNeural Model f32", float32_bytes(network), step, {}};
+  return {"RTNeural Model f32", float32_bytes(network), step, {}, {}};
 }
 
 #else
 
-Peer rtneural_peer(const kernels_test::Network& /*network*/) {
-  return {"RTNeural", 0, {}, "not found when this was built (RTNeural/RTNeural.h)"};
+Peer rtneural_peer(const Task& /*task*/) {
+  return {"RTNeural", 0, {}, {}, "not found when this was built (RTNeural/RTNeural.h)"};
 }
 
 #endif

@@ -9,7 +9,8 @@ namespace ravencal::bench {
 
 #if defined(RAVENCAL_BENCH_TORCH)
 
-Peer torch_peer(const kernels_test::Network& network) {
+Peer torch_peer(const Task& task) {
+  const kernels_test::Network& network = task.network;
   at::set_num_threads(1);
   struct Dense {
     at::Tensor weights;  ///< transposed: [inputs x outputs]
@@ -26,7 +27,7 @@ Peer torch_peer(const kernels_test::Network& network) {
          torch::empty({1, rows})});
   }
   const auto input = torch::empty({1, static_cast<std::int64_t>(network.front().inputs)});
-  auto step = [layers, input](const float* x, float* y) {
+  auto step = [layers, input, x = task.inputs.data()](float* y) {
     const at::InferenceMode guard;
     std::copy_n(x, input.numel(), input.data_ptr<float>());
     const at::Tensor* value = &input;
@@ -37,13 +38,13 @@ Peer torch_peer(const kernels_test::Network& network) {
     }
     std::copy_n(value->data_ptr<float>(), value->numel(), y);
   };
-  return {"libtorch ATen f32", float32_bytes(network), step, {}};
+  return {"LibTorch ATen f32", float32_bytes(network), step, {}, {}};
 }
 
 #else
 
-Peer torch_peer(const kernels_test::Network& /*network*/) {
-  return {"libtorch", 0, {}, "not found when this was built (libtorch-dev)"};
+Peer torch_peer(const Task& /*task*/) {
+  return {"LibTorch", 0, {}, {}, "not found when this was built (package libtorch-dev)"};
 }
 
 #endif

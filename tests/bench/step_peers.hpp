@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What bench_step compares: each peer runs the same network. A peer that the build did not find
-// says so instead.
+// What bench_step compares: each peer runs the same network on the same inputs. A peer that the
+// build or the machine does not have says so instead.
 #pragma once
 
 #include <cstddef>
@@ -15,18 +15,31 @@ namespace ravencal::bench {
 
 struct Peer {
   std::string name;
-  std::size_t weight_bytes = 0;
-  std::function<void(const float*, float*)> step;
-  std::string skipped;             ///< why there is no step, if there is none
-  bool runs_these_weights = true;  ///< false: a network of the same sizes
+  std::size_t weight_bytes = 0;  ///< read by one step
+  /// The timed part: outputs [outputs of the network], unscaled.
+  std::function<void(float* outputs)> step;
+  std::function<void()> prepare;  ///< before every step, not timed; may be empty
+  std::string skipped;            ///< why there is no step, if there is none
 };
 
-/// A whole step of the loaded plugin: gather, checks, network, envelope, cycle end.
-Peer plugin_peer(const kernels_test::Network& network, kernels::Precision precision);
+/// One network and one sample for every peer.
+struct Task {
+  kernels_test::Network network;
+  std::vector<float> inputs;  ///< scaled, within [-0.9, 0.9]: the middle of a trained range
+};
 
-Peer eigen_peer(const kernels_test::Network& network);
-Peer torch_peer(const kernels_test::Network& network);
-Peer rtneural_peer(const kernels_test::Network& network);
+/// ravencal_api::step of the loaded plugin, everything included (clock, checks, gather, network,
+/// envelope, telemetry), with config.max_isa = RAVENCAL_ISA_*.
+Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t isa);
+/// The plugin's network alone, with its best instruction set, in the memory that the plugin uses.
+Peer kernel_peer(const Task& task, kernels::Precision precision);
+/// Reads as many bytes as fast as one core can: the bandwidth of the level that they come from.
+Peer bound_peer(std::size_t bytes);
+
+Peer eigen_peer(const Task& task);
+Peer onnx_runtime_peer(const Task& task);
+Peer torch_peer(const Task& task);
+Peer rtneural_peer(const Task& task);
 
 inline std::size_t float32_bytes(const kernels_test::Network& network) {
   std::size_t floats = 0;
