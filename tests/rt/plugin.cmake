@@ -15,10 +15,13 @@ ravencal_test(NAME plugin_envelope_test
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_counters_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_distance_test.cpp
   LIBS ravencal_test_rig LABELS rt)
-if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc themselves
-  ravencal_test(NAME plugin_heap_test
-    SOURCES ${CMAKE_CURRENT_LIST_DIR}/heap_test.cpp ${CMAKE_CURRENT_LIST_DIR}/alarm.cpp
+if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc and locks themselves, and call the system
+  ravencal_test(NAME plugin_real_time_test
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/real_time_test.cpp ${CMAKE_CURRENT_LIST_DIR}/alarm.cpp
+            ${CMAKE_CURRENT_LIST_DIR}/system_call_alarm.cpp
     LIBS ravencal_test_rig ${CMAKE_DL_LIBS} LABELS rt)
+  # Loaded libraries must find the interposed functions in the program.
+  set_target_properties(plugin_real_time_test PROPERTIES ENABLE_EXPORTS ON)
 endif()
 ravencal_test(NAME plugin_parity_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ends a process at the first system call that a thread of it makes: Linux seccomp, strict but for
+// the exit. Used in a child process, so that the test lives to tell.
+#pragma once
+
+#include <functional>
+
+namespace ravencal::test {
+
+/// From here on, any system call of this thread but exit_group ends the process with SIGSYS. There
+/// is no way back. False if the kernel has no seccomp filters.
+[[nodiscard]] bool forbid_system_calls();
+
+struct ChildEnd {
+  bool called_system = false;  ///< ended by the alarm
+  int exit_code = -1;          ///< if it ended by itself
+};
+
+/// Forks, runs `work` in the child and ends it there with what it returns.
+ChildEnd run_in_child(const std::function<int()>& work);
+
+}  // namespace ravencal::test
