@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "quadrature_reader/interpolate.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
-
-constexpr double kLargestResidualNs = 1e6;
 
 struct Columns {
   std::vector<std::string> joints;
@@ -46,15 +45,83 @@ Track track_of(std::span<const std::int64_t> t_ns, const record::SampleMatrix& s
   return track;
 }
 
-/// Adds one truth channel, interpolated at the robot's times, to `merged`.
-void add_truth(record::Recording& merged, const record::Channel& channel, Interpolator series,
-               double delay_ns) {
+bool overlap(std::span<const std::int64_t> x, std::span<const std::int64_t> y) {
+  return !x.empty() && !y.empty() && x.front() <= y.back() && y.front() <= x.back();
+}
+
+/// What to add to the robot's times to have wall time: recordings of foreign files count from their
+/// first row, and keep its stamp in meta.
+std::int64_t wall_origin_ns(const record::Recording& robot) {
+  const auto origin = robot.meta.find("origin.time");
+  if (origin == robot.meta.end() || robot.t_ns.empty()) return 0;
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  const auto stamp_ns =
+      static_cast<std::int64_t>(std::llround(1e9 * std::strtod(origin->second.c_str(), nullptr)));
+  const std::int64_t shift = stamp_ns - robot.t_ns.front();
+  return std::abs(shift) < kSecondNs ? 0 : shift;
+}
+
+bool has_clock_events(const record::Recording& recording) {
+  return std::any_of(recording.events.begin(), recording.events.end(),
+                     [](const auto& event) { return event.kind == "clock_offset"; });
+}
+
+/// The truth's times on the robot's clock.
+struct TruthTime {
+  std::optional<ClockRelation> clock;
+  std::int64_t shift_ns = 0;
+
+  [[nodiscard]] std::int64_t on_robot_clock(std::int64_t t_ns) const {
+    return (clock ? clock->realtime_of(t_ns) : t_ns) - shift_ns;
+  }
+  [[nodiscard]] std::vector<std::int64_t> on_robot_clock(std::span<const std::int64_t> t_ns) const {
+    std::vector<std::int64_t> converted;
+    converted.reserve(t_ns.size());
+    for (const std::int64_t t : t_ns) converted.push_back(on_robot_clock(t));
+    return converted;
+  }
+};
+
+core::Result<TruthTime> relate_clocks(const record::Recording& robot,
+                                      const record::Recording& truth, const MergeOptions& options) {
+  const TruthTime same{std::nullopt, options.truth_minus_robot_ns};
+  const bool same_fits = overlap(robot.t_ns, same.on_robot_clock(truth.t_ns));
+  TruthTime wall{std::nullopt, options.truth_minus_robot_ns + wall_origin_ns(robot)};
+  bool wall_fits = false;
+  if (options.clock != RobotClock::kSame) {
+    auto relation = clock_relation(truth);
+    if (relation.ok()) {
+      wall.clock = *relation;
+      wall_fits = overlap(robot.t_ns, wall.on_robot_clock(truth.t_ns));
+    } else if (options.clock == RobotClock::kWall || (!same_fits && has_clock_events(truth))) {
+      return relation.error();
+    }
+  }
+  if (same_fits && wall_fits) {
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format("{} and {} overlap both as they are stamped and through the wall "
+                    "clock; say which clock stamped the robot's states",
+                    robot.source, truth.source)};
+  }
+  if (wall_fits) return wall;
+  if (same_fits && options.clock != RobotClock::kWall) return same;
+  return core::Error{core::ErrorCode::kData,
+                     fmt::format("{} and {} do not overlap in time; do they belong together?",
+                                 robot.source, truth.source)};
+}
+
+/// Adds one truth channel, interpolated at the robot's times, to `merged`; rows that have it.
+std::int64_t add_truth(record::Recording& merged, record::Channel channel, Interpolator series,
+                       double delay_ns) {
   const Eigen::Index column = merged.samples.cols();
   merged.samples.conservativeResize(Eigen::NoChange, column + 1);
   for (Eigen::Index row = 0; row < merged.samples.rows(); ++row) {
     merged.samples(row, column) = series.at(merged.t_ns[static_cast<std::size_t>(row)], delay_ns);
   }
-  merged.channels.push_back(channel);
+  channel.name = "truth." + channel.joint;
+  merged.channels.push_back(std::move(channel));
+  return merged.samples.col(column).array().isFinite().count();
 }
 
 void drop_truth_channels(record::Recording& recording) {
@@ -69,100 +136,96 @@ void drop_truth_channels(record::Recording& recording) {
   recording.channels = std::move(channels);
 }
 
-}  // namespace
-
-std::int64_t ClockRelation::realtime_of(std::int64_t monotonic_ns) const {
-  const double since_ns = static_cast<double>(monotonic_ns - reference_ns);
-  return monotonic_ns + offset_ns + std::llround(1e-6 * drift_ppm * since_ns);
+/// An event of the truth's recording at the robot's time, `from_ns` and `to_ns` in it too.
+record::Event on_robot_clock(const record::Event& event, const TruthTime& time,
+                             std::int64_t delay_ns) {
+  record::Event moved = event;
+  moved.t_ns = time.on_robot_clock(event.t_ns) - delay_ns;
+  auto detail = nlohmann::ordered_json::parse(event.detail, nullptr, false);
+  if (!detail.is_object()) return moved;
+  for (const char* key : {"from_ns", "to_ns"}) {
+    if (!detail.contains(key) || !detail[key].is_number_integer()) continue;
+    detail[key] = time.on_robot_clock(detail[key].get<std::int64_t>()) - delay_ns;
+  }
+  moved.detail = detail.dump();
+  return moved;
 }
 
-core::Result<ClockRelation> clock_relation(const record::Recording& recording) {
-  std::vector<std::pair<std::int64_t, std::int64_t>> points;
-  for (const auto& event : recording.events) {
-    if (event.kind != "clock_offset") continue;
-    const auto detail = nlohmann::json::parse(event.detail, nullptr, false);
-    if (!detail.is_object() || !detail.contains("minus_monotonic_ns") ||
-        !detail["minus_monotonic_ns"].is_number_integer()) {
-      continue;
+void add_events(Merged& merged, const record::Recording& truth, const TruthTime& time) {
+  auto& events = merged.recording.events;
+  const std::int64_t delay_ns = std::llround(1e9 * merged.delay_s);
+  for (const auto& event : truth.events) {
+    if (event.kind != "clock_offset") events.push_back(on_robot_clock(event, time, delay_ns));
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const auto& x, const auto& y) { return x.t_ns < y.t_ns; });
+}
+
+/// What the merge did, for whoever reads the recording later.
+void describe(Merged& merged, const record::Recording& truth, bool delay_given) {
+  nlohmann::ordered_json detail = {{"truth", truth.source},
+                                   {"delay_s", merged.delay_s},
+                                   {"delay", delay_given ? "given" : "estimated"},
+                                   {"rows_with_truth", merged.rows_with_truth}};
+  auto& meta = merged.recording.meta;
+  meta["merge.truth"] = truth.source;
+  meta["merge.delay_s"] = fmt::format("{:.7f}", merged.delay_s);
+  meta["merge.delay"] = delay_given ? "given" : "estimated";
+  if (merged.estimate) {
+    detail["estimated_delay_s"] = merged.estimate->delay_s;
+    detail["sigma_s"] = merged.estimate->sigma_s;
+    detail["correlation"] = merged.estimate->correlation;
+    meta["merge.estimated_delay_s"] = fmt::format("{:.7f}", merged.estimate->delay_s);
+    meta["merge.estimated_delay_sigma_s"] = fmt::format("{:.7f}", merged.estimate->sigma_s);
+  }
+  if (merged.clock) {
+    detail["wall_minus_truth_clock_ns"] = merged.clock->offset_ns;
+    detail["drift_ppm"] = merged.clock->drift_ppm;
+    meta["merge.wall_minus_truth_clock_ns"] = fmt::format("{}", merged.clock->offset_ns);
+    meta["merge.drift_ppm"] = fmt::format("{:.6f}", merged.clock->drift_ppm);
+  }
+  for (const auto& joint : merged.joints) {
+    for (const char* key : {".scale", ".zero_counts", ".zero_position"}) {
+      const auto found = truth.meta.find(joint.name + key);
+      if (found != truth.meta.end()) meta[found->first] = found->second;
     }
-    points.emplace_back(event.t_ns, detail["minus_monotonic_ns"].get<std::int64_t>());
   }
-  if (points.empty()) {
-    return core::Error{
-        core::ErrorCode::kData,
-        fmt::format("{}: has no clock_offset events; was it written by ravencal-encoders?",
-                    recording.source)};
-  }
-  ClockRelation relation;
-  relation.reference_ns = points.front().first;
-  relation.offset_ns = points.front().second;
-  // Least squares line, relative to the first point so that doubles suffice.
-  double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  for (const auto& [t, offset] : points) {
-    const auto x = static_cast<double>(t - relation.reference_ns);
-    const auto y = static_cast<double>(offset - relation.offset_ns);
-    n += 1.0, sx += x, sy += y, sxx += x * x, sxy += x * y;
-  }
-  const double spread = n * sxx - sx * sx;
-  const double slope = spread > 0.0 ? (n * sxy - sx * sy) / spread : 0.0;
-  relation.drift_ppm = 1e6 * slope;
-  relation.offset_ns += std::llround((sy - slope * sx) / n);
-  for (const auto& [t, offset] : points) {
-    const auto error = static_cast<double>(t + offset - relation.realtime_of(t));
-    relation.residual_ns = std::max(relation.residual_ns, std::abs(error));
-  }
-  if (relation.residual_ns <= kLargestResidualNs) return relation;
-  return core::Error{
-      core::ErrorCode::kData,
-      fmt::format(
-          "{}: the wall clock was stepped by about {:.1f} ms during the recording; its relation "
-          "to the robot's stamps is unknown",
-          recording.source, 1e-6 * relation.residual_ns)};
+  merged.recording.events.insert(merged.recording.events.begin(),
+                                 {merged.recording.t_ns.front(), "merge", detail.dump()});
 }
+
+}  // namespace
 
 core::Result<Merged> merge_truth(const record::Recording& robot, const record::Recording& truth,
                                  const MergeOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(const Columns columns, matching_columns(robot, truth));
+  RAVENCAL_ASSIGN_OR_RETURN(const TruthTime time, relate_clocks(robot, truth, options));
+  const std::vector<std::int64_t> truth_t_ns = time.on_robot_clock(truth.t_ns);
   Merged merged;
-  std::vector<std::int64_t> truth_t_ns(truth.t_ns);
-  if (options.robot_uses_realtime) {
-    RAVENCAL_ASSIGN_OR_RETURN(merged.clock, clock_relation(truth));
-    for (auto& t : truth_t_ns) t = merged.clock->realtime_of(t);
-  }
-  for (auto& t : truth_t_ns) t -= options.truth_minus_robot_ns;
-  if (robot.t_ns.empty() || truth_t_ns.empty() || robot.t_ns.back() < truth_t_ns.front() ||
-      truth_t_ns.back() < robot.t_ns.front()) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{} and {} do not overlap in time; do they use the same clock?",
-                                   robot.source, truth.source)};
-  }
-  if (options.fixed_delay_s) {
-    merged.delay.delay_s = *options.fixed_delay_s;
-  } else {
-    RAVENCAL_ASSIGN_OR_RETURN(merged.delay,
-                              estimate_delay(track_of(robot.t_ns, robot.samples, columns.robot),
-                                             track_of(truth_t_ns, truth.samples, columns.truth),
-                                             columns.joints, options.delay));
-  }
+  merged.clock = time.clock;
+  const auto estimate = estimate_delay(track_of(robot.t_ns, robot.samples, columns.robot),
+                                       track_of(truth_t_ns, truth.samples, columns.truth),
+                                       columns.joints, options.delay);
+  if (!estimate.ok() && !options.fixed_delay_s) return estimate.error();
+  if (estimate.ok()) merged.estimate = *estimate;
+  merged.delay_s = options.fixed_delay_s.value_or(estimate.ok() ? estimate->delay_s : 0.0);
   merged.recording = robot;
   drop_truth_channels(merged.recording);
-  for (const Eigen::Index column : columns.truth) {
+  for (std::size_t i = 0; i < columns.joints.size(); ++i) {
+    const Eigen::Index column = columns.truth[i];
     const std::span<const double> values(truth.samples.col(column).data(), truth_t_ns.size());
-    add_truth(merged.recording, truth.channels[static_cast<std::size_t>(column)],
-              Interpolator(truth_t_ns, values, options.longest_gap_ns), 1e9 * merged.delay.delay_s);
+    const std::int64_t rows =
+        add_truth(merged.recording, truth.channels[static_cast<std::size_t>(column)],
+                  Interpolator(truth_t_ns, values, options.longest_gap_ns), 1e9 * merged.delay_s);
+    merged.joints.push_back({columns.joints[i], rows});
   }
   const auto added = static_cast<Eigen::Index>(columns.truth.size());
   for (Eigen::Index row = 0; row < merged.recording.rows(); ++row) {
     merged.rows_with_truth +=
         merged.recording.samples.row(row).tail(added).array().isFinite().all() ? 1 : 0;
   }
-  merged.recording.events.insert(
-      merged.recording.events.begin(),
-      {robot.t_ns.front(), "merge",
-       fmt::format(
-           R"({{"truth":"{}","delay_s":{:.6f},"sigma_s":{:.6f},"correlation":{:.4f},"rows_with_truth":{}}})",
-           truth.source, merged.delay.delay_s, merged.delay.sigma_s, merged.delay.correlation,
-           merged.rows_with_truth)});
+  add_events(merged, truth, time);
+  describe(merged, truth, options.fixed_delay_s.has_value());
   return merged;
 }
 

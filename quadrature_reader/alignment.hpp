@@ -35,8 +35,9 @@ struct DelayOptions {
 };
 
 /// The delay at which the increments of both tracks fit best, all joints together: maximum
-/// likelihood with a gain and a noise of its own for each joint. Compliance or friction that makes
-/// the robot's estimate lead or lag the joint is part of the result; it cannot be told apart.
+/// likelihood with a gain and a noise of its own for each joint. Play and friction that make the
+/// joint lag behind the robot's estimate are part of the result and cannot be told apart: some
+/// milliseconds on a cable-driven arm at a few degrees per second, and outside sigma_s.
 /// Errors: too little motion, opposite sign, unrelated motion, best fit at the edge of the search.
 core::Result<DelayEstimate> estimate_delay(const Track& robot, const Track& truth,
                                            std::span<const std::string> joints,
@@ -55,23 +56,40 @@ struct ClockRelation {
 /// Error if the recording has no such events, or the wall clock was stepped (residual above 1 ms).
 core::Result<ClockRelation> clock_relation(const record::Recording& recording);
 
+/// Which clock stamped the robot's states.
+enum class RobotClock {
+  kFind,  ///< the one of these two under which the recordings overlap
+  kSame,  ///< the one that stamped the truth
+  kWall,  ///< CLOCK_REALTIME (ROS); the truth's clock_offset events relate it to the truth's
+};
+
 struct MergeOptions {
-  bool robot_uses_realtime = false;  ///< robot stamps are CLOCK_REALTIME (ROS on the same machine)
+  RobotClock clock = RobotClock::kFind;
   std::int64_t truth_minus_robot_ns = 0;  ///< further known difference of the stamps
   DelayOptions delay;
-  std::optional<double> fixed_delay_s;       ///< use this instead of estimating
+  std::optional<double> fixed_delay_s;       ///< use this; the estimate is for comparison only
   std::int64_t longest_gap_ns = 50'000'000;  ///< no interpolation across more than this
 };
 
+struct MergedJoint {
+  std::string name;
+  std::int64_t rows_with_truth = 0;
+};
+
 struct Merged {
-  record::Recording recording;  ///< the robot's rows with the truth channels added
-  DelayEstimate delay;
-  std::optional<ClockRelation> clock;
+  record::Recording recording;  ///< the robot's rows with the truth channels and events added
+  double delay_s = 0.0;         ///< by which the truth was shifted
+  std::optional<DelayEstimate> estimate;  ///< absent if a delay was given and none can be estimated
+  std::optional<ClockRelation> clock;     ///< absent if one clock stamped both
+  std::vector<MergedJoint> joints;
   std::int64_t rows_with_truth = 0;  ///< rows in which every joint has its truth
 };
 
-/// Errors: no joint has both an estimate in `robot` and a truth in `truth`; the delay cannot be
-/// estimated; the recordings do not overlap.
+/// The robot's recording with a channel `truth.JOINT` for each joint that has an estimate there and
+/// a truth in `truth`, replacing what truth it had. The truth is interpolated at each row's own
+/// time; where it has a gap the row has none. Its events come along, at the robot's times; what the
+/// merge did is in the event `merge` and in meta. Errors: no joint in common; the recordings do not
+/// overlap; the delay cannot be estimated; no row has any truth.
 core::Result<Merged> merge_truth(const record::Recording& robot, const record::Recording& truth,
                                  const MergeOptions& options = {});
 

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 namespace ravencal::quadrature_reader {
 namespace {
 
-// Share of N(3d) within d for a parabola, the shape of every smooth turn.
-constexpr double kTurnShare = 1.0 / std::numbers::sqrt3;
+constexpr double kAround = 9.0;  // a visit is what lies within so many widths of the extreme
+// Share of N(9d) within d for a parabola, the shape of every smooth turn.
+constexpr double kTurnShare = 1.0 / 3.0;
 // Log likelihood ratio beyond doubt: one false stop in a million turns.
 constexpr double kBeyondDoubt = 13.8;
 constexpr double kWidthStep = 1.15;
@@ -48,7 +48,7 @@ struct Candidate {
 };
 
 Candidate examine(std::span<const double> distances, std::size_t peak, double width) {
-  const Visit visit = visit_within(distances, peak, 3.0 * width);
+  const Visit visit = visit_within(distances, peak, kAround * width);
   const auto run = distances.subspan(visit.first, visit.last - visit.first + 1);
   const auto inside =
       std::count_if(run.begin(), run.end(), [width](double d) { return d <= width; });
@@ -100,7 +100,7 @@ std::optional<HardStop> find_hard_stop(std::span<const std::int64_t> t_ns,
   for (const double position : position_counts) distances.push_back(std::abs(position - extreme));
 
   std::optional<Candidate> best;
-  for (double width = 1.0; 3.0 * width < range; width *= kWidthStep) {
+  for (double width = 1.0; kAround * width < range; width *= kWidthStep) {
     const Candidate candidate = examine(distances, peak, width);
     if (best && candidate.log_ratio < best->log_ratio) break;
     if (candidate.log_ratio >= kBeyondDoubt) best = candidate;

@@ -4,7 +4,8 @@
 // stopped stays where the motion ended; a joint that merely turns round follows a parabola there.
 //
 // For a distance d from the extreme, let N(d) be the samples of that visit within d. A parabola has
-// N(d) ~ sqrt(d), so N(d) / N(3d) = 1/sqrt(3) at every d; a plateau of width below d gives 1. The
+// N(d) ~ sqrt(d), so N(d) / N(9d) = 1/3 at every d, and a sharp turn gives less; a plateau of width
+// below d gives 1. The
 // plateau is the narrowest d whose binomial likelihood ratio against the parabola is beyond doubt,
 // grown to that ratio's maximum. No width, speed or time is fixed beforehand. A motion that was
 // planned to pause at its extreme looks the same: home only where the robot homes.
@@ -26,8 +27,9 @@ struct HardStop {
   std::int64_t to_ns = 0;
 };
 
-/// `position_counts` at the uniform instants `t_ns` (same length; 100 Hz is right: samples closer
-/// than a joint's own motions are not independent), over a time that includes the stop.
+/// `position_counts` at the uniform instants `t_ns` (same length), over a time that includes the
+/// stop. 250 Hz is right: RAVEN-II presses for little more than 0.2 s, which has to be enough
+/// samples, and samples closer than a joint's own vibration are not independent.
 /// `at_maximum`: the stop is where the counts are largest, else smallest. nullopt: no stop found.
 std::optional<HardStop> find_hard_stop(std::span<const std::int64_t> t_ns,
                                        std::span<const double> position_counts, bool at_maximum);

@@ -8,8 +8,8 @@
 namespace ravencal::quadrature_reader {
 namespace {
 
-constexpr std::int64_t kSamplePeriodNs = 10'000'000;  // find_hard_stop's 100 Hz
-constexpr std::size_t kExamineEvery = 50;             // samples
+constexpr std::int64_t kSamplePeriodNs = 4'000'000;  // find_hard_stop's 250 Hz
+constexpr std::size_t kExamineEvery = 125;           // samples
 // The joint has left the stop once it is this many plateau widths away: the visit is complete.
 constexpr double kLeftWidths = 10.0;
 

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   commands::add_simulate(app, exit_code);
   commands::add_import(app, exit_code);
   commands::add_export(app, exit_code);
+  commands::add_merge(app, exit_code);
   commands::add_info(app, exit_code);
   commands::add_train(app, exit_code);
   commands::add_evaluate(app, exit_code);

@@ -67,10 +67,11 @@ TEST(Alignment, RecoversADelayOf7300MicrosecondsTo200) {
     for (auto* motion : {smooth_motion, zigzag}) {
       const auto merged = merge_truth(robot_of(motion, seed), truth_of(motion, 7.3e-3));
       ASSERT_TRUE(merged.ok()) << merged.error().message;
-      EXPECT_NEAR(merged->delay.delay_s, 7.3e-3, 0.2e-3);
-      EXPECT_LT(merged->delay.sigma_s, 0.1e-3);
+      EXPECT_NEAR(merged->estimate->delay_s, 7.3e-3, 0.2e-3);
+      EXPECT_LT(merged->estimate->sigma_s, 0.1e-3);
       // The stated uncertainty is honest: five standard errors, and 0.02 ms for interpolation.
-      EXPECT_LT(std::abs(merged->delay.delay_s - 7.3e-3), 5.0 * merged->delay.sigma_s + 2e-5);
+      EXPECT_LT(std::abs(merged->estimate->delay_s - 7.3e-3),
+                5.0 * merged->estimate->sigma_s + 2e-5);
     }
   }
 }
@@ -79,7 +80,7 @@ TEST(Alignment, RecoversNegativeDelaysAndWorksAtAKilohertz) {
   const auto merged =
       merge_truth(robot_of(smooth_motion, 1, kMs), truth_of(smooth_motion, -31.7e-3));
   ASSERT_TRUE(merged.ok()) << merged.error().message;
-  EXPECT_NEAR(merged->delay.delay_s, -31.7e-3, 0.2e-3);
+  EXPECT_NEAR(merged->estimate->delay_s, -31.7e-3, 0.2e-3);
 }
 
 TEST(Alignment, InterpolatesTheTruthAtTheStatesOwnTime) {
@@ -134,11 +135,11 @@ TEST(Alignment, RelatesTheClocksWithTheirDrift) {
   record::Recording walled = robot;
   for (auto& t : walled.t_ns) t += offset + (t - robot.t_ns.front()) / 25'000;
   MergeOptions options;
-  options.robot_uses_realtime = true;
+  options.clock = RobotClock::kWall;
   const auto merged = merge_truth(walled, truth, options);
   ASSERT_TRUE(merged.ok()) << merged.error().message;
   EXPECT_NEAR(merged->clock->drift_ppm, 40.0, 0.01);
-  EXPECT_NEAR(merged->delay.delay_s, 0.0, 0.1e-3);
+  EXPECT_NEAR(merged->estimate->delay_s, 0.0, 0.1e-3);
 }
 
 TEST(Alignment, RefusesAClockThatWasStepped) {
