@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 
 #include "cli/exit_code.hpp"
@@ -10,6 +11,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
+#include "host/flight_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
@@ -31,6 +33,8 @@ struct Arguments {
   std::string recording;
   std::string trajectory;
   std::string json;
+  std::string telemetry;
+  std::string flight = "ravencal_flight.csv";
   double payload_g = -1.0;  // negative: as the plant says
   double step_budget_us = 0.0;
   std::int64_t ticks = 0;  // 0: to the motion's end
@@ -56,13 +60,26 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& argu
   return host::make_twin_source(plant, trajectory, arguments.twin);
 }
 
+/// The plugin's defaults, changed as the user wants.
+core::Result<ravencal_config> make_config(const Arguments& arguments,
+                                          const host::PluginLibrary& library) {
+  ravencal_config config = library.default_config();
+  config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
+  if (arguments.telemetry.size() >= sizeof config.telemetry_name) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("--telemetry {}: at most {} characters", arguments.telemetry,
+                                   sizeof config.telemetry_name - 1)};
+  }
+  std::memcpy(config.telemetry_name, arguments.telemetry.c_str(), arguments.telemetry.size() + 1);
+  return config;
+}
+
 core::Result<host::Summary> run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
                             model::read_blob(arguments.weights));
   RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
                             host::PluginLibrary::open(arguments.plugin));
-  ravencal_config config = library.default_config();
-  config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
+  RAVENCAL_ASSIGN_OR_RETURN(const ravencal_config config, make_config(arguments, library));
   RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
                             host::PluginInstance::create(library, config));
   RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
@@ -86,7 +103,9 @@ core::Result<host::Summary> run(const Arguments& arguments) {
     progress.update(done);
     return !cli::interrupted();
   });
-  const host::Summary summary = host::summarise(result, loop, plugin, model);
+  host::Summary summary = host::summarise(result, loop, plugin, model);
+  RAVENCAL_ASSIGN_OR_RETURN(summary.faults, host::write_flight(plugin, arguments.flight));
+  if (summary.faults > 0) summary.flight_path = arguments.flight;
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, host::summary_json(summary)));
   }
@@ -136,6 +155,12 @@ void add_host(CLI::App& app, int& exit_code) {
                    "Longest step; more than two longer ones within 1000 end the correction. 0: no "
                    "limit, because this machine is not the robot's (there it is 500)")
       ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->add_option("--telemetry", arguments->telemetry,
+                      "Shared memory for `ravencal monitor`, like /ravencal-left");
+  command
+      ->add_option("--flight", arguments->flight,
+                   "On a FAULT: CSV of the last 200 ticks before it, for the profile generic")
       ->capture_default_str();
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->footer(

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <cstring>
 
 namespace ravencal::host {
 
@@ -43,6 +44,35 @@ ravencal_config PluginLibrary::default_config() const {
   return config;
 }
 
+namespace {
+
+core::Error create_error(std::int32_t code, const ravencal_config& config) {
+  const std::string name(config.telemetry_name,
+                         ::strnlen(config.telemetry_name, sizeof config.telemetry_name));
+  switch (code) {
+    case RAVENCAL_ERROR_BUSY:
+      return {
+          core::ErrorCode::kIo,
+          fmt::format("telemetry {}: another process writes it, or it is something else; choose "
+                      "another name",
+                      name)};
+    case RAVENCAL_ERROR_MEMORY:
+      return {core::ErrorCode::kIo, "the plugin has no memory (is /dev/shm full?)"};
+    case RAVENCAL_ERROR_IO:
+      return {core::ErrorCode::kIo,
+              fmt::format("telemetry {}: the system does not let the plugin create it in /dev/shm",
+                          name)};
+    default:
+      return {core::ErrorCode::kUsage,
+              name.empty() ? "the plugin refuses this configuration"
+                           : fmt::format("the plugin refuses this configuration (a telemetry name "
+                                         "is like /ravencal-left; this one is '{}')",
+                                         name)};
+  }
+}
+
+}  // namespace
+
 void PluginInstance::Free::operator()(void* storage) const { std::free(storage); }
 
 void PluginInstance::Destroy::operator()(ravencal_instance* instance) const {
@@ -57,10 +87,11 @@ core::Result<PluginInstance> PluginInstance::create(const PluginLibrary& library
   const std::size_t bytes = (plugin.api_->storage_size() + alignment - 1) / alignment * alignment;
   plugin.storage_.reset(std::aligned_alloc(alignment, bytes));
   ravencal_instance* instance = nullptr;
-  if (plugin.storage_ == nullptr ||
-      plugin.api_->create(&config, plugin.storage_.get(), bytes, &instance) != RAVENCAL_SUCCESS) {
-    return core::Error{core::ErrorCode::kData, "the plugin refuses this configuration"};
-  }
+  const std::int32_t code =
+      plugin.storage_ == nullptr
+          ? RAVENCAL_ERROR_MEMORY
+          : plugin.api_->create(&config, plugin.storage_.get(), bytes, &instance);
+  if (code != RAVENCAL_SUCCESS) return create_error(code, config);
   plugin.instance_ = {instance, Destroy{plugin.api_}};
   return plugin;
 }

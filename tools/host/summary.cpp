@@ -109,6 +109,10 @@ std::string summary_text(const Summary& s) {
     text += fmt::format("doubt       {} in {} ticks\n", doubt_name(kind),
                         s.counters.ticks_in_doubt[kind]);
   }
+  if (s.faults > 0) {
+    text += fmt::format("FAULT       {}; the last ticks before the last one are in {}\n", s.faults,
+                        s.flight_path);
+  }
   if (s.active_ticks > 0) text += "\n" + learn::evaluation_table(s.evaluation);
   return text;
 }
@@ -134,6 +138,8 @@ std::string summary_json(const Summary& s) {
   states["clamped_inputs"] = s.counters.clamped_inputs;
   states["limited_rate"] = s.counters.limited_rate;
   states["swaps"] = s.counters.swaps;
+  json["faults"] = s.faults;
+  if (s.faults > 0) json["flight_record"] = s.flight_path;
   json["plugin"] = {{"instruction_set", isa_name(s.info.isa)},
                     {"precision", precision_name(s.info.precision)},
                     {"inputs", s.info.inputs},

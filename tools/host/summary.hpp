@@ -32,6 +32,8 @@ struct Summary {
   Percentiles cycle_ns;
   ravencal_counters counters{};
   ravencal_info info{};
+  std::uint64_t faults = 0;
+  std::string flight_path;  ///< the ticks before the last FAULT; empty if there was none
 };
 
 Summary summarise(const LoopResult& result, const LoopOptions& options,
