@@ -8,6 +8,7 @@
 #include <cerrno>
 
 #include "model/blob_format.hpp"
+#include "rt_plugin/file_access.hpp"
 
 namespace ravencal::rt {
 namespace {
@@ -62,9 +63,14 @@ std::byte* map_touched(std::size_t bytes) noexcept {
 
 }  // namespace
 
-BlobMemory::Status BlobMemory::read(const char* path) noexcept {
-  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
+BlobMemory::Status BlobMemory::read(const char* path, std::span<char> why) noexcept {
+  // Not waiting for the other end of what turns out to be a pipe.
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return Status::kUnreadable;
+  if (!only_owners_write(file, path, why)) {
+    ::close(file);
+    return Status::kUntrusted;
+  }
   Status status = Status::kOk;
   // lseek, not fstat: fstat has a symbol version that older systems lack. A directory's end is far
   // beyond any blob.

@@ -13,15 +13,16 @@ namespace ravencal::rt {
 
 class BlobMemory {
  public:
-  enum class Status : std::uint8_t { kOk, kUnreadable, kNoMemory };
+  enum class Status : std::uint8_t { kOk, kUnreadable, kNoMemory, kUntrusted };
 
   BlobMemory() = default;
   ~BlobMemory() { free(bytes_); }
   BlobMemory(const BlobMemory&) = delete;
   BlobMemory& operator=(const BlobMemory&) = delete;
 
-  /// Reads the whole file. An empty file gives no bytes and is no failure of its own.
-  Status read(const char* path) noexcept;
+  /// Reads the whole file. An empty file gives no bytes and is no failure of its own. kUntrusted:
+  /// others may write it (file_access.hpp), and `why` says so in a sentence; nothing was read.
+  Status read(const char* path, std::span<char> why) noexcept;
 
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
   [[nodiscard]] bool locked() const noexcept { return locked_; }

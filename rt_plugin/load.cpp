@@ -11,6 +11,7 @@
 #include <new>
 
 #include "core/catalogue.hpp"
+#include "model/blob_signature.hpp"
 #include "model/blob_view.hpp"
 #include "model/input_limits.hpp"
 #include "rt_plugin/blob_memory.hpp"
@@ -78,7 +79,11 @@ class ModelLoader {
 
   LoadedModel* load(const char* path) noexcept {
     BlobMemory blob;
-    const BlobMemory::Status status = blob.read(path);
+    const BlobMemory::Status status = blob.read(path, failure_.message);
+    if (status == BlobMemory::Status::kUntrusted) {
+      failure_.code = RAVENCAL_ERROR_TRUST;  // the sentence is there
+      return nullptr;
+    }
     if (status == BlobMemory::Status::kUnreadable) {
       return refuse(RAVENCAL_ERROR_IO, "%s: cannot be opened and read", path);
     }
@@ -90,7 +95,7 @@ class ModelLoader {
       return refuse(RAVENCAL_ERROR_BLOB, "%s: %s (byte %zu)", path, describe(check.status),
                     check.offset);
     }
-    if (!check_inputs(path) || !check_outputs(path) || !map(path)) {
+    if (!check_signature(path) || !check_inputs(path) || !check_outputs(path) || !map(path)) {
       return nullptr;
     }
     fill();
@@ -116,6 +121,30 @@ class ModelLoader {
     const double ticks = static_cast<double>(lag_rows) * view_.row_period_s() * 1e9 /
                          static_cast<double>(config_.tick_ns);
     return static_cast<std::uint64_t>(std::llround(ticks));
+  }
+
+  /// With a key, a signature must be right; without one, it need not be there unless required.
+  bool check_signature(const char* path) noexcept {
+    bool has_key = false;
+    for (const std::uint8_t byte : config_.public_key) has_key = has_key || byte != 0;
+    const bool required = config_.require_signature != 0;
+    if (!has_key && !required) return true;
+    if (!view_.is_signed() && !required) return true;
+    if (!has_key) {
+      refuse(RAVENCAL_ERROR_TRUST, "%s: a signature is required, but no public key is configured",
+             path);
+      return false;
+    }
+    const model::SignatureStatus status = verify_signature(view_, config_.public_key);
+    is_signed_ = status == model::SignatureStatus::kValid;
+    if (status == model::SignatureStatus::kMissing) {
+      refuse(RAVENCAL_ERROR_TRUST, "%s: is not signed, and a signature is required: ravencal sign",
+             path);
+    } else if (!is_signed_) {
+      refuse(RAVENCAL_ERROR_TRUST,
+             "%s: is signed by another key, or was changed after it was signed", path);
+    }
+    return is_signed_;
   }
 
   bool check_inputs(const char* path) noexcept {
@@ -297,6 +326,7 @@ class ModelLoader {
     info.longest_lag_ticks = static_cast<std::uint32_t>(longest_lag_ticks_);
     info.checksum = view_.checksum();
     info.needs_cycle_end = needs_cycle_end ? 1 : 0;
+    info.is_signed = is_signed_ ? 1 : 0;
   }
 
   /// The kernels must reproduce the blob's own vectors: catches a wrong compiler, a wrong
@@ -329,6 +359,7 @@ class ModelLoader {
   std::size_t channel_count_ = 0;
   std::uint64_t longest_lag_ticks_ = 0;
   bool has_lags_ = false;
+  bool is_signed_ = false;
   kernels::Isa isa_;
   LoadedModel* model_ = nullptr;
   std::span<float> feature_memory_;

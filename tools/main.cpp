@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   commands::add_train(app, exit_code);
   commands::add_evaluate(app, exit_code);
   commands::add_convert(app, exit_code);
+  commands::add_sign(app, exit_code);
   commands::add_host(app, exit_code);
   commands::add_monitor(app, exit_code);
   commands::add_diagnose(app, exit_code);

@@ -17,6 +17,7 @@ void add_info(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_evaluate(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
+void add_sign(CLI::App& app, int& exit_code);
 void add_host(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/exit_code.hpp"
+#include "commands/command.hpp"
+#include "commands/commands.hpp"
+#include "core/whole_file.hpp"
+#include "model/blob_signature.hpp"
+#include "model/blob_writer.hpp"
+#include "signing/key_file.hpp"
+#include "signing/sign_blob.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+struct Arguments {
+  std::string weights;
+  std::string key;
+  std::string new_key;
+  std::string public_key;
+  bool json = false;
+};
+
+core::Result<std::vector<std::byte>> read_bytes(const std::string& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  return std::vector<std::byte>(bytes, bytes + text.size());
+}
+
+core::Status generate(const Arguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const signing::PublicKey key, signing::generate_key(arguments.new_key));
+  fmt::print("{}: secret key, keep it where only you can read it\n{}.pub: public key {}\n",
+             arguments.new_key, arguments.new_key, signing::hex(key));
+  return {};
+}
+
+core::Status sign(const Arguments& arguments) {
+  if (arguments.weights.empty() || arguments.key.empty()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       "give weights and --key KEY, or one of keygen, verify; see --help"};
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const signing::SecretKey key, signing::read_secret_key(arguments.key));
+  RAVENCAL_ASSIGN_OR_RETURN(std::vector<std::byte> bytes, read_bytes(arguments.weights));
+  RAVENCAL_RETURN_IF_ERROR(signing::sign_blob(bytes, key, arguments.weights));
+  RAVENCAL_RETURN_IF_ERROR(model::write_blob(bytes, arguments.weights));
+  fmt::print("{}: signed, public key {}\n", arguments.weights, signing::hex(key.public_key()));
+  return {};
+}
+
+struct Verdict {
+  const char* name;
+  const char* sentence;
+};
+
+Verdict verdict_of(model::SignatureStatus status) {
+  switch (status) {
+    case model::SignatureStatus::kValid:
+      return {"valid", "signed by this key, and unchanged since"};
+    case model::SignatureStatus::kMissing:
+      return {"missing", "not signed"};
+    case model::SignatureStatus::kWrong:
+      break;
+  }
+  return {"wrong", "signed by another key, or changed after it was signed"};
+}
+
+core::Status verify(const Arguments& arguments, int& exit_code) {
+  RAVENCAL_ASSIGN_OR_RETURN(const signing::PublicKey key,
+                            signing::read_public_key(arguments.public_key));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, read_bytes(arguments.weights));
+  model::BlobView view;
+  const model::BlobCheck check = model::BlobView::open(bytes, view);
+  if (!check.ok()) {
+    return core::Error{core::ErrorCode::kData, fmt::format("{}: {} (byte {})", arguments.weights,
+                                                           describe(check.status), check.offset)};
+  }
+  const model::SignatureStatus status = model::verify_signature(view, key);
+  const Verdict verdict = verdict_of(status);
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {{"file", arguments.weights},
+                                         {"public_key", signing::hex(key)},
+                                         {"signature", verdict.name}};
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{}: {}\n", arguments.weights, verdict.sentence);
+  }
+  if (status != model::SignatureStatus::kValid) exit_code = cli::kFinding;
+  return {};
+}
+
+}  // namespace
+
+void add_sign(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("sign", "Sign weights, so that robots load no others");
+  command->add_option("weights", arguments->weights, "Weights to sign, in place (.blob)");
+  command->add_option("--key", arguments->key, "Secret key of `ravencal sign keygen`");
+  command->footer(
+      "A plugin whose configuration holds the public key and require_signature loads only weights "
+      "signed with the secret one.\n"
+      "Examples:\n"
+      "  ravencal sign keygen --out lab.key\n"
+      "  ravencal sign weights.blob --key lab.key\n"
+      "  ravencal sign verify weights.blob --public lab.key.pub");
+
+  CLI::App* keygen = command->add_subcommand("keygen", "Make a pair of keys");
+  keygen->add_option("--out", arguments->new_key, "Secret key to write; the public one gets .pub")
+      ->required();
+  keygen->footer("Example: ravencal sign keygen --out lab.key");
+
+  CLI::App* verification = command->add_subcommand("verify", "Check who signed weights");
+  verification->add_option("weights", arguments->weights, "Weights to check (.blob)")->required();
+  verification->add_option("--public", arguments->public_key, "Public key (KEY.pub)")->required();
+  verification->add_flag("--json", arguments->json, "For programs");
+  verification->footer(
+      "Exit code 1: not signed, or not by this key.\n"
+      "Example: ravencal sign verify weights.blob --public lab.key.pub");
+
+  command->require_subcommand(0, 1);
+  on_call(*command, exit_code, [=, &exit_code]() -> core::Status {
+    if (keygen->parsed()) return generate(*arguments);
+    if (verification->parsed()) return verify(*arguments, exit_code);
+    return sign(*arguments);
+  });
+}
+
+}  // namespace ravencal::commands
