@@ -6,12 +6,10 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <random>
-#include <thread>
 
 #include "rt/rig.hpp"
 #include "rt/witness.hpp"
@@ -102,37 +100,6 @@ RC_GTEST_PROP(EnvelopeProperty, NeverStepsWhenWeightsAreSwappedAtAnyTime, ()) {
       RC_ASSERT(witness.see(rig.state, rig.output) == "");
     }
   }
-}
-
-TEST(Swap, ManyLoadsUnderARunningLoopMakeNoStepAndLoseNoModel) {
-  Rig rig;
-  std::vector<std::filesystem::path> files;
-  for (std::uint64_t i = 0; i < 4; ++i) {
-    model::CalibrationModel model = make_model(30, {128, 64, 32}, i);
-    model.output.mean *= i % 2 == 0 ? 1.0 : -1.0;
-    files.push_back(write_weights(model, "swap" + std::to_string(i)));
-  }
-  ASSERT_TRUE(rig.instance.load(files[0]).ok());
-  rig.enable();
-  constexpr int kLoads = 2000;
-  std::atomic<bool> loading{true};
-  std::thread loader([&] {
-    for (int i = 0; i < kLoads; ++i) {
-      EXPECT_TRUE(rig.instance.load(files[static_cast<std::size_t>(i) % files.size()]).ok());
-    }
-    loading = false;
-  });
-  Witness witness(rig.config);
-  while (loading) {
-    rig.tick();
-    ASSERT_EQ(witness.see(rig.state, rig.output), "");
-  }
-  loader.join();
-  rig.tick();
-  const ravencal_counters counters = rig.instance.counters();
-  EXPECT_GT(counters.swaps, 10U);
-  EXPECT_LE(counters.swaps, kLoads + 1U);
-  EXPECT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
 }
 
 }  // namespace

@@ -1,3 +1,6 @@
+find_package(Threads REQUIRED)
+find_package(nlohmann_json REQUIRED)
+
 # The plugin as a host sees it: everything through dlopen and the C ABI.
 add_library(ravencal_test_rig STATIC ${CMAKE_CURRENT_LIST_DIR}/rig.cpp
   ${CMAKE_CURRENT_LIST_DIR}/witness.cpp)
@@ -20,14 +23,16 @@ if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc and locks themselves, 
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/real_time_test.cpp ${CMAKE_CURRENT_LIST_DIR}/alarm.cpp
             ${CMAKE_CURRENT_LIST_DIR}/system_call_alarm.cpp
     LIBS ravencal_test_rig ${CMAKE_DL_LIBS} LABELS rt)
+  ravencal_test(NAME plugin_swap_test
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/swap_test.cpp ${CMAKE_CURRENT_LIST_DIR}/instruction_count.cpp
+            ${CMAKE_CURRENT_LIST_DIR}/system_call_alarm.cpp
+    LIBS ravencal_test_rig Threads::Threads LABELS rt)
   # Loaded libraries must find the interposed functions in the program.
   set_target_properties(plugin_real_time_test PROPERTIES ENABLE_EXPORTS ON)
 endif()
 ravencal_test(NAME plugin_parity_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp
   LIBS ravencal_test_rig LABELS rt)
-find_package(Threads REQUIRED)
-find_package(nlohmann_json REQUIRED)
 ravencal_test(NAME plugin_property_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/control_pair_property_test.cpp

@@ -4,13 +4,16 @@
 // the exit. Used in a child process, so that the test lives to tell.
 #pragma once
 
+#include <sys/syscall.h>
+
+#include <cstdint>
 #include <functional>
 
 namespace ravencal::test {
 
-/// From here on, any system call of this thread but exit_group ends the process with SIGSYS. There
-/// is no way back. False if the kernel has no seccomp filters.
-[[nodiscard]] bool forbid_system_calls();
+/// From here on, any system call of this thread ends the process with SIGSYS, but for exit_group
+/// and `allowed` (SYS_*). There is no way back. False if the kernel has no seccomp filters.
+[[nodiscard]] bool forbid_system_calls(std::uint32_t allowed = SYS_exit_group);
 
 struct ChildEnd {
   bool called_system = false;  ///< ended by the alarm
