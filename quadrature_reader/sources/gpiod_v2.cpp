@@ -16,6 +16,9 @@ namespace {
 
 // The kernel's limit: GPIO_V2_LINES_MAX (64) * 16, drivers/gpio/gpiolib-cdev.c.
 constexpr std::size_t kLargestQueue = 1024;
+// Edges per read. The library clears its whole buffer before each, so a large one costs more than
+// the edges (1024: 435 us per edge in the emulated guest at 1000 edges/s, 64: 97 us).
+constexpr std::size_t kReadAtOnce = 64;
 
 template <auto free_function>
 struct Free {
@@ -54,6 +57,19 @@ struct WatchedEncoder {
   Request request;
 };
 
+void add_edge(const WatchedEncoder& encoder, gpiod_edge_event* event, EdgeSorter& sorter) {
+  const unsigned offset = gpiod_edge_event_get_line_offset(event);
+  const auto line = std::find(encoder.offsets.begin(), encoder.offsets.end(), offset);
+  const bool rising = gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_RISING_EDGE;
+  const Reading edge{static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(event)),
+                     rising ? 1 : 0,
+                     encoder.axis,
+                     ReadingKind::kEdge,
+                     static_cast<Line>(line - encoder.offsets.begin()),
+                     Fault::kNone};
+  sorter.add_edge(edge, static_cast<std::uint32_t>(gpiod_edge_event_get_global_seqno(event)));
+}
+
 class GpiodV2 final : public GpioBackend {
  public:
   core::Result<std::vector<int>> open(const SourceSettings& settings) override;
@@ -65,7 +81,7 @@ class GpiodV2 final : public GpioBackend {
   core::Status request(const GpioEncoder& encoder, std::size_t queue_size);
 
   std::string device_;
-  EventBuffer events_{gpiod_edge_event_buffer_new(kLargestQueue)};
+  EventBuffer events_{gpiod_edge_event_buffer_new(kReadAtOnce)};
   Chip chip_;
   std::vector<WatchedEncoder> encoders_;  // one queue each
 };
@@ -126,23 +142,19 @@ core::Status GpiodV2::request(const GpioEncoder& encoder, std::size_t queue_size
 
 core::Status GpiodV2::drain(std::size_t queue, EdgeSorter& sorter) {
   const WatchedEncoder& encoder = encoders_[queue];
-  const int count =
-      gpiod_line_request_read_edge_events(encoder.request.get(), events_.get(), kLargestQueue);
-  if (count < 0) return gpio_error(fmt::format("reading {} failed", device_));
-  for (int i = 0; i < count; ++i) {
-    gpiod_edge_event* event =
-        gpiod_edge_event_buffer_get_event(events_.get(), static_cast<unsigned long>(i));
-    const unsigned offset = gpiod_edge_event_get_line_offset(event);
-    const auto line = std::find(encoder.offsets.begin(), encoder.offsets.end(), offset);
-    const bool rising = gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_RISING_EDGE;
-    const Reading edge{static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(event)),
-                       rising ? 1 : 0,
-                       encoder.axis,
-                       ReadingKind::kEdge,
-                       static_cast<Line>(line - encoder.offsets.begin()),
-                       Fault::kNone};
-    sorter.add_edge(edge, static_cast<std::uint32_t>(gpiod_edge_event_get_global_seqno(event)));
-  }
+  gpiod_line_request* request = encoder.request.get();
+  int count = 0;
+  do {
+    count = gpiod_line_request_read_edge_events(request, events_.get(), kReadAtOnce);
+    if (count < 0) return gpio_error(fmt::format("reading {} failed", device_));
+    for (int i = 0; i < count; ++i) {
+      add_edge(encoder,
+               gpiod_edge_event_buffer_get_event(events_.get(), static_cast<unsigned long>(i)),
+               sorter);
+    }
+    // A read without a waiting edge would block.
+  } while (count == static_cast<int>(kReadAtOnce) &&
+           gpiod_line_request_wait_edge_events(request, 0) > 0);
   return {};
 }
 

@@ -10,22 +10,23 @@ foreach(program ravencal-encoders gpio_sim_driver can_sender)
 endforeach()
 add_custom_target(vm_programs ALL DEPENDS ${vm_programs})
 
-if(gpiod_VERSION VERSION_GREATER_EQUAL 2.0)
-  set(gpiod_generation v2)
-else()
-  set(gpiod_generation v1)
-endif()
-function(vm_test name options)
-  add_test(NAME Vm.${name} COMMAND ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/vm_test ${vm_bin} "${options}" ${ARGN})
+# Tests of SET "short" run in tools/run test, those of SET "long" in tools/run test-vm only.
+function(vm_test name set runner options)
+  add_test(NAME Vm.${name}
+    COMMAND ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/${runner} ${set} ${vm_bin} "${options}" ${ARGN})
   # One guest at a time: two would take both cores of a small machine.
-  set_tests_properties(Vm.${name} PROPERTIES LABELS vm TIMEOUT 600 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm)
+  set_tests_properties(Vm.${name} PROPERTIES
+    LABELS vm TIMEOUT 3600 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm)
 endfunction()
-vm_test(EncodersCountEveryEdgeOfGpioLinesAndFindOutEveryLoss "-i 2 -M gpio-sim" gpio.sh ${gpiod_generation})
-vm_test(EncodersCountEveryFrameOfACanBusAndFindOutEveryFault "-i 2 -M vcan" can.sh)
-vm_test(UdevRulesGiveNamesGroupAndModeAndRefuseOutsiders "-u -M gpio-sim" udev.sh)
-if(gpiod_generation STREQUAL v1)
-  add_test(NAME Vm.EncodersThroughLibgpiod2CountTheirLossesExactly
-    COMMAND ${CMAKE_CURRENT_LIST_DIR}/gpiod2_test ${vm_bin})
-  set_tests_properties(Vm.EncodersThroughLibgpiod2CountTheirLossesExactly PROPERTIES
-    LABELS vm TIMEOUT 900 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm)
+if(gpiod_VERSION VERSION_GREATER_EQUAL 2.0)
+  vm_test(EncodersCountEveryEdgeOfGpioLinesAndTheirLossesExactly short vm_test "-i 2 -M gpio-sim" gpio.sh v2)
+else()
+  vm_test(EncodersCountEveryEdgeOfGpioLinesAndFindOutEveryLoss short vm_test "-i 2 -M gpio-sim" gpio.sh v1)
+  vm_test(EncodersThroughLibgpiod2CountTheirLossesExactly short gpiod2_test "-i 2 -M gpio-sim" gpio.sh v2)
+  vm_test(EncodersKeepUpWithEveryRateOfEdgesAndGpiomonBesideThem long gpiod2_test
+    "-i 2 -M gpio-sim -t 900" gpio_sweep.sh)
 endif()
+vm_test(EncodersCountEveryFrameOfACanBusAndFindOutEveryFault short vm_test "-i 2 -M vcan" can.sh)
+vm_test(EncodersKeepUpWithEveryRateOfFramesForTenMinutes long vm_test "-i 2 -M vcan -t 3400" can_sweep.sh 10)
+vm_test(EncodersReadCounterChips short vm_test "-i 2 -M counter-sim" counter.sh)
+vm_test(UdevRulesGiveNamesGroupAndModeAndRefuseOutsiders short vm_test "-u -M gpio-sim" udev.sh)

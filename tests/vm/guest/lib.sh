@@ -89,6 +89,9 @@ total_of() { sql "select coalesce(sum(json_extract(detail, '\$.amount')), 0) fro
 # json_of_joint KEY JOINT: a number from the last status
 json_of_joint() { sed -E "s/.*\"joint\":\"$2\"[^}]*\"$1\":(-?[0-9.e+]+).*/\1/" <<<"$last"; }
 
+# cpu_us PID: time that all threads of a process have run, in microseconds
+cpu_us() { cat "/proc/$1"/task/*/schedstat | awk '{ns += $1} END {printf "%d", ns / 1000}'; }
+
 finish() {
   [ "$failures" = 0 ] && echo "all checks passed" || echo "$failures checks failed"
   exit $((failures > 0))
