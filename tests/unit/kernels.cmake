@@ -12,3 +12,8 @@ ravencal_test(NAME kernels_memory_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/kernels_memory_test.cpp ${PROJECT_SOURCE_DIR}/rt_plugin/blob_memory.cpp
   LIBS ravencal::kernels LABELS unit)
 target_include_directories(kernels_memory_test PRIVATE ${PROJECT_SOURCE_DIR})
+
+add_test(NAME Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator
+  COMMAND ${CMAKE_CURRENT_LIST_DIR}/kernels_cross_test ${CMAKE_CURRENT_BINARY_DIR}/aarch64)
+set_tests_properties(Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator PROPERTIES
+  LABELS property TIMEOUT 600 SKIP_RETURN_CODE 77)

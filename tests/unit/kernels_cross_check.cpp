@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// kernels_cross_check: the kernels' promises without a test library, for processors that only a
+// cross compiler and an emulator know. 0: kept; 1: a sentence says which one was not.
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+#include "unit/kernels_network.hpp"
+
+namespace ravencal::kernels_test {
+namespace {
+
+int failures = 0;
+
+void check(bool kept, const char* promise, Precision precision) {
+  if (kept) return;
+  ++failures;
+  std::printf("%s: not kept in precision %d\n", promise, static_cast<int>(precision));
+}
+
+/// Against the double reference: f32 to its own roundings; bf16 and int8 to those of weights of
+/// norm 2 in three layers (2^-9 and 2^-8 of a weight).
+void check_precision(Precision precision, double tolerance) {
+  std::mt19937 random(4);
+  const Network network = paper_like_network({112, 130, 70, 33, 3}, random);
+  const Packed packed(network, precision);
+  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+  for (int i = 0; i < 20; ++i) {
+    std::vector<float> inputs(112);
+    for (float& input : inputs) input = uniform(random);
+    const auto expected = reference_forward(network, inputs);
+    const auto outputs = packed.run(kernels::best_isa(), inputs);
+    double worst = 0.0;
+    for (std::size_t j = 0; j < expected.size(); ++j) {
+      worst = std::max(worst, std::abs(double{outputs[j]} - expected[j]));
+    }
+    check(worst < tolerance, "near the reference", precision);
+    const auto again = packed.run(kernels::best_isa(), inputs);
+    check(std::memcmp(outputs.data(), again.data(), outputs.size() * sizeof(float)) == 0,
+          "the same bits again", precision);
+    inputs[static_cast<std::size_t>(i)] = std::numeric_limits<float>::quiet_NaN();
+    for (const float y : packed.run(kernels::best_isa(), inputs)) {
+      check(std::isnan(y), "NaN from NaN", precision);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ravencal::kernels_test
+
+int main() {
+  using namespace ravencal;
+  kernels_test::check_precision(kernels::Precision::kFloat32, 1e-5);
+  kernels_test::check_precision(kernels::Precision::kBfloat16, 0.05);
+  kernels_test::check_precision(kernels::Precision::kInt8, 0.05);
+  std::printf("%s: %d promises not kept\n", kernels::name_of(kernels::best_isa()),
+              kernels_test::failures);
+  return kernels_test::failures == 0 ? 0 : 1;
+}
