@@ -2,16 +2,11 @@
 #include "quadrature_reader/setup_check.hpp"
 
 #include <fmt/format.h>
-#include <grp.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
 #include "quadrature_reader/axis.hpp"
+#include "quadrature_reader/setup_device.hpp"
 #include "quadrature_reader/sources/source.hpp"
 
 namespace ravencal::quadrature_reader {
@@ -29,7 +24,7 @@ class SetupCheck {
   }
 
   bool run(const SetupOptions& options) {
-    check_realtime_limit();
+    report(realtime_findings());
     for (std::size_t i = 0; i < config_.sources.size() && !stop_(); ++i) check_source(i, options);
     for (const auto& encoder : config_.encoders) check_zero(encoder);
     return good_;
@@ -41,47 +36,35 @@ class SetupCheck {
     say_({verdict, text});
   }
 
-  void check_realtime_limit() {
-    rlimit limit{};
-    getrlimit(RLIMIT_RTPRIO, &limit);
-    if (geteuid() == 0 || limit.rlim_cur > 0) {
-      report(Verdict::kGood, "real-time scheduling is permitted (--realtime-priority)");
-    } else {
-      report(Verdict::kWarning,
-             "real-time scheduling is not permitted: a busy machine may overflow the kernel's "
-             "event queue; add "
-             "'@ravencal - rtprio 50' to /etc/security/limits.d/ravencal.conf or use the systemd "
-             "unit");
-    }
+  /// False if one of the findings is bad.
+  bool report(const std::vector<SetupFinding>& findings) {
+    for (const auto& finding : findings) report(finding.verdict, finding.text);
+    return !any_bad(findings);
   }
 
-  /// False if the device file cannot be used.
-  bool check_device_file(const std::string& path) {
-    struct stat status {};
-    if (::stat(path.c_str(), &status) != 0) {
-      report(Verdict::kBad,
-             fmt::format("{}: {}; is the device plugged in, are the udev rules installed "
-                         "(udev/README.md)?",
-                         path, std::strerror(errno)));
-      return false;
+  /// False if the device cannot be used as it stands.
+  bool check_device(const SourceSettings& settings) {
+    switch (settings.kind) {
+      case SourceKind::kGpio:
+      case SourceKind::kCounter:
+        return report({device_file_finding(settings.device)});
+      case SourceKind::kCan: {
+        const auto link = read_can_link(settings.device);
+        if (link.ok()) return report(can_findings(settings.device, *link));
+        report(Verdict::kBad, link.error().message +
+                                  "; is the adapter plugged in, are the udev rules installed "
+                                  "(udev/README.md)?");
+        return false;
+      }
+      case SourceKind::kReplay:
+        return true;
     }
-    const group* owner = getgrgid(status.st_gid);
-    const std::string name = owner != nullptr ? owner->gr_name : fmt::format("{}", status.st_gid);
-    const std::string found =
-        fmt::format("{}: group {}, mode {:o}", path, name, status.st_mode & 0777U);
-    if (::access(path.c_str(), R_OK | W_OK) != 0) {
-      report(Verdict::kBad,
-             fmt::format("{}: you may not use it; run 'sudo usermod -aG {} $USER' and log in again",
-                         found, name));
-      return false;
-    }
-    report(Verdict::kGood, found);
     return true;
   }
 
   void check_source(std::size_t number, const SetupOptions& options) {
     const SourceSettings& settings = config_.sources[number];
-    if (settings.kind == SourceKind::kGpio && !check_device_file(settings.device)) return;
+    if (!check_device(settings)) return;
     auto source = make_source(settings);
     if (!source.ok()) return report(Verdict::kBad, source.error().message);
     if (const auto status = (*source)->open(); !status.ok())
@@ -105,6 +88,7 @@ class SetupCheck {
       readings.clear();
       const auto status = source.read(readings, std::chrono::milliseconds(10));
       for (const auto& reading : readings) {
+        if (reading.kind == ReadingKind::kNotice) report_stamps(reading.fault);
         if (reading.axis == kEveryAxis) continue;
         Axis& axis = axes_[reading.axis];
         axis.push(reading);
@@ -116,6 +100,18 @@ class SetupCheck {
       }
     }
     return true;
+  }
+
+  void report_stamps(Fault whose) {
+    if (whose == Fault::kStampsHardware) {
+      report(Verdict::kGood, "frames bear the adapter's own time stamps");
+    } else if (whose == Fault::kStampsKernel) {
+      report(Verdict::kGood, "frames bear the kernel's time stamps, the adapter gives none");
+    } else if (whose == Fault::kStampsArrival) {
+      report(Verdict::kWarning,
+             "frames bear no time stamp: they get the time at which they are read, late by the "
+             "machine's scheduling");
+    }
   }
 
   void report_state(std::size_t number, const SourceSettings& settings) {

@@ -3,6 +3,7 @@
 // --check-setup: goes through what must be right before a recording, in words and with remedies.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
