@@ -21,5 +21,7 @@ void add_sign(CLI::App& app, int& exit_code);
 void add_host(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
+void add_suggest(CLI::App& app, int& exit_code);
+void add_prove(CLI::App& app, int& exit_code);
 
 }  // namespace ravencal::commands

@@ -213,6 +213,14 @@ class Maker {
     return is_signed ? sign * s.amplitude : s.amplitude;
   }
 
+  /// Slow motion does not excite everything.
+  [[nodiscard]] bool excited() const {
+    const bool rich = design_.base.motion == MotionKind::kRich;
+    return std::all_of(design_.subjects.begin(), design_.subjects.end(), [rich](const Subject& s) {
+      return rich || s.amplitude == 0.0 || !s.kind->wants_rich;
+    });
+  }
+
   [[nodiscard]] std::string manifest(Json subjects, const Session& all) const {
     Json floors = Json::object();
     for (std::size_t j = 0; j < floors_.size(); ++j) {
@@ -239,6 +247,7 @@ class Maker {
                        {"seeds", {design_.motion_seed, design_.noise_seed, design_.held_out_seed}},
                        {"subjects", std::move(subjects)},
                        {"parameter_off", off},
+                       {"excited", excited()},
                        {"floors", floors}};
     return json.dump(1) + "\n";
   }

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "commands/command.hpp"
+#include "commands/commands.hpp"
+#include "prove/proof.hpp"
+#include "prove/score_proof.hpp"
+#include "prove/tally.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+struct Arguments {
+  prove::ProofOptions proof;
+  std::string out, tool, data, house;
+  std::string until = "score";
+  bool no_leak_test = false;
+  bool check = false;
+};
+
+/// One line of progress per stage; a stage's jobs call from several threads.
+prove::Look progress_of(std::string_view stage) {
+  auto progress = std::make_shared<cli::Progress>(stage);
+  auto mutex = std::make_shared<std::mutex>();
+  return [progress, mutex](double done, std::string_view what) {
+    const std::lock_guard<std::mutex> lock(*mutex);
+    if (done >= 0.0) progress->update(done, what);
+    return !cli::interrupted();
+  };
+}
+
+core::Status run(const Arguments& arguments, int& exit_code) {
+  prove::ProofOptions options = arguments.proof;
+  options.out = arguments.out;
+  options.data = arguments.data;
+  options.house = arguments.house;
+  std::error_code error;
+  options.tool =
+      std::filesystem::canonical(arguments.tool.empty() ? "/proc/self/exe" : arguments.tool, error);
+  if (error)
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: {}", arguments.tool, error.message())};
+  cli::catch_interrupts();
+  options.look = progress_of("prove: making and sealing cases");
+  RAVENCAL_RETURN_IF_ERROR(prove::seal_cases(options));
+  if (arguments.until == "seal") return {};
+  options.look = progress_of("prove: diagnosing");
+  RAVENCAL_RETURN_IF_ERROR(prove::run_cases(options));
+  if (arguments.until == "run") return {};
+  options.look = progress_of("prove: leak test");
+  RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json proof,
+                            prove::score_proof(options, !arguments.no_leak_test));
+  fmt::print("{}", prove::targets_text(proof));
+  const auto& cost = proof["minutes_per_hundred_on_two_cores"];
+  fmt::print(
+      "{} cases, {} without a report; per hundred on two cores {:.1f} min to make, {:.1f} min "
+      "to diagnose\nproof: {}/proof.html\n",
+      proof["cases"].get<int>(), proof["without_report"].get<int>(), cost["generate"].get<double>(),
+      cost["diagnose"].get<double>(), arguments.out);
+  for (const auto& target : proof["targets"]) {
+    if (arguments.check && target["verdict"] == "not met") exit_code = 1;
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_prove(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  prove::ProofOptions& proof = arguments->proof;
+  CLI::App* command =
+      app.add_subcommand("prove", "Try diagnose blind: sealed before the run, scored after it");
+  command
+      ->add_option("--out", arguments->out, "Folder of the proof; the same command goes on in it")
+      ->required();
+  command->add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
+      ->check(CLI::Range(1, 9999))
+      ->capture_default_str();
+  command->add_option("--seed", proof.seed, "Same seed, same cases")->capture_default_str();
+  command->add_option("--duration-s", proof.duration_s, "Length of a recording")
+      ->check(CLI::Range(20.0, 7200.0))
+      ->capture_default_str();
+  command->add_option("--held-out-s", proof.held_out_s, "Length of the one whose figures count")
+      ->check(CLI::Range(10.0, 7200.0))
+      ->capture_default_str();
+  command->add_option("--jobs", proof.jobs, "Cases at the same time")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_option("--limit-s", proof.limit_s, "Ends a diagnosis that takes longer")
+      ->capture_default_str();
+  command->add_option("--data", arguments->data,
+                      "Folder of real recordings: adds ablated and injected cases");
+  command
+      ->add_option("--house", arguments->house,
+                   "Folder with plants/ and profiles/ of the real recordings")
+      ->default_val("tools");
+  command->add_option("--tool", arguments->tool, "Program to try instead of this one");
+  command->add_option("--until", arguments->until, "Stop after this stage")
+      ->check(CLI::IsMember({"seal", "run", "score"}))
+      ->capture_default_str();
+  command->add_flag("--keep-recordings", proof.keep_recordings, "Else removed once diagnosed");
+  command->add_flag("--no-leak-test", arguments->no_leak_test, "Skip it where it was not done yet");
+  command->add_flag("--check", arguments->check, "Exit with 1 if a target is not met");
+  command->footer(
+      "What the cases hide is committed to (seal.json) before the first run, the verdicts\n"
+      "(verdicts.json) before the first manifest is opened; scoring checks every hash.\n"
+      "Example: ravencal prove --out proof --cases 300 --seed 7");
+  on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
+}
+
+}  // namespace ravencal::commands

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prove/proof.hpp"
+
+#include <chrono>
+
+#include "prove/baselines.hpp"
+#include "prove/child.hpp"
+#include "prove/generator/case.hpp"
+#include "prove/parallel.hpp"
+#include "prove/real_cases.hpp"
+#include "prove/seal.hpp"
+#include "prove/workspace.hpp"
+#include "record/recording_reader.hpp"
+#include "record/recording_writer.hpp"
+
+namespace ravencal::prove {
+namespace {
+
+namespace fs = std::filesystem;
+
+core::Error bad(const fs::path& path, const std::string& why) {
+  return {core::ErrorCode::kData, fmt::format("{}: {}", path.string(), why)};
+}
+
+Json settings_of(const ProofOptions& options) {
+  return {{"schema", 1},
+          {"seed", options.seed},
+          {"cases", options.cases},
+          {"duration_s", options.duration_s},
+          {"held_out_s", options.held_out_s},
+          {"real_recordings", !options.data.empty()}};
+}
+
+core::Status begin(const ProofOptions& options) {
+  std::error_code error;
+  for (const char* folder : {"given", "sealed", "verdicts"})
+    fs::create_directories(options.out / folder, error);
+  if (error)
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: {}", options.out.string(), error.message())};
+  const fs::path path = options.out / "prove.json";
+  if (!fs::exists(path)) return core::write_whole_file(path, settings_of(options).dump(1) + "\n");
+  RAVENCAL_ASSIGN_OR_RETURN(const Json before, read_json(path));
+  if (before == settings_of(options)) return {};
+  return core::Error{core::ErrorCode::kUsage,
+                     fmt::format("{}: was begun with other options ({}); go on with those or use "
+                                 "another --out",
+                                 options.out.string(), before.dump())};
+}
+
+/// Writes what the tool gets and commits to what it does not.
+core::Status seal_one(const Workspace& space, int number, CaseFiles files, double generate_s) {
+  const fs::path given = space.given(number);
+  std::error_code error;
+  fs::create_directories(given, error);
+  Json manifest = Json::parse(files.manifest);
+  manifest["case"] = number;
+  manifest["generate_s"] = generate_s;
+  RAVENCAL_RETURN_IF_ERROR(record::write_recording(files.recording, given / "recording.db", true));
+  if (files.held_out.rows() > 0)
+    RAVENCAL_RETURN_IF_ERROR(record::write_recording(files.held_out, given / "held_out.db", true));
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(given / "plant.toml", files.plant));
+  for (const char* name : {"recording.db", "held_out.db", "plant.toml"}) {
+    if (!fs::exists(given / name)) continue;
+    RAVENCAL_ASSIGN_OR_RETURN(manifest["files"][name], sha256_of_file(given / name));
+  }
+  const Json sealed = {{"nonce", fresh_nonce()}, {"manifest", manifest.dump(1)}};
+  return core::write_whole_file(space.sealed(number), sealed.dump(1) + "\n");
+}
+
+core::Result<std::string> commitment_of(const Workspace& space, int number) {
+  RAVENCAL_ASSIGN_OR_RETURN(const Json sealed, read_json(space.sealed(number)));
+  if (!sealed.contains("nonce") || !sealed.contains("manifest"))
+    return bad(space.sealed(number), "has no nonce or no manifest");
+  return commitment(sealed["nonce"].get<std::string>(), sealed["manifest"].get<std::string>());
+}
+
+/// How many cases the folder has: the synthetic ones, then those from real recordings.
+int all_cases(const ProofOptions& options) {
+  return options.cases + (options.data.empty() ? 0 : static_cast<int>(real_cases().size()));
+}
+
+core::Result<CaseFiles> files_of(const ProofOptions& options, int number) {
+  const auto look = [&options] { return !options.look || options.look(-1.0, ""); };
+  if (number >= options.cases) {
+    const RealCase& real = real_cases()[static_cast<std::size_t>(number - options.cases)];
+    return make_real_case(real, options.data, options.house, options.seed);
+  }
+  CaseOptions case_options;
+  case_options.seed = options.seed;
+  case_options.duration_s = options.duration_s;
+  case_options.held_out_s = options.held_out_s;
+  return make_case(draw_case(number, case_options), case_options, look);
+}
+
+core::Status write_seal(const ProofOptions& options, const Workspace& space) {
+  Json commitments = Json::array();
+  for (int i = 0; i < all_cases(options); ++i) {
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string hash, commitment_of(space, i));
+    commitments.push_back(hash);
+  }
+  const fs::path path = options.out / "seal.json";
+  if (fs::exists(path)) {
+    RAVENCAL_ASSIGN_OR_RETURN(const Json before, read_json(path));
+    if (before.value("commitments", Json()) == commitments) return {};
+    return bad(path, "the cases are not those that were sealed; begin again in another folder");
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string tool, sha256_of_file(options.tool));
+  const Json seal = {{"schema", 1},
+                     {"merkle_root", merkle_root(commitments.get<std::vector<std::string>>())},
+                     {"tool_sha256", tool},
+                     {"commitments", commitments}};
+  return core::write_whole_file(path, seal.dump(1) + "\n");
+}
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+core::Status seal_cases(const ProofOptions& options) {
+  RAVENCAL_RETURN_IF_ERROR(begin(options));
+  const Workspace space{options.out};
+  const auto count = static_cast<std::size_t>(all_cases(options));
+  std::atomic<std::size_t> done{0};
+  const core::Status finished =
+      in_parallel(count, options.jobs, [&](std::size_t i) -> core::Status {
+        const int number = static_cast<int>(i);
+        if (!fs::exists(space.sealed(number))) {
+          const auto start = Clock::now();
+          RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, files_of(options, number));
+          RAVENCAL_RETURN_IF_ERROR(seal_one(space, number, std::move(files), seconds_since(start)));
+        }
+        const double share = static_cast<double>(++done) / static_cast<double>(count);
+        if (options.look && !options.look(share, fmt::format("case {} of {}", done.load(), count)))
+          return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+        return {};
+      });
+  RAVENCAL_RETURN_IF_ERROR(finished);
+  return write_seal(options, space);
+}
+
+namespace {
+
+core::Status run_one(const ProofOptions& options, const Workspace& space, int number) {
+  const fs::path given = space.given(number);
+  ChildOptions child;
+  child.command = {options.tool.string(),
+                   "diagnose",
+                   "recording.db",
+                   "--plant",
+                   "plant.toml",
+                   "--out",
+                   "out",
+                   "--json",
+                   "verdict.json",
+                   "--threads",
+                   "1"};
+  child.given = {{given / "recording.db", "recording.db"}, {given / "plant.toml", "plant.toml"}};
+  if (fs::exists(given / "held_out.db")) {
+    child.given.emplace_back(given / "held_out.db", "held_out.db");
+    child.command.insert(child.command.end(), {"--held-out", "held_out.db"});
+  }
+  child.wanted = {"verdict.json"};
+  child.limit_s = options.limit_s;
+  child.look = [&options] { return !options.look || options.look(-1.0, ""); };
+  Json inputs;
+  for (const auto& [path, name] : child.given) {
+    RAVENCAL_ASSIGN_OR_RETURN(inputs[name], sha256_of_file(path));
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const ChildResult result, run_child(child));
+  Json verdict = {{"case", number},
+                  {"exit_code", result.exit_code},
+                  {"timed_out", result.timed_out},
+                  {"wall_s", result.wall_s},
+                  {"inputs", inputs},
+                  {"report", nullptr}};
+  if (!result.files.empty()) {
+    const Json report = Json::parse(result.files.front().second, nullptr, false);
+    if (!report.is_discarded()) verdict["report"] = report;
+  }
+  if (verdict["report"].is_null()) verdict["log"] = result.log;
+  if (number < options.cases) {
+    RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                              record::read_recording(given / "recording.db"));
+    CaseOptions case_options;
+    case_options.seed = options.seed;
+    case_options.duration_s = options.duration_s;
+    RAVENCAL_ASSIGN_OR_RETURN(const record::Recording held_out,
+                              record::read_recording(given / "held_out.db"));
+    verdict["baselines"] =
+        run_baselines(recording, held_out, draw_case(number, case_options).nominal);
+  }
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(
+      space.verdict(number), verdict.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"));
+  std::error_code ignored;
+  if (!options.keep_recordings) {
+    for (const char* name : {"recording.db", "held_out.db"}) fs::remove(given / name, ignored);
+  }
+  return {};
+}
+
+}  // namespace
+
+core::Status run_cases(const ProofOptions& options) {
+  const Workspace space{options.out};
+  RAVENCAL_ASSIGN_OR_RETURN(const Json seal, read_json(options.out / "seal.json"));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string tool, sha256_of_file(options.tool));
+  const auto count = static_cast<std::size_t>(all_cases(options));
+  std::vector<int> open;
+  for (int i = 0; i < static_cast<int>(count); ++i)
+    if (!fs::exists(space.verdict(i))) open.push_back(i);
+  if (!open.empty() && seal.value("tool_sha256", "") != tool) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: is another program than the one that was sealed; a changed "
+                                   "tool needs a fresh seal in another --out",
+                                   options.tool.string())};
+  }
+  std::atomic<std::size_t> done{0};
+  const core::Status finished =
+      in_parallel(open.size(), options.jobs, [&](std::size_t i) -> core::Status {
+        RAVENCAL_RETURN_IF_ERROR(run_one(options, space, open[i]));
+        const double share = static_cast<double>(++done) / static_cast<double>(open.size());
+        if (options.look &&
+            !options.look(share, fmt::format("{} of {} cases", done.load(), open.size())))
+          return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+        return {};
+      });
+  RAVENCAL_RETURN_IF_ERROR(finished);
+  const fs::path path = options.out / "verdicts.json";
+  if (fs::exists(path)) return {};
+  Json hashes = Json::array();
+  for (int i = 0; i < static_cast<int>(count); ++i) {
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string hash, sha256_of_file(space.verdict(i)));
+    hashes.push_back(hash);
+  }
+  const Json sealed = {{"schema", 1},
+                       {"merkle_root", merkle_root(hashes.get<std::vector<std::string>>())},
+                       {"hashes", hashes}};
+  return core::write_whole_file(path, sealed.dump(1) + "\n");
+}
+
+core::Result<std::vector<OpenedCase>> open_cases(const fs::path& out) {
+  const Workspace space{out};
+  RAVENCAL_ASSIGN_OR_RETURN(const Json seal, read_json(out / "seal.json"));
+  RAVENCAL_ASSIGN_OR_RETURN(const Json said, read_json(out / "verdicts.json"));
+  const auto commitments = seal.value("commitments", std::vector<std::string>());
+  const auto hashes = said.value("hashes", std::vector<std::string>());
+  if (merkle_root(commitments) != seal.value("merkle_root", ""))
+    return bad(out / "seal.json", "the Merkle root is not that of its commitments");
+  if (merkle_root(hashes) != said.value("merkle_root", ""))
+    return bad(out / "verdicts.json", "the Merkle root is not that of its hashes");
+  if (hashes.size() != commitments.size())
+    return bad(out / "verdicts.json", "has another number of cases than the seal");
+  std::vector<OpenedCase> cases;
+  for (int i = 0; i < static_cast<int>(hashes.size()); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    OpenedCase opened;
+    opened.number = i;
+    RAVENCAL_ASSIGN_OR_RETURN(opened.verdict, core::read_whole_file(space.verdict(i)));
+    if (sha256(opened.verdict) != hashes[n])
+      return bad(space.verdict(i), "was changed after it was sealed");
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string hash, commitment_of(space, i));
+    if (hash != commitments[n])
+      return bad(space.sealed(i), "is not what was committed to before the run");
+    RAVENCAL_ASSIGN_OR_RETURN(const Json sealed, read_json(space.sealed(i)));
+    opened.manifest = sealed["manifest"].get<std::string>();
+    const Json manifest = Json::parse(opened.manifest, nullptr, false);
+    const Json verdict = Json::parse(opened.verdict, nullptr, false);
+    if (manifest.is_discarded() || verdict.is_discarded() || verdict.value("case", -1) != i ||
+        manifest.value("case", -1) != i ||
+        nlohmann::json(verdict.value("inputs", Json())) !=
+            nlohmann::json(manifest.value("files", Json())))
+      return bad(space.verdict(i), "was not made from the files of this case");
+    cases.push_back(std::move(opened));
+  }
+  return cases;
+}
+
+}  // namespace ravencal::prove

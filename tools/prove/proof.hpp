@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The blind proof as a folder that can be stopped and gone on with: seal the cases, run the tool on
+// each, seal its verdicts, open, check every hash, score.
+//
+//   prove.json            seed, number of cases, durations: what makes the cases
+//   given/N/              recording.db, held_out.db, plant.toml: all that the tool gets
+//   sealed/N.json         nonce and manifest: what is hidden
+//   seal.json             commitments, Merkle root, hash of the tool: written before the first run
+//   verdicts/N.json       the tool's report and the baselines'
+//   verdicts.json         their hashes and Merkle root: written before the first manifest is read
+//   leak.json             whether recordings give away by their form what they hide
+//   proof.json, proof.html
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ravencal::prove {
+
+/// Told how far a stage is ([0, 1]); false stops (kUsage), and the folder stays valid.
+using Look = std::function<bool(double done, std::string_view what)>;
+
+struct ProofOptions {
+  std::filesystem::path out;
+  int cases = 300;
+  std::uint64_t seed = 1;
+  double duration_s = 240.0, held_out_s = 90.0;
+  unsigned jobs = 2;
+  std::filesystem::path tool;   ///< program with the command `diagnose`
+  double limit_s = 600.0;       ///< for one diagnosis
+  std::filesystem::path data;   ///< real recordings; empty: the synthetic track only
+  std::filesystem::path house;  ///< folder with plants/ and profiles/ of the real recordings
+  bool keep_recordings = false;
+  Look look;
+};
+
+/// What one case hides, as committed.
+struct SealedCase {
+  std::string nonce;
+  std::string manifest;  ///< JSON text, byte for byte as hashed
+};
+
+/// Makes the cases that are missing, then seal.json. Errors: kUsage if the folder was begun with
+/// other options, kData if a case no longer fits its seal.
+core::Status seal_cases(const ProofOptions& options);
+/// Runs the tool on cases without a verdict, then seals the verdicts.
+core::Status run_cases(const ProofOptions& options);
+
+/// Everything after both seals, hashes checked. Errors: kData names the first case or verdict that
+/// differs from its seal.
+struct OpenedCase {
+  int number = 0;
+  std::string manifest, verdict;  ///< JSON texts
+};
+core::Result<std::vector<OpenedCase>> open_cases(const std::filesystem::path& out);
+
+/// Figures of the minutes it took: case generation and diagnosis per hundred cases, two cores.
+struct ProofCost {
+  double generate_s = 0.0, diagnose_s = 0.0;  ///< sums over cases, one core
+};
+
+}  // namespace ravencal::prove

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cases from real recordings. Ablated: a term that the real robot has is not in the plant, and its
+// name and the value that others published must come back. Injected: a known effect is added to a
+// real recording's own motion and noise.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "prove/generator/case.hpp"
+
+namespace ravencal::prove {
+
+struct RealCase {
+  std::string track;           ///< "ablated" or "injected"
+  std::string set, recording;  ///< folder and file below the data; profile and plant are `set`.toml
+  std::string plant_addition;  ///< effects that the plant keeps; TOML, of its last joint
+  std::string id, joint, from, stage;
+  std::string parameter;  ///< as reported; empty: no published value
+  double value = 0.0;     ///< published (ablated) or added (injected)
+  double order = 0.0;     ///< of an injected wave, per joint unit
+  std::string source;     ///< whose value it is
+};
+
+const std::vector<RealCase>& real_cases();
+
+/// Errors: kIo or kData where recording, profile or plant cannot be read.
+core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesystem::path& data,
+                                       const std::filesystem::path& house, std::uint64_t seed);
+
+}  // namespace ravencal::prove

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prove/score_proof.hpp"
+
+#include "prove/leak.hpp"
+#include "prove/proof_html.hpp"
+#include "prove/tally.hpp"
+#include "prove/workspace.hpp"
+
+namespace ravencal::prove {
+
+core::Result<Json> score_proof(const ProofOptions& options, bool with_leak_test) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<OpenedCase> cases, open_cases(options.out));
+  std::vector<CaseScore> scores;
+  for (const OpenedCase& opened : cases) {
+    RAVENCAL_ASSIGN_OR_RETURN(CaseScore score, score_case(opened));
+    scores.push_back(std::move(score));
+  }
+  Json proof = tally(scores);
+  RAVENCAL_ASSIGN_OR_RETURN(const Json seal, read_json(options.out / "seal.json"));
+  proof["seal"] = {{"merkle_root", seal.value("merkle_root", "")},
+                   {"tool_sha256", seal.value("tool_sha256", "")},
+                   {"every_hash_checked", true},
+                   {"seed", options.seed}};
+  const auto path = options.out / "leak.json";
+  if (with_leak_test && !std::filesystem::exists(path)) {
+    RAVENCAL_ASSIGN_OR_RETURN(const Json leak, leak_test(options));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(path, leak.dump(1) + "\n"));
+  }
+  if (std::filesystem::exists(path)) {
+    RAVENCAL_ASSIGN_OR_RETURN(proof["leak_test"], read_json(path));
+  }
+  RAVENCAL_RETURN_IF_ERROR(
+      core::write_whole_file(options.out / "proof.json", proof.dump(1) + "\n"));
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(options.out / "proof.html", proof_html(proof)));
+  return proof;
+}
+
+}  // namespace ravencal::prove

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "prove/proof.hpp"
+
+namespace ravencal::prove {
+
+/// Opens the cases, checks every hash, scores, and writes proof.json and proof.html. The leak test
+/// runs once and is kept. Errors: kData where anything differs from its seal.
+core::Result<nlohmann::ordered_json> score_proof(const ProofOptions& options, bool with_leak_test);
+
+}  // namespace ravencal::prove
