@@ -30,6 +30,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"shared/model", {"core", "record", "model"}},
     {"shared/physics", {"core", "physics"}},
     {"rt_plugin", {"core", "model", "ravencal", "rt_plugin"}},
+    {"rt_plugin/integration", {"ravencal"}},
     {"rt_plugin/kernels", {"model", "kernels"}},
     {"quadrature_reader", {"core", "record", "cli", "quadrature_reader"}},
     {"tools", {"core", "cli", "commands"}},

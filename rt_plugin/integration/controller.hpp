@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ties the plugin to the RAVEN-II controller (r2_control): fills ravencal_state from the
+// controller's own structures and writes the corrected joints back. A template over the
+// controller's device type: it compiles against the controller's headers and includes none of them.
+// Plain C++98, no libraries but libdl. README.md says which lines go where.
+//
+// Threads: open, close, load: not the real-time thread, and not while it calls the others.
+// correct, uncorrect, restore, observe: the real-time thread; bounded, no allocation, no lock.
+// An adapter that is not open, or whose open failed, changes nothing.
+#ifndef RAVENCAL_CONTROLLER_HPP
+#define RAVENCAL_CONTROLLER_HPP
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "ravencal/plugin.h"
+
+namespace ravencal {
+
+// Where the Jacobian's velocities come from, which the controller publishes twice, as jac_vel and
+// as jac_f: mechanism::r2_jac of the versions since September 2016.
+struct PublishedJacobian {
+  template <typename Mechanism>
+  static void read(Mechanism& mechanism, float (&velocity)[6]) {
+    mechanism.r2_jac.get_vel(velocity);
+  }
+};
+
+// For older controllers, whose mechanisms have no r2_jac and whose message has no jac_vel.
+struct NoJacobian {
+  template <typename Mechanism>
+  static void read(Mechanism&, float (&velocity)[6]) {
+    for (int i = 0; i < 6; ++i) velocity[i] = 0.0F;
+  }
+};
+
+// One arm, as the controller and as raven_state name it.
+struct ArmSettings {
+  // mechanism::type: GOLD_ARM or GREEN_ARM of the controller's defines.h.
+  int type;
+  // Slot of the arm's joints in raven_state, and of the model's training recordings: 0 gold, 1
+  // green.
+  int message_slot;
+};
+
+struct ControllerSettings {
+  const char* plugin;      // path of libravencal_plugin.so
+  const char* weights;     // path of the blob; null: none yet, see load
+  const char* telemetry;   // name for `ravencal monitor`, like "/ravencal-left"; null: none
+  ArmSettings calibrated;  // the arm with the external encoders
+  ArmSettings other;
+  int mechanisms;  // how many of robot_device::mech are in use: NUM_MECH or num_mechs
+  // raven_state takes pose, desired pose, grasp, type and Jacobian of its slot i from mech[i],
+  // whose order is that of the USB boards' names: on the CRTK branch slot 0 holds the poses of the
+  // green arm beside the joints of the gold one. 1: the plugin sees these fields as they are
+  // published, which is what a model was trained on. 0: each arm's own.
+  int poses_as_published;
+};
+
+template <typename Device, typename Jacobian = PublishedJacobian>
+class ControllerAdapter {
+ public:
+  ControllerAdapter() : library_(0), api_(0), instance_(0), storage_(0), saved_(0) {
+    memset(&state_, 0, sizeof state_);
+    memset(&output_, 0, sizeof output_);
+    state_.struct_size = sizeof state_;
+    output_.struct_size = sizeof output_;
+    error_[0] = '\0';
+  }
+  ~ControllerAdapter() { close(); }
+
+  // Loads the plugin and the weights and asks for the correction. False: error() says why, and the
+  // controller runs as if nothing had been added.
+  bool open(const ControllerSettings& settings) {
+    close();
+    settings_ = settings;
+    if (load_library() && create_instance() && (settings.weights == 0 || load(settings.weights))) {
+      api_->enable(instance_, 1);
+      return true;
+    }
+    close();
+    return false;
+  }
+
+  // New weights, also while the real-time thread runs; they are faded in. False: error() says why,
+  // and the old ones stay.
+  bool load(const char* weights) {
+    if (instance_ == 0) return fail("the plugin is not open", "");
+    if (api_->load(instance_, weights) == RAVENCAL_SUCCESS) return true;
+    return fail(api_->last_error(instance_), "");
+  }
+
+  // Fades the correction in (1) or out (0). Any thread.
+  void enable(int on) {
+    if (instance_ != 0) api_->enable(instance_, on);
+  }
+
+  // Only when the real-time thread has stopped.
+  void close() {
+    if (instance_ != 0) api_->destroy(instance_);
+    instance_ = 0;
+    free(storage_);
+    storage_ = 0;
+    api_ = 0;
+    if (library_ != 0) dlclose(library_);
+    library_ = 0;
+  }
+
+  bool is_open() const { return instance_ != 0; }
+  const char* error() const { return error_; }
+  const ravencal_api* api() const { return api_; }
+  ravencal_instance* instance() const { return instance_; }
+  // As handed to the plugin last.
+  const ravencal_state& state() const { return state_; }
+  const ravencal_output& output() const { return output_; }
+
+  static int64_t monotonic_ns() {
+    timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<int64_t>(now.tv_sec) * 1000000000 + now.tv_nsec;
+  }
+
+  // The hook: after the forward cable coupling, before the forward kinematics. Replaces jpos of
+  // joints 1 to 3 of the calibrated arm. `sublevel` is what raven_state publishes under that name.
+  // Returns what the plugin's step returned; RAVENCAL_BYPASS if there is no such arm.
+  int correct(Device& device, int runlevel, int sublevel, int last_sequence,
+              int64_t t_ns = monotonic_ns()) {
+    if (instance_ == 0 || find(device, settings_.calibrated.type) == 0) return RAVENCAL_BYPASS;
+    fill(device, runlevel, sublevel, last_sequence, t_ns);
+    const int status = api_->step(instance_, &state_, &output_);
+    if (status < 0) return status;
+    for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
+      if (Joint* joint = find_joint(device, slot)) joint->jpos = output_.jpos_ji[slot];
+    }
+    return status;
+  }
+
+  // Before and after the inverse cable coupling, which turns jpos_d into mpos_d: takes the
+  // correction out of jpos_d of the calibrated arm, and puts back what was there, bit for bit.
+  void uncorrect(Device& device) {
+    if (instance_ == 0 || saved_ != 0) return;
+    float desired_ji[RAVENCAL_JOINTS] = {0.0F, 0.0F, 0.0F};
+    for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
+      const Joint* joint = find_joint(device, slot);
+      if (joint == 0) return;
+      desired_ji[slot] = joint->jpos_d;
+    }
+    float uncorrected_ji[RAVENCAL_JOINTS];
+    api_->uncorrect_desired(instance_, desired_ji, uncorrected_ji);
+    for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
+      saved_ji_[slot] = desired_ji[slot];
+      find_joint(device, slot)->jpos_d = uncorrected_ji[slot];
+    }
+    saved_ = 1;
+  }
+  void restore(Device& device) {
+    if (saved_ == 0) return;
+    saved_ = 0;
+    for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
+      if (Joint* joint = find_joint(device, slot)) joint->jpos_d = saved_ji_[slot];
+    }
+  }
+
+  // Where raven_state is published, at the end of every cycle: the same arguments as at the hook.
+  void observe(Device& device, int runlevel, int sublevel, int last_sequence) {
+    if (instance_ == 0) return;
+    fill(device, runlevel, sublevel, last_sequence, state_.t_ns);
+    api_->observe_cycle_end(instance_, &state_);
+  }
+
+ private:
+  ControllerAdapter(const ControllerAdapter&);
+  ControllerAdapter& operator=(const ControllerAdapter&);
+
+  // The controller's own types; C++98 has no decltype.
+  typedef __typeof__(static_cast<Device*>(0)->mech[0]) Mechanism;
+  typedef __typeof__(static_cast<Mechanism*>(0)->joint[0]) Joint;
+  enum { kJointReady = 4 };  // jstate_ready of the controller's DS0.h
+
+  bool fail(const char* what, const char* more) {
+    snprintf(error_, sizeof error_, "%s%s", what, more);
+    return false;
+  }
+
+  bool load_library() {
+    library_ = dlopen(settings_.plugin, RTLD_NOW | RTLD_LOCAL);
+    if (library_ == 0) return fail("the plugin cannot be loaded: ", dlerror());
+    // An object pointer is turned into a function pointer as POSIX prescribes for dlsym.
+    ravencal_plugin_entry_fn entry = 0;
+    *reinterpret_cast<void**>(&entry) = dlsym(library_, "ravencal_plugin_entry");
+    if (entry == 0) return fail(settings_.plugin, " is not a ravencal plugin");
+    api_ = entry(RAVENCAL_ABI_MAJOR);
+    if (api_ == 0 || api_->struct_size < sizeof(ravencal_api)) {
+      return fail(settings_.plugin, " was built for another version of ravencal/plugin.h");
+    }
+    return true;
+  }
+
+  bool create_instance() {
+    ravencal_config config;
+    memset(&config, 0, sizeof config);
+    config.struct_size = sizeof config;
+    api_->default_config(&config);
+    if (settings_.telemetry != 0) {
+      strncpy(config.telemetry_name, settings_.telemetry, sizeof config.telemetry_name - 1);
+    }
+    if (posix_memalign(&storage_, api_->storage_alignment(), api_->storage_size()) != 0) {
+      storage_ = 0;
+      return fail("no memory for the plugin", "");
+    }
+    const int code = api_->create(&config, storage_, api_->storage_size(), &instance_);
+    if (code == RAVENCAL_SUCCESS) return true;
+    instance_ = 0;
+    snprintf(error_, sizeof error_,
+             "the plugin refuses its configuration (code %d, telemetry '%s')", code,
+             config.telemetry_name);
+    return false;
+  }
+
+  Mechanism* find(Device& device, int type) const {
+    for (int i = 0; i < settings_.mechanisms; ++i) {
+      if (static_cast<int>(device.mech[i].type) == type) return &device.mech[i];
+    }
+    return 0;
+  }
+
+  Joint* find_joint(Device& device, int slot) const {
+    Mechanism* const mechanism = find(device, settings_.calibrated.type);
+    for (int i = 0; mechanism != 0 && i < RAVENCAL_SLOTS; ++i) {
+      if (slot_of(mechanism->joint[i]) == slot) return &mechanism->joint[i];
+    }
+    return 0;
+  }
+
+  // DOF::type counts the joints of all arms, eight for each.
+  static int slot_of(const Joint& joint) { return static_cast<int>(joint.type) % RAVENCAL_SLOTS; }
+
+  void fill(Device& device, int runlevel, int sublevel, int last_sequence, int64_t t_ns) {
+    memset(state_.arm, 0, sizeof state_.arm);
+    state_.runlevel = runlevel;
+    state_.sublevel = sublevel;
+    state_.last_seq = last_sequence;
+    state_.t_ns = t_ns;
+    fill_arm(device, settings_.calibrated, state_.arm[0]);
+    fill_arm(device, settings_.other, state_.arm[1]);
+  }
+
+  void fill_arm(Device& device, const ArmSettings& settings, ravencal_arm& arm) const {
+    Mechanism* const own = find(device, settings.type);
+    if (own != 0) fill_joints(*own, arm);
+    Mechanism* posed = own;
+    if (settings_.poses_as_published != 0) {
+      const bool exists =
+          settings.message_slot >= 0 && settings.message_slot < settings_.mechanisms;
+      posed = exists ? &device.mech[settings.message_slot] : 0;
+    }
+    if (posed != 0) fill_pose(*posed, arm);
+  }
+
+  static void fill_joints(const Mechanism& mechanism, ravencal_arm& arm) {
+    for (int i = 0; i < RAVENCAL_SLOTS; ++i) {
+      const Joint& joint = mechanism.joint[i];
+      const int slot = slot_of(joint);
+      arm.enc_counts[slot] = joint.enc_val;
+      arm.enc_offset_counts[slot] = joint.enc_offset;
+      arm.dac_counts[slot] = joint.current_cmd;
+      arm.tau_n_m[slot] = joint.tau_d;
+      arm.mpos_rad[slot] = joint.mpos;
+      arm.mpos_d_rad[slot] = joint.mpos_d;
+      arm.mvel_rad_per_s[slot] = joint.mvel;
+      arm.jpos_ji[slot] = joint.jpos;
+      arm.jpos_d_ji[slot] = joint.jpos_d;
+      arm.jvel_ji[slot] = joint.jvel;
+      if (static_cast<int>(joint.state) == kJointReady) arm.joints_ready |= 1U << slot;
+    }
+  }
+
+  static void fill_pose(Mechanism& mechanism, ravencal_arm& arm) {
+    arm.type = mechanism.type;
+    arm.pos_um[0] = mechanism.pos.x;
+    arm.pos_um[1] = mechanism.pos.y;
+    arm.pos_um[2] = mechanism.pos.z;
+    arm.pos_d_um[0] = mechanism.pos_d.x;
+    arm.pos_d_um[1] = mechanism.pos_d.y;
+    arm.pos_d_um[2] = mechanism.pos_d.z;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        arm.ori[3 * row + column] = mechanism.ori.R[row][column];
+        arm.ori_d[3 * row + column] = mechanism.ori_d.R[row][column];
+      }
+    }
+    arm.grasp_d_rad = static_cast<float>(mechanism.ori_d.grasp) / 1000.0F;  // held in mrad
+    Jacobian::read(mechanism, arm.jac_vel);
+    memcpy(arm.jac_f, arm.jac_vel, sizeof arm.jac_f);
+  }
+
+  void* library_;
+  const ravencal_api* api_;
+  ravencal_instance* instance_;
+  void* storage_;
+  ControllerSettings settings_;
+  ravencal_state state_;
+  ravencal_output output_;
+  float saved_ji_[RAVENCAL_JOINTS];  // jpos_d between uncorrect and restore
+  int saved_;
+  char error_[256];
+};
+
+// For the length of a scope, jpos_d without the correction.
+template <typename Adapter, typename Device>
+class UncorrectedDesired {
+ public:
+  UncorrectedDesired(Adapter& adapter, Device& device) : adapter_(adapter), device_(device) {
+    adapter_.uncorrect(device_);
+  }
+  ~UncorrectedDesired() { adapter_.restore(device_); }
+
+ private:
+  UncorrectedDesired(const UncorrectedDesired&);
+  UncorrectedDesired& operator=(const UncorrectedDesired&);
+  Adapter& adapter_;
+  Device& device_;
+};
+
+}  // namespace ravencal
+
+#endif  // RAVENCAL_CONTROLLER_HPP

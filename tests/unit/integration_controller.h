@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A controller in miniature, built once per branch and language standard, as the tests drive it. */
+#ifndef RAVENCAL_TESTS_INTEGRATION_CONTROLLER_H
+#define RAVENCAL_TESTS_INTEGRATION_CONTROLLER_H
+
+#include <stddef.h>
+
+#include "ravencal/plugin.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CONTROLLER_WITHOUT 0  /* as it was before any line was added */
+#define CONTROLLER_WITH 1     /* with the lines */
+#define CONTROLLER_ONE_WAY 2  /* with the lines but those of the inverse path */
+
+typedef struct controller_setup {
+  int lines;             /* CONTROLLER_* */
+  const char* plugin;    /* null: the plugin is not opened */
+  const char* weights;
+  const char* telemetry;
+  int green;             /* 1: the green arm is the calibrated one */
+} controller_setup;
+
+typedef struct controller controller;
+
+typedef struct controller_api {
+  const char* branch;
+  controller* (*start)(const controller_setup* setup);
+  const char* (*error)(const controller* self);
+  /* One millisecond at that run level. */
+  void (*cycle)(controller* self, int runlevel);
+  void (*begin_homing)(controller* self);
+  void (*enable)(controller* self, int on);
+  int (*load)(controller* self, const char* weights);
+  /* raven_state as it was published last, 240 values in the order of the catalogue, gold first. */
+  void (*published)(const controller* self, double message[240]);
+  /* The same values as they were at the hook, with the mechanism that each belongs to. */
+  const ravencal_state* (*seen)(const controller* self);
+  const ravencal_output* (*output)(const controller* self);
+  const void* (*device)(const controller* self, size_t* bytes);
+  /* Of the calibrated arm's first three joints. */
+  void (*motors)(const controller* self, float mpos[3], float mpos_d[3]);
+  void (*joints)(const controller* self, float jpos[3], float jpos_d[3]);
+  void (*stop)(controller* self);
+} controller_api;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
