@@ -11,63 +11,62 @@ namespace {
 using core::RavenField;
 using Kind = ChannelReader::Kind;
 
-constexpr float kMetresPerMicrometre = 1e-6F;
+constexpr double kMetresPerMicrometre = 1e-6;
 
 /// Where a field lies: in ravencal_arm, or in ravencal_state if it is not per arm.
 struct FieldPlace {
   Kind kind = Kind::kTime;
-  bool latched = false;
   std::size_t offset = 0;
-  float to_si = 1.0F;
+  double to_si = 1.0;
   bool position = false;
 };
 
 FieldPlace place_of(RavenField field) noexcept {
   switch (field) {
     case RavenField::kTime:
-      return {Kind::kTime, false, 0};
+      return {Kind::kTime, 0};
     case RavenField::kRunlevel:
-      return {Kind::kInt32, false, offsetof(ravencal_state, runlevel)};
+      return {Kind::kInt32, offsetof(ravencal_state, runlevel)};
     case RavenField::kSublevel:
-      return {Kind::kInt32, false, offsetof(ravencal_state, sublevel)};
+      return {Kind::kInt32, offsetof(ravencal_state, sublevel)};
     case RavenField::kLastSeq:
-      return {Kind::kInt32, false, offsetof(ravencal_state, last_seq)};
+      return {Kind::kInt32, offsetof(ravencal_state, last_seq)};
     case RavenField::kType:
-      return {Kind::kInt32, false, offsetof(ravencal_arm, type)};
+      return {Kind::kInt32, offsetof(ravencal_arm, type)};
     case RavenField::kJpos:
-      return {Kind::kFloat, false, offsetof(ravencal_arm, jpos_ji), 1.0F, true};
+      return {Kind::kFloat, offsetof(ravencal_arm, jpos_ji), 1.0, true};
     case RavenField::kMpos:
-      return {Kind::kFloat, false, offsetof(ravencal_arm, mpos_rad), 1.0F, true};
+      return {Kind::kFloat, offsetof(ravencal_arm, mpos_rad), 1.0, true};
     case RavenField::kEncVals:
-      return {Kind::kInt32, false, offsetof(ravencal_arm, enc_counts), 1.0F, true};
+      return {Kind::kInt32, offsetof(ravencal_arm, enc_counts), 1.0, true};
     case RavenField::kEncOffsets:
-      return {Kind::kInt32, false, offsetof(ravencal_arm, enc_offset_counts)};
+      return {Kind::kInt32, offsetof(ravencal_arm, enc_offset_counts)};
     case RavenField::kMvel:
-      return {Kind::kFloat, false, offsetof(ravencal_arm, mvel_rad_per_s)};
+      return {Kind::kFloat, offsetof(ravencal_arm, mvel_rad_per_s)};
     case RavenField::kJvel:
-      return {Kind::kFloat, false, offsetof(ravencal_arm, jvel_ji)};
+      return {Kind::kFloat, offsetof(ravencal_arm, jvel_ji)};
     case RavenField::kPos:
-      return {Kind::kInt32, true, offsetof(ravencal_arm, pos_um), kMetresPerMicrometre, true};
+      return {Kind::kInt32, offsetof(ravencal_arm, pos_um), kMetresPerMicrometre, true};
     case RavenField::kOri:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, ori), 1.0F, true};
+      return {Kind::kFloat, offsetof(ravencal_arm, ori), 1.0, true};
     case RavenField::kPosD:
-      return {Kind::kInt32, true, offsetof(ravencal_arm, pos_d_um), kMetresPerMicrometre};
+      return {Kind::kInt32, offsetof(ravencal_arm, pos_d_um), kMetresPerMicrometre};
     case RavenField::kOriD:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, ori_d)};
+      return {Kind::kFloat, offsetof(ravencal_arm, ori_d)};
     case RavenField::kDac:
-      return {Kind::kInt32, true, offsetof(ravencal_arm, dac_counts)};
+      return {Kind::kInt32, offsetof(ravencal_arm, dac_counts)};
     case RavenField::kTau:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, tau_n_m)};
+      return {Kind::kFloat, offsetof(ravencal_arm, tau_n_m)};
     case RavenField::kMposD:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, mpos_d_rad)};
+      return {Kind::kFloat, offsetof(ravencal_arm, mpos_d_rad)};
     case RavenField::kJposD:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, jpos_d_ji)};
+      return {Kind::kFloat, offsetof(ravencal_arm, jpos_d_ji)};
     case RavenField::kGraspD:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, grasp_d_rad)};
+      return {Kind::kFloat, offsetof(ravencal_arm, grasp_d_rad)};
     case RavenField::kJacVel:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, jac_vel)};
+      return {Kind::kFloat, offsetof(ravencal_arm, jac_vel)};
     case RavenField::kJacF:
-      return {Kind::kFloat, true, offsetof(ravencal_arm, jac_f)};
+      return {Kind::kFloat, offsetof(ravencal_arm, jac_f)};
   }
   return {};
 }
@@ -95,7 +94,8 @@ ChannelReader reader_of(std::size_t catalogue_index) noexcept {
   if (core::info_of(at.field).per_arm) {
     offset += offsetof(ravencal_state, arm) + at.arm * sizeof(ravencal_arm);
   }
-  return {place.kind, place.latched, static_cast<std::uint16_t>(offset), place.to_si};
+  return {place.kind, core::is_cycle_old_at_hook(at.field), static_cast<std::uint16_t>(offset),
+          place.to_si};
 }
 
 bool is_position(std::size_t catalogue_index) noexcept {
@@ -118,7 +118,8 @@ void gather(std::span<const ChannelReader> readers, const ravencal_state& curren
         break;
       case Kind::kInt32:
         std::memcpy(&integer, from, sizeof integer);
-        values[i] = static_cast<float>(integer) * reader.to_si;
+        // In double precision, as a recording is read: the same bits.
+        values[i] = static_cast<float>(integer * reader.to_si);
         break;
       case Kind::kTime:
         values[i] = time_s;

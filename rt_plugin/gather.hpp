@@ -20,7 +20,7 @@ struct ChannelReader {
   Kind kind = Kind::kFloat;
   bool latched = false;      ///< read from the last published state
   std::uint16_t offset = 0;  ///< bytes into ravencal_state
-  float to_si = 1.0F;
+  double to_si = 1.0;
 };
 
 /// Reader of the channel with that catalogue index (core/catalogue.hpp, below kCatalogueSize).

@@ -68,8 +68,9 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   decision.doubts = self.guards.inspect(state);
   if (self.overruns.exhausted()) decision.doubts |= RAVENCAL_DOUBT_OVERRUN;
   if ((decision.doubts & RAVENCAL_DOUBT_TIME) != 0) self.models.forget_history();
-  decision.swapped =
-      self.models.advance({state, self.published, seconds_since_armed(self, state.t_ns)});
+  // Before the first published state, that at the hook is the nearest to it.
+  const ravencal_state& published = self.has_published ? self.published : state;
+  decision.swapped = self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
   if (decision.swapped) self.envelope.refade();
   decision.prediction = predict(self);
   decision.doubts |= decision.prediction.doubts;

@@ -89,6 +89,27 @@ constexpr const RavenFieldInfo& info_of(RavenField field) {
   return kRavenFields[static_cast<std::size_t>(field)];
 }
 
+/// What the RAVEN-II controller computes after the plugin's hook: there it is still that of the
+/// cycle before (the DAC values are zero until the plugin's latch gives them back).
+constexpr bool is_cycle_old_at_hook(RavenField field) {
+  switch (field) {
+    case RavenField::kPos:
+    case RavenField::kOri:
+    case RavenField::kPosD:
+    case RavenField::kOriD:
+    case RavenField::kDac:
+    case RavenField::kTau:
+    case RavenField::kMposD:
+    case RavenField::kJposD:
+    case RavenField::kGraspD:
+    case RavenField::kJacVel:
+    case RavenField::kJacF:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// Catalogue index of element `element` of `field`; `other_arm` selects the second arm.
 constexpr std::size_t catalogue_index(RavenField field, std::size_t element, bool other_arm = false) {
   const RavenFieldInfo& info = info_of(field);

@@ -39,3 +39,5 @@ ravencal_test(NAME plugin_property_test
   LIBS ravencal_test_rig ravencal::physics rapidcheck Threads::Threads LABELS rt)
 ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_host_test.cpp
   LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)
+ravencal_test(NAME plugin_latch_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/latch_test.cpp
+  LIBS ravencal_test_rig ravencal_host ravencal_simulation LABELS rt)

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "cli/interrupt.hpp"
@@ -160,6 +161,14 @@ void add_network_options(CLI::App& command, Arguments& arguments) {
                   "Adds play operators of these half-widths (SI units) of every position")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
+  command
+      .add_option("--latched", train.latched,
+                  "Take torque, DAC, desired values and pose from the control cycle before, as the "
+                  "plugin sees them; auto: where the recording has every cycle")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, learn::Latched>{{"auto", learn::Latched::kAuto},
+                                                {"on", learn::Latched::kOn},
+                                                {"off", learn::Latched::kOff}}));
   command.add_option("--hidden", arguments.hidden, "Hidden layers; none: linear regression")
       ->capture_default_str();
   command.add_option("--activation", arguments.activation, "Of the hidden layers")

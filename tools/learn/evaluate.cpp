@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "model/feature_matrix.hpp"
+#include "model/hook_view.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -22,7 +22,7 @@ constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 core::Result<Eigen::MatrixXd> corrections(const model::CalibrationModel& model,
                                           const Recording& recording, std::size_t& lost) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix features,
-                            model::feature_matrix(model.features, recording, model.row_period_s));
+                            model::inputs_of(model, recording));
   Eigen::MatrixXd result(features.rows(), static_cast<Eigen::Index>(model.outputs.size()));
   constexpr Eigen::Index kRows = 4096;  // bounds the memory of the hidden layers
   for (Eigen::Index row = 0; row < features.rows(); row += kRows) {

@@ -11,6 +11,7 @@
 #include "learn/dataset.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/linear.hpp"
+#include "model/hook_view.hpp"
 #include "model/layers.hpp"
 #include "model/trust_fit.hpp"
 
@@ -119,6 +120,31 @@ void fit_borders(const Dataset& data, TrainResult& result) {
   }
 }
 
+/// Recordings as the network is to see them.
+class Seen {
+ public:
+  Seen(std::span<const Recording* const> recordings, bool at_hook)
+      : recordings_(recordings.begin(), recordings.end()) {
+    if (!at_hook) return;
+    changed_.reserve(recordings.size());
+    for (const Recording*& recording : recordings_) {
+      changed_.push_back(model::as_seen_at_hook(*recording));
+      recording = &changed_.back();
+    }
+  }
+  [[nodiscard]] std::span<const Recording* const> get() const { return recordings_; }
+
+ private:
+  std::vector<const Recording*> recordings_;
+  std::vector<Recording> changed_;
+};
+
+/// Rows of a control cycle each, but for jitter.
+bool has_every_cycle(const Recording& recording) {
+  const double period_s = model::row_period_s(recording);
+  return period_s > 0.5 * model::kControlCycleS && period_s < 1.5 * model::kControlCycleS;
+}
+
 core::Status fit_layers(const Dataset& data, std::span<const Recording* const> validation,
                         const TrainOptions& options,
                         const std::function<bool(const EpochReport&)>& keep_going,
@@ -158,11 +184,19 @@ core::Status fit_layers(const Dataset& data, std::span<const Recording* const> v
 
 }  // namespace
 
-core::Result<TrainResult> train_model(std::span<const Recording* const> training,
-                                      std::span<const Recording* const> validation,
+core::Result<TrainResult> train_model(std::span<const Recording* const> recorded_training,
+                                      std::span<const Recording* const> recorded_validation,
                                       const TrainOptions& options,
                                       const std::function<bool(const EpochReport&)>& keep_going) {
-  if (training.empty()) return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
+  if (recorded_training.empty())
+    return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
+  const bool at_hook =
+      options.latched == Latched::kOn ||
+      (options.latched == Latched::kAuto && has_every_cycle(*recorded_training.front()));
+  const Seen seen_training(recorded_training, at_hook);
+  const Seen seen_validation(recorded_validation, at_hook);
+  const std::span<const Recording* const> training = seen_training.get();
+  const std::span<const Recording* const> validation = seen_validation.get();
   TrainResult result;
   CalibrationModel& model = result.model;
   RAVENCAL_ASSIGN_OR_RETURN(model.features, features_of(options, *training.front()));
@@ -176,6 +210,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> training
   fit_borders(data, result);
   RAVENCAL_RETURN_IF_ERROR(fit_layers(data, validation, options, keep_going, result));
   describe(options, result);
+  if (at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = files_text(training);
   if (!validation.empty()) model.provenance["validation"] = files_text(validation);
   return result;

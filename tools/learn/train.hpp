@@ -17,6 +17,14 @@
 
 namespace ravencal::learn {
 
+/// Whether torque, DAC, desired values and pose are taken from the control cycle before, as the
+/// plugin sees them at its hook (model/hook_view.hpp).
+enum class Latched {
+  kAuto,  ///< where rows are one control cycle apart; in slower recordings a cycle makes no odds
+  kOn,
+  kOff
+};
+
 struct TrainOptions {
   std::string features;             ///< grammar: model::select_features
   std::vector<std::string> joints;  ///< outputs; empty: every joint that has a truth
@@ -25,7 +33,8 @@ struct TrainOptions {
   std::uint32_t history = 0;       ///< past copies of each feature
   std::uint32_t history_step = 1;  ///< rows between them
   std::vector<float> play;         ///< half-widths of play operators, SI units
-  double ridge = 0.0;              ///< linear regression only, on scaled inputs
+  Latched latched = Latched::kAuto;
+  double ridge = 0.0;  ///< linear regression only, on scaled inputs
   TrainerSettings trainer;
 };
 
