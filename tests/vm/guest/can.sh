@@ -118,6 +118,10 @@ check "exit status" "$status" -eq 4
 check "counts from the serial adapter" "$(json_of_joint counts shoulder)" -eq 102
 check "warning of the controller" "$(sql "select count(*) from event where kind = 'notice' and detail like '%bus_error%'")" -ge 1
 check "bus-off" "$(sql "select count(*) from event where kind = 'outage' and detail like '%bus_off%'")" -eq 1
+"$encoders" --config serial.toml --check-setup >setup.txt </dev/null
+cat setup.txt
+check "the set-up check finds the bus off" "$(grep -c 'BAD.*BUS-OFF' setup.txt)" -eq 1
+check "and that it stays so" "$(grep -c 'note.*does not come back by itself' setup.txt)" -eq 1
 exec 8>&-
 kill "$(pidof slcand)" %+ 2>kill.err
 finish

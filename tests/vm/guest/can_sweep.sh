@@ -49,9 +49,9 @@ for rate in 1000 5000 10000 20000 0; do
   ours $rate 20000
   candump_of $rate 20000
 done
-# A 1 Mbit/s bus carries at most 12 600 position frames of 4 bytes a second.
+# As fast as it goes, about 10 000 frames/s here; a 1 Mbit/s bus carries 12 600 of 4 bytes.
 if [ "$minutes" -gt 0 ]; then
-  echo "== $minutes guest minutes of a full bus"
-  ours 12600 $((minutes * 60 * 12600))
+  ours 0 $((minutes * 600000))
+  echo "a full bus for $((minutes * 600000 / reached)) s of guest time"
 fi
 finish

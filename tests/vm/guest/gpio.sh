@@ -57,6 +57,25 @@ else
   check "exit status" "$status" -eq 4
 fi
 
+echo "== set-up check at a terminal, with joints moved by hand"
+two_joints >setup.toml
+: >said.txt
+script -qefc "$encoders --config setup.toml --check-setup" said.txt </dev/null >terminal.txt 2>&1 &
+setup=$!
+wiggle() { # FIRST_LINE COUNTS JOINT: moves when the program asks for it
+  for _ in $(seq 100); do
+    grep -q "'$3': move it" said.txt && break
+    sleep 0.1
+  done
+  ./gpio_sim_driver "$sim" "$1" 1000 "$2" >driven
+}
+wiggle 0 400 shoulder
+wiggle 2 -400 elbow
+wait $setup
+check "exit status" $? -eq 4
+check "a joint that counts up" "$(grep -c "joint 'shoulder': +[0-9]* counts, sign +1 is right" said.txt)" -eq 1
+check "a joint that counts down" "$(grep -c "joint 'elbow': -[0-9]* counts with sign +1.*set sign = -1" said.txt)" -eq 1
+
 echo "== chip unplugged and back"
 two_joints >unplug.toml
 start_recorder unplug

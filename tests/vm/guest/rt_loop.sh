@@ -5,7 +5,7 @@
 # instruction, so the figures compare kernels and loops; they are no machine's microseconds.
 # Wants RAVENCAL_BIN (ravencal, ravencal_plugin, rt_weights) and RAVENCAL_SOURCE.
 kernel=$1
-seconds=4
+seconds=3
 failures=0
 work=$(mktemp -d)
 cd "$work" || exit 1
@@ -26,22 +26,22 @@ run_host() { # NAME TICKS
   ./ravencal host --plugin ./ravencal_plugin --weights weights.blob --plant raven2.toml --seed 1 \
     --ticks "$2" --step-budget-us 0 --json "$1.json" >"$1.log" 2>&1
 }
-# number JSON_FILE PATH...: a number of a JSON file
-number() {
-  python3 -c 'import json, sys
-value = json.load(open(sys.argv[1]))
-for key in sys.argv[2:]: value = value[key]
-print(value if isinstance(value, str) else round(value))' "$@"
+# figure NAME [KEY]: a number of host.json
+figure() {
+  local inner=${2:+'\{[^}]*"'$2'":'}
+  tr -d ' \n' <host.json | sed -E "s/.*\"$1\":$inner([0-9]+).*/\1/"
 }
-# quantile HISTOGRAM SHARE: of cyclictest's -h output, in us
+# quantile SHARE: of cyclictest's histogram, in ns
 quantile() {
-  awk -v share="$2" '!/^#/ && NF == 2 { count[$1 + 0] = $2; total += $2 }
-    END { for (us = 0; us < 100000; us++) { seen += count[us]; if (seen >= share * total) { print us; exit } } }' "$1"
+  awk -v share="$1" '!/^#/ && NF == 2 { us = $1 + 0; count[us] = $2; total += $2; if (us > last) last = us }
+    END { for (us = 0; us <= last; us++) { seen += count[us]; if (seen >= share * total) break }
+          print us * 1000 }' cyclictest.txt
 }
 
-run_host warm-up 200 || { cat warm-up.log; exit 1; }
+run_host warm-up 200
+[ $? -le 1 ] || { cat warm-up.log; exit 1; }
 echo "kernel $(uname -r), real-time: $(cat /sys/kernel/realtime 2>/dev/null || echo 0)"
-check "instruction set" "$(number warm-up.json plugin isa)" = AVX2
+check "AVX2 code is chosen where there is no AVX-512" "$(grep -c 'AVX2 code' warm-up.log)" -eq 1
 
 ./stress-ng --cpu 1 --vm 1 --vm-bytes 32M --fork 1 --quiet &
 load=$!
@@ -50,7 +50,25 @@ sleep 1
 run_host host $((seconds * 1000))
 status=$?
 kill "$load"; wait "$load" 2>/dev/null
-check "the host's exit status" "$status" -eq 0 || cat host.log
-cat host.json >host.txt
-for share in 0.5 0.99 1; do echo "cyclictest, quantile $share: $(quantile cyclictest.txt $share) us"; done
-cat host.log
+[ "$status" -le 1 ] || cat host.log
+check "exit status of the host (1: the made-up weights were doubted)" "$status" -le 1
+check "real-time scheduling" "$(grep -c 'SCHED_FIFO, memory locked' host.log)" -eq 1
+
+printf '%-22s%10s%10s%10s\n' ns p50 p99 max
+printf '%-22s%10d%10d%10d\n' "cyclictest wake-up" "$(quantile 0.5)" "$(quantile 0.99)" "$(quantile 1)"
+for name in wakeup step cycle; do
+  printf '%-22s%10d%10d%10d\n' "host $name" "$(figure ${name}_ns p50)" \
+    "$(figure ${name}_ns p99)" "$(figure ${name}_ns max)"
+done
+echo "late cycles: $(figure overruns)"
+
+# An ordinary kernel finishes what the load asked of it first (up to 15 ms): there, the 99th
+# percentile compares the loops, the maximum only who was unlucky.
+if [ "$kernel" = rt ]; then judged=1 key=max; else judged=0.99 key=p99; fi
+check "wake-up, $key, ns" "$(figure wakeup_ns $key)" -le "$(($(quantile $judged) + 10000))"
+# The step itself: all but interrupts is the same every time.
+check "step, p99 - p50, ns" \
+  "$(($(figure step_ns p99) - $(figure step_ns p50)))" -le 20000
+[ "$kernel" = rt ] && check "late cycles" "$(figure overruns)" -eq 0
+[ "$failures" = 0 ] && echo "all checks passed" || echo "$failures checks failed"
+exit $((failures > 0))
