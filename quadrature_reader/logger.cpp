@@ -125,6 +125,7 @@ void Logger::take_row(std::int64_t t_ns, std::span<const AxisSample> samples) {
   std::copy(samples.begin(), samples.end(), last_samples_.begin());
   homing_->take(t_ns, samples, recorder_);
   if (!pose_si_.empty()) take_pose(t_ns, samples);
+  if (options_.on_row) options_.on_row(t_ns, samples);
 }
 
 void Logger::take_pose(std::int64_t t_ns, std::span<const AxisSample> samples) {

@@ -28,6 +28,8 @@ struct LoggerOptions {
   std::map<std::string, double> pose_si;
   double duration_s = 0.0;    ///< 0: until stopped
   int realtime_priority = 0;  ///< of the reader threads; 0: ordinary scheduling
+  /// Sees every row of the fixed-rate grid, on the writer thread; must not wait.
+  Recorder::RowObserver on_row;
 };
 
 /// A picture of the run, for the terminal and for --json.

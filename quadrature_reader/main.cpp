@@ -19,6 +19,7 @@
 #include "core/version.hpp"
 #include "quadrature_reader/live_view.hpp"
 #include "quadrature_reader/logger.hpp"
+#include "quadrature_reader/ros/bridge.hpp"
 #include "quadrature_reader/service_notify.hpp"
 #include "quadrature_reader/setup_check.hpp"
 
@@ -36,6 +37,7 @@ struct Arguments {
   qr::LoggerOptions logger;
   bool json = false;
   bool check_setup = false;
+  bool publish_ros = false;
   bool wait_for_devices = false;
 };
 
@@ -133,6 +135,40 @@ core::Result<std::unique_ptr<qr::Logger>> open_logger(const qr::Config& config,
   }
 }
 
+/// The way to ROS, if it is wanted; rows go to it through `options`.
+core::Result<std::unique_ptr<qr::RosBridge>> open_ros(const qr::Config& config,
+                                                      const Arguments& arguments,
+                                                      qr::LoggerOptions& options) {
+  if (!arguments.publish_ros) return std::unique_ptr<qr::RosBridge>();
+  qr::RosBridgeOptions ros;
+  for (const auto& encoder : config.encoders) ros.joints.push_back(encoder.axis.joint);
+  ros.robot_recording = std::filesystem::path(arguments.out).replace_extension(".robot.db");
+  if (const auto arm = config.meta.find("arm"); arm != config.meta.end()) ros.arm = arm->second;
+  RAVENCAL_ASSIGN_OR_RETURN(auto bridge, qr::RosBridge::create(ros));
+  options.on_row = [to = bridge.get()](std::int64_t t_ns, std::span<const qr::AxisSample> row) {
+    to->offer(t_ns, row);
+  };
+  return bridge;
+}
+
+/// Closes the robot's recording and says what came of it; false if data was lost.
+bool close_ros(qr::RosBridge& bridge, const Arguments& arguments) {
+  const core::Status closed = bridge.finish();
+  const qr::RosBridgeStatus status = bridge.status();
+  if (!closed.ok()) (void)complain(closed.error());
+  if (!status.trouble.empty()) fmt::print(stderr, "ravencal-encoders: ROS: {}\n", status.trouble);
+  if (!arguments.json) {
+    fmt::print("ROS: {} moments published, {} left out; {} robot states recorded\n",
+               status.published, status.not_published, status.states);
+    if (status.states > 0) {
+      const std::string stem = std::filesystem::path(arguments.out).replace_extension("").string();
+      fmt::print("next: ravencal merge {0}.robot.db {1} --out {0}.merged.db\n", stem,
+                 arguments.out);
+    }
+  }
+  return closed.ok() && status.states_refused == 0;
+}
+
 int record_encoders(const Arguments& arguments) {
   auto config = qr::load_config(arguments.config);
   if (!config.ok()) return complain(config.error());
@@ -145,6 +181,8 @@ int record_encoders(const Arguments& arguments) {
     options.pose_si.insert(*pose);
   }
   cli::catch_interrupts();
+  auto ros = open_ros(*config, arguments, options);
+  if (!ros.ok()) return complain(ros.error());
   auto logger = open_logger(*config, arguments, options);
   if (!logger.ok()) {
     const int code = complain(logger.error());
@@ -165,8 +203,9 @@ int record_encoders(const Arguments& arguments) {
   (void)std::signal(SIGUSR1, SIG_IGN);
   running_logger = nullptr;
   qr::notify_service_manager("STOPPING=1");
+  const bool ros_complete = *ros == nullptr || close_ros(**ros, arguments);
   if (!status.ok()) return complain(status.error());
-  return (*logger)->failed() ? cli::kDevice : cli::kOk;
+  return (*logger)->failed() || !ros_complete ? cli::kDevice : cli::kOk;
 }
 
 int check_setup(const Arguments& arguments) {
@@ -216,6 +255,8 @@ int main(int argc, char** argv) {
                  "1: with its timing; 0: as fast as possible")
       ->check(CLI::NonNegativeNumber)
       ->needs(replay);
+  app.add_flag("--publish-ros", arguments.publish_ros,
+               "publish joint_enc and ext_jpos for ROS 1, and record ravenstate as OUT.robot.db");
   app.add_flag("--json", arguments.json, "one line of status per second, on standard output");
   app.add_option("--realtime-priority", arguments.logger.realtime_priority,
                  "SCHED_FIFO priority of the reader threads; 0: none")

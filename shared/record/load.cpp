@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "record/bag_load.hpp"
 #include "record/csv_load.hpp"
 #include "record/recording_reader.hpp"
 
@@ -15,18 +16,17 @@ core::Result<Recording> load_recording(const std::filesystem::path& path,
   const auto refuse = [&](std::string_view why) {
     return core::Error{core::ErrorCode::kUsage, fmt::format("{}: {}", path.string(), why)};
   };
-  if (extension == ".bag") {
-    return refuse("this version does not read .bag; turn it into a .csv of raven_state first");
-  }
-  if (extension != ".csv") return refuse("not a recording: its name must end in .db or .csv");
-  if (options.profile.empty()) {
-    return refuse("a .csv needs --profile (raven2, generic or a profile file)");
-  }
-  RAVENCAL_ASSIGN_OR_RETURN(Profile profile,
-                            load_profile(options.profile, options.profile_options));
-  if (profile.format != "csv") {
+  if (extension != ".csv" && extension != ".bag")
+    return refuse("not a recording: its name must end in .db, .csv or .bag");
+  const std::string format = extension.substr(1);
+  std::string name = options.profile;
+  if (name.empty() && format == "bag") name = "raven2-bag";
+  if (name.empty()) return refuse("a .csv needs --profile (raven2, generic or a profile file)");
+  RAVENCAL_ASSIGN_OR_RETURN(Profile profile, load_profile(name, options.profile_options));
+  if (profile.format != format) {
     return refuse(fmt::format("profile {} is for .{} files", profile.name, profile.format));
   }
+  if (format == "bag") return load_bag(path, profile, options);
   return load_csv(path, std::move(profile), options);
 }
 

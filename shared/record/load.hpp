@@ -12,14 +12,16 @@
 namespace ravencal::record {
 
 struct LoadOptions {
-  std::string profile;  ///< name or path; required for .csv, ignored for .db
+  std::string profile;  ///< name or path; required for .csv, raven2-bag if absent for .bag,
+                        ///< ignored for .db
   ProfileOptions profile_options;
   bool skip_bad = false;  ///< drop unreadable rows, each counted in an event, instead of refusing
   unsigned threads = 0;   ///< 0 = all cores
 };
 
-/// Reads a recording: `.db` as it is, `.csv` through a profile. Errors name file, line, column and
-/// value: `run3.csv:1842: column 14 (jpos shoulder): 'nan' is not a number; use --skip-bad ...`.
+/// Reads a recording: `.db` as it is, `.csv` and `.bag` through a profile. Errors name file, line,
+/// column and value: `run3.csv:1842: column 14 (jpos shoulder): 'nan' is not a number; use
+/// --skip-bad ...`.
 core::Result<Recording> load_recording(const std::filesystem::path& path,
                                        const LoadOptions& options);
 

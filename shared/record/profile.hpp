@@ -46,6 +46,8 @@ struct Profile {
   bool time_restarts = false;    ///< time running backwards begins an episode, is no error
   ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset
   bool reference_first = false;  ///< truth - estimate becomes 0 at the start of each episode
+  std::string state_topic;       ///< bag: topic of raven_2/raven_state; empty: the only one
+  std::string truth_topic;       ///< bag: topic of the joint encoders; empty: ext_jpos
   std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order
   std::vector<ProfileChannel> channels;
   std::vector<ProfileFilter> filters;  ///< only rows that pass all of them are kept
@@ -56,7 +58,8 @@ struct ProfileOptions {
   std::string arm = "gold";
 };
 
-/// A built-in profile ("raven2", "generic") by name, or a profile file by path.
+/// A built-in profile ("raven2", "raven2-bag", "raven2-bag-truth", "generic") by name, or a profile
+/// file by path.
 /// `generic` has no channels of its own: the reader takes them from a header of `name_unit` words.
 core::Result<Profile> load_profile(std::string_view name_or_path,
                                    const ProfileOptions& options = {});

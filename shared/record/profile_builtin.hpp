@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/result.hpp"
 #include "record/profile.hpp"
@@ -15,6 +16,13 @@ namespace ravencal::record {
 /// The paper's 252-column CSV without header (RAVEN-II, two arms, external encoders on one).
 /// `arm` says which half of each per-arm field is the calibrated arm: "gold" the first.
 core::Result<Profile> raven2_profile(const std::string& arm);
+
+/// Bags of raven_2/raven_state and ext_jpos: the same channels, the truths first.
+core::Result<Profile> raven2_bag_profile(const std::string& arm);
+/// The same bags, one row per message of the encoders.
+inline constexpr std::string_view kBagTruthProfile = "raven2-bag-truth";
+inline constexpr std::string_view kStateTopic = "ravenstate";
+inline constexpr std::string_view kTruthTopic = "ext_jpos";
 
 /// Columns of the 252 that repeat others for CRTK users: a stamp and measured_js. Import skips
 /// them, export fills them.

@@ -89,4 +89,11 @@ core::Result<Profile> raven2_profile(const std::string& arm) {
   return profile;
 }
 
+core::Result<Profile> raven2_bag_profile(const std::string& arm) {
+  RAVENCAL_ASSIGN_OR_RETURN(Profile profile, raven2_profile(arm));
+  profile.name = "raven2-bag";
+  profile.format = "bag";
+  return profile;
+}
+
 }  // namespace ravencal::record

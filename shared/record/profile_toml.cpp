@@ -8,6 +8,7 @@
 
 #include "core/toml_table.hpp"
 #include "core/units.hpp"
+#include "record/profile_builtin.hpp"
 
 namespace ravencal::record {
 namespace {
@@ -95,6 +96,10 @@ core::Status read_source(TomlTable& table, Profile& profile) {
   profile.header = table.boolean_or("header", profile.header);
   take_time(table, profile);
   profile.column_count = take_index(table, "columns").value_or(0);
+  if (profile.format == "bag") {
+    profile.state_topic = table.text_or("state_topic", "");
+    profile.truth_topic = table.text_or("truth_topic", "");
+  }
   profile.robot = table.text_or("robot", profile.robot);
   profile.arm = table.text_or("arm", profile.arm);
   profile.episode.column = table.text_or("episode", "");
@@ -107,16 +112,36 @@ core::Status read_source(TomlTable& table, Profile& profile) {
   return table.finish();
 }
 
+/// A bag's channels are those of its messages; a file can only say which topics and which arm.
+core::Result<Profile> bag_profile(const Profile& read, const std::vector<TomlTable>& channels,
+                                  const std::vector<TomlTable>& filters) {
+  if (!channels.empty() || !filters.empty()) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("profile {}: a bag's channels are those of raven_state and "
+                                   "ext_jpos; [[channel]] and [[filter]] are for .csv",
+                                   read.name)};
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(Profile profile,
+                            raven2_bag_profile(read.arm.empty() ? "gold" : read.arm));
+  profile.name = read.name;
+  profile.state_topic = read.state_topic;
+  profile.truth_topic = read.truth_topic;
+  if (!read.robot.empty()) profile.robot = read.robot;
+  return profile;
+}
+
 core::Result<Profile> read_profile(TomlTable& root, std::string name) {
   Profile profile;
   profile.name = std::move(name);
   auto source = root.table("source");
   if (!source) root.fail("a profile needs a [source] table");
-  if (!root.has("channel")) root.fail("a profile needs [[channel]] tables");
+  const bool bag = source && source->text_or("format", "csv") == "bag";
+  if (!bag && !root.has("channel")) root.fail("a profile needs [[channel]] tables");
   std::vector<TomlTable> channels = root.tables("channel");
   std::vector<TomlTable> filters = root.tables("filter");
   RAVENCAL_RETURN_IF_ERROR(root.finish());
   RAVENCAL_RETURN_IF_ERROR(read_source(*source, profile));
+  if (bag) return bag_profile(profile, channels, filters);
   for (TomlTable& table : channels) {
     RAVENCAL_ASSIGN_OR_RETURN(profile.channels.emplace_back(), read_channel(table));
   }

@@ -6,6 +6,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "record/bag_load.hpp"
 #include "record/csv_export.hpp"
 #include "record/load.hpp"
 
@@ -19,9 +20,10 @@ struct Arguments {
 };
 
 core::Status run(const Arguments& arguments) {
-  if (std::filesystem::path(arguments.out).extension() != ".csv") {
+  const std::string extension = std::filesystem::path(arguments.out).extension().string();
+  if (extension != ".csv" && extension != ".bag") {
     return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: this version exports .csv only", arguments.out)};
+                       fmt::format("{}: the name must end in .csv or .bag", arguments.out)};
   }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             record::load_recording(arguments.recording, {}));
@@ -31,7 +33,14 @@ core::Status run(const Arguments& arguments) {
   if (arm != recording.meta.end()) options.arm = arm->second;
   RAVENCAL_ASSIGN_OR_RETURN(const record::Profile profile,
                             record::load_profile(arguments.profile, options));
-  RAVENCAL_RETURN_IF_ERROR(record::export_csv(recording, profile, arguments.out));
+  if ("." + profile.format != extension) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: profile {} writes .{} files", arguments.out, profile.name,
+                                   profile.format)};
+  }
+  RAVENCAL_RETURN_IF_ERROR(extension == ".bag"
+                               ? record::export_bag(recording, profile, arguments.out)
+                               : record::export_csv(recording, profile, arguments.out));
   fmt::print("{}: {} rows\n", arguments.out, recording.rows());
   return {};
 }
@@ -44,10 +53,12 @@ void add_export(CLI::App& app, int& exit_code) {
   command->add_option("recording", arguments->recording, "Recording to read (.db)")->required();
   command
       ->add_option("--profile", arguments->profile,
-                   "Which column is what: raven2, generic or a profile file")
+                   "Which column is what: raven2, raven2-bag, generic or a profile file")
       ->required();
-  command->add_option("--out", arguments->out, "File to write (.csv)")->required();
-  command->footer("Example: ravencal export run3.db --profile raven2 --out run3.csv");
+  command->add_option("--out", arguments->out, "File to write (.csv or .bag)")->required();
+  command->footer(
+      "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"
+      "          ravencal export run3.db --profile raven2-bag --out run3.bag");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

@@ -36,12 +36,16 @@ core::Status run(const Arguments& arguments) {
 void add_import(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("import", "Turn a foreign file into a recording");
-  command->add_option("source", arguments->source, "File to read (.csv)")->required();
+  command->add_option("source", arguments->source, "File to read (.csv or .bag)")->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   add_load_options(*command, arguments->load);
   command->get_option("--profile")->required();
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
-  command->footer("Example: ravencal import run3.csv --profile raven2 --arm gold --out run3.db");
+  command->footer(
+      "A bag's truth is taken as it was stamped; `ravencal merge run3.bag run3.bag` takes out its\n"
+      "transport delay too.\n"
+      "Examples: ravencal import run3.csv --profile raven2 --arm gold --out run3.db\n"
+      "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -23,6 +24,7 @@ struct Arguments {
   std::string out;
   std::string clock = "find";
   std::optional<double> delay_ms;
+  std::string truth_profile;
   double largest_delay_ms = 100.0;
   double longest_gap_ms = 50.0;
   bool overwrite = false;
@@ -91,8 +93,12 @@ void print_words(const Arguments& arguments, const qr::Merged& merged) {
 core::Status run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording robot,
                             record::load_recording(arguments.robot, arguments.load));
+  record::LoadOptions truth_load = arguments.load;
+  truth_load.profile = arguments.truth_profile;
+  if (truth_load.profile.empty() && std::filesystem::path(arguments.truth).extension() == ".bag")
+    truth_load.profile = "raven2-bag-truth";
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording truth,
-                            record::load_recording(arguments.truth, arguments.load));
+                            record::load_recording(arguments.truth, truth_load));
   RAVENCAL_ASSIGN_OR_RETURN(const qr::Merged merged,
                             qr::merge_truth(robot, truth, options_of(arguments)));
   RAVENCAL_RETURN_IF_ERROR(
@@ -112,7 +118,10 @@ void add_merge(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("merge", "Put true joint positions beside a robot's states");
   command->add_option("robot", arguments->robot, "Recording of the robot's states")->required();
-  command->add_option("truth", arguments->truth, "Recording of `ravencal-encoders`")->required();
+  command
+      ->add_option("truth", arguments->truth,
+                   "Recording of `ravencal-encoders`, or a .bag with ext_jpos")
+      ->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   command
       ->add_option("--clock", arguments->clock,
@@ -133,6 +142,8 @@ void add_merge(CLI::App& app, int& exit_code) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   add_load_options(*command, arguments->load);
+  command->add_option("--truth-profile", arguments->truth_profile,
+                      "For a TRUTH that is no recording yet, as --profile is for ROBOT");
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->footer(

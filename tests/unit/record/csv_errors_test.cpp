@@ -101,9 +101,9 @@ TEST(WrongCsv, WithoutAColumnOfTheProfileSaysWhichAndWhatThereIs) {
 TEST(WrongCsv, UnreadableSourcesAreNamed) {
   const Scratch scratch;
   EXPECT_NE(error_of(scratch / "none.csv", "raven2").find("No such file"), std::string::npos);
-  EXPECT_NE(error_of(scratch.write("a.bag", "x"), "raven2").find("does not read .bag"),
+  EXPECT_NE(error_of(scratch.write("a.bag", "x"), "raven2").find("is for .csv files"),
             std::string::npos);
-  EXPECT_NE(error_of(scratch.write("a.txt", "x"), "raven2").find("must end in .db or .csv"),
+  EXPECT_NE(error_of(scratch.write("a.txt", "x"), "raven2").find("must end in .db, .csv or .bag"),
             std::string::npos);
   EXPECT_NE(error_of(scratch.write("a.csv", "x"), "").find("needs --profile"), std::string::npos);
   std::filesystem::create_directory(scratch / "folder.csv");
