@@ -47,7 +47,7 @@ void add_tick(std::vector<std::string>& lines, const Watch& watch, bool ascii) {
   }
   lines.push_back(fmt::format("encoders  {:>9} {:>9} {:>9} counts", tick.enc_counts[0],
                               tick.enc_counts[1], tick.enc_counts[2]));
-  lines.push_back(fmt::format("step      {:>9.1f} us, highest {:>8.1f} us, ever {:>8.1f} us {}",
+  lines.push_back(fmt::format("step      {:>9.1f} us  highest {:>7.1f}  ever {:>8.1f} {}",
                               tick.step_ns / 1e3, watch.step_us().highest(),
                               static_cast<double>(watch.counters().longest_step_ns) / 1e3,
                               watch.step_us().sparkline(ascii)));

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Whoever reads the telemetry of the loaded plugin, and whatever becomes of him or of the writer:
+// nobody but he notices.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <numeric>
+#include <optional>
+
+#include "monitor/telemetry_follower.hpp"
+#include "rt/telemetry_process.hpp"
+#include "rt/telemetry_rig.hpp"
+#include "unit/telemetry_segment.hpp"
+
+namespace ravencal::test {
+namespace {
+
+using monitor::Change;
+using monitor::NumberedTick;
+using monitor::TelemetryReader;
+using monitor::Writer;
+
+TEST(Telemetry, CannotBeWrittenByAReader) {
+  const std::string name = telemetry_name("readonly");
+  Rig rig;
+  ASSERT_TRUE(give_telemetry(rig, name).ok());
+  const int file = ::open(("/dev/shm" + name).c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(file, 0);
+  EXPECT_EQ(::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0), MAP_FAILED);
+  EXPECT_EQ(errno, EACCES);
+  void* const memory = ::mmap(nullptr, 4096, PROT_READ, MAP_SHARED, file, 0);
+  ASSERT_NE(memory, MAP_FAILED);
+  ChildProcess vandal([&]() -> int {
+    ::signal(SIGSEGV, SIG_DFL);
+    *static_cast<volatile char*>(memory) = 'X';
+    return 0;
+  });
+  const int status = vandal.wait();
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGSEGV);
+  EXPECT_EQ(*static_cast<char*>(memory), RAVENCAL_TELEMETRY_MAGIC[0]);
+  ::munmap(memory, 4096);
+  ::close(file);
+}
+
+int read_for_ever(const std::string& name) {
+  TelemetryReader reader = opened(name);
+  std::vector<NumberedTick> ticks;
+  for (;;) {
+    ticks.clear();
+    reader.read(ticks);
+    (void)reader.counters();
+    (void)reader.writer();
+  }
+}
+
+TEST(Telemetry, NoticesNeitherStoppedNorKilledReaders) {
+  const std::string name = telemetry_name("readers");
+  Rig with;
+  ASSERT_TRUE(give_telemetry(with, name).ok());
+  Rig without;
+  for (Rig* rig : {&with, &without}) {
+    rig->load(make_model(16, {8}));
+    rig->enable();
+  }
+  ChildProcess stopped([&] { return read_for_ever(name); });
+  ChildProcess killed([&] { return read_for_ever(name); });
+  std::mt19937 random(6);
+  for (int i = 0; i < 200'000; ++i) {
+    if (i == 50'000) {
+      stopped.signal(SIGSTOP);
+      stopped.wait_until_stopped();
+    }
+    if (i == 100'000) {
+      killed.signal(SIGKILL);
+      killed.wait();
+    }
+    disturb(with.state, random, i);
+    without.state = with.state;
+    ASSERT_EQ(with.tick(), without.tick());
+    ASSERT_TRUE(same_output(with.output, without.output)) << i;
+  }
+  EXPECT_EQ(with.instance.counters().ticks, 200'000U);
+  TelemetryReader reader = opened(name);
+  std::vector<NumberedTick> ticks;
+  reader.read(ticks);
+  EXPECT_EQ(ticks.back().number, 199'999U);
+  EXPECT_EQ(ticks.size(), RAVENCAL_TELEMETRY_SLOTS * 7U / 8U) << "the ring is whole";
+  EXPECT_EQ(reader.writer(), Writer::kAlive) << "readers that died took no lock with them";
+}
+
+TEST(Telemetry, ShowsNoTornTickInMillionsAtFullSpeed) {
+  const std::string name = telemetry_name("speed");
+  const auto made = [](std::uint64_t number, ravencal_state& state) {
+    const auto low = static_cast<std::int32_t>(number % 8'388'608);
+    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+      state.arm[0].jpos_ji[j] = static_cast<float>(low + j);
+      state.arm[0].enc_counts[j] = low * (j + 1);
+    }
+    state.runlevel = low;
+  };
+  ChildProcess writer([&]() -> int {
+    Rig rig;
+    if (!give_telemetry(rig, name).ok()) return 1;
+    for (std::uint64_t number = 0;; ++number) {
+      made(number, rig.state);
+      rig.state.t_ns = static_cast<std::int64_t>(number);
+      rig.api().step(rig.instance.get(), &rig.state, &rig.output);
+    }
+  });
+  while (!TelemetryReader::open(name).ok()) ::usleep(1000);
+  TelemetryReader reader = opened(name);
+  ravencal_state wanted{};
+  std::vector<NumberedTick> ticks;
+  std::uint64_t seen = 0;
+  std::uint64_t torn = 0;
+  std::uint64_t reads = 0;
+  std::uint64_t counters_read = 0;
+  std::uint64_t counters_torn = 0;
+  while (seen < 2'000'000 || counters_read == 0) {
+    ticks.clear();
+    reader.read(ticks);
+    if (ticks.empty()) ::sched_yield();  // the writer may need this processor
+    for (const NumberedTick& numbered : ticks) {
+      const ravencal_tick& tick = numbered.tick;
+      made(numbered.number, wanted);
+      const bool whole =
+          tick.tick == numbered.number + 1 &&
+          tick.t_ns == static_cast<std::int64_t>(numbered.number) &&
+          tick.runlevel == wanted.runlevel &&
+          std::memcmp(tick.jpos_ji, wanted.arm[0].jpos_ji, sizeof tick.jpos_ji) == 0 &&
+          std::memcmp(tick.enc_counts, wanted.arm[0].enc_counts, sizeof tick.enc_counts) == 0;
+      ++seen;
+      torn += whole ? 0 : 1;
+    }
+    // Rarely: a writer without a pause leaves hardly a moment in which all of them stand still.
+    const auto counters = ++reads % 1000 == 0 ? reader.counters() : std::nullopt;
+    if (counters) {
+      ++counters_read;
+      const std::uint64_t sum =
+          std::accumulate(std::begin(counters->ticks_in_state), std::end(counters->ticks_in_state),
+                          std::uint64_t{0});
+      counters_torn += sum == counters->ticks ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(torn, 0U);
+  EXPECT_EQ(counters_torn, 0U);
+  RecordProperty("ticks_seen", std::to_string(seen));
+  RecordProperty("ticks_written", std::to_string(reader.next()));
+  writer.signal(SIGKILL);
+  writer.wait();
+  EXPECT_EQ(reader.writer(), Writer::kGone);
+}
+
+TEST(Telemetry, IsFollowedOverTheDeathAndTheReturnOfItsWriter) {
+  const std::string name = telemetry_name("returns");
+  const auto work = [&]() -> int {
+    Rig rig;
+    if (!give_telemetry(rig, name).ok()) return 1;
+    for (;;) {
+      rig.tick();
+      ::usleep(100);
+    }
+  };
+  auto writer = std::make_unique<ChildProcess>(work);
+  while (!TelemetryReader::open(name).ok()) ::usleep(1000);
+  monitor::TelemetryFollower follower(opened(name));
+  std::vector<NumberedTick> ticks;
+  while (ticks.size() < 100) EXPECT_EQ(follower.poll(ticks), Change::kNone);
+  writer->signal(SIGKILL);
+  writer->wait();
+  EXPECT_EQ(follower.poll(ticks), Change::kGone);
+  const std::uint32_t dead = follower.reader().writer_pid();
+  EXPECT_EQ(follower.poll(ticks), Change::kNone);
+  writer = std::make_unique<ChildProcess>(work);
+  Change change = Change::kNone;
+  while (change == Change::kNone) change = follower.poll(ticks);
+  EXPECT_EQ(change, Change::kAttached);
+  EXPECT_NE(follower.reader().writer_pid(), dead);
+  ticks.clear();
+  while (ticks.empty()) EXPECT_EQ(follower.poll(ticks), Change::kNone);
+  EXPECT_EQ(ticks[0].number, 0U) << "from its first tick on";
+}
+
+}  // namespace
+}  // namespace ravencal::test
