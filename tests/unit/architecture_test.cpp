@@ -37,7 +37,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/cli", {"core", "cli"}},
     {"tools/commands",
      {"core", "record", "model", "physics", "cli", "commands", "diagnose", "learn", "report",
-      "host", "monitor", "simulation", "trajectory"}},
+      "host", "monitor", "prove", "simulation", "trajectory"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
     {"tools/host",
      {"core", "record", "model", "physics", "learn", "trajectory", "ravencal", "host"}},

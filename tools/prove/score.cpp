@@ -132,8 +132,9 @@ std::optional<double> removed_in(const Json& held_out, const Json& manifest, con
   for (const Json& h : held_out) {
     if (text(h, "joint") != joint) continue;
     if (text(h, "metric") != (position ? "position_rmse" : "effort_rmse")) continue;
-    const double floor = position ? number(manifest["floors"][joint], "position")
-                                  : effort_floor.value_or(number(h, "floor"));
+    const double floor =
+        position ? number(manifest.at("floors").value(joint, Json::object()), "position")
+                 : effort_floor.value_or(number(h, "floor"));
     return removed_share(number(h, "before"), number(h, "after"), floor);
   }
   return std::nullopt;
@@ -190,7 +191,8 @@ std::vector<BaselineScore> score_baselines(const Json& verdict, const Json& mani
                                            const Json& report) {
   std::vector<BaselineScore> scores;
   const Json& subjects = list(manifest, "subjects");
-  for (const auto& [method, said] : verdict.value("baselines", Json::object()).items()) {
+  const Json baselines = verdict.value("baselines", Json::object());
+  for (const auto& [method, said] : baselines.items()) {
     BaselineScore score;
     score.method = method;
     for (const Json& name : list(said, "named")) {
