@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # The main job on the digital twin, from zig-zags to corrected joints in the running 1 kHz loop.
-# Called by tools/run demo, which builds and puts `ravencal` in the PATH.
+# Called by tools/run demo, which builds and puts `ravencal` and `ravencal-encoders` in the PATH.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -37,25 +37,40 @@ touch "$out/.ravencal_demo"
 started=$SECONDS
 step() { echo; echo "[$((SECONDS - started)) s] $*"; }
 
-step "zig-zags at five sparsities, unloaded and with 500 g: simulated, $(nproc) at a time"
+# One recording as a robot evening makes it: the robot's states and every edge of the external
+# encoders, each on its own clock; the encoder driver homes from the edges; the merge puts the truth
+# beside the states. Edges are stamped where they happen, so there is no delay to take out.
+make_recording() { # NAME TRAJECTORY PAYLOAD SEED
+  ravencal simulate --plant "$plant" --trajectory "$2" --payload-g "$3" --seed "$4" \
+    --out "$1.robot.db" --edges "$1.edges.db"
+  ravencal-encoders --config "$root/quadrature_reader/encoders.toml" --replay "$1.edges.db" --home --out "$1.truth.db"
+  ravencal merge "$1.robot.db" "$1.truth.db" --clock wall --delay-ms 0 --out "$1.db"
+  rm "$1.robot.db" "$1.truth.db" "$1.edges.db"
+}
+export -f make_recording
+export root plant
+
+step "zig-zags at five sparsities, unloaded and with 500 g: states and encoder edges of the twin, labels by the driver, $(nproc) at a time"
 jobs=()
 seed=1
 for payload in 0 500; do
   for sparsity in 1/2 1/3 1/4 1/5 1/6; do
     name=zigzag_${sparsity/\//_}
     [ -e "$out/$name.csv" ] || ravencal trajectory zigzag --sparsity "$sparsity" --out "$out/$name.csv" >/dev/null
-    jobs+=("simulate --plant $plant --trajectory $out/$name.csv --payload-g $payload --seed $seed --out $out/train_${payload}g_$name.db")
+    jobs+=("$out/train_${payload}g_$name" "$out/$name.csv" "$payload" "$seed")
     seed=$((seed + 1))
   done
-  # Motion never trained on: random targets and speeds, another homing, another seed. One recording
-  # chooses the best epoch, the other is only ever tested on.
+  # Motion never trained on: random targets and speeds, another seed. One recording chooses the best
+  # epoch, the other is only ever tested on.
   for use in validate test; do
-    ravencal trajectory sinusoid --duration-s "$test_s" --seed "$((100 + seed))" --out "$out/${use}_${payload}g.csv" >/dev/null
-    jobs+=("simulate --plant $plant --trajectory $out/${use}_${payload}g.csv --payload-g $payload --seed $((100 + seed)) --out $out/${use}_${payload}g.db")
+    name=${use}_${payload}g
+    ravencal trajectory sinusoid --duration-s "$test_s" --seed "$((100 + seed))" --out "$out/$name.csv" >/dev/null
+    jobs+=("$out/$name" "$out/$name.csv" "$payload" "$((100 + seed))")
     seed=$((seed + 1))
   done
 done
-printf '%s\n' "${jobs[@]}" | xargs -P "$(nproc)" -L 1 ravencal >"$out/simulate.log" 2>&1 || { cat "$out/simulate.log" >&2; exit 3; }
+printf '%s\0' "${jobs[@]}" | xargs -0 -P "$(nproc)" -n 4 bash -euo pipefail -c 'make_recording "$@"' _ >"$out/recordings.log" 2>&1 ||
+  { cat "$out/recordings.log" >&2; exit 3; }
 
 for payload in 0 500; do
   label=$([ "$payload" = 0 ] && echo unloaded || echo "500 g")

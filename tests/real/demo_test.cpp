@@ -21,8 +21,8 @@ fs::path run_demo() {
   const fs::path out = fs::temp_directory_path() / "ravencal_demo_test";
   fs::remove_all(out);
   const std::string command =
-      fmt::format("cd '{}' && PATH='{}':\"$PATH\" tools/demo.sh --plugin '{}' --out '{}'",
-                  RAVENCAL_SOURCE_DIR, RAVENCAL_PROGRAM_DIR, RAVENCAL_PLUGIN, out.string());
+      fmt::format("cd '{}' && PATH='{}:{}':\"$PATH\" tools/demo.sh --plugin '{}' --out '{}'",
+                  RAVENCAL_SOURCE_DIR, RAVENCAL_PROGRAM_DIR, RAVENCAL_DRIVER_DIR, RAVENCAL_PLUGIN, out.string());
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   return out;
 }
