@@ -150,6 +150,24 @@ TEST(ProveMechanics, AgreesWithItselfAtATighterTolerance) {
   EXPECT_LT((tight - loose).norm(), 1e-5);
 }
 
+TEST(ProveMechanics, MovesTheSameInBothEngines) {
+  Random random(9, "engines");
+  for (const NominalRobot& nominal : {draw_raven(random), draw_axis(random)}) {
+    RobotPhysics robot = exact_session(nominal).robot;
+    const Vector3d start =
+        nominal.joints.size() == 3 ? Vector3d(0.7, 1.4, 0.37) : Vector3d(0.4, 0.0, 0.0);
+    Mechanics own = started(robot, start);
+    robot.mujoco = true;
+    Mechanics mujoco = started(robot, start);
+    CycleInputs push;
+    push.effort = {3.0, -2.5, 20.0};
+    run(own, push, 0.5);
+    run(mujoco, push, 0.5);
+    EXPECT_GT((own.joints() - start).norm(), 0.01);
+    EXPECT_LT((own.joints() - mujoco.joints()).norm(), 1e-5);
+  }
+}
+
 physics::Plant plant_of(const NominalRobot& nominal) {
   auto plant = physics::parse_plant(plant_text(nominal), "generated plant");
   EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);

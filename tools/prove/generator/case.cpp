@@ -133,6 +133,7 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
     if (design.off->id == "joint_friction") to.joint_friction = from.joint_friction;
   }
   design.base = exact_session(design.truth);
+  design.base.robot.mujoco = random.uniform() < 0.2;
   design.base.motion = motion;
   design.base.duration_s = options.duration_s;
   add_noise(design.base, random);

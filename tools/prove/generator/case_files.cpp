@@ -237,7 +237,7 @@ class Maker {
     const Json json = {{"schema", 1},
                        {"case", design_.number},
                        {"kind", word_of(design_.kind)},
-                       {"engine", "ravencal generator, SUNDIALS ARKODE"},
+                       {"engine", all.robot.mujoco ? "MuJoCo arm, SUNDIALS" : "own arm, SUNDIALS"},
                        {"robot", design_.nominal.name},
                        {"motion", all.motion == MotionKind::kRich ? "rich" : "slow"},
                        {"rate_hz", design_.nominal.row_rate_hz},

@@ -8,7 +8,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sundials/sundials_context.hpp>
+
+#include "prove/generator/mujoco_arm.hpp"
 
 namespace ravencal::prove {
 
@@ -190,7 +193,8 @@ struct Mechanics::Impl {
 
   void hold_geometry() {
     const double* all = N_VGetArrayPointer(y);
-    slow = robot.chain.at(gathered(all, kJoint), gathered(all, kJointVelocity));
+    const Vector3d q = gathered(all, kJoint), v = gathered(all, kJointVelocity);
+    slow = mujoco ? mujoco->at(q, v) : robot.chain.at(q, v);
     inverse_mass = slow.mass.inverse();
   }
 
@@ -205,6 +209,7 @@ struct Mechanics::Impl {
   ChainDynamics slow;
   Eigen::Matrix3d inverse_mass = Eigen::Matrix3d::Identity();
   CycleInputs inputs;
+  std::optional<MujocoArm> mujoco;
   sundials::Context context;
   N_Vector y = nullptr;
   N_Vector absolute = nullptr;
@@ -214,6 +219,9 @@ struct Mechanics::Impl {
 
 core::Result<Mechanics> Mechanics::create(const RobotPhysics& robot, double tolerance) {
   auto impl = std::make_unique<Impl>(robot);
+  if (robot.mujoco) {
+    RAVENCAL_ASSIGN_OR_RETURN(impl->mujoco, MujocoArm::create(robot.chain));
+  }
   const sunindextype size = impl->count * kStatesPerJoint;
   impl->y = N_VNew_Serial(size, impl->context);
   impl->absolute = N_VNew_Serial(size, impl->context);

@@ -73,6 +73,7 @@ struct RobotPhysics {
   std::vector<JointPhysics> joints;
   Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();  ///< true; joint = motor + coupling * joints
   Chain chain;
+  bool mujoco = false;  ///< rigid-body dynamics by the second engine
 };
 
 }  // namespace ravencal::prove
