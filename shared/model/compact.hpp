@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Makes a trained network smaller: L1 and L2 penalties leave inputs that nothing reads and hidden
-// units that say nothing or always the same. Fewer weights are fewer bytes per tick. Not real time.
+// Makes a trained network smaller: inputs and units that change nothing go, and within a budget
+// those that others can stand in for. Fewer weights are fewer bytes per tick. Not real time.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,15 @@
 
 #include "core/result.hpp"
 #include "model/calibration_model.hpp"
+#include "model/feature_matrix.hpp"
 
 namespace ravencal::model {
 
 struct CompactOptions {
   /// Root mean square of the change of an output, as a share of that output's scale (the standard
   /// deviation that it was trained on), over the rows given. 0: remove only what cannot change
-  /// anything: inputs and units whose weights are exactly zero, or that are constant by their
-  /// weights.
+  /// anything: inputs that never changed in training (the plugin clamps them to what they were),
+  /// and inputs and units whose weights are exactly zero.
   double budget = 0.0;
 };
 
@@ -29,12 +30,14 @@ struct Compacted {
       0.0;  ///< largest over the outputs, in the budget's measure; 0 without rows
 };
 
-/// `features_si` [rows x features] are what the network sees, SI units: the training data. An input
-/// or unit is replaced by its mean over the rows, folded into the biases of the next layer. The
-/// order is by what the replacement costs (spread of the unit times norm of its outgoing weights);
-/// as many go as the budget allows. At least one input and one unit of each hidden layer stay.
-/// Fails on a feature matrix of another width, and on a positive budget without rows.
-core::Result<Compacted> compact(const CalibrationModel& model, const Eigen::MatrixXd& features_si,
+/// `features_si` [rows x features] are what the network sees, SI units: the training data. A
+/// constant goes into the biases of the next layer. Within a budget every layer keeps the fewest of
+/// its inputs that can still say what the layer takes from them, and its weights are fitted anew
+/// (unit_reduction.hpp); all layers give up equally much of the outputs. At least one input and one
+/// unit of each hidden layer stay. The trust region becomes that of the inputs that stay; its
+/// distances are measured anew on the rows, if there are any. Fails on a feature matrix of another
+/// width, and on a positive budget without rows.
+core::Result<Compacted> compact(const CalibrationModel& model, const FeatureMatrix& features_si,
                                 const CompactOptions& options);
 
 }  // namespace ravencal::model

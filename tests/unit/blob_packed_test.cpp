@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
@@ -186,6 +190,84 @@ TEST(LayerInputs, AreTheMeansAndLimitsThatTheLayersSee) {
   EXPECT_EQ((*inputs)[2].limit, 1.0F) << "behind sigmoid";
   rows.setConstant(std::numeric_limits<float>::quiet_NaN());
   EXPECT_FALSE(model::measure_layer_inputs(model, rows).ok());
+}
+
+// Golden files of the other precisions.
+class GoldenPrecision : public ::testing::TestWithParam<Precision> {
+ protected:
+  [[nodiscard]] static std::string stem() {
+    return "weights_v2_" + std::string(model::name_of(GetParam()));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Rounded, GoldenPrecision,
+                         ::testing::Values(Precision::kBfloat16, Precision::kInt8));
+
+TEST_P(GoldenPrecision, EncodesToTheGoldenBytes) {
+  const auto bytes = model::encode_blob(golden_wide_model(), golden_packing(GetParam()));
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  if (std::getenv("RAVENCAL_WRITE_GOLDEN") != nullptr) {
+    const std::filesystem::path folder(RAVENCAL_SOURCE_DIR "/tests/golden");
+    ASSERT_TRUE(model::write_blob(*bytes, folder / (stem() + ".blob")).ok());
+  }
+  const Bytes golden = golden_bytes(stem() + ".blob");
+  ASSERT_EQ(bytes->size(), golden.size());
+  // Outputs and tolerances of the self-test may differ in their last bits between machines (exp).
+  const blob::SectionEntry self_test = blob::section_entry(golden.data(), blob::kSelfTest);
+  for (std::size_t at = 0; at < golden.size() - blob::kTrailerBytes; ++at) {
+    if (at >= self_test.offset && at < self_test.offset + self_test.bytes) continue;
+    ASSERT_EQ((*bytes)[at], golden[at]) << "byte " << at << ": the format changed";
+  }
+}
+
+// The twin was written by hand from FORMATS.md: units and row scales of int8, upper halves of bf16.
+TEST_P(GoldenPrecision, GoldenBytesSayWhatTheirJsonTwinSays) {
+  std::ifstream file(std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" /
+                     (stem() + ".json"));
+  const auto twin = nlohmann::json::parse(file);
+  const Bytes bytes = golden_bytes(stem() + ".blob");
+  BlobView view;
+  ASSERT_TRUE(BlobView::open(bytes, view).ok());
+  EXPECT_EQ(twin["bytes"], bytes.size());
+  EXPECT_EQ(twin["precision"], model::name_of(view.precision()));
+  const std::byte* const network =
+      bytes.data() + blob::section_entry(bytes.data(), blob::kNetwork).offset;
+  const model::packed::PackedLayer layer = view.network().layer(0);
+  ASSERT_EQ(twin["stored"].size(), layer.outputs);
+  for (std::uint32_t o = 0; o < layer.outputs; ++o) {
+    EXPECT_NEAR(twin["biases"][o].get<double>(), static_cast<double>(view.network().bias(layer, o)),
+                1e-6);
+    for (std::uint32_t i = 0; i < layer.inputs; ++i) {
+      const std::size_t at = element_index(layer, o, i);
+      const std::byte* const stored = network + layer.weights_at;
+      const int value = GetParam() == Precision::kInt8
+                            ? static_cast<int>(static_cast<std::int8_t>(stored[at]))
+                            : static_cast<int>(blob::load_u16(stored + 2 * at));
+      EXPECT_EQ(twin["stored"][o][i], value) << "unit " << o << " input " << i;
+    }
+    if (GetParam() != Precision::kInt8) continue;
+    EXPECT_NEAR(twin["row_scales"][o].get<double>(),
+                static_cast<double>(blob::load_f32(network + layer.row_scales_at + 4 * o)), 1e-10);
+    EXPECT_EQ(twin["row_sums"][o],
+              static_cast<std::int32_t>(blob::load_u32(network + layer.row_sums_at + 4 * o)));
+  }
+}
+
+TEST_P(GoldenPrecision, RefusesEveryFlippedByteAndEveryTruncationWithAName) {
+  const Bytes good = golden_bytes(stem() + ".blob");
+  BlobView view;
+  ASSERT_TRUE(BlobView::open(good, view).ok());
+  Bytes bad = good;
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    for (unsigned flip = 1; flip < 256; ++flip) {
+      bad[at] = good[at] ^ static_cast<std::byte>(flip);
+      const model::BlobCheck check = BlobView::open(bad, view);
+      ASSERT_FALSE(check.ok()) << "byte " << at << " flipped by " << flip;
+      ASSERT_STRNE(describe(check.status), "unknown reason");
+    }
+    bad[at] = good[at];
+    ASSERT_EQ(BlobView::open(std::span(good).first(at), view).status, BlobStatus::kTooShort);
+  }
 }
 
 }  // namespace

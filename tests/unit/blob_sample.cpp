@@ -42,9 +42,29 @@ model::CalibrationModel golden_model() {
   return model;
 }
 
-std::vector<std::byte> golden_bytes() {
-  const auto path =
-      std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / "weights_v2.blob";
+model::CalibrationModel golden_wide_model() {
+  model::CalibrationModel model = golden_model();
+  model.layers[0].weights.resize(12, 3);
+  model.layers[0].biases.resize(12);
+  model.layers[1].weights.resize(2, 12);
+  for (int unit = 0; unit < 12; ++unit) {
+    // Thirds and sevenths are exact in no precision.
+    model.layers[0].weights.row(unit) << static_cast<float>(unit) / 3.0F, -1.0F / 7.0F, 1.0F;
+    model.layers[0].biases[unit] = 0.25F * static_cast<float>(unit);
+    model.layers[1].weights.col(unit) << 1.0F / 3.0F, static_cast<float>(unit);
+  }
+  return model;
+}
+
+model::Packing golden_packing(model::packed::Precision precision) {
+  model::Packing packing{precision, {}};
+  packing.inputs = {{Eigen::Vector3f(0.25F, 0.0F, -0.5F), 3.0F},
+                    {Eigen::VectorXf::Constant(12, 0.5F), 1.0F}};
+  return packing;
+}
+
+std::vector<std::byte> golden_bytes(const std::string& name) {
+  const auto path = std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden" / name;
   std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "model/calibration_model.hpp"
+#include "model/packed_model.hpp"
 
 namespace ravencal::test {
 
@@ -12,8 +14,14 @@ namespace ravencal::test {
 /// that a person can check in a hex dump.
 model::CalibrationModel golden_model();
 
+/// The model of the golden files of other precisions: golden_model() with twelve hidden units, one
+/// panel, and weights that both precisions round.
+model::CalibrationModel golden_wide_model();
+/// How that is packed: the inputs of the layers are stated, not measured.
+model::Packing golden_packing(model::packed::Precision precision);
+
 /// The golden file's bytes.
-std::vector<std::byte> golden_bytes();
+std::vector<std::byte> golden_bytes(const std::string& name = "weights_v2.blob");
 
 /// Puts the right checksum over changed bytes, so that the checks behind it are reached.
 void repair_checksum(std::vector<std::byte>& bytes);

@@ -85,7 +85,7 @@ TEST(Compact, StaysWithinItsBudgetOnTheRowsAndNearItOnOthers) {
   for (const Eigen::Index faint : {1, 3, 5, 7}) model.layers[0].weights.col(faint) *= 1e-3F;
   model.layers[1].weights.col(0) *= 1e-3F;
   for (const double budget : {0.001, 0.01, 0.1}) {
-    const auto result = compact(model, rows_for(model, 3000, 6), {budget});
+    const auto result = compact(model, rows_for(model, 3000, 6).cast<float>(), {budget});
     ASSERT_TRUE(result.ok());
     const Compacted& small = result.value();
     EXPECT_LT(small.weights_after, small.weights_before);
@@ -100,7 +100,7 @@ TEST(Compact, StaysWithinItsBudgetOnTheRowsAndNearItOnOthers) {
 
 TEST(Compact, KeepsAtLeastOneOfEverything) {
   const auto model = busy_model();
-  const auto result = compact(model, rows_for(model, 100, 8), {1e9});
+  const auto result = compact(model, rows_for(model, 100, 8).cast<float>(), {1e9});
   ASSERT_TRUE(result.ok());
   for (const DenseLayer& layer : result.value().model.layers) EXPECT_GE(layer.weights.size(), 1);
   EXPECT_EQ(result.value().model.features.size(), 1U);
@@ -109,9 +109,9 @@ TEST(Compact, KeepsAtLeastOneOfEverything) {
 
 TEST(Compact, RefusesRowsThatDoNotFit) {
   const auto model = busy_model();
-  EXPECT_FALSE(compact(model, Eigen::MatrixXd::Zero(5, 3), {0.1}).ok());
+  EXPECT_FALSE(compact(model, FeatureMatrix::Zero(5, 3), {0.1}).ok());
   EXPECT_FALSE(compact(model, {}, {0.1}).ok());
-  EXPECT_FALSE(compact(model, Eigen::MatrixXd::Constant(5, kInputs, NAN), {0.1}).ok());
+  EXPECT_FALSE(compact(model, FeatureMatrix::Constant(5, kInputs, NAN), {0.1}).ok());
 }
 
 }  // namespace
