@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/forward.hpp"
 
+#include "kernels/gru_memory.hpp"
+
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
@@ -111,6 +113,24 @@ Isa best_isa(Isa limit) noexcept {
     if (is_supported(static_cast<Isa>(level))) return static_cast<Isa>(level);
   }
   return Isa::kPortable;
+}
+
+std::size_t memory_bytes(const PackedView& network, std::uint32_t ticks_per_row) noexcept {
+  const PackedLayer gru = network.recurrence();
+  if (gru.window == 0) return 0;
+  const std::size_t phases = std::size_t{gru.stride_rows} * ticks_per_row;
+  const std::size_t units = padded(gru.inputs, kLineLanes);
+  const std::size_t states = gru.window - std::size_t{1};
+  return sizeof(GruMemory) + states * (gru.outputs + phases * units) * sizeof(float);
+}
+
+void clear_memory(const PackedView& network, std::uint32_t ticks_per_row,
+                  std::byte* scratch) noexcept {
+  const std::size_t bytes = memory_bytes(network, ticks_per_row);
+  if (bytes == 0) return;
+  std::byte* const memory = scratch + scratch_bytes(network.header().widest);
+  __builtin_memset(memory, 0, bytes);
+  reinterpret_cast<GruMemory*>(memory)->phases = network.recurrence().stride_rows * ticks_per_row;
 }
 
 Forward forward_for(Isa isa) noexcept {

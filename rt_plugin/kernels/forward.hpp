@@ -39,9 +39,24 @@ constexpr std::size_t scratch_bytes(std::uint32_t widest) noexcept {
   return std::size_t{widest} * (2 * sizeof(float) + 2 * sizeof(std::uint16_t));
 }
 
+/// What a network with a GRU keeps between two passes, behind the scratch memory: bytes that are
+/// kept, 64-byte aligned. 0 for other networks. One pass a tick advances, in constant time, all the
+/// windows that the tick's sample belongs to: the sample of a tick is the first of one window, the
+/// second of the window that began a stride earlier, and so on, so each pass multiplies the
+/// recurrent weights, read once, with the window - 1 states that end a stride ago; and the input
+/// weights with the inputs once for all. `ticks_per_row`: calls of the pass per row of training.
+std::size_t memory_bytes(const PackedView& network, std::uint32_t ticks_per_row) noexcept;
+
+/// Makes that memory ready, its states zero; once, before the first pass. Outputs are those of the
+/// whole window after (window - 1) * stride_rows * ticks_per_row more passes; whatever was before
+/// has no influence then.
+void clear_memory(const PackedView& network, std::uint32_t ticks_per_row,
+                  std::byte* scratch) noexcept;
+
 /// inputs [inputs of the first layer], scaled as the network was trained -> outputs [outputs of the
 /// last]. Finite inputs give finite hidden values behind sigmoid and tanh; a NaN input gives NaN
-/// outputs. kInt8 clamps each input to its layer's input limit. `scratch` as scratch_bytes says.
+/// outputs; a GRU remembers inputs of zero in place of a sample with a NaN. kInt8 clamps each input
+/// to its layer's input limit. `scratch` as scratch_bytes and memory_bytes say.
 using Forward = void (*)(const PackedView& network, const float* inputs, float* outputs,
                          std::byte* scratch) noexcept;
 

@@ -4,6 +4,7 @@
 // flags and RAVENCAL_FORWARD, the function to define. Weights are read front to back, so that the
 // processor's prefetcher runs ahead: with cold caches the pass takes as long as reading them does.
 #include "kernels/forward.hpp"
+#include "kernels/gru.hpp"
 #include "kernels/int8_dot.hpp"
 #include "kernels/vector.hpp"
 
@@ -187,6 +188,13 @@ template <std::size_t kMost, typename Kernel>
   return poison;
 }
 
+/// NaN if one of the inputs is NaN, else 0.
+float nan_or_zero(const float* inputs, std::size_t count) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < count; ++i) any |= inputs[i] != inputs[i];
+  return any ? __builtin_nanf("") : 0.0F;
+}
+
 /// A layer of few outputs: one f32 row each.
 [[gnu::noinline]] void run_rows(const PackedView& network, const PackedLayer& layer, const float* x,
                                 float* y) noexcept {
@@ -250,15 +258,23 @@ void RAVENCAL_FORWARD(const PackedView& network, const float* inputs, float* out
   float* y = x + header.widest;
   auto* const rest = reinterpret_cast<std::byte*>(y + header.widest);
   const std::size_t count = network.layer(0).inputs;
-  for (std::size_t i = 0; i < count; ++i) x[i] = inputs[i];
+  const bool is_recurrent = network.layer(0).kind == LayerKind::kGruInput;
+  const float poison = is_recurrent ? nan_or_zero(inputs, count) : 0.0F;
+  for (std::size_t i = 0; i < count; ++i) x[i] = poison == 0.0F ? inputs[i] : 0.0F;
   for (std::size_t i = count; i < padded(count, kLineLanes); ++i) x[i] = 0.0F;
   for (std::size_t l = 0; l < header.layers; ++l) {
-    run_layer(network, network.layer(l), x, y, rest);
+    const PackedLayer layer = network.layer(l);
+    if (layer.kind == LayerKind::kGruRecurrent) {
+      run_gru(network, layer, x, y, scratch + scratch_bytes(header.widest));
+    } else {
+      run_layer(network, layer, x, y, rest);
+    }
     float* const swapped = x;
     x = y;
     y = swapped;
   }
-  for (std::size_t i = 0; i < network.layer(header.layers - 1).outputs; ++i) outputs[i] = x[i];
+  for (std::size_t i = 0; i < network.layer(header.layers - 1).outputs; ++i)
+    outputs[i] = x[i] + poison;
 }
 
 }  // namespace ravencal::kernels

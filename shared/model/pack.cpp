@@ -25,6 +25,9 @@ PackedLayer describe(const LayerSource& source, Precision precision, std::uint64
   layer.inputs = source.inputs;
   layer.outputs = source.outputs;
   layer.activation = source.activation;
+  layer.kind = source.kind;
+  layer.window = source.window;
+  layer.stride_rows = source.stride_rows;
   layer.precision = has_few_outputs(layer) ? Precision::kFloat32 : precision;
   const std::uint64_t lane_bytes = padded(source.outputs, kLineLanes) * 4;
   layer.biases_at = at;
@@ -141,14 +144,17 @@ bool pack_layer(const LayerSource& source, const PackedLayer& layer, std::byte* 
 std::size_t packed_bytes(std::span<const LayerSource> layers, Precision precision) noexcept {
   if (layers.empty() || layers.size() > kMaxLayers) return 0;
   std::uint64_t at = sizeof(PackedHeader) + layers.size() * sizeof(PackedLayer);
-  for (std::size_t l = 0; l < layers.size(); ++l) {
-    const LayerSource& layer = layers[l];
-    const bool sized = layer.inputs > 0 && layer.inputs <= kMaxWidth && layer.outputs > 0 &&
-                       layer.outputs <= kMaxWidth;
-    if (!sized || (l > 0 && layers[l - 1].outputs != layer.inputs)) return 0;
-    at = describe(layer, precision, at).end;
+  PackedLayer before = {};
+  for (const LayerSource& source : layers) {
+    const bool sized = source.inputs > 0 && source.inputs <= kMaxWidth && source.outputs > 0 &&
+                       source.outputs <= kMaxWidth;
+    if (!sized) return 0;
+    const PackedLayer layer = describe(source, precision, at);
+    if (!follows(layer, &source == layers.data() ? nullptr : &before)) return 0;
+    at = layer.end;
+    before = layer;
   }
-  return at;
+  return before.kind == LayerKind::kDense ? at : 0;
 }
 
 bool pack(std::span<const LayerSource> layers, Precision precision,

@@ -19,6 +19,9 @@ struct LayerSource {
   std::ptrdiff_t row_stride = 0;     ///< floats from one output's weights to the next's
   std::ptrdiff_t column_stride = 1;  ///< floats from one input's weight to the next's
   Activation activation = Activation::kLinear;
+  LayerKind kind = LayerKind::kDense;
+  std::uint8_t window = 0;        ///< kGruRecurrent, as in PackedLayer
+  std::uint32_t stride_rows = 0;  ///< kGruRecurrent, as in PackedLayer
   /// kInt8: the largest magnitude that an input of this layer takes; larger ones are clamped. 1 is
   /// right behind sigmoid and tanh; elsewhere it comes from the trained range.
   float input_limit = 1.0F;

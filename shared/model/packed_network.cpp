@@ -9,9 +9,8 @@ namespace {
 bool known(const PackedLayer& layer) noexcept {
   return layer.activation <= Activation::kRelu && layer.precision <= Precision::kInt8 &&
          (!has_few_outputs(layer) || layer.precision == Precision::kFloat32) &&
-         layer.reserved[0] == 0 && layer.reserved[1] == 0 && layer.reserved_too == 0 &&
-         layer.inputs > 0 && layer.inputs <= kMaxWidth && layer.outputs > 0 &&
-         layer.outputs <= kMaxWidth;
+         layer.reserved == 0 && layer.inputs > 0 && layer.inputs <= kMaxWidth &&
+         layer.outputs > 0 && layer.outputs <= kMaxWidth;
 }
 
 /// The sections lie where pack() puts them, one after another from `at`.
@@ -167,7 +166,9 @@ bool open_anywhere(const std::byte* base, std::size_t bytes, PackedView& view) n
   for (std::uint32_t l = 0; l < header.layers; ++l) {
     const PackedLayer layer = candidate.layer(l);
     if (!known(layer) || !in_place(layer, at)) return false;
-    if (l > 0 && candidate.layer(l - 1).outputs != layer.inputs) return false;
+    const PackedLayer before = candidate.layer(l > 0 ? l - 1 : 0);
+    if (!follows(layer, l > 0 ? &before : nullptr)) return false;
+    if (l + 1 == header.layers && layer.kind != LayerKind::kDense) return false;
     at = layer.end;
     const std::size_t width = layer.inputs > layer.outputs ? layer.inputs : layer.outputs;
     if (padded(width, kLineLanes) > widest) widest = padded(width, kLineLanes);

@@ -51,7 +51,7 @@ Task make_task(bool paper) {
   return task;
 }
 
-std::vector<Peer> all_peers(const Task& task) {
+std::vector<Peer> all_peers(const Task& task, bool paper) {
   std::vector<Peer> peers;
   for (const auto precision :
        {kernels::Precision::kFloat32, kernels::Precision::kBfloat16, kernels::Precision::kInt8}) {
@@ -68,6 +68,7 @@ std::vector<Peer> all_peers(const Task& task) {
       bytes = std::max(bytes, peers.back().weight_bytes);
     }
     peers.push_back(kernel_peer(task, precision));
+    if (paper) peers.push_back(gru_peer(precision));
     peers.insert(peers.begin() + static_cast<std::ptrdiff_t>(first), bound_peer(bytes));
   }
   for (const auto& make : {eigen_peer, onnx_runtime_peer, torch_peer, rtneural_peer}) {
@@ -93,7 +94,7 @@ std::vector<Row> measure(const Task& task, std::vector<Peer> peers, const Effort
   std::vector<Row> rows;
   for (Peer& peer : peers) {
     Row row;
-    if (!peer.name.starts_with(kBoundName)) row.max_error = max_error(peer, expected);
+    if (peer.runs_task) row.max_error = max_error(peer, expected);
     row.heap_calls = heap_calls_per_step(peer);
     row.system_calls = system_calls_per_step(peer);
     rows.push_back(std::move(row));
@@ -185,7 +186,7 @@ std::string load_average() { return first_line_with("/proc/loadavg", "").substr(
 
 nlohmann::json run_network(bool paper, const Options& options) {
   const Task task = make_task(paper);
-  std::vector<Peer> peers = all_peers(task);
+  std::vector<Peer> peers = all_peers(task, paper);
   nlohmann::json report;
   report["network"] = paper ? "208-600-500-400-3" : "112-128-64-32-3";
   report["load_average_before"] = load_average();

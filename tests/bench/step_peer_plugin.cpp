@@ -7,6 +7,7 @@
 #include "bench/step_settings.hpp"
 #include "rt/rig.hpp"
 #include "rt_plugin/fp_mode.hpp"
+#include "unit/kernels_gru.hpp"
 
 namespace ravencal::bench {
 namespace {
@@ -83,6 +84,31 @@ Peer kernel_peer(const Task& task, kernels::Precision precision) {
   peer.step = [packed, block, view, &task, forward = kernels::forward_for(isa)](float* outputs) {
     const rt::FlushDenormals flush;
     forward(view, task.inputs.data(), outputs, packed->scratch());
+  };
+  return peer;
+}
+
+Peer gru_peer(kernels::Precision precision) {
+  constexpr std::uint32_t kTicksPerRow = 10;
+  const kernels_test::GruNetwork network = kernels_test::random_gru({}, 1);
+  const auto layers = kernels_test::gru_sources(network);
+  const std::size_t bytes = kernels::packed_bytes(layers, precision);
+  const auto block = huge_bytes(bytes);
+  kernels::pack(layers, precision, {block.get(), bytes});
+  kernels::PackedView view;
+  kernels::open(block.get(), bytes, view);
+  const auto scratch = huge_bytes(kernels::scratch_bytes(view.header().widest) +
+                                  kernels::memory_bytes(view, kTicksPerRow));
+  kernels::clear_memory(view, kTicksPerRow, scratch.get());
+  const kernels::Isa isa = kernels::best_isa();
+  Peer peer;
+  peer.name = name_of("  GRU 300 x 8, ", precision, kernels::name_of(isa));
+  peer.weight_bytes = bytes;
+  peer.runs_task = false;
+  peer.step = [block, view, scratch, inputs = std::vector<float>(network.shape.inputs, 0.3F),
+               forward = kernels::forward_for(isa)](float* outputs) {
+    const rt::FlushDenormals flush;
+    forward(view, inputs.data(), outputs, scratch.get());
   };
   return peer;
 }

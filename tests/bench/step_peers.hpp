@@ -20,6 +20,7 @@ struct Peer {
   std::function<void(float* outputs)> step;
   std::function<void()> prepare;  ///< before every step, not timed; may be empty
   std::string skipped;            ///< why there is no step, if there is none
+  bool runs_task = true;          ///< false: another network, for its time alone
 };
 
 /// One network and one sample for every peer.
@@ -33,6 +34,9 @@ struct Task {
 Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t isa);
 /// The plugin's network alone, with its best instruction set, in the memory that the plugin uses.
 Peer kernel_peer(const Task& task, kernels::Precision precision);
+/// The authors' second model, one tick of 1 ms of it, as kernel_peer: GRU of 300 units over 8
+/// samples 50 ms apart, dense 300, 3 outputs, random weights.
+Peer gru_peer(kernels::Precision precision);
 /// Reads as many bytes as fast as one core can: the bandwidth of the level that they come from.
 Peer bound_peer(std::size_t bytes);
 
