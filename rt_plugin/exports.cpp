@@ -38,15 +38,17 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   config->require_signature = 0;
   std::memset(config->public_key, 0, sizeof config->public_key);
   std::memset(config->telemetry_name, 0, sizeof config->telemetry_name);
-  // Fading at 0.05 rad/s and 10 mm/s: the whole of a RAVEN-II's offset (7.5 deg, 10.5 mm between
-  // the controller's hard stops and the authors' encoder zero) comes in within three seconds.
-  // In normal work ten times that, which hysteresis at a reversal needs. Corrections beyond 11.5
-  // deg or 20 mm are not calibration but a fault.
+  // A fade moves the motors, so it is no faster than the authors' own trajectory follower moves the
+  // joints: 2.182 deg/s, 3 deg/s, 5 mm/s (HaonanPeng/raven2_CRTK_Python_controller). The whole of a
+  // RAVEN-II's offset (7.5 deg, 10.5 mm between the controller's hard stops and the authors'
+  // encoder zero) comes in within three seconds. In normal work ten times that, which hysteresis
+  // at a reversal needs. Corrections beyond 11.5 deg or 20 mm are not calibration but a fault.
+  constexpr float kSlew[RAVENCAL_JOINTS] = {0.038F, 0.052F, 0.005F};
+  constexpr float kLargest[RAVENCAL_JOINTS] = {0.2F, 0.2F, 0.02F};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const bool prismatic = j == 2;
-    config->slew_ji_per_s[j] = prismatic ? 0.01F : 0.05F;
-    config->max_correction_rate_ji_per_s[j] = prismatic ? 0.1F : 0.5F;
-    config->max_correction_ji[j] = prismatic ? 0.02F : 0.2F;
+    config->slew_ji_per_s[j] = kSlew[j];
+    config->max_correction_rate_ji_per_s[j] = 10.0F * kSlew[j];
+    config->max_correction_ji[j] = kLargest[j];
   }
   return RAVENCAL_SUCCESS;
 }

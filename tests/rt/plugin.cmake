@@ -41,3 +41,7 @@ ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plu
   LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)
 ravencal_test(NAME plugin_latch_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/latch_test.cpp
   LIBS ravencal_test_rig ravencal_host ravencal_simulation LABELS rt)
+ravencal_test(NAME plugin_twin_control_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/twin_control_test.cpp
+  LIBS ravencal_test_rig ravencal::physics LABELS rt)
+ravencal_test(NAME plugin_soak_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/soak_test.cpp
+  LIBS ravencal_test_rig ravencal::physics LABELS rt)
