@@ -32,16 +32,14 @@ struct Increment {
 
 /// Second moments of robot and truth increments.
 struct Moments {
-  double n = 0.0, aa = 0.0, ab = 0.0, bb = 0.0;
+  double aa = 0.0, ab = 0.0, bb = 0.0;
 
   void add(double a, double b) {
-    n += 1.0;
     aa += a * a;
     ab += a * b;
     bb += b * b;
   }
   Moments& operator+=(const Moments& other) {
-    n += other.n;
     aa += other.aa;
     ab += other.ab;
     bb += other.bb;
@@ -50,10 +48,12 @@ struct Moments {
   [[nodiscard]] double correlation() const {
     return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
   }
-  /// Minus twice the log likelihood, up to a constant, with gain and noise at their best.
-  [[nodiscard]] double misfit() const {
+  /// Minus twice the log likelihood, up to a constant, with gain and noise at their best, as if
+  /// `count` increments had been there at every delay: else the delay that leaves fewest of them
+  /// outside of the recording would win.
+  [[nodiscard]] double misfit(std::size_t count) const {
     const double r = correlation();
-    return n * std::log1p(-std::min(r * r, 1.0 - 1e-12));
+    return static_cast<double>(count) * std::log1p(-std::min(r * r, 1.0 - 1e-12));
   }
 };
 
@@ -103,11 +103,14 @@ class DelaySearch {
   }
 
   [[nodiscard]] std::size_t joints() const { return increments_.size(); }
+  [[nodiscard]] std::size_t increments(std::size_t joint) const {
+    return increments_[joint].size();
+  }
 
   double misfit(double delay_s) const {
     double sum = 0.0;
     for (std::size_t joint = 0; joint < joints(); ++joint)
-      sum += moments(joint, delay_s, kBlocks).misfit();
+      sum += moments(joint, delay_s, kBlocks).misfit(increments(joint));
     return sum;
   }
 
@@ -133,6 +136,8 @@ class FineGrid {
  public:
   FineGrid(const DelaySearch& search, double centre_s)
       : joints_(search.joints()), centre_s_(centre_s), sums_(kGrid * joints_ * kBlocks) {
+    for (std::size_t joint = 0; joint < joints_; ++joint)
+      counts_.push_back(search.increments(joint));
     for (std::size_t grid = 0; grid < kGrid; ++grid) {
       const double delay_s = delay_at(static_cast<double>(grid));
       for (std::size_t joint = 0; joint < joints_; ++joint) {
@@ -151,7 +156,7 @@ class FineGrid {
         for (std::size_t block = 0; block < kBlocks; ++block) {
           if (block != left_out) sum += sums_[at(grid, joint, block)];
         }
-        curve[grid] += sum.misfit();
+        curve[grid] += sum.misfit(counts_[joint]);
       }
     }
     return delay_at(lowest_point(curve));
@@ -169,6 +174,7 @@ class FineGrid {
 
   std::size_t joints_;
   double centre_s_;
+  std::vector<std::size_t> counts_;  // increments of each joint
   std::vector<Moments> sums_;
 };
 
