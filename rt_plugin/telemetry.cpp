@@ -79,7 +79,7 @@ void write_constants(std::uint64_t* words, const ravencal_config& config) noexce
   header.tick_ns = config.tick_ns;
   header.writer_pid = static_cast<std::uint32_t>(::getpid());
   timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
+  (void)::clock_gettime(CLOCK_REALTIME, &now);
   header.start_realtime_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
   std::strncpy(header.plugin_version, core::kVersion, sizeof header.plugin_version - 1);
   header.counters.struct_size = sizeof header.counters;
@@ -91,13 +91,13 @@ void write_constants(std::uint64_t* words, const ravencal_config& config) noexce
 std::int32_t Telemetry::open(const ravencal_config& config) noexcept {
   if (config.telemetry_name[0] == '\0') return RAVENCAL_SUCCESS;
   if (!is_name(config.telemetry_name)) return RAVENCAL_ERROR_ARGUMENT;
-  std::snprintf(path_, sizeof path_, "%s%s", kFolder, config.telemetry_name);
+  (void)std::snprintf(path_, sizeof path_, "%s%s", kFolder, config.telemetry_name);
   if (const std::int32_t code = check_free(path_); code != RAVENCAL_SUCCESS) return code;
 
   // Made under another name and renamed when it is whole, so that nobody sees a part of it.
   char partial[sizeof path_ + 16];
-  std::snprintf(partial, sizeof partial, "%s/.%s.%d", kFolder, config.telemetry_name + 1,
-                static_cast<int>(::getpid()));
+  (void)std::snprintf(partial, sizeof partial, "%s/.%s.%d", kFolder, config.telemetry_name + 1,
+                      static_cast<int>(::getpid()));
   ::unlink(partial);
   file_ = ::open(partial, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (file_ < 0) return errno == ENOSPC ? RAVENCAL_ERROR_MEMORY : RAVENCAL_ERROR_IO;

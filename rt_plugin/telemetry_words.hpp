@@ -14,12 +14,9 @@
 
 namespace ravencal::rt {
 
-template <typename Record>
-inline constexpr std::size_t kWordsOf = sizeof(Record) / sizeof(std::uint64_t);
-
 /// Storage of one Record, as words.
 template <typename Record>
-using Words = std::array<std::uint64_t, kWordsOf<Record>>;
+using Words = std::array<std::uint64_t, sizeof(Record) / sizeof(std::uint64_t)>;
 
 inline void store_word(std::uint64_t& to, std::uint64_t value) noexcept {
   std::atomic_ref<std::uint64_t>(to).store(value, std::memory_order_release);
