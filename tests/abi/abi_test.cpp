@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <sstream>
 #include <string>
@@ -45,33 +46,82 @@ std::vector<std::string> lines_of(const std::string& command) {
   return lines;
 }
 
-TEST(SharedObject, ExportsOneSymbol) {
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+std::set<std::string> exported_by(const std::string& library) {
   std::set<std::string> symbols;
-  for (const std::string& line : lines_of("nm -D --defined-only " RAVENCAL_PLUGIN_PATH)) {
-    std::istringstream words(line);
-    std::string address;
-    std::string type;
-    std::string name;
-    words >> address >> type >> name;
-    if (type != "A") symbols.insert(name.substr(0, name.find('@')));  // A: the version's own node
+  for (const std::string& line : lines_of("nm -D --defined-only " + library)) {
+    const auto words = words_of(line);  // address, type, name; A: the version's own node
+    if (words[1] != "A") symbols.insert(words[2].substr(0, words[2].find('@')));
   }
-  EXPECT_EQ(symbols, std::set<std::string>{"ravencal_plugin_entry"});
+  return symbols;
+}
+
+/// Libraries that it needs besides the C library.
+std::set<std::string> foreign_needs_of(const std::string& library) {
+  std::set<std::string> needs;
+  for (const std::string& line : lines_of("readelf -dW " + library)) {
+    if (line.find("(NEEDED)") == std::string::npos) continue;
+    const auto at = line.find('[');
+    needs.insert(line.substr(at + 1, line.find(']') - at - 1));
+  }
+  needs.erase("libc.so.6");
+  needs.erase("libm.so.6");
+  return needs;
+}
+
+/// Minor version of the newest glibc symbol that it asks for.
+int newest_glibc_of(const std::string& library) {
+  int newest = 0;
+  for (const std::string& line : lines_of("objdump -T " + library)) {
+    const auto at = line.find("GLIBC_2.");
+    if (at == std::string::npos) continue;
+    newest = std::max(newest, std::atoi(line.c_str() + at + std::strlen("GLIBC_2.")));
+  }
+  return newest;
+}
+
+/// What exceptions and run-time types leave in an object: unwind tables for catching, calls of the
+/// C++ runtime, type descriptions.
+std::set<std::string> cxx_runtime_in(const std::string& library) {
+  std::set<std::string> found;
+  for (const std::string& line : lines_of("readelf -SW " + library)) {
+    if (line.find(".gcc_except_table") != std::string::npos) found.insert(".gcc_except_table");
+  }
+  for (const std::string& line : lines_of("nm -D " + library + "; nm " + library + " 2>&1")) {
+    for (const char* name :
+         {"__cxa_throw", "__gxx_personality_v0", "_ZTI", "_ZTS", "__cxa_guard"}) {
+      if (line.find(name) != std::string::npos) found.insert(name);
+    }
+  }
+  return found;
+}
+
+TEST(SharedObject, ExportsOneSymbol) {
+  EXPECT_EQ(exported_by(RAVENCAL_PLUGIN_PATH), std::set<std::string>{"ravencal_plugin_entry"});
 }
 
 TEST(SharedObject, NeedsOnlyTheCLibrary) {
-  for (const std::string& line : lines_of("readelf -dW " RAVENCAL_PLUGIN_PATH)) {
-    if (line.find("(NEEDED)") == std::string::npos) continue;
-    const bool allowed = line.find("[libc.so.6]") != std::string::npos ||
-                         line.find("[libm.so.6]") != std::string::npos;
-    EXPECT_TRUE(allowed) << line;
-  }
+  EXPECT_EQ(foreign_needs_of(RAVENCAL_PLUGIN_PATH), std::set<std::string>{});
 }
 
-TEST(SharedObject, RunsWithGlibc217) {
-  for (const std::string& line : lines_of("objdump -T " RAVENCAL_PLUGIN_PATH)) {
-    const auto at = line.find("GLIBC_2.");
-    if (at == std::string::npos) continue;
-    EXPECT_LE(std::atoi(line.c_str() + at + std::strlen("GLIBC_2.")), 17) << line;
+TEST(SharedObject, RunsWithGlibc217) { EXPECT_LE(newest_glibc_of(RAVENCAL_PLUGIN_PATH), 17); }
+
+TEST(SharedObject, HasNoExceptionsAndNoRunTimeTypes) {
+  EXPECT_EQ(cxx_runtime_in(RAVENCAL_PLUGIN_PATH), std::set<std::string>{});
+}
+
+TEST(SharedObject, WouldBeFoundOutIfItBrokeTheseRules) {
+  const std::string library = RAVENCAL_RULE_BREAKER;
+  EXPECT_GE(exported_by(library).size(), 2U);
+  EXPECT_TRUE(foreign_needs_of(library).contains("libstdc++.so.6"));
+  EXPECT_GT(newest_glibc_of(library), 17);
+  const std::set<std::string> found = cxx_runtime_in(library);
+  for (const char* name : {".gcc_except_table", "__cxa_throw", "__gxx_personality_v0", "_ZTI"}) {
+    EXPECT_TRUE(found.contains(name)) << name;
   }
 }
 

@@ -19,7 +19,13 @@ foreach(isa avx2 avx2_vnni avx512 avx512_vnni)
     string(APPEND kernel_objects "|$<TARGET_OBJECTS:ravencal_forward_${isa}>")
   endif()
 endforeach()
+# What the tests of the shared object must find out about a library that breaks their rules.
+add_library(ravencal_rule_breaker SHARED ${CMAKE_CURRENT_LIST_DIR}/rule_breaker.cpp)
+
 ravencal_test(NAME plugin_abi_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/abi_test.cpp
   LIBS ravencal_test_rig ${header_objects} LABELS abi)
-target_compile_definitions(plugin_abi_test PRIVATE RAVENCAL_KERNEL_OBJECTS="${kernel_objects}"
+add_dependencies(plugin_abi_test ravencal_rule_breaker)
+target_compile_definitions(plugin_abi_test PRIVATE
+  RAVENCAL_RULE_BREAKER="$<TARGET_FILE:ravencal_rule_breaker>"
+  RAVENCAL_KERNEL_OBJECTS="${kernel_objects}"
   $<$<BOOL:${RAVENCAL_SANITIZED}>:RAVENCAL_SANITIZED>)
