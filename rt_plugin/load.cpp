@@ -16,6 +16,7 @@
 #include "model/input_limits.hpp"
 #include "rt_plugin/blob_memory.hpp"
 #include "rt_plugin/fp_mode.hpp"
+#include "rt_plugin/layout.hpp"
 #include "rt_plugin/loaded_model.hpp"
 
 namespace ravencal::rt {
@@ -23,7 +24,6 @@ namespace {
 
 using model::BlobView;
 
-constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxMappingBytes = std::size_t{1} << 28U;
 
 // How far beyond its trained range, in widths of that range, an input may go before the model is
@@ -33,42 +33,31 @@ constexpr std::size_t kMaxMappingBytes = std::size_t{1} << 28U;
 constexpr double kPositionMargin = 0.5;
 constexpr double kOtherMargin = 1.0;
 
-std::size_t aligned(std::size_t bytes) {
-  return (bytes + kAlignment - 1) / kAlignment * kAlignment;
-}
-
-/// RAVENCAL_ISA_* names the vectors' width; integer dot products (VNNI) of that width give the same
-/// bits as without them, so they are always allowed.
+/// AVX-VNNI is allowed wherever AVX2 is: it gives the same bits.
 kernels::Isa isa_limit(std::uint32_t max_isa) noexcept {
-  if (max_isa == RAVENCAL_ISA_BASELINE) return kernels::Isa::kPortable;
-  return max_isa == RAVENCAL_ISA_AVX2 ? kernels::Isa::kAvx2Vnni : kernels::Isa::kAvx512Vnni;
+  switch (max_isa) {
+    case RAVENCAL_ISA_BASELINE:
+    case RAVENCAL_ISA_NEON:
+      return kernels::Isa::kPortable;
+    case RAVENCAL_ISA_AVX2:
+      return kernels::Isa::kAvx2Vnni;
+    case RAVENCAL_ISA_AVX512:
+      return kernels::Isa::kAvx512;
+    default:
+      return kernels::Isa::kAvx512Vnni;
+  }
 }
 
 std::uint32_t abi_isa(kernels::Isa isa) noexcept {
-  if (isa >= kernels::Isa::kAvx512) return RAVENCAL_ISA_AVX512;
+#if defined(__aarch64__)
+  (void)isa;
+  return RAVENCAL_ISA_NEON;
+#else
+  if (isa == kernels::Isa::kAvx512Vnni) return RAVENCAL_ISA_AVX512_VNNI;
+  if (isa == kernels::Isa::kAvx512) return RAVENCAL_ISA_AVX512;
   return isa >= kernels::Isa::kAvx2 ? RAVENCAL_ISA_AVX2 : RAVENCAL_ISA_BASELINE;
+#endif
 }
-
-/// Hands out aligned pieces of one block of memory; without a block it only counts bytes.
-class Layout {
- public:
-  explicit Layout(std::byte* start) noexcept : start_(start) {}
-
-  template <typename T>
-  std::span<T> take(std::size_t count) noexcept {
-    const std::size_t at = used_;
-    used_ += aligned(count * sizeof(T));
-    if (start_ == nullptr) return {};
-    T* const first = reinterpret_cast<T*>(start_ + at);
-    for (std::size_t i = 0; i < count; ++i) new (first + i) T{};
-    return {first, count};
-  }
-  [[nodiscard]] std::size_t used() const noexcept { return used_; }
-
- private:
-  std::byte* start_;
-  std::size_t used_ = 0;
-};
 
 }  // namespace
 
@@ -145,6 +134,13 @@ class ModelLoader {
              "%s: is signed by another key, or was changed after it was signed", path);
     }
     return is_signed_;
+  }
+
+  /// Of a GRU's window, whose rows are at least a tick apart.
+  [[nodiscard]] std::uint32_t ticks_per_row() const noexcept {
+    const std::uint64_t ticks = lag_ticks(1);
+    constexpr std::uint64_t kMost = 10'000;
+    return static_cast<std::uint32_t>(ticks < 1 ? 1 : (ticks < kMost ? ticks : kMost));
   }
 
   bool check_inputs(const char* path) noexcept {
@@ -229,7 +225,8 @@ class ModelLoader {
     const auto below = layout.take<float>(inputs);
     const auto above = layout.take<float>(inputs);
     const auto scratch =
-        layout.take<std::byte>(kernels::scratch_bytes(view_.network().header().widest));
+        layout.take<std::byte>(kernels::scratch_bytes(view_.network().header().widest) +
+                               kernels::memory_bytes(view_.network(), ticks_per_row()));
     feature_memory_ = layout.take<float>(inputs + history_rows * channel_count_);
     if (model.empty()) return;
     model_ = model.data();
@@ -288,6 +285,11 @@ class ModelLoader {
     LoadedModel& m = *model_;
     m.network_ = view_.network();
     m.forward_ = kernels::forward_for(isa_);
+    const model::packed::PackedLayer gru = m.network_.recurrence();
+    if (gru.window != 0) {
+      m.window_ticks_ = (gru.window - std::size_t{1}) * gru.stride_rows * ticks_per_row();
+    }
+    kernels::clear_memory(m.network_, ticks_per_row(), m.scratch_.data());
     m.output_count_ = view_.output_count();
     for (std::size_t j = 0; j < m.output_count_; ++j) {
       m.joint_of_output_[j] = view_.output(j).slot;
@@ -329,6 +331,16 @@ class ModelLoader {
     info.is_signed = is_signed_ ? 1 : 0;
   }
 
+  /// Outputs of the features at hand; a GRU sees them held over its window, at a tick per row.
+  std::array<float, RAVENCAL_JOINTS> run_held() noexcept {
+    const model::packed::PackedLayer gru = model_->network_.recurrence();
+    const std::uint32_t passes = gru.window == 0 ? 1 : (gru.window - 1U) * gru.stride_rows + 1U;
+    kernels::clear_memory(model_->network_, 1, model_->scratch_.data());
+    std::array<float, RAVENCAL_JOINTS> outputs{};
+    for (std::uint32_t pass = 0; pass < passes; ++pass) model_->run_network(outputs);
+    return outputs;
+  }
+
   /// The kernels must reproduce the blob's own vectors: catches a wrong compiler, a wrong
   /// instruction set and a wrong layout before they move a robot.
   bool self_test(const char* path) noexcept {
@@ -337,8 +349,7 @@ class ModelLoader {
       for (std::size_t i = 0; i < view_.feature_count(); ++i) {
         model_->features_[i] = view_.self_test_input(row, i);
       }
-      std::array<float, RAVENCAL_JOINTS> outputs{};
-      model_->run_network(outputs);
+      const std::array<float, RAVENCAL_JOINTS> outputs = run_held();
       for (std::size_t j = 0; j < view_.output_count(); ++j) {
         const double difference = static_cast<double>(outputs[j]) - view_.self_test_output(row, j);
         const double tolerance = view_.self_test_tolerance(j);
@@ -349,6 +360,7 @@ class ModelLoader {
         }
       }
     }
+    kernels::clear_memory(model_->network_, ticks_per_row(), model_->scratch_.data());
     return true;
   }
 

@@ -39,6 +39,7 @@ LoadedModel::Prediction LoadedModel::predict() noexcept {
   if (is_warming_up()) prediction.doubts |= RAVENCAL_DOUBT_WARMING_UP;
 
   const bool inputs_finite = (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0;
+  prediction.doubts |= fill_window(inputs_finite);
   // The network runs whatever the inputs are, so that its time does not depend on them.
   std::array<float, RAVENCAL_JOINTS> outputs{};
   run_network(outputs);
@@ -50,6 +51,12 @@ LoadedModel::Prediction LoadedModel::predict() noexcept {
   prediction.confidence = confidence();
   if (prediction.confidence == 0.0F && inputs_finite) prediction.doubts |= RAVENCAL_DOUBT_DISTANCE;
   return prediction;
+}
+
+std::uint32_t LoadedModel::fill_window(bool inputs_finite) noexcept {
+  const bool is_whole = window_ticks_seen_ >= window_ticks_;
+  window_ticks_seen_ = !inputs_finite ? 0 : window_ticks_seen_ + (is_whole ? 0 : 1);
+  return is_whole ? 0U : RAVENCAL_DOUBT_WARMING_UP;
 }
 
 std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept {
@@ -103,6 +110,7 @@ float LoadedModel::confidence() const noexcept {
 void LoadedModel::forget_history() noexcept {
   feature_state_.reset();
   ticks_seen_ = 0;
+  window_ticks_seen_ = 0;
 }
 
 }  // namespace ravencal::rt

@@ -59,6 +59,10 @@ class LoadedModel {
   friend class ModelSwap;
   friend void free_model(LoadedModel* model) noexcept;
 
+  /// Counts this pass into a GRU's window: a doubt until it holds finite samples only, without a
+  /// gap.
+  std::uint32_t fill_window(bool inputs_finite) noexcept;
+
   [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
 
   /// Confidence by the distance of scaled_ from the training set.
@@ -100,7 +104,9 @@ class LoadedModel {
     float per_input = 0.0F;  ///< 1 / number of inputs
   };
   Trust trust_;
-  std::size_t ticks_seen_ = 0;  ///< up to one more than the oldest input goes back
+  std::size_t window_ticks_ = 0;       ///< from a GRU's first sample to its last
+  std::size_t window_ticks_seen_ = 0;  ///< passes of the network, up to window_ticks_
+  std::size_t ticks_seen_ = 0;         ///< up to one more than the oldest input goes back
 
   ravencal_info info_{};
   std::size_t mapping_bytes_ = 0;

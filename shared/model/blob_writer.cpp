@@ -144,12 +144,14 @@ core::Status check_shapes(const CalibrationModel& model) {
   Eigen::Index inputs = n;
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
     const DenseLayer& layer = model.layers[l];
+    const bool is_recurrent = layer.kind == packed::LayerKind::kGruRecurrent;
+    if (is_recurrent) inputs = layer.weights.cols();  // its own state; pack() checks the shape
     if (layer.weights.cols() != inputs || layer.biases.size() != layer.weights.rows()) {
       return data_error(fmt::format("layer {} has weights {} x {} and {} biases; {} inputs arrive",
                                     l + 1, layer.weights.rows(), layer.weights.cols(),
                                     layer.biases.size(), inputs));
     }
-    inputs = layer.weights.rows();
+    if (!is_recurrent) inputs = layer.weights.rows();
   }
   if (inputs != m) {
     return data_error(fmt::format("the last layer has {} outputs, the model names {}", inputs, m));

@@ -10,6 +10,13 @@ Eigen::MatrixXd CalibrationModel::predict(const Eigen::MatrixXd& features_si) co
   Eigen::MatrixXd values(features_si.cols(), features_si.rows());
   standardise(input.mean, inverse_scale, features_si.transpose(), values);
   for (const DenseLayer& layer : layers) {
+    if (layer.kind == packed::LayerKind::kGruInput) continue;  // with the next one
+    if (layer.kind == packed::LayerKind::kGruRecurrent) {
+      const DenseLayer& first = *(&layer - 1);
+      values = gru_held<double>(first.weights, first.biases, layer.weights, layer.biases,
+                                layer.window, values);
+      continue;
+    }
     const Eigen::MatrixXd weights = layer.weights.cast<double>();
     const Eigen::VectorXd biases = layer.biases.cast<double>();
     Eigen::MatrixXd sums(layer.weights.rows(), values.cols());

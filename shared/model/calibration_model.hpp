@@ -16,6 +16,7 @@
 
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
+#include "model/packed_network.hpp"
 #include "model/trust_region.hpp"
 
 namespace ravencal::model {
@@ -27,6 +28,10 @@ struct DenseLayer {
   Activation activation = Activation::kLinear;
   /// Weights read back from int8: inputs are rounded to multiples of this (32767 at most); else 0.
   float input_step = 0.0F;
+  packed::LayerKind kind =
+      packed::LayerKind::kDense;  ///< the halves of a GRU: the first two layers
+  std::uint8_t window = 0;        ///< kGruRecurrent, as in packed_network.hpp
+  std::uint32_t stride_rows = 0;  ///< kGruRecurrent, as in packed_network.hpp
 };
 
 /// Standard scaling: scaled = (value - mean) / scale. A constant column has scale 1.
@@ -57,7 +62,8 @@ struct CalibrationModel {
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings
 
-  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features].
+  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features]. Rows are
+  /// apart: a GRU sees each held over its whole window.
   [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& features_si) const;
 };
 

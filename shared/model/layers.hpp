@@ -55,4 +55,37 @@ void dense(const Eigen::MatrixBase<Weights>& weights, const Eigen::MatrixBase<Bi
   activate(activation, y);
 }
 
+/// State [units x samples] of a GRU (packed_network.hpp) behind `window` samples that are all `x`
+/// [inputs x samples], from zero. input_weights [3 * block x inputs], recurrent_weights
+/// [3 * block x units], block >= units; biases likewise.
+template <typename Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> gru_held(
+    const Eigen::MatrixXf& input_weights, const Eigen::VectorXf& input_biases,
+    const Eigen::MatrixXf& recurrent_weights, const Eigen::VectorXf& recurrent_biases, int window,
+    const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& x) {
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Index units = recurrent_weights.cols();
+  const Eigen::Index block = recurrent_weights.rows() / 3;
+  const Matrix recurrent = recurrent_weights.cast<Scalar>();
+  Matrix from_input = input_weights.cast<Scalar>() * x;
+  from_input.colwise() += input_biases.cast<Scalar>();
+  Matrix state = Matrix::Zero(units, x.cols());
+  for (int sample = 0; sample < window; ++sample) {
+    Matrix from_state = recurrent * state;
+    from_state.colwise() += recurrent_biases.cast<Scalar>();
+    const auto gate = [&](Eigen::Index g) {
+      return (from_input.middleRows(g * block, units) + from_state.middleRows(g * block, units))
+          .array()
+          .logistic();
+    };
+    const Matrix update = gate(0).matrix();
+    const Matrix candidate = (from_input.middleRows(2 * block, units).array() +
+                              gate(1) * from_state.middleRows(2 * block, units).array())
+                                 .tanh()
+                                 .matrix();
+    state = (candidate.array() + update.array() * (state - candidate).array()).matrix();
+  }
+  return state;
+}
+
 }  // namespace ravencal::model

@@ -89,6 +89,14 @@ core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationMod
       sums[l] += x.cast<double>().rowwise().sum();
       result[l].limit = std::max(result[l].limit, x.cwiseAbs().maxCoeff());
       const DenseLayer& layer = model.layers[l];
+      if (layer.kind == packed::LayerKind::kGruInput) {
+        const DenseLayer& recurrent = model.layers[++l];
+        const Eigen::MatrixXf state = gru_held<float>(
+            layer.weights, layer.biases, recurrent.weights, recurrent.biases, recurrent.window, x);
+        sums[l] += state.cast<double>().rowwise().sum();
+        x = state;
+        continue;
+      }
       Eigen::MatrixXf y(layer.weights.rows(), x.cols());
       dense(layer.weights, layer.biases, layer.activation, x, y);
       x = std::move(y);
@@ -96,7 +104,9 @@ core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationMod
   }
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
     result[l].mean = (sums[l] / static_cast<double>(first.cols())).cast<float>();
-    const bool bounded = l > 0 && is_bounded(model.layers[l - 1].activation);
+    const bool is_state = l > 0 && (model.layers[l].kind == packed::LayerKind::kGruRecurrent ||
+                                    model.layers[l - 1].kind == packed::LayerKind::kGruRecurrent);
+    const bool bounded = is_state || (l > 0 && is_bounded(model.layers[l - 1].activation));
     const float limit = l == 0 ? scaled_limit(model) : bounded ? 1.0F : kHeadroom * result[l].limit;
     result[l].limit = limit > 0.0F ? limit : 1.0F;  // constants only: any limit will do
   }
@@ -120,9 +130,14 @@ core::Result<std::vector<std::byte>> pack_layers(const CalibrationModel& model,
     source.row_stride = 1;
     source.column_stride = layer.weights.rows();
     source.activation = layer.activation;
+    source.kind = layer.kind;
+    source.window = layer.window;
+    source.stride_rows = layer.stride_rows;
     if (calibrated) {
       source.input_limit = packing.inputs[l].limit;
-      source.input_means = packing.inputs[l].mean.data();
+      // The mean of a GRU's state is not that of its first samples.
+      const bool has_mean = layer.kind != packed::LayerKind::kGruRecurrent;
+      source.input_means = has_mean ? packing.inputs[l].mean.data() : nullptr;
     }
     layers.push_back(source);
   }
@@ -146,8 +161,13 @@ core::Result<std::vector<DenseLayer>> unpack_layers(std::span<const std::byte> n
   std::vector<DenseLayer> layers;
   for (std::uint32_t l = 0; l < view.header().layers; ++l) {
     const packed::PackedLayer layer = view.layer(l);
-    DenseLayer dense{Eigen::MatrixXf(layer.outputs, layer.inputs), Eigen::VectorXf(layer.outputs),
-                     layer.activation, layer.input_step};
+    DenseLayer dense{Eigen::MatrixXf(layer.outputs, layer.inputs),
+                     Eigen::VectorXf(layer.outputs),
+                     layer.activation,
+                     layer.input_step,
+                     layer.kind,
+                     layer.window,
+                     layer.stride_rows};
     for (std::uint32_t o = 0; o < layer.outputs; ++o) {
       dense.biases[o] = view.bias(layer, o);
       for (std::uint32_t i = 0; i < layer.inputs; ++i) {

@@ -21,9 +21,18 @@ Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::Matri
   x = x.cwiseMin(high.replicate(1, samples)).eval();
   standardise(mean, inverse_scale, x, x);
   for (const DenseLayer& layer : model.layers) {
-    if (layer.input_step > 0.0F) {
+    // The kernels keep a GRU's state in f32.
+    const bool rounds = layer.input_step > 0.0F && layer.kind != packed::LayerKind::kGruRecurrent;
+    if (rounds) {
       constexpr float kMaxUnits = 32767.0F;
       x = (x.array() / layer.input_step).rint().max(-kMaxUnits).min(kMaxUnits) * layer.input_step;
+    }
+    if (layer.kind == packed::LayerKind::kGruInput) continue;  // with the next one
+    if (layer.kind == packed::LayerKind::kGruRecurrent) {
+      const DenseLayer& first = *(&layer - 1);
+      x = gru_held<float>(first.weights, first.biases, layer.weights, layer.biases, layer.window,
+                          x);
+      continue;
     }
     Eigen::MatrixXf y(layer.weights.rows(), samples);
     dense(layer.weights, layer.biases, layer.activation, x, y);

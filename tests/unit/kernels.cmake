@@ -17,3 +17,7 @@ add_test(NAME Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator
   COMMAND ${CMAKE_CURRENT_LIST_DIR}/kernels_cross_test ${CMAKE_CURRENT_BINARY_DIR}/aarch64)
 set_tests_properties(Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator PROPERTIES
   LABELS property TIMEOUT 600 SKIP_RETURN_CODE 77)
+
+ravencal_test(NAME kernels_plugin_gru_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/kernels_plugin_gru_test.cpp
+  LIBS ravencal_test_rig ravencal::kernels LABELS rt)
