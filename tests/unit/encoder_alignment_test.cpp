@@ -179,5 +179,64 @@ TEST(Alignment, NamesWhatIsWrong) {
   ASSERT_FALSE(error.ok()) << "beyond the search";
 }
 
+TEST(Alignment, CarriesTheTruthsEventsToTheRobotsTime) {
+  const auto robot = robot_of(smooth_motion, 3);
+  auto truth = truth_of(smooth_motion, 0.0);
+  const std::int64_t shift = 3'600'000 * kMs;
+  const auto at = truth.t_ns.front() + 2000 * kMs;
+  truth.events = {{at + shift, "rehoming",
+                   R"({"joint":"shoulder","from_ns":)" + std::to_string(at + shift - 5) +
+                       R"(,"to_ns":)" + std::to_string(at + shift) + "}"},
+                  {at + shift, "notice", "words"}};
+  for (auto& t : truth.t_ns) t += shift;
+  for (const std::int64_t t : {truth.t_ns.front(), truth.t_ns.back()})
+    truth.events.push_back(
+        {t, "clock_offset", "{\"minus_monotonic_ns\":" + std::to_string(-shift) + "}"});
+  MergeOptions options;  // the clock is found: only one of the two lets them overlap
+  options.fixed_delay_s = 7e-3;
+  const auto merged = merge_truth(robot, truth, options);
+  ASSERT_TRUE(merged.ok()) << merged.error().message;
+  EXPECT_EQ(merged->delay_s, 7e-3);
+  const auto& events = merged->recording.events;
+  ASSERT_EQ(events.size(), 3U) << "clock_offset events have done their work";
+  EXPECT_EQ(events[0].kind, "merge");
+  EXPECT_NE(events[0].detail.find("\"delay\":\"given\""), std::string::npos);
+  EXPECT_EQ(events[1].kind, "rehoming");
+  EXPECT_EQ(events[1].t_ns, at - 7 * kMs);
+  EXPECT_NE(events[1].detail.find("\"to_ns\":" + std::to_string(at - 7 * kMs)), std::string::npos)
+      << events[1].detail;
+  EXPECT_EQ(events[2].detail, "words");
+  EXPECT_EQ(merged->recording.meta.at("merge.delay"), "given");
+}
+
+TEST(Alignment, AsksWhereBothClocksWouldFit) {
+  const auto robot = robot_of(smooth_motion, 3);
+  auto truth = truth_of(smooth_motion, 0.0);
+  for (const std::int64_t t : {truth.t_ns.front(), truth.t_ns.back()})
+    truth.events.push_back({t, "clock_offset", R"({"minus_monotonic_ns":1000000000})"});
+  const auto merged = merge_truth(robot, truth);
+  ASSERT_FALSE(merged.ok());
+  EXPECT_NE(merged.error().message.find("which clock"), std::string::npos);
+  MergeOptions options;
+  options.clock = RobotClock::kSame;
+  EXPECT_TRUE(merge_truth(robot, truth, options).ok());
+}
+
+TEST(Alignment, TakesTheWallTimeOfAnImportedCsvFromItsFirstStamp) {
+  auto robot = robot_of(smooth_motion, 3);
+  auto truth = truth_of(smooth_motion, 0.0);
+  const std::int64_t wall = 1'700'000'000'000'000'000;
+  for (const std::int64_t t : {truth.t_ns.front(), truth.t_ns.back()})
+    truth.events.push_back(
+        {t, "clock_offset", "{\"minus_monotonic_ns\":" + std::to_string(wall) + "}"});
+  // The importer counts from the first row and keeps its stamp.
+  const std::int64_t first = robot.t_ns.front();
+  for (auto& t : robot.t_ns) t -= first;
+  robot.meta["origin.time"] = std::to_string(1e-9 * static_cast<double>(wall + first));
+  const auto merged = merge_truth(robot, truth);
+  ASSERT_TRUE(merged.ok()) << merged.error().message;
+  EXPECT_NEAR(merged->estimate->delay_s, 0.0, 0.1e-3);
+}
+
 }  // namespace
 }  // namespace ravencal::quadrature_reader

@@ -12,35 +12,53 @@
 namespace ravencal::quadrature_reader {
 namespace {
 
-/// Counts at 100 Hz, rounded as an encoder does, with a little vibration.
+constexpr double kHz = 250.0;
+
+/// Counts at kHz, rounded as an encoder does, with a little vibration.
 class Motion {
  public:
   explicit Motion(unsigned seed, double vibration_counts = 1.0)
       : generator_(seed), vibration_(0.0, vibration_counts) {}
 
   Motion& move_to(double target, double counts_per_s) {
-    const double step = (target > position_ ? 1.0 : -1.0) * counts_per_s / 100.0;
+    const double step = (target > position_ ? 1.0 : -1.0) * counts_per_s / kHz;
     while (std::abs(target - position_) > std::abs(step)) put(position_ + step);
     put(target);
     return *this;
   }
   Motion& rest(double seconds) {
-    for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) put(position_);
+    for (int i = 0; i < static_cast<int>(kHz * seconds); ++i) put(position_);
     return *this;
   }
   Motion& swing(double amplitude, double hz, double seconds) {
     const double centre = position_ - amplitude;
-    for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {
-      put(centre + amplitude * std::cos(2.0 * M_PI * hz * i / 100.0));
+    for (int i = 0; i < static_cast<int>(kHz * seconds); ++i) {
+      put(centre + amplitude * std::cos(2.0 * M_PI * hz * i / kHz));
     }
     return *this;
   }
   Motion& bounce(double height, double seconds) {
     const double floor = position_;
-    for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {
-      put(floor - height * std::exp(-i / 3.0) * std::cos(i));
+    for (int i = 0; i < static_cast<int>(kHz * seconds); ++i) {
+      put(floor - height * std::exp(-i / 7.5) * std::cos(0.4 * i));
     }
     put(floor);
+    return *this;
+  }
+
+  /// Pressed against a stop that yields: `yield_counts` further until `seconds` are over.
+  Motion& press(double yield_counts, double seconds) {
+    const double from = position_;
+    const int samples = static_cast<int>(kHz * seconds);
+    for (int i = 1; i <= samples; ++i) put(from + yield_counts * i / samples);
+    return *this;
+  }
+  /// As the controller leaves the stop: half a cosine.
+  Motion& blend_to(double target, double seconds) {
+    const double from = position_;
+    const int samples = static_cast<int>(kHz * seconds);
+    for (int i = 1; i <= samples; ++i)
+      put(from + 0.5 * (1.0 - std::cos(M_PI * i / samples)) * (target - from));
     return *this;
   }
 
@@ -51,7 +69,7 @@ class Motion {
  private:
   void put(double position) {
     position_ = position;
-    t_ns_.push_back(static_cast<std::int64_t>(t_ns_.size()) * 10'000'000);
+    t_ns_.push_back(static_cast<std::int64_t>(t_ns_.size()) * 4'000'000);
     counts_.push_back(std::round(position + vibration_(generator_)));
   }
 
@@ -76,6 +94,23 @@ TEST(HardStop, IsFoundToACountAsTheRobotHomes) {
     EXPECT_NEAR(stop->position_counts, -6000.0, 1.5) << seed;
     EXPECT_GT(stop->confidence, 0.999);
     EXPECT_LT(stop->spread_counts, 4.0);
+  }
+}
+
+TEST(HardStop, IsFoundWhereTheJointIsPressedFor200MillisecondsOnly) {
+  // RAVEN-II's insertion: 20 mm/s = 4000 counts/s, then until the current is reached, 0.2 s, away.
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    const auto stop = Motion(seed)
+                          .rest(1.0)
+                          .move_to(35'000, 4000)
+                          .press(40.0, 0.2)
+                          .press(-30.0, 0.2)
+                          .blend_to(2000, 2.5)
+                          .rest(5.0)
+                          .stop(true);
+    ASSERT_TRUE(stop) << seed;
+    EXPECT_NEAR(stop->position_counts, 35'020.0, 25.0) << seed << ": within what the stop yields";
+    EXPECT_GT(stop->spread_counts, 5.0) << "and says so";
   }
 }
 

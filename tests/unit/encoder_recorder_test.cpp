@@ -314,5 +314,88 @@ TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
   EXPECT_EQ(replayed.events[0].kind, "clock_offset");
 }
 
+TEST_F(RecorderTest, TakesTheZeroFromTheRestingRobotsPose) {
+  // At rest for 100 ms, then away.
+  std::vector<std::int64_t> t_ns = {0, 100 * kMs, 1100 * kMs};
+  std::vector<double> x = {0.3, 0.3, 0.4};
+  auto readings = encode_motion(t_ns, x, {1.0 / kRadPerCount, 0, 0});
+  (void)record(readings, {true}, folder_ / "edges.db");
+  Config config = two_joints();
+  for (auto& encoder : config.encoders) encoder.axis.zero_counts.reset();
+  config.encoders[0].axis.sign = -1;
+  replay_instead(config, folder_ / "edges.db", 0.0);
+  LoggerOptions options;
+  options.pose_si = {{"shoulder", 0.5}};
+  auto logger = Logger::create(config, folder_ / "out.db", options);
+  ASSERT_TRUE(logger.ok()) << logger.error().message;
+  ASSERT_TRUE((*logger)->run([] { return false; }, [](const LoggerStatus&) {}).ok());
+  const auto recording = written(folder_ / "out.db");
+  ASSERT_EQ(recording.events.size(), 1U);
+  EXPECT_EQ(recording.events[0].kind, "aligned");
+  EXPECT_NE(recording.events[0].detail.find("\"position\":0.5"), std::string::npos);
+  EXPECT_TRUE(recording.meta.contains("shoulder.zero_counts"));
+  const auto truth = *recording.column("shoulder.joint_truth");
+  const auto last = recording.rows() - 1;
+  const double moved = 0.1 * static_cast<double>(recording.t_ns.back() - 100 * kMs) * 1e-9;
+  EXPECT_NEAR(recording.samples(last, truth), 0.5 - moved, 1.1 * kRadPerCount);
+  EXPECT_TRUE(std::isnan(recording.samples(last, *recording.column("elbow.joint_truth"))))
+      << "nobody said where the elbow was";
+}
+
+TEST_F(RecorderTest, TellsByTheIndexHowFarTheStopMovedSinceTheLastProgram) {
+  // Counting begins anew with every program; the index pulse, every 4000 counts, does not move.
+  std::vector<std::int64_t> t_ns;
+  std::vector<double> x;
+  const auto go = [&](double to, int ms) {
+    const double from = x.empty() ? to : x.back();
+    for (int i = 1; i <= ms; ++i) {
+      t_ns.push_back(static_cast<std::int64_t>(t_ns.size()) * kMs);
+      x.push_back(from + (to - from) * i / ms);
+    }
+  };
+  go(100.0, 1);  // counts on the disc; the index is at 0
+  go(100.0, 500);
+  go(-3000.0, 1400);
+  go(-3000.0, 500);
+  go(500.0, 1000);
+  go(500.0, 500);
+  Config config = two_joints();
+  config.encoders[0].axis.zero_counts.reset();
+  config.encoders[0].axis.index = IndexSettings{4000, 2};
+  config.encoders[0].stop = StopSettings{false, 0.25};
+  auto recorder = Recorder::create(config, folder_ / "r.db", {});
+  ASSERT_TRUE(recorder.ok());
+  // Then the stop was 3040 counts below the index.
+  HomingWatch homing(config, {{"shoulder", {960.0, 1.0, 4000}}});
+  homing.start();
+  recorder->set_row_observer([&](std::int64_t t, std::span<const AxisSample> samples) {
+    homing.take(t, samples, *recorder);
+  });
+  for (const auto& reading : encode_motion(t_ns, x, {1.0, 4000, 0})) {
+    recorder->take(0, reading);
+    recorder->take(0, alive(reading.t_ns));
+    recorder->write_due();
+  }
+  recorder->take(0, alive(t_ns.back()));
+  recorder->write_due();
+  ASSERT_TRUE(recorder->finish().ok());
+  const auto recording = written(folder_ / "r.db");
+  const auto found =
+      std::find_if(recording.events.begin(), recording.events.end(),
+                   [](const record::Event& event) { return event.kind == "homing"; });
+  ASSERT_NE(found, recording.events.end());
+  for (const char* key : {"\"stop_counts\"", "\"spread_counts\"", "\"confidence\""})
+    EXPECT_NE(found->detail.find(key), std::string::npos) << found->detail;
+  const auto at = found->detail.find("\"moved_counts\":");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_NEAR(std::strtod(found->detail.c_str() + at + 15, nullptr), 40.0, 2.0) << found->detail;
+  // What is kept for the next time reads back as it was written.
+  ASSERT_TRUE(save_homing_records(folder_ / "h.toml", homing.records()).ok());
+  const auto again = load_homing_records(folder_ / "h.toml");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_NEAR(again->at("shoulder").stop_counts, homing.records().at("shoulder").stop_counts, 0.1);
+  EXPECT_EQ(again->at("shoulder").index_counts, homing.records().at("shoulder").index_counts);
+}
+
 }  // namespace
 }  // namespace ravencal::quadrature_reader
