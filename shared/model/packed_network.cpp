@@ -86,8 +86,10 @@ class LayerCheck {
     }
     if (!finite(load<float>(view_.base + bias_at))) return bad_value(bias_at, false);
     if (layer_.precision != Precision::kInt8) return {};
+    // The largest weight of the row, as f32, must be a number too.
     const auto scale = load<float>(view_.base + scale_at);
-    return scale > 0.0F && finite(scale) ? BadValue{} : bad_value(scale_at, false);
+    const float largest = scale / layer_.input_step * static_cast<float>(kMaxWeightUnits);
+    return scale > 0.0F && finite(largest) ? BadValue{} : bad_value(scale_at, false);
   }
 
   BadValue check_weights(std::size_t o) const noexcept {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kept input of the blob fuzzer, and 200 000 mutations of the golden blob with a fixed seed,
-// so that the harness runs in every build, not only where libFuzzer is.
+// Every kept input of the blob fuzzer, and mutations of every golden blob with a fixed seed, so
+// that the harness runs in every build, not only where libFuzzer is.
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -31,12 +33,26 @@ TEST(BlobReplay, SurvivesEveryKeptInput) {
   EXPECT_GT(files, 0);
 }
 
-TEST(BlobReplay, SurvivesRandomMutations) {
+/// How many mutations of each golden blob: RAVENCAL_FUZZ_INPUTS, or what a test run has time for.
+std::uint64_t mutations() {
+  const char* const asked = std::getenv("RAVENCAL_FUZZ_INPUTS");
+  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 100'000;
+}
+
+class BlobMutations : public ::testing::TestWithParam<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Golden, BlobMutations,
+                         ::testing::Values("weights_v2.blob", "weights_v2_bf16.blob",
+                                           "weights_v2_int8.blob"));
+
+TEST_P(BlobMutations, AreReadOrRefusedWithoutACrash) {
   std::mt19937_64 random(20230204);
-  const std::vector<std::byte> golden = ravencal::test::golden_bytes();
+  const std::vector<std::byte> golden = ravencal::test::golden_bytes(GetParam());
   const std::string good(reinterpret_cast<const char*>(golden.data()), golden.size());
-  for (int i = 0; i < 200'000; ++i) {
-    std::string bytes = good;
+  ASSERT_FALSE(good.empty());
+  std::string bytes;
+  for (std::uint64_t i = mutations(); i > 0; --i) {
+    bytes = good;
     for (auto changes = 1 + random() % 4; changes > 0; --changes) {
       // Most changes go where the structure is: header, tables and names.
       const std::size_t limit = random() % 2 == 0 ? 512 : bytes.size();

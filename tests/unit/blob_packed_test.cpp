@@ -153,6 +153,11 @@ TEST(PackedBlobs, Int8RefusesSumsThatDoNotBelongToTheWeights) {
   bad[network + layer.row_sums_at] ^= std::byte{1};
   repair_checksum(bad);
   EXPECT_EQ(BlobView::open(bad, view).status, BlobStatus::kWeight);
+  bad = good;  // a row whose largest weight would be infinite
+  bad[network + layer.row_scales_at + 3] = std::byte{0x7F};
+  bad[network + layer.row_scales_at + 2] = std::byte{0x00};
+  repair_checksum(bad);
+  EXPECT_EQ(BlobView::open(bad, view).status, BlobStatus::kWeight);
   bad = good;  // another precision in the header than in the layers
   bad[blob::kPrecisionAt] = std::byte{1};
   repair_checksum(bad);
