@@ -42,6 +42,13 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
     RAVENCAL_RETURN_IF_ERROR(source->open());
     sources.push_back(std::move(source));
   }
+  // Reading begins at once: a moving joint fills the kernel's queue while the file is made.
+  std::vector<std::unique_ptr<ReaderThread>> readers;
+  for (auto& source : sources) {
+    readers.push_back(std::make_unique<ReaderThread>(std::move(source), config.ring_capacity,
+                                                     options.realtime_priority));
+    readers.back()->start();
+  }
   RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
                             Recorder::create(config, path, {options.every_edge}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
@@ -52,10 +59,7 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
   }
   logger->homing_.emplace(config, std::move(before));
   if (options.home) logger->homing_->start();
-  for (auto& source : sources) {
-    logger->readers_.push_back(std::make_unique<ReaderThread>(
-        std::move(source), config.ring_capacity, options.realtime_priority));
-  }
+  logger->readers_ = std::move(readers);
   return logger;
 }
 
@@ -76,7 +80,6 @@ core::Status Logger::run(const std::function<bool()>& stop,
   started_ns_ = last_status_ns_ = monotonic_now_ns();
   std::int64_t next_maintain_ns = started_ns_ + kMaintainPeriodNs;
   std::int64_t next_clock_ns = started_ns_;
-  for (auto& reader : readers_) reader->start();
   // A page fault in a reader thread would cost edges. Refused without the right to; then it may.
   memory_locked_ = mlockall(MCL_CURRENT) == 0;
   while (!stop()) {
@@ -229,7 +232,7 @@ core::Status Logger::carry_clock_offsets() {
 }
 
 bool Logger::failed() const {
-  if (recorder_.device_failed()) return true;
+  if (recorder_.device_failed() || recorder_.lost_rows()) return true;
   return std::any_of(readers_.begin(), readers_.end(),
                      [](const auto& reader) { return !reader->last_error().empty(); });
 }

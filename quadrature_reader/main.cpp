@@ -204,7 +204,8 @@ int record_encoders(const Arguments& arguments) {
   running_logger = nullptr;
   qr::notify_service_manager("STOPPING=1");
   const bool ros_complete = *ros == nullptr || close_ros(**ros, arguments);
-  if (!status.ok()) return complain(status.error());
+  const int code = status.ok() ? int{cli::kOk} : complain(status.error());
+  if (code != cli::kOk && !(*logger)->failed()) return code;
   return (*logger)->failed() || !ros_complete ? cli::kDevice : cli::kOk;
 }
 

@@ -48,6 +48,8 @@ class Recorder {
   [[nodiscard]] std::int64_t watermark_ns() const;
   /// A device failed or data was lost at any time: exit code 4.
   [[nodiscard]] bool device_failed() const { return device_failed_; }
+  /// Rows were lost to the disk at any time: exit code 4 too.
+  [[nodiscard]] bool lost_rows() const { return sink_.lost_rows(); }
 
  private:
   struct SourceState {

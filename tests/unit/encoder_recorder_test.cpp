@@ -397,5 +397,25 @@ TEST_F(RecorderTest, TellsByTheIndexHowFarTheStopMovedSinceTheLastProgram) {
   EXPECT_EQ(again->at("shoulder").index_counts, homing.records().at("shoulder").index_counts);
 }
 
+TEST_F(RecorderTest, ARunThatLostItsFolderGoesOnAndIsNotCalledComplete) {
+  (void)record(motion(), {true}, folder_ / "edges.db");
+  Config config = two_joints();
+  replay_instead(config, folder_ / "edges.db", 0.5);  // two seconds: the folder is looked at each
+  const fs::path path = folder_ / "gone" / "r.db";
+  fs::create_directories(path.parent_path());
+  auto logger = Logger::create(config, path, {});
+  ASSERT_TRUE(logger.ok()) << logger.error().message;
+  bool removed = false;
+  const auto status = (*logger)->run([] { return false; },
+                                     [&](const LoggerStatus& now) {
+                                       if (removed || now.elapsed_s < 0.3) return;
+                                       removed = true;
+                                       fs::remove_all(path.parent_path());
+                                     });
+  EXPECT_TRUE((*logger)->failed()) << "exit code 4";
+  EXPECT_TRUE((*logger)->recorder().lost_rows());
+  EXPECT_EQ((*logger)->recorder().axes()[0].losses(), 0) << "counting went on";
+}
+
 }  // namespace
 }  // namespace ravencal::quadrature_reader
