@@ -83,7 +83,7 @@ double max_error(const Peer& peer, const std::vector<double>& expected) {
   peer.step(outputs.data());
   double worst = 0.0;
   for (std::size_t j = 0; j < expected.size(); ++j) {
-    worst = std::max(worst, std::abs(double{outputs[j]} - expected[j]));
+    worst = std::max(worst, std::abs(static_cast<double>(outputs[j]) - expected[j]));
   }
   return worst;
 }

@@ -10,6 +10,7 @@ ravencal_test(NAME compact_test
 
 ravencal_test(NAME kernels_memory_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/kernels_memory_test.cpp ${PROJECT_SOURCE_DIR}/rt_plugin/blob_memory.cpp
+          ${PROJECT_SOURCE_DIR}/rt_plugin/file_access.cpp
   LIBS ravencal::kernels LABELS unit)
 target_include_directories(kernels_memory_test PRIVATE ${PROJECT_SOURCE_DIR})
 

@@ -34,7 +34,7 @@ void check_precision(Precision precision, double tolerance) {
     const auto outputs = packed.run(kernels::best_isa(), inputs);
     double worst = 0.0;
     for (std::size_t j = 0; j < expected.size(); ++j) {
-      worst = std::max(worst, std::abs(double{outputs[j]} - expected[j]));
+      worst = std::max(worst, std::abs(static_cast<double>(outputs[j]) - expected[j]));
     }
     check(worst < tolerance, "near the reference", precision);
     const auto again = packed.run(kernels::best_isa(), inputs);

@@ -60,7 +60,7 @@ double worst_error(const GruNetwork& network, Precision precision, kernels::Isa 
     for (std::size_t k = 0; k < network.shape.window; ++k) window.push_back(past[k * stride]);
     const std::vector<double> expected = reference_gru(network, window);
     for (std::size_t j = 0; j < expected.size(); ++j) {
-      worst = std::max(worst, std::abs(double{outputs[j]} - expected[j]));
+      worst = std::max(worst, std::abs(static_cast<double>(outputs[j]) - expected[j]));
     }
     past.pop_front();
   }

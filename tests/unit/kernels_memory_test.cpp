@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -50,11 +51,12 @@ class BlobPages : public ::testing::Test {
  protected:
   void TearDown() override { std::filesystem::remove(path_); }
   const std::filesystem::path path_ = write_file(kBlobBytes);
+  std::array<char, 256> why_{};
   BlobMemory memory_;
 };
 
 TEST_F(BlobPages, AreAllTouchedBeforeTheFirstStep) {
-  ASSERT_EQ(memory_.read(path_.c_str()), BlobMemory::Status::kOk);
+  ASSERT_EQ(memory_.read(path_.c_str(), why_), BlobMemory::Status::kOk);
   EXPECT_EQ(memory_.bytes().back(), std::byte{'r'});
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(memory_.bytes().data()) % (2U << 20U), 0U);
   EXPECT_GE(smaps_kb(memory_.bytes().data(), "Rss"), static_cast<long>(kBlobBytes / 1024));
@@ -62,14 +64,14 @@ TEST_F(BlobPages, AreAllTouchedBeforeTheFirstStep) {
 
 TEST_F(BlobPages, AreHugeWhereTheSystemGivesThem) {
   if (!huge_pages_on_request()) GTEST_SKIP() << "transparent huge pages are off in this system";
-  ASSERT_EQ(memory_.read(path_.c_str()), BlobMemory::Status::kOk);
+  ASSERT_EQ(memory_.read(path_.c_str(), why_), BlobMemory::Status::kOk);
   const long huge_kb = smaps_kb(memory_.bytes().data(), "AnonHugePages");
   if (huge_kb == 0) GTEST_SKIP() << "no free huge page at the moment";
   EXPECT_EQ(huge_kb, 4096);
 }
 
 TEST_F(BlobPages, AreGivenBackWhole) {
-  ASSERT_EQ(memory_.read(path_.c_str()), BlobMemory::Status::kOk);
+  ASSERT_EQ(memory_.read(path_.c_str(), why_), BlobMemory::Status::kOk);
   const std::span<std::byte> bytes = memory_.release();
   BlobMemory::free(bytes);
   EXPECT_EQ(smaps_kb(bytes.data(), "Rss"), -1);

@@ -72,7 +72,7 @@ inline std::vector<double> reference_forward(const Network& network,
   for (const Layer& layer : network) {
     std::vector<double> y(layer.outputs);
     for (std::size_t o = 0; o < layer.outputs; ++o) {
-      double sum = layer.biases[o];
+      auto sum = static_cast<double>(layer.biases[o]);
       for (std::size_t i = 0; i < layer.inputs; ++i) {
         sum += static_cast<double>(layer.weights[o * layer.inputs + i]) * x[i];
       }

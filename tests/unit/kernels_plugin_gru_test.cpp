@@ -59,7 +59,8 @@ class GruPlugin : public ::testing::Test {
     for (std::size_t j = 0; j < 3; ++j) {
       const auto i = static_cast<Eigen::Index>(j);
       sample[j] = 0.5F * std::sin(0.03F * static_cast<float>(++ticks_) * static_cast<float>(j + 1));
-      const double value = model_.input.mean[i] + model_.input.scale[i] * double{sample[j]};
+      const double value =
+          model_.input.mean[i] + model_.input.scale[i] * static_cast<double>(sample[j]);
       rig_.state.arm[0].jpos_ji[slot_of_[j]] = static_cast<float>(value);
     }
     if (lost) rig_.state.arm[0].jpos_ji[0] = std::numeric_limits<float>::quiet_NaN();
@@ -76,7 +77,7 @@ class GruPlugin : public ::testing::Test {
     const auto expected = kernels_test::reference_gru(network_, window);
     double worst = 0.0;
     for (std::size_t j = 0; j < 3; ++j) {
-      const double seen = double{rig_.output.predicted_ji[j]} / kOutputScale;
+      const double seen = static_cast<double>(rig_.output.predicted_ji[j]) / kOutputScale;
       worst = std::max(worst, std::abs(seen - expected[j]));
     }
     return worst;

@@ -107,7 +107,7 @@ void expect_near_reference(const Case& c, const Network& exact, Precision precis
   for (const Isa isa : isas()) {
     const auto actual = packed.run(isa, c.inputs);
     for (std::size_t j = 0; j < expected.size(); ++j) {
-      RC_ASSERT(std::abs(double{actual[j]} - expected[j]) <=
+      RC_ASSERT(std::abs(static_cast<double>(actual[j]) - expected[j]) <=
                 tolerance * static_cast<double>(limit));
     }
   }
@@ -156,8 +156,8 @@ TEST(Kernels, ActivationsStayWithinTheirStatedErrors) {
       for (int step = -400000; step <= 400000; ++step) {
         const float x = static_cast<float>(step) * 2.5e-4F;
         const auto y = packed.run(isa, {x});
-        worst =
-            std::max(worst, std::abs(double{y[0]} - reference_activation(activation, double{x})));
+        worst = std::max(worst, std::abs(static_cast<double>(y[0]) -
+                                         reference_activation(activation, static_cast<double>(x))));
       }
       EXPECT_LE(worst, limit) << kernels::name_of(isa);
     }
@@ -173,7 +173,7 @@ TEST(Kernels, SaturatingActivationsAreFiniteForEveryNumber) {
     for (const Isa isa : isas()) {
       for (const float x : extremes) {
         const auto y = packed.run(isa, {x});
-        EXPECT_NEAR(y[0], reference_activation(activation, double{x}), 3e-7) << x;
+        EXPECT_NEAR(y[0], reference_activation(activation, static_cast<double>(x)), 3e-7) << x;
       }
     }
   }
@@ -255,7 +255,7 @@ TEST(Kernels, Int8WithInputMeansIsRightForTheAverageInput) {
     kernels::forward_for(kernels::best_isa())(view, means.data(), y.data(), scratch.get());
     double worst = 0.0;
     for (std::size_t o = 0; o < y.size(); ++o) {
-      worst = std::max(worst, std::abs(double{y[o]} - expected[o]));
+      worst = std::max(worst, std::abs(static_cast<double>(y[o]) - expected[o]));
     }
     return worst;
   };
