@@ -9,7 +9,8 @@ if(RAVENCAL_FUZZ)
     ${CMAKE_CURRENT_LIST_DIR}/encoder_input.cpp
     ${reader}/config.cpp ${reader}/config_sources.cpp ${reader}/reading.cpp ${reader}/decoder.cpp
     ${reader}/glitch_filter.cpp ${reader}/index_check.cpp ${reader}/count_track.cpp ${reader}/axis.cpp
-    ${reader}/sources/can_decoder.cpp ${reader}/sources/replay.cpp)
+    ${reader}/sources/can_decoder.cpp ${reader}/sources/can_link.cpp ${reader}/sources/count_follower.cpp
+    ${reader}/sources/replay.cpp)
   target_compile_options(encoder_fuzz PRIVATE -fsanitize=fuzzer,address,undefined
     -fno-sanitize-recover=all)
   target_link_options(encoder_fuzz PRIVATE -fsanitize=fuzzer,address,undefined)

@@ -11,6 +11,7 @@
 #include "quadrature_reader/axis.hpp"
 #include "quadrature_reader/config.hpp"
 #include "quadrature_reader/sources/can_decoder.hpp"
+#include "quadrature_reader/sources/can_link.hpp"
 #include "quadrature_reader/sources/replay.hpp"
 #include "record/recording.hpp"
 
@@ -67,6 +68,7 @@ void try_can(Bytes bytes) {
   std::vector<Reading> out;
   std::int64_t t_ns = 0;
   std::int64_t last_count[2] = {0, 0};
+  std::int64_t last_count_ns[2] = {0, 0};
   bool counted[2] = {false, false};
   while (!bytes.empty()) {
     CanFrame frame;
@@ -92,6 +94,13 @@ void try_can(Bytes bytes) {
                   (moved >= -(std::int64_t{1} << (bits - 1)) &&
                    moved < (std::int64_t{1} << (bits - 1))),
               "a count moves by less than half of the counter's range");
+      // 2 ms: frames are stamped on arrival, see count_follower.cpp.
+      const double reach = settings.can[reading.axis].max_counts_per_s * 1e-9 *
+                           static_cast<double>(t_ns - last_count_ns[reading.axis] + 2'000'000);
+      promise(
+          !counted[reading.axis] || reach <= 0.0 || std::abs(static_cast<double>(moved)) <= reach,
+          "a count moves no faster than the joint can");
+      last_count_ns[reading.axis] = t_ns;
       last_count[reading.axis] = reading.value;
       counted[reading.axis] = true;
     }
@@ -176,20 +185,27 @@ void try_replay(Bytes bytes) {
   }
 }
 
+void try_can_link(std::span<const std::uint8_t> bytes) {
+  const auto link = parse_can_link(std::as_bytes(bytes));
+  promise(!link.ok() || link->kind.size() <= bytes.size(), "a name comes from the message");
+}
+
 }  // namespace
 
 void try_encoder(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return;
   const auto rest = bytes.subspan(1);
-  switch (bytes[0] % 4) {
+  switch (bytes[0] % 5) {
     case 0:
       return try_can(Bytes(rest));
     case 1:
       return try_config(rest);
     case 2:
       return try_readings(Bytes(rest));
-    default:
+    case 3:
       return try_replay(Bytes(rest));
+    default:
+      return try_can_link(rest);
   }
 }
 
