@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "physics/arm_dynamics.hpp"
@@ -41,7 +42,9 @@ Wander variation_of(const Joint& joint, std::string_view effect) {
 
 Friction motor_friction(const Joint& joint) {
   BristleFriction::Parameters p;
-  p.level = joint.parameter("coulomb_friction", "level");
+  // Friction by load alone still needs a bristle: a level too small to matter carries it.
+  const double load_share = joint.parameter("load_dependent_friction", "load_share");
+  p.level = std::max(joint.parameter("coulomb_friction", "level"), load_share > 0.0 ? 1e-6 : 0.0);
   p.stribeck_extra = joint.parameter("stribeck_friction", "extra");
   p.stribeck_velocity = std::max(1e-9, joint.parameter("stribeck_friction", "velocity"));
   if (joint.find_effect("presliding") != nullptr) {
@@ -50,7 +53,7 @@ Friction motor_friction(const Joint& joint) {
   } else {
     p.presliding = joint.kind == JointKind::kRevolute ? 1e-4 : 1e-5;
   }
-  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, 0.0};
+  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share};
 }
 
 Friction joint_friction(const Joint& joint) {
@@ -66,7 +69,8 @@ Friction joint_friction(const Joint& joint) {
 struct HardStop {
   double direction = 0.0;  ///< sign of the motion that runs into it; 0: none
   double position = 0.0;
-  double seat = 0.0;  ///< how far this homing's seat is off
+  double offset = 0.0;  ///< of every seat
+  double seat = 0.0;    ///< how far this homing's seat is off
   double deviation = 0.0;
   double stiffness = 0.0;
   double damping = 0.0;
@@ -84,6 +88,7 @@ HardStop hard_stop(const Joint& joint) {
   stop.direction = joint.homing->speed_ji > 0.0 ? 1.0 : -1.0;
   stop.position = joint.homing->stop_encoder_ji;
   stop.deviation = joint.parameter("homing_offset", "deviation");
+  stop.offset = joint.parameter("homing_offset", "offset");
   stop.stiffness = joint.homing->stop_stiffness;
   stop.damping = joint.homing->stop_damping;
   return stop;
@@ -126,6 +131,12 @@ struct ArmPhysics::Impl {
       effort_per_torque[i] =
           axis.reduction / axis.gearbox_ratio * (1.0 + axis.parameter("torque_constant", "ratio"));
       viscous[i] = axis.parameter("viscous_friction", "damping");
+      asymmetry[i] = 0.5 * axis.parameter("asymmetric_friction", "damping_difference");
+      ripple[i] = axis.parameter("torque_ripple", "amplitude");
+      ripple_order[i] = axis.parameter("torque_ripple", "order");
+      ripple_phase[i] = axis.parameter("torque_ripple", "phase");
+      const double limit = axis.parameter("saturation", "limit");
+      effort_limit[i] = limit > 0.0 ? limit : std::numeric_limits<double>::infinity();
       motor_frictions.push_back(motor_friction(axis));
       joint_frictions.push_back(joint_friction(axis));
       stops.push_back(hard_stop(axis));
@@ -160,9 +171,12 @@ struct ArmPhysics::Impl {
     const Vector3d reaction = drive_from_motor.transpose() * tension;
     for (Index i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
-      const double friction =
-          motor_frictions[n].step(motor_velocity[i], dt_s) + viscous[i] * motor_velocity[i];
-      motor_velocity[i] += dt_s * (drive_effort[i] - friction - reaction[i]) / inertia[i];
+      double friction = motor_frictions[n].step(motor_velocity[i], dt_s, tension[i]) +
+                        viscous[i] * motor_velocity[i] + asymmetry[i] * std::abs(motor_velocity[i]);
+      if (ripple[i] != 0.0)
+        friction += ripple[i] * std::sin(ripple_order[i] * motor[i] + ripple_phase[i]);
+      const double effort = std::clamp(drive_effort[i], -effort_limit[i], effort_limit[i]);
+      motor_velocity[i] += dt_s * (effort - friction - reaction[i]) / inertia[i];
     }
     joint_velocity += dt_s * (inverse_mass * joint_effort);
     motor += dt_s * motor_velocity;
@@ -180,6 +194,11 @@ struct ArmPhysics::Impl {
   Vector3d inertia;            // of motor and gearbox, at the joint
   Vector3d effort_per_torque;  // joint effort per torque at the gearbox output
   Vector3d viscous;
+  Vector3d asymmetry;     // half the difference of damping between the directions
+  Vector3d ripple;        // against the motion of the motor, over its position at the joint
+  Vector3d ripple_order;  // per joint unit
+  Vector3d ripple_phase;
+  Vector3d effort_limit;  // of the drives, at the joint
   double cycle_s;
   int inner_steps;
   bool with_drift;
@@ -226,7 +245,7 @@ void ArmPhysics::place(const Vector3d& joints_ji) {
 }
 
 void ArmPhysics::draw_stop_seats(RandomSource& random) {
-  for (HardStop& stop : impl_->stops) stop.seat = stop.deviation * random.normal();
+  for (HardStop& stop : impl_->stops) stop.seat = stop.offset + stop.deviation * random.normal();
 }
 
 void ArmPhysics::restart_disturbances(RandomSource& random) {

@@ -19,21 +19,15 @@ using Eigen::VectorXd;
 
 Forms candidates_for(const Series& series, const physics::Plant& plant, const Nominal& nominal) {
   Forms forms;
-  for (auto& form : forms_for(series)) {
+  for (auto& form : forms_for(series, nominal)) {
     const bool in_plant =
-        std::any_of(nominal.terms.begin(), nominal.terms.end(), [&](const NominalTerm& term) {
-          return term.id == form->id() && form->id() != "gravity" &&
-                 plant_has(plant, series.joint, form->id(), form->from());
-        });
+        form->id() != "gravity" && plant_has(plant, series.joint, form->id(), form->from());
     if (!in_plant) forms.push_back(std::move(form));
   }
+  for (std::size_t t = 0; t < nominal.terms.size(); ++t) {
+    if (!nominal.terms[t].form_only) forms.push_back(tolerance_form(nominal.terms[t], t));
+  }
   return forms;
-}
-
-VectorXd joint_fit(const ChannelModel& model) {
-  const MatrixXd columns = model.columns();
-  const Moments moments = moments_of(model.blocks, columns, model.target);
-  return solve(moments.total(), model.column_precision(columns.cols()));
 }
 
 Index first_column(const ChannelModel& model, std::size_t chosen) {
@@ -61,9 +55,45 @@ void adopt_steps(ChannelFit& fit) {
   for (const Step& step : fit.steps) {
     model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
     model.base.rightCols(1) = model.blocks.gather(step_column(series, step));
+    model.free_base.conservativeResize(Eigen::NoChange, model.base.cols());
+    model.free_base.rightCols(1) = model.base.rightCols(1);
     model.precision.conservativeResize(model.precision.size() + 1);
     model.precision[model.precision.size() - 1] = 0.0;
   }
+}
+
+enum class StepKind { kSlip, kLostCounts, kEither };
+
+/// Lost counts make the controller see a jump that never happened: the recorded position leaves the
+/// desired one by the step's size, and the servo brings it back. A slipping cable shows no such
+/// jump.
+StepKind kind_of(const Step& step, const Series& s) {
+  if (s.tracking_error.size() == 0 || s.rows() < 200) return StepKind::kEither;
+  VectorXd jump = VectorXd::Zero(s.rows());
+  for (Index i = 2; i < s.rows(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (s.fresh[n] != 0 || s.fresh[n - 1] != 0) continue;
+    const double change = s.tracking_error[i] - s.tracking_error[i - 2];
+    if (std::isfinite(change)) jump[i] = change;
+  }
+  const Index reach = std::max<Index>(20, step.window);
+  double near = 0.0;
+  std::vector<double> elsewhere;
+  for (Index i = 0; i < s.rows(); ++i) {
+    const bool inside = std::abs(i - step.row) <= reach;
+    if (inside && jump[i] * step.size > 0.0) near = std::max(near, std::abs(jump[i]));
+    if (!inside) elsewhere.push_back(std::abs(jump[i]));
+  }
+  if (elsewhere.size() < 200) return StepKind::kEither;
+  const auto rank = elsewhere.begin() +
+                    static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(elsewhere.size()));
+  std::nth_element(elsewhere.begin(), rank, elsewhere.end());
+  if (near > 0.3 * std::abs(step.size) && near > 2.0 * *rank) return StepKind::kLostCounts;
+  const double period_s =
+      (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(std::max<Index>(1, s.rows() - 1));
+  // The servo needs some 50 ms: slower recordings may miss its jump between two samples.
+  const bool visible = period_s < 0.02 && *rank < 0.3 * std::abs(step.size);
+  return visible ? StepKind::kSlip : StepKind::kEither;
 }
 
 void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
@@ -84,7 +114,8 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
   for (std::size_t k = 0; k < fit.steps.size(); ++k) {
     const Step& step = fit.steps[k];
     NamedEffect effect;
-    effect.id = "slip";
+    const StepKind kind = kind_of(step, *model.series);
+    effect.id = kind == StepKind::kLostCounts ? "lost_counts" : "slip";
     effect.joint = findings.joint;
     effect.stage = stage_word(findings.stage);
     const double size = fit.coefficients[step_index(fit, k)];
@@ -96,7 +127,7 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
     effect.unit = findings.unit;
     effect.p_value = sign_flip_p(before - after, 1);
     effect.size = std::abs(size);
-    effect.ambiguous_with = {"lost_counts"};
+    if (kind == StepKind::kEither) effect.ambiguous_with = {"lost_counts"};
     effect.separate_by =
         "record the drive's command at that moment: lost counts make the servo jump, a slipping "
         "cable does not";
@@ -125,8 +156,34 @@ bool completed(ChannelFit& fit, const ChannelOptions& options) {
   }
   if (best == nullptr) return false;
   fit.model.chosen.push_back(best->best);
+  fit.model.hold_nominal();
   fit.coefficients = joint_fit(fit.model);
   return true;
+}
+
+/// Effects whose first parameter may as well be zero, drawn over blocks, are none: the model has
+/// other ways to say the same.
+void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
+  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    const auto parameters = parameters_of(fit, i, options.seed + 200 + i);
+    if (parameters.empty()) continue;
+    const NamedParameter& first = parameters.front();
+    double least = 0.0;
+    double from = first.ci95.first;
+    double to = first.ci95.second;
+    if (const auto term = form.nominal_term()) {
+      const NominalTerm& nominal = fit.nominal.terms[*term];
+      least = nominal.tolerance;
+      from = (from - nominal.value) / nominal.value;
+      to = (to - nominal.value) / nominal.value;
+      if (from > to) std::swap(from, to);
+    }
+    if (from > least || to < -least) continue;
+    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    fit.model.hold_nominal();
+    fit.coefficients = joint_fit(fit.model);
+  }
 }
 
 /// Effects whose size depends on circumstances lose their name.
@@ -137,13 +194,14 @@ void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options, ChannelFin
     if (!invariance.is_proxy()) continue;
     if (!tried && completed(fit, options)) return;
     tried = true;
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate].form;
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
     findings.notes.push_back(
         fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
                     "(halves differ by {:.0f} %), so the name is withdrawn",
                     findings.joint, stage_word(findings.stage), form.key(), invariance.worst,
                     100.0 * invariance.spread));
     fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    fit.model.hold_nominal();
     fit.coefficients = joint_fit(fit.model);
   }
 }
@@ -160,8 +218,9 @@ void predict(ChannelFit& fit) {
   }
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
-    prediction += seen_columns(*fit.model.candidates[chosen.candidate].form, series, chosen.shape) *
-                  coefficients_of(fit, i);
+    prediction +=
+        seen_columns(*fit.model.candidates[chosen.candidate]->form, series, chosen.shape) *
+        coefficients_of(fit, i);
   }
   fit.prediction = prediction;
   const MatrixXd columns = fit.model.columns();
@@ -178,16 +237,16 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
                                    const ChannelOptions& options) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
-  const EffectForm& form = *model.candidates[own.candidate].form;
+  const EffectForm& form = *model.candidates[own.candidate]->form;
   std::vector<std::string> rivals = form.twins(*model.series);
-  const ScreenResult result = screen(model, options.gates, options.seed, chosen);
+  const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
   const auto mine =
       std::find_if(result.tested.begin(), result.tested.end(),
                    [&](const TestedCandidate& t) { return t.candidate == own.candidate; });
   if (mine == result.tested.end()) return rivals;
   const VectorXd part = own.columns * coefficients_of(fit, chosen);
   for (const TestedCandidate& t : result.tested) {
-    const EffectForm& other = *model.candidates[t.candidate].form;
+    const EffectForm& other = *model.candidates[t.candidate]->form;
     if (t.candidate == own.candidate || !t.consistent || other.id() == form.id()) continue;
     const VectorXd difference = t.errors - mine->errors;
     const auto count = static_cast<double>(difference.size());
@@ -214,7 +273,7 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
 
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate].form;
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
     const Evidence evidence = evidence_of(fit.model, i, options.gates, options.seed + 100 + i);
     NamedEffect effect;
     effect.id = form.id();
@@ -230,6 +289,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
     effect.separate_by = form.separate_by();
+    effect.out_of_tolerance = form.nominal_term().has_value();
     findings.effects.push_back(std::move(effect));
   }
 }
@@ -248,10 +308,10 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   without.base = fit.model.base.rightCols(fit.model.base.cols() - 1).eval();
   without.precision = fit.model.precision.tail(fit.model.precision.size() - 1).eval();
   const auto form = homing_offset();
-  Candidate candidate;
-  candidate.form = form.get();
-  candidate.shapes = {{}};
-  candidate.columns = {MatrixXd::Ones(fit.model.target.size(), 1)};
+  auto candidate = std::make_shared<Candidate>();
+  candidate->form = form.get();
+  candidate->shapes = {{}};
+  candidate->columns = {MatrixXd::Ones(fit.model.target.size(), 1)};
   without.candidates = {candidate};
   for (const Chosen& chosen : fit.model.chosen)
     without.candidates.push_back(fit.model.candidates[chosen.candidate]);
@@ -291,11 +351,60 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   findings.effects.insert(findings.effects.begin(), std::move(effect));
 }
 
+/// Effort of the weights that the drive's channel found beyond the plant's.
+VectorXd found_load(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  VectorXd found;
+  if (s.stage != Stage::kDrive || s.weight.size() == 0) return found;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    if (form.id() == "payload") found = coefficients_of(fit, i)[0] * s.payload_per_kg;
+    if (form.id() == "gravity" && form.nominal_term())
+      found = coefficients_of(fit, i)[0] * s.weight;
+  }
+  return found;
+}
+
+/// Effort that depends on posture, where the plant has no links to carry it.
+VectorXd posture_effort(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  VectorXd found;
+  if (s.stage != Stage::kDrive) return found;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    const EffectForm& form = *fit.model.candidates[chosen.candidate]->form;
+    if (form.id() == "gravity" && !form.nominal_term())
+      found = form.columns(s, chosen.shape) * coefficients_of(fit, i);
+  }
+  return found;
+}
+
+/// Nominal parameters at their refitted values: no findings, but the improved plant's numbers.
+void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    const NominalTerm& term = fit.nominal.terms[t];
+    const double change = fit.coefficients[static_cast<Index>(t) + 1];
+    const bool load = term.id == "gravity" || term.id == "joint_friction";
+    if (term.form_only || change == 0.0 || term.value == 0.0) continue;
+    // What the drive feels as an effort it also knows best.
+    if (load && fit.model.series->stage == Stage::kTransmission) continue;
+    NamedEffect effect;
+    effect.id = term.id;
+    effect.from = term.from;
+    effect.joint = findings.joint;
+    effect.stage = stage_word(findings.stage);
+    effect.out_of_tolerance = true;
+    const double value = term.value * (1.0 + change);
+    effect.parameters = {{term.parameter, value, term.unit, {value, value}}};
+    findings.refitted.push_back(std::move(effect));
+  }
+}
+
 void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings) {
   const ScreenResult result = screen(fit.model, options.gates, options.seed + 400);
   for (const TestedCandidate& t : result.tested) {
-    const EffectForm& form = *fit.model.candidates[t.candidate].form;
+    const EffectForm& form = *fit.model.candidates[t.candidate]->form;
     const Evidence& e = t.evidence;
     std::string outcome = "below its gates";
     if (!t.consistent)
@@ -323,6 +432,7 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   adopt_steps(fit);
   select_effects(fit.model, options.gates, options.seed);
   fit.coefficients = joint_fit(fit.model);
+  drop_uncertain(fit, options);
   withdraw_proxies(fit, options, findings);
   predict(fit);
   return fit;
@@ -337,7 +447,6 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   ChannelFit fit = fit_channel(series, plant, options, findings);
   name_effects(fit, options, findings);
   name_offset(fit, plant, options, findings);
-  name_tolerances(fit, options, findings);
   name_steps(fit, findings);
   if (options.details) {
     add_remainder(fit, options, findings);
@@ -346,6 +455,10 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
     add_candidates(fit, options, findings);
   }
   findings.floor = fit.model.floor;
+  findings.found_load = found_load(fit);
+  findings.offset = fit.coefficients[0];
+  findings.posture = posture_effort(fit);
+  if (options.details) name_refitted(fit, findings);
   add_held_out(fit, findings);
   if (options.details) add_plot(fit, findings);
   return findings;

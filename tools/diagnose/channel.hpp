@@ -38,6 +38,12 @@ struct ChannelFindings {
   std::vector<NotFound> not_found;
   std::vector<CandidateRow> candidates;
   std::vector<std::string> notes;  ///< sentences for the verdict: proxies, prior knowledge used
+  Eigen::VectorXd
+      found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
+  Eigen::VectorXd
+      posture;          ///< drive stage: effort found without a place in the plant; may be empty
+  double offset = 0.0;  ///< constant that the fit found
+  std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
   ChannelPlot plot;
   double floor = 0.0;
 };
@@ -63,10 +69,6 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
 /// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order.
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed);
-
-/// Nominal parameters whose refitted value lies beyond their tolerance.
-void name_tolerances(const ChannelFit& fit, const ChannelOptions& options,
-                     ChannelFindings& findings);
 
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);

@@ -28,7 +28,7 @@ double gain_needed(const TestedCandidate& t, const ScreenResult& result, const C
 
 NotFound limit_of(const TestedCandidate& t, const ScreenResult& result, const ChannelModel& model,
                   const Gates& gates) {
-  const EffectForm& form = *model.candidates[t.candidate].form;
+  const EffectForm& form = *model.candidates[t.candidate]->form;
   NotFound entry;
   entry.id = form.id();
   entry.joint = model.series->joint;
@@ -70,19 +70,19 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
       it->second = entry;
     }
   }
-  for (const Candidate& candidate : fit.model.candidates) {
-    const std::string& id = candidate.form->id();
-    if (candidate.untestable.empty() || named(id) || worst.contains(id)) continue;
+  for (const auto& candidate : fit.model.candidates) {
+    const std::string& id = candidate->form->id();
+    if (candidate->untestable.empty() || named(id) || worst.contains(id)) continue;
     NotFound entry;
     entry.id = id;
     entry.joint = findings.joint;
-    entry.not_testable_because = candidate.untestable;
+    entry.not_testable_because = candidate->untestable;
     worst.emplace(id, entry);
   }
   const VectorXd deviation = nominal_deviation(fit, options.seed + 550);
   for (std::size_t i = 0; i < fit.nominal.terms.size(); ++i) {
     const NominalTerm& term = fit.nominal.terms[i];
-    if (named(term.id) || worst.contains(term.id)) continue;
+    if (term.form_only || named(term.id) || worst.contains(term.id)) continue;
     const double least =
         (term.tolerance + 1.96 * deviation[static_cast<Index>(i)]) * std::abs(term.value);
     worst.emplace(term.id, NotFound{term.id, findings.joint, least, term.unit, ""});

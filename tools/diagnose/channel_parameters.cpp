@@ -30,14 +30,15 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
                                           std::uint64_t seed) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
-  const EffectForm& form = *model.candidates[own.candidate].form;
+  const EffectForm& form = *model.candidates[own.candidate]->form;
   Index at = model.base.cols();
   for (std::size_t i = 0; i < chosen; ++i) at += model.chosen[i].columns.cols();
   const Index width = own.columns.cols();
   const VectorXd b = fit.coefficients.segment(at, width);
 
   MatrixXd columns = model.columns();
-  const bool with_shape = form.continuous() && !own.shape.empty();
+  const bool with_shape =
+      form.continuous() && !own.shape.empty() && !form.unit_coefficient(*model.series);
   constexpr double kStep = 0.02;
   if (with_shape) {
     const MatrixXd moved =

@@ -7,11 +7,13 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <thread>
 
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/free_run.hpp"
 #include "diagnose/verdict.hpp"
 
 namespace ravencal::diagnose {
@@ -88,6 +90,82 @@ void append(std::vector<T>& to, std::vector<T>& from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
+/// What the drive's channel found about the joint's load belongs to the transmission's load as
+/// well. One coefficient, two channels: the drive sees the effort itself, the cable only its
+/// stretch.
+void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
+  for (std::size_t d = 0; d < set.series.size(); ++d) {
+    const Eigen::VectorXd& found = findings[d].found_load;
+    if (set.series[d].stage != Stage::kDrive || found.size() == 0) continue;
+    for (Series& series : set.series) {
+      if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
+      if (series.weight.size() != found.size()) continue;
+      series.weight += found;
+      series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
+                                         series.inertial, series.fresh, series.rest_width()},
+                                        series.cable)
+                               .tension;
+    }
+  }
+}
+
+const NamedParameter* level_of(const NamedEffect& effect) {
+  for (const NamedParameter& p : effect.parameters) {
+    if (p.name == "level") return &p;
+  }
+  return nullptr;
+}
+
+/// Friction behind the cable shows twice: as a loop of the joint and as effort of the drive. Where
+/// the loop names it with the level that the drive asks for, the drive's own entry says nothing
+/// new.
+void merge_joint_friction(const physics::Plant& plant, Report& report) {
+  for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
+    const NamedParameter* level = level_of(loop);
+    if (loop.id != "joint_friction" || loop.stage != "transmission" || level == nullptr) continue;
+    std::erase_if(report.effects, [&](const NamedEffect& e) {
+      if (e.joint != loop.joint || e.stage != "drive") return false;
+      // The cable's wind-up under that friction turns over a displacement, as presliding does.
+      if (e.id == "presliding") return true;
+      const NamedParameter* drive = level_of(e);
+      if (drive == nullptr) return false;
+      if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
+      double found = drive->value;
+      if (e.out_of_tolerance) {
+        const auto index = plant.joint_index(e.joint);
+        if (index) found -= plant.joints[*index].parameter(e.id, "level");
+      }
+      return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
+    });
+  }
+}
+
+/// Lets the drives run free, as they are and improved, and adds how far off they end.
+void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                       const physics::Plant& plant, const Options& options, Report& report) {
+  const auto text = improved_plant(plant, report);
+  if (!text) return;
+  const auto improved = physics::parse_plant(*text, plant.source);
+  if (!improved) return;
+  std::vector<std::optional<HeldOut>> rows(set.series.size());
+  in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
+    if (set.series[i].stage != Stage::kDrive) return;
+    Series drive = set.series[i];
+    drive.free_offset = findings[i].offset;
+    const FreeRunRows which = drive.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
+    const double before = free_run_rmse(drive, plant, which);
+    if (findings[i].posture.size() > 0) drive.recorded -= findings[i].posture;
+    const physics::Plant best = refitted_in_free_run(drive, *improved);
+    const double after = free_run_rmse(drive, best, which);
+    if (before < 0.0 || after < 0.0) return;
+    rows[i] = HeldOut{drive.joint, "free_run_1s_rmse", drive.prismatic ? "m" : "rad", before,
+                      after,       drive.motion.noise};
+  });
+  for (const auto& row : rows) {
+    if (row) report.held_out.push_back(*row);
+  }
+}
+
 /// Vocabulary entries that no channel of this joint spoke about.
 void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& report) {
   for (const physics::Joint& joint : plant.joints) {
@@ -118,8 +196,7 @@ void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& repor
 core::Result<Report> diagnose(const std::vector<record::Recording>& training,
                               const std::vector<record::Recording>& held_out,
                               const physics::Plant& plant, const Options& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(const SeriesSet set,
-                            build_series(training, held_out, plant, options.series));
+  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options.series));
   ChannelOptions channel_options;
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
@@ -128,13 +205,18 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   std::mutex look_mutex;
-  in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
-    if (stop) return;
-    findings[i] = analyse(set.series[i], plant, channel_options);
-    const auto share = static_cast<double>(++done) / static_cast<double>(set.series.size());
-    const std::lock_guard<std::mutex> lock(look_mutex);
-    if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
-  });
+  const auto analyse_those = [&](const auto& wanted) {
+    in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
+      if (stop || !wanted(set.series[i])) return;
+      findings[i] = analyse(set.series[i], plant, channel_options);
+      const auto share = static_cast<double>(++done) / static_cast<double>(set.series.size());
+      const std::lock_guard<std::mutex> lock(look_mutex);
+      if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
+    });
+  };
+  analyse_those([](const Series& series) { return series.stage != Stage::kTransmission; });
+  load_transmissions(set, findings);
+  analyse_those([](const Series& series) { return series.stage == Stage::kTransmission; });
   if (stop)
     return core::Error{core::ErrorCode::kUsage,
                        "stopped before the diagnosis was complete; nothing was written"};
@@ -149,8 +231,11 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     append(report.not_found, f.not_found);
     append(report.candidates, f.candidates);
     append(notes, f.notes);
+    append(report.refitted, f.refitted);
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
+  merge_joint_friction(plant, report);
+  judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);
   if (options.placebo_twins > 0) {
     std::vector<const Series*> channels;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,10 @@ class EffectForm {
   /// Id of the vocabulary; `from` names the other joint, if one takes part.
   [[nodiscard]] const std::string& id() const { return id_; }
   [[nodiscard]] const std::string& from() const { return from_; }
-  [[nodiscard]] std::string key() const { return from_.empty() ? id_ : id_ + "<" + from_; }
+  [[nodiscard]] std::string key() const {
+    const std::string name = from_.empty() ? id_ : id_ + "<" + from_;
+    return nominal_term() ? name + " (out of tolerance)" : name;
+  }
 
   /// Why this recording cannot show the effect; empty if it can.
   [[nodiscard]] virtual std::string untestable(const Series&) const { return {}; }
@@ -53,6 +57,15 @@ class EffectForm {
   }
   /// Ids that make the same columns in this recording, so that no statistic can part them.
   [[nodiscard]] virtual std::vector<std::string> twins(const Series&) const { return {}; }
+  /// Index of the nominal term that the form sets free beyond its tolerance; none for physics.
+  [[nodiscard]] virtual std::optional<std::size_t> nominal_term() const { return std::nullopt; }
+  /// True if columns() are already as the residual shows them.
+  [[nodiscard]] virtual bool as_seen_already() const { return false; }
+  /// True if the shape is the effect's size in a replay that knows its physics: at the right shape
+  /// the coefficient is one.
+  [[nodiscard]] virtual bool unit_coefficient(const Series&) const { return false; }
+  /// True if the column depends on time alone: slow noise looks like it.
+  [[nodiscard]] virtual bool time_only() const { return false; }
   /// Effect that must be in the model or in the plant before this one makes sense; empty if none.
   [[nodiscard]] virtual std::string prerequisite() const { return {}; }
   /// Recording that would part the effect from those that look like it.

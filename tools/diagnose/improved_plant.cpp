@@ -47,6 +47,28 @@ std::map<std::string, double> plant_values(const NamedEffect& e, const physics::
     return {{"stiffness", 1.0 / whole},
             {"damping", std::max(joint.parameter("compliance", "damping"), 0.01 / whole)}};
   }
+  if (e.id == "asymmetric_friction")
+    return {{"damping_difference", parameter(e, "damping_difference")}};
+  if (e.id == "load_dependent_friction") return {{"load_share", parameter(e, "load_share")}};
+  if (e.id == "saturation") return {{"limit", parameter(e, "limit")}};
+  if (e.id == "torque_ripple") {
+    return {{"amplitude", parameter(e, "amplitude")},
+            {"order", parameter(e, "order")},
+            {"phase", parameter(e, "phase")}};
+  }
+  if (e.id == "homing_offset") {
+    return {{"offset", parameter(e, "offset")},
+            {"deviation", joint.parameter("homing_offset", "deviation")}};
+  }
+  if (e.id == "hysteresis" && parameter(e, "stiffness") > 0.0)
+    return {{"stiffness", parameter(e, "stiffness")}, {"yield", parameter(e, "yield")}};
+  if (e.id == "joint_friction" && parameter(e, "level") > 0.0) {
+    // How friction yields before it slips was not asked: a tenth of the cable's wind-up.
+    return {
+        {"level", parameter(e, "level") + joint.parameter("joint_friction", "level")},
+        {"presliding", std::max(joint.parameter("joint_friction", "presliding"),
+                                stiffness > 0.0 ? 0.1 * parameter(e, "level") / stiffness : 1e-4)}};
+  }
   if (e.id == "joint_friction" && stiffness > 0.0) {
     const double stretch = parameter(e, "stretch");
     return {{"level", stretch * stiffness},
@@ -86,12 +108,41 @@ bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const Na
     joint_table.insert_or_assign("motor_inertia_kg_m2", changed);
     return true;
   }
+  if (e.id == "gravity" && p.name == "weight_scale" && joint.link.mass_kg > 0.0) {
+    toml::table* link = joint_table["link"].as_table();
+    if (link == nullptr) return false;
+    link->insert_or_assign("mass_kg", joint.link.mass_kg * p.value);
+    return true;
+  }
   const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
   if (spec == nullptr) return false;
   for (const physics::ParameterSpec& parameter_spec : spec->parameters) {
     if (parameter_spec.name != p.name) continue;
     effect_table(joint_table, e)
         .insert_or_assign(physics::key_of(parameter_spec, joint.kind), p.value);
+    return true;
+  }
+  return false;
+}
+
+/// Effects that belong to the robot and not to one joint; false if `e` is none.
+bool add_to_robot(toml::table& root, const physics::Plant& plant, const NamedEffect& e) {
+  if (e.id == "payload") {
+    toml::table table{{"mass_kg", plant.payload.mass_kg + parameter(e, "mass")}};
+    const auto& com = plant.payload.com_m;
+    table.insert("com_m", toml::array{com[0], com[1], com[2]});
+    root.insert_or_assign("payload", std::move(table));
+    return true;
+  }
+  toml::table* logger = root["logger"].as_table();
+  if (e.id == "delay" && e.stage == "transmission" && logger != nullptr) {
+    const double whole =
+        plant.logger.truth_latency_s + parameter(e, "delay") +
+        (e.out_of_tolerance ? parameter(e, "truth_latency") - plant.logger.truth_latency_s -
+                                  0.5 * plant.logger.truth_period_s
+                            : 0.0);
+    if (whole < 0.0) return false;
+    logger->insert_or_assign("truth_latency_s", whole);
     return true;
   }
   return false;
@@ -129,12 +180,19 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: {}", plant.source, error.description())};
   }
+  // First the numbers that only moved within their tolerance; findings then overwrite them.
+  for (const NamedEffect& e : report.refitted) {
+    const auto index = plant.joint_index(e.joint);
+    if (!index || e.id == "delay") continue;
+    set_nominal(*(*root["joint"].as_array())[*index].as_table(), plant.joints[*index], e);
+  }
   std::string comments;
   for (const NamedEffect& e : report.effects) {
     const auto index = plant.joint_index(e.joint);
     if (!index || e.id == "unknown" || e.parameters.empty()) continue;
     toml::table& joint_table = *(*root["joint"].as_array())[*index].as_table();
     const physics::Joint& joint = plant.joints[*index];
+    if (add_to_robot(root, plant, e)) continue;
     const bool written =
         e.out_of_tolerance ? set_nominal(joint_table, joint, e) : add_effect(joint_table, joint, e);
     if (!written) comments += comment_for(e);

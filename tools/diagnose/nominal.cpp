@@ -5,13 +5,15 @@
 #include <cmath>
 
 #include "diagnose/effects/shapes.hpp"
-#include "physics/effects/hysteresis.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
+
+/// Two streams of one recorder are rarely aligned better.
+constexpr double kAlignment_s = 0.003;
 
 double tolerance_of(const physics::Joint& joint, const std::string& id,
                     const std::string& parameter) {
@@ -20,68 +22,6 @@ double tolerance_of(const physics::Joint& joint, const std::string& id,
     if (it != joint.tolerance.end()) return it->second;
   }
   return 0.10;
-}
-
-/// The cable's numbers, as far as they act quasi-statically.
-struct CableNumbers {
-  double compliance = 0.0;  ///< 1 / stiffness
-  double friction_level = 0.0;
-  double friction_presliding = 0.0;
-  double friction_load_share = 0.0;
-  double hysteresis_stiffness = 0.0;
-  double hysteresis_yield = 0.0;
-  double creep_compliance = 0.0;
-  double creep_time_s = 1.0;
-  double gap_half_width = 0.0;
-};
-
-/// Stretch that balances `load` against spring and hysteresis; the hysteresis moves on.
-double balanced_stretch(double load, double last, const CableNumbers& c,
-                        physics::Hysteresis& strands) {
-  const double stiffness = 1.0 / c.compliance;
-  const double span = std::abs(load) * c.compliance + c.hysteresis_yield + std::abs(last);
-  double low = -2.0 * span;
-  double high = 2.0 * span;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    physics::Hysteresis trial = strands;
-    (stiffness * middle + trial.step(middle - last) < load ? low : high) = middle;
-  }
-  const double stretch = 0.5 * (low + high);
-  strands.step(stretch - last);
-  return stretch;
-}
-
-VectorXd cable_stretch(const Series& s, const CableNumbers& c) {
-  VectorXd load = s.weight.size() > 0 ? s.weight : VectorXd(VectorXd::Zero(s.rows()));
-  if (c.friction_level > 0.0) {
-    const double width = std::max(2.0 * c.friction_presliding, s.rest_width());
-    const VectorXd side = direction_memory(s.motion.q, width, s.fresh);
-    load +=
-        side.cwiseProduct((c.friction_level + c.friction_load_share * load.array().abs()).matrix());
-  }
-  VectorXd stretch = c.compliance * load;
-  if (c.hysteresis_stiffness > 0.0 && c.hysteresis_yield > 0.0) {
-    physics::Hysteresis strands(c.hysteresis_stiffness, c.hysteresis_yield);
-    double last = 0.0;
-    for (Index i = 0; i < s.rows(); ++i) {
-      if (s.fresh[static_cast<std::size_t>(i)] != 0) {
-        strands = physics::Hysteresis(c.hysteresis_stiffness, c.hysteresis_yield);
-        last = 0.0;
-      }
-      last = balanced_stretch(load[i], last, c, strands);
-      stretch[i] = last;
-    }
-  }
-  if (c.gap_half_width > 0.0) {
-    // The gap closes over 2 % of the load's range instead of at one point.
-    const double scale = std::max(1e-12, 0.02 * load.cwiseAbs().maxCoeff());
-    stretch += (c.gap_half_width * (load.array() / scale).max(-1.0).min(1.0)).matrix();
-  }
-  if (c.creep_compliance > 0.0) {
-    stretch += c.creep_compliance * low_pass(load, s.t_s, c.creep_time_s, s.fresh);
-  }
-  return stretch;
 }
 
 class NominalBuilder {
@@ -101,10 +41,13 @@ class NominalBuilder {
 
   void drive() {
     linear("inertia_error", "inertia", s_.prismatic ? "kg" : "kg_m2", s_.inertia, s_.motion.a);
-    if (s_.weight.size() > 0) linear("gravity", "weight_scale", "1", 1.0, s_.weight);
+    load();
     const std::string damping = s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad";
-    linear("coulomb_friction", "level", s_.unit, joint_.parameter("coulomb_friction", "level"),
-           s_.as_seen(direction(s_)));
+    const double level = joint_.parameter("coulomb_friction", "level");
+    const double displacement = joint_.parameter("presliding", "displacement");
+    const double edge = std::max(s_.rest_width(), 4.0 * displacement);
+    linear("coulomb_friction", "level", s_.unit, level, friction_column(edge));
+    friction_edges("presliding", "displacement", level, edge, displacement > 0.0);
     linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"),
            s_.motion.v);
     const double velocity = joint_.parameter("stribeck_friction", "velocity");
@@ -113,13 +56,6 @@ class NominalBuilder {
           direction(s_).array() / (1.0 + (s_.motion.v.array() / velocity).square());
       linear("stribeck_friction", "extra", s_.unit, joint_.parameter("stribeck_friction", "extra"),
              s_.as_seen(shape));
-    }
-    const double behind = joint_.parameter("joint_friction", "level");
-    if (behind > 0.0) {
-      const double width =
-          std::max(2.0 * joint_.parameter("joint_friction", "presliding"), s_.rest_width());
-      linear("joint_friction", "level", s_.unit, behind,
-             s_.as_seen(direction_memory(s_.motion.q, width, s_.fresh)));
     }
     // Recorded effort is the needed one over 1 + ratio.
     const double ratio = joint_.parameter("torque_constant", "ratio");
@@ -136,6 +72,9 @@ class NominalBuilder {
       linear("delay", "truth_latency", "s",
              plant_.logger.truth_latency_s + 0.5 * plant_.logger.truth_period_s, -s_.motion.v);
       nominal_.terms.back().tolerance = 1.0;
+    } else {
+      nominal_.terms.push_back(
+          {"delay", "alignment", "s", 0.0, 1.0, -kAlignment_s * s_.motion.v, true});
     }
     for (const physics::Effect& effect : joint_.effects) {
       if (effect.id != "coupling") continue;
@@ -143,6 +82,8 @@ class NominalBuilder {
         if (other.name != effect.from) continue;
         linear("coupling", "error", per(s_.unit, other.unit),
                effect.parameters.find("error")->second, other.value);
+        if (!nominal_.terms.empty() && nominal_.terms.back().id == "coupling")
+          nominal_.terms.back().from = other.name;
       }
     }
     const double order = joint_.parameter("eccentricity", "order");
@@ -155,42 +96,92 @@ class NominalBuilder {
   Nominal take() { return std::move(nominal_); }
 
  private:
+  [[nodiscard]] VectorXd friction_column(double width) const {
+    return s_.as_seen(direction_memory(s_.motion.q, width, s_.fresh));
+  }
+
+  /// What the cable passes back to the drive: weight and friction behind it.
+  void load() {
+    const CableNumbers& c = s_.cable;
+    if (s_.weight.size() == 0 && c.friction_level <= 0.0) return;
+    const VectorXd tension = s_.as_seen(cable_tension(s_, c));
+    nominal_.prediction += tension;
+    const auto add = [&](const std::string& id, const std::string& parameter,
+                         const std::string& unit, double value, bool form_only, auto&& change) {
+      if (value == 0.0) return;
+      constexpr double kStep = 0.05;
+      CableNumbers changed = c;
+      change(changed, 1.0 + kStep);
+      nominal_.terms.push_back(
+          {id, parameter, unit, value, form_only ? 1.0 : tolerance_of(joint_, id, parameter),
+           (s_.as_seen(cable_tension(s_, changed)) - tension) / kStep, form_only});
+    };
+    if (s_.weight.size() > 0)
+      add("gravity", "weight_scale", "1", 1.0, false,
+          [](CableNumbers& n, double f) { n.weight_scale *= f; });
+    add("joint_friction", "level", s_.unit, c.friction_level, false,
+        [](CableNumbers& n, double f) { n.friction_level *= f; });
+    if (c.friction_level <= 0.0) return;
+    // How friction behind the cable builds up is the cable's and the friction's microphysics.
+    add("joint_friction", "presliding", position_unit(s_), c.friction_presliding, true,
+        [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
+    add("compliance", "stiffness", "1", c.compliance, true,
+        [](CableNumbers& n, double f) { n.compliance *= f; });
+  }
+
+  /// How friction turns over a reversal is a matter of its microphysics, which no simulation has
+  /// exactly: edges from half to four times the width are all the same friction.
+  void friction_edges(const std::string& id, const std::string& parameter, double level,
+                      double width, bool /*in_plant*/) {
+    if (level <= 0.0) return;
+    const VectorXd sharp = friction_column(width);
+    for (const double factor : {0.5, 2.5, 6.0}) {
+      NominalTerm term{id,
+                       parameter,
+                       position_unit(s_),
+                       width * factor,
+                       1.0,
+                       level * (friction_column(factor * width) - sharp),
+                       true};
+      nominal_.terms.push_back(std::move(term));
+    }
+  }
+
   void cable() {
-    const double stiffness = joint_.parameter("compliance", "stiffness");
-    if (stiffness <= 0.0) return;
-    CableNumbers c;
-    c.compliance = 1.0 / stiffness;
-    c.friction_level = joint_.parameter("joint_friction", "level");
-    c.friction_presliding = joint_.parameter("joint_friction", "presliding");
-    c.friction_load_share = joint_.parameter("joint_friction", "load_share");
-    c.hysteresis_stiffness = joint_.parameter("hysteresis", "stiffness");
-    c.hysteresis_yield = joint_.parameter("hysteresis", "yield");
-    c.creep_compliance = joint_.parameter("creep", "compliance");
-    c.creep_time_s = std::max(1e-3, joint_.parameter("creep", "time"));
-    c.gap_half_width = joint_.parameter("backlash", "half_width");
+    const CableNumbers& c = s_.cable;
+    if (c.rigid()) return;
     const VectorXd stretch = cable_stretch(s_, c);
     nominal_.prediction -= stretch;
     const std::string stiffness_unit = per(effort_unit(s_), position_unit(s_));
-    // 1 / k: a relative change of the stiffness is minus that of the compliance.
-    uncertain("compliance", "stiffness", stiffness_unit, stiffness, c, stretch,
+    uncertain("compliance", "stiffness", stiffness_unit,
+              c.compliance > 0.0 ? 1.0 / c.compliance : 0.0, stretch,
               [](CableNumbers& n, double f) { n.compliance /= f; });
-    uncertain("joint_friction", "level", effort_unit(s_), c.friction_level, c, stretch,
+    if (s_.weight.size() > 0)
+      uncertain("gravity", "weight_scale", "1", 1.0, stretch,
+                [](CableNumbers& n, double f) { n.weight_scale *= f; });
+    uncertain("joint_friction", "level", effort_unit(s_), c.friction_level, stretch,
               [](CableNumbers& n, double f) { n.friction_level *= f; });
-    uncertain("hysteresis", "stiffness", stiffness_unit, c.hysteresis_stiffness, c, stretch,
-              [](CableNumbers& n, double f) { n.hysteresis_stiffness *= f; });
-    uncertain("creep", "compliance", per(position_unit(s_), effort_unit(s_)), c.creep_compliance, c,
+    uncertain("hysteresis", "stiffness", stiffness_unit, c.strand_stiffness, stretch,
+              [](CableNumbers& n, double f) { n.strand_stiffness *= f; });
+    uncertain("creep", "compliance", per(position_unit(s_), effort_unit(s_)), c.creep_compliance,
               stretch, [](CableNumbers& n, double f) { n.creep_compliance *= f; });
-    uncertain("backlash", "half_width", position_unit(s_), c.gap_half_width, c, stretch,
+    uncertain("backlash", "half_width", position_unit(s_), c.gap_half_width, stretch,
               [](CableNumbers& n, double f) { n.gap_half_width *= f; });
+    // How far friction behind the cable yields before it slips is microphysics: see friction_edges.
+    if (c.friction_level > 0.0) {
+      uncertain("joint_friction", "presliding", position_unit(s_), c.friction_presliding, stretch,
+                [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
+      nominal_.terms.back().form_only = true;
+      nominal_.terms.back().tolerance = 1.0;
+    }
   }
 
   template <typename Change>
   void uncertain(const std::string& id, const std::string& parameter, const std::string& unit,
-                 double value, const CableNumbers& numbers, const VectorXd& stretch,
-                 Change&& change) {
+                 double value, const VectorXd& stretch, Change&& change) {
     if (value == 0.0) return;
     constexpr double kStep = 0.05;
-    CableNumbers changed = numbers;
+    CableNumbers changed = s_.cable;
     change(changed, 1.0 + kStep);
     nominal_.terms.push_back({id, parameter, unit, value, tolerance_of(joint_, id, parameter),
                               (stretch - cable_stretch(s_, changed)) / kStep});

@@ -18,8 +18,12 @@ struct NominalTerm {
   std::string parameter;  ///< as in the plant, without unit
   std::string unit;
   double value = 0.0;
-  double tolerance = 0.1;  ///< relative, one standard deviation of the prior
+  double tolerance = 0.1;  ///< relative: how far the parameter may be off
   Eigen::VectorXd column;  ///< change of the residual per relative change of the parameter
+  /// Form of the simulation rather than a number of the plant (how a friction edge is rounded, how
+  /// streams are stamped): never named, whatever its refitted value.
+  bool form_only = false;
+  std::string from = {};  ///< the other joint, for couplings
 };
 
 struct Nominal {

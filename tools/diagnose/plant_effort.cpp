@@ -23,11 +23,18 @@ bool has_weight(const physics::Plant& plant) {
 VectorXd pendulum_effort(const physics::Plant& plant, const VectorXd& q) {
   const physics::Link& link = plant.joints.front().link;
   const auto& g = plant.robot.gravity_m_per_s2;
+  // A payload without a place of its own hangs at the link's centre of mass.
+  const auto& at = plant.payload.com_m;
+  const bool placed = at[0] != 0.0 || at[1] != 0.0;
+  const double mass_kg = link.mass_kg + plant.payload.mass_kg;
+  const double share = mass_kg > 0.0 ? link.mass_kg / mass_kg : 1.0;
+  const double com_x = placed ? share * link.com_m[0] + (1.0 - share) * at[0] : link.com_m[0];
+  const double com_y = placed ? share * link.com_m[1] + (1.0 - share) * at[1] : link.com_m[1];
   VectorXd effort(q.size());
   for (Index i = 0; i < q.size(); ++i) {
-    const double x = link.com_m[0] * std::cos(q[i]) - link.com_m[1] * std::sin(q[i]);
-    const double y = link.com_m[0] * std::sin(q[i]) + link.com_m[1] * std::cos(q[i]);
-    effort[i] = -link.mass_kg * (x * g[1] - y * g[0]);
+    const double x = com_x * std::cos(q[i]) - com_y * std::sin(q[i]);
+    const double y = com_x * std::sin(q[i]) + com_y * std::cos(q[i]);
+    effort[i] = -mass_kg * (x * g[1] - y * g[0]);
   }
   return effort;
 }
@@ -57,12 +64,15 @@ std::vector<VectorXd> holding_efforts(const physics::Plant& plant,
   return efforts;
 }
 
+double link_inertia(const physics::Joint& j) {
+  if (j.kind == physics::JointKind::kPrismatic) return j.link.mass_kg;
+  const double arm2 = j.link.com_m[0] * j.link.com_m[0] + j.link.com_m[1] * j.link.com_m[1];
+  return j.link.inertia_kg_m2[2] + j.link.mass_kg * arm2;
+}
+
 double joint_inertia(const physics::Plant& plant, std::size_t joint) {
   const physics::Joint& j = plant.joints[joint];
-  const double motor = j.motor_inertia_kg_m2 * j.reduction * j.reduction;
-  if (j.kind == physics::JointKind::kPrismatic) return motor + j.link.mass_kg;
-  const double arm2 = j.link.com_m[0] * j.link.com_m[0] + j.link.com_m[1] * j.link.com_m[1];
-  return motor + j.link.inertia_kg_m2[2] + j.link.mass_kg * arm2;
+  return j.motor_inertia_kg_m2 * j.reduction * j.reduction + link_inertia(j);
 }
 
 }  // namespace ravencal::diagnose

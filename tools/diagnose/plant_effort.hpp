@@ -14,8 +14,11 @@ namespace ravencal::diagnose {
 std::vector<Eigen::VectorXd> holding_efforts(const physics::Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
-/// Inertia of motor and link, referred to the joint (kg m^2 or kg). The link counts with its own
-/// moment and its mass about the joint's axis z; other links are left to the drive's tolerance.
+/// The link's inertia about its joint (kg m^2 or kg): its own moment and its mass about the axis z;
+/// other links are left to the drive's tolerance.
+double link_inertia(const physics::Joint& joint);
+
+/// Inertia of motor and link, referred to the joint (kg m^2 or kg).
 double joint_inertia(const physics::Plant& plant, std::size_t joint);
 
 }  // namespace ravencal::diagnose

@@ -88,6 +88,7 @@ struct Report {
   std::vector<HeldOut> held_out;
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;
+  std::vector<NamedEffect> refitted;  ///< nominal parameters, moved within their tolerance
   std::vector<CandidateRow> candidates;
   std::vector<ChannelPlot> plots;
   std::vector<std::pair<std::string, std::string>> provenance;

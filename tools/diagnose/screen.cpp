@@ -12,12 +12,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// Steps of a slow column between blocks must stand out this far before its levels count in full.
+constexpr double kLeastStepZ = 8.0;
+/// A column with more of its energy in the means of blocks is slow.
+constexpr double kSlowShare = 0.4;
+
 /// The model's columns and moments, and what a candidate adds beyond them.
 class Screen {
  public:
-  Screen(const ChannelModel& model, std::size_t without)
+  explicit Screen(const ChannelModel& model)
       : model_(model),
-        columns_(model.columns(without)),
+        columns_(model.columns()),
         precision_(model.column_precision(columns_.cols())),
         moments_(moments_of(model.blocks, columns_, model.target)),
         noise_moments_(moments_of(model.blocks, columns_, model.noise)),
@@ -69,6 +74,33 @@ class Screen {
     return u;
   }
 
+  /// A slow column against noise that wanders: what counts is whether its steps from block to block
+  /// are seen among the steps of the residual, each an observation of its own. In (0, 1]; 1 for
+  /// columns that vary within blocks.
+  [[nodiscard]] double wander_factor(const MatrixXd& z, const Unique& u, bool time_only) const {
+    const Blocks& blocks = model_.blocks;
+    const auto count = static_cast<Index>(blocks.count());
+    if (count < 8 || z.cols() != 1) return 1.0;
+    const VectorXd own = (z - columns_ * u.projection).col(0);
+    const VectorXd rest = model_.target - columns_ * solve(total_, precision_);
+    VectorXd x(count);
+    VectorXd y(count);
+    double slow = 0.0;
+    for (Index b = 0; b < count; ++b) {
+      const auto n = static_cast<std::size_t>(b);
+      x[b] = own.segment(blocks.first(n), blocks.size(n)).mean();
+      y[b] = rest.segment(blocks.first(n), blocks.size(n)).mean();
+      slow += x[b] * x[b] * static_cast<double>(blocks.size(n));
+    }
+    if (!time_only && slow < kSlowShare * own.squaredNorm()) return 1.0;
+    const VectorXd dx = x.tail(count - 1) - x.head(count - 1);
+    const VectorXd dy = y.tail(count - 1) - y.head(count - 1);
+    const double slope = dx.dot(dy) / std::max(dx.squaredNorm(), 1e-300);
+    const double left = (dy - slope * dx).squaredNorm() / static_cast<double>(count - 2);
+    const double z2 = slope * slope * dx.squaredNorm() / std::max(left, 1e-300);
+    return std::min(1.0, z2 / (kLeastStepZ * kLeastStepZ));
+  }
+
   [[nodiscard]] FlipOption flip_option(const MatrixXd& z, const Unique& u) const {
     const Blocks& blocks = model_.blocks;
     const Index k = columns_.cols();
@@ -105,6 +137,12 @@ class Screen {
   Eigen::LDLT<MatrixXd> solver_;
 };
 
+/// RMS that the candidate takes off the held-out error: its contribution beyond what the model can
+/// say without it.
+double unique_size(const ChannelModel& model, const VectorXd& gains) {
+  return std::sqrt(std::max(0.0, gains.sum()) / static_cast<double>(model.target.size()));
+}
+
 double z_score(const VectorXd& gains) {
   const auto count = static_cast<double>(gains.size());
   const double mean = gains.mean();
@@ -112,50 +150,52 @@ double z_score(const VectorXd& gains) {
   return variance > 0.0 ? mean / std::sqrt(variance / count) : 0.0;
 }
 
-/// Lag-one correlation of the noise's block means: time-only columns see slow noise as signal.
-double slow_noise_factor(const ChannelModel& model) {
-  const Blocks& blocks = model.blocks;
-  double product = 0.0;
-  double power = 0.0;
-  double last = 0.0;
-  for (std::size_t b = 0; b < blocks.count(); ++b) {
-    const double mean = model.noise.segment(blocks.first(b), blocks.size(b)).mean();
-    if (b > 0) product += last * mean;
-    power += mean * mean;
-    last = mean;
+/// Variance of a sum of block scores over what independent blocks would give: noise slower than a
+/// block makes neighbouring scores agree, and flipping their signs one by one overlooks that
+/// (Newey and West, Econometrica 1987, Bartlett weights; never below 1).
+double slow_noise_inflation(const MatrixXd& scores) {
+  const Index count = scores.rows();
+  const Index lags = std::min<Index>(count / 5, 6);
+  const double power = scores.squaredNorm();
+  double inflation = 1.0;
+  for (Index lag = 1; lag <= lags; ++lag) {
+    double product = 0.0;
+    for (Index b = 0; b + lag < count; ++b) product += scores.row(b).dot(scores.row(b + lag));
+    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
+    inflation += 2.0 * weight * product / std::max(power, 1e-300);
   }
-  const double rho = power > 0.0 ? std::clamp(product / power, 0.0, 0.95) : 0.0;
-  return (1.0 - rho) / (1.0 + rho);
+  return std::max(1.0, inflation);
 }
 
 }  // namespace
 
-ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed,
-                    std::size_t without) {
-  const Screen view(model, without);
+ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed) {
+  const Screen view(model);
   ScreenResult result;
   result.errors = view.errors();
   std::vector<FlipCandidate> flips;
-  const double slow = slow_noise_factor(model);
   double best_gain = 0.0;
   for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-    const Candidate& candidate = model.candidates[c];
-    const bool in_model =
-        std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& chosen) {
-          return chosen.candidate == c &&
-                 (without == SIZE_MAX || &chosen != &model.chosen[without]);
-        });
-    if (!candidate.untestable.empty() || in_model) continue;
-    if (!model.permits(*candidate.form, without)) continue;
+    const Candidate& candidate = *model.candidates[c];
+    if (!model.offers(c)) continue;
     TestedCandidate tested;
     tested.candidate = c;
     FlipCandidate flip;
     double least_error = 0.0;
+    double least_rank = 0.0;
+    const bool sized_by_coefficient = candidate.form->unit_coefficient(*model.series);
     for (std::size_t s = 0; s < candidate.shapes.size(); ++s) {
       const VectorXd errors = view.errors_with(candidate.columns[s]);
       const auto unique = view.unique_part(candidate.columns[s]);
       flip.options.push_back(view.flip_option(candidate.columns[s], unique));
-      if (s == 0 || errors.sum() < least_error) {
+      // A replayed effect counts at the size that its own coefficient asks for.
+      double rank = errors.sum();
+      if (sized_by_coefficient) {
+        const double b = view.contribution(candidate.columns[s]).second[0];
+        rank = b > 0.0 ? std::abs(std::log(b)) : 1e6 + rank;
+      }
+      if (s == 0 || rank < least_rank) {
+        least_rank = rank;
         least_error = errors.sum();
         flip.found_option = s;
         tested.best = {c, candidate.shapes[s], candidate.columns[s]};
@@ -168,26 +208,32 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   }
   for (std::size_t n = 0; n < result.tested.size(); ++n) {
     TestedCandidate& tested = result.tested[n];
-    const EffectForm& form = *model.candidates[tested.candidate].form;
-    if (form.continuous() && result.errors.sum() - tested.errors.sum() > 0.3 * best_gain &&
-        best_gain > 0.0) {
-      tested.best = refined(model, tested.best, without);
+    const EffectForm& form = *model.candidates[tested.candidate]->form;
+    const double gain = result.errors.sum() - tested.errors.sum();
+    const double worth = form.unit_coefficient(*model.series) ? 0.1 : 0.3;
+    if ((form.continuous() || worth < 0.3) && gain > worth * best_gain && best_gain > 0.0) {
+      tested.best = refined(model, tested.best);
       tested.errors = view.errors_with(tested.best.columns);
     }
     const auto unique = view.unique_part(tested.best.columns);
     tested.unique_energy = unique.energy;
     tested.unique_share = unique.share;
-    flips[n].gain = unique.gain * (form.id() == "thermal_drift" ? slow : 1.0);
+    flips[n].gain =
+        unique.gain / slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
+    flips[n].gain *= view.wander_factor(tested.best.columns, unique, form.time_only());
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
+    tested.coefficients = coefficients;
     tested.consistent = form.inconsistency(*model.series, tested.best.shape, coefficients).empty();
+    if (const auto term = form.nominal_term())
+      tested.consistent = tested.consistent && coefficients[0] * model.held[*term] > 0.0;
     tested.evidence = {model.rms_of(result.errors),
                        model.rms_of(tested.errors),
                        z_score(gains),
                        sign_flip_p(gains, seed, 999),
                        1.0,
                        gains.sum() / std::max(result.errors.sum(), 1e-300),
-                       size};
+                       std::min(size, unique_size(model, gains))};
   }
   const FlipResult chance = sign_flip_test(flips, gates.alpha, seed);
   result.critical = chance.critical;
@@ -198,16 +244,35 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   return result;
 }
 
-Chosen refined(const ChannelModel& model, const Chosen& start, std::size_t without) {
-  const EffectForm& form = *model.candidates[start.candidate].form;
+namespace {
+
+/// Moves the size of a replayed effect to where its coefficient is one.
+Chosen sized(const ChannelModel& model, const Chosen& start) {
+  const EffectForm& form = *model.candidates[start.candidate]->form;
+  const Screen view(model);
+  Chosen best = start;
+  for (int i = 0; i < 5; ++i) {
+    const double b = view.contribution(best.columns).second[0];
+    if (b <= 0.0 || std::abs(b - 1.0) < 0.01) break;
+    best.shape[0] *= std::clamp(b, 0.2, 5.0);
+    best.columns = model.blocks.gather(seen_columns(form, *model.series, best.shape));
+  }
+  return best;
+}
+
+}  // namespace
+
+Chosen refined(const ChannelModel& model, const Chosen& start) {
+  const EffectForm& form = *model.candidates[start.candidate]->form;
+  if (form.unit_coefficient(*model.series)) return sized(model, start);
   if (!form.continuous() || start.shape.empty()) return start;
-  const Screen view(model, without);
+  const Screen view(model);
   const auto evaluate = [&](double log_value) {
     Chosen trial{start.candidate, {std::exp(log_value)}, {}};
     trial.columns = model.blocks.gather(seen_columns(form, *model.series, trial.shape));
     return std::pair{view.errors_with(trial.columns).sum(), trial};
   };
-  const std::vector<Shape>& grid = model.candidates[start.candidate].shapes;
+  const std::vector<Shape>& grid = model.candidates[start.candidate]->shapes;
   const double step = grid.size() > 1 ? std::abs(std::log(grid[1][0] / grid[0][0])) : 0.5;
   // Golden section over one grid step to either side.
   constexpr double kGolden = 0.6180339887498949;

@@ -13,18 +13,23 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostEffects = 7;
 
+/// A nominal parameter may leave its tolerance by this much before the rest looks for a name: the
+/// simulation's friction and cable are not the real ones to the last percent.
+constexpr double kBeyondTolerance = 1.25;
+
 /// Ridge of the saturated model relative to each column's energy: it holds columns that imitate
 /// each other and costs 0.1 % of a real effect.
 constexpr double kSaturatedRidge = 1e-3;
 
-Candidate candidate_of(const Series& series, const Blocks& blocks, const EffectForm& form) {
-  Candidate candidate;
-  candidate.form = &form;
-  candidate.untestable = form.untestable(series);
-  if (!candidate.untestable.empty()) return candidate;
+std::shared_ptr<const Candidate> candidate_of(const Series& series, const Blocks& blocks,
+                                              const EffectForm& form) {
+  auto candidate = std::make_shared<Candidate>();
+  candidate->form = &form;
+  candidate->untestable = form.untestable(series);
+  if (!candidate->untestable.empty()) return candidate;
   for (const Shape& shape : form.grid(series)) {
-    candidate.columns.push_back(blocks.gather(seen_columns(form, series, shape)));
-    candidate.shapes.push_back(shape);
+    candidate->columns.push_back(blocks.gather(seen_columns(form, series, shape)));
+    candidate->shapes.push_back(shape);
   }
   return candidate;
 }
@@ -37,7 +42,9 @@ VectorXd noise_of(const ChannelModel& model) {
   const Moments moments = moments_of(model.blocks, present, model.target);
   const double alone = held_out_error(model.blocks, moments, precision).sum();
   MatrixXd all = present;
-  for (const Candidate& candidate : model.candidates) {
+  for (std::size_t c = 0; c < model.candidates.size(); ++c) {
+    const Candidate& candidate = *model.candidates[c];
+    if (!model.offers(c)) continue;
     const MatrixXd* best = nullptr;
     double least = alone;
     for (const MatrixXd& columns : candidate.columns) {
@@ -85,6 +92,33 @@ bool tied(const VectorXd& a, const VectorXd& b) {
   return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
 }
 
+/// True if a number of the plant would have to be off by more than twice its tolerance.
+bool far_off(const TestedCandidate& t, const ChannelModel& model) {
+  const auto term = model.candidates[t.candidate]->form->nominal_term();
+  if (!term) return false;
+  return std::abs(t.coefficients[0] + model.held[*term]) >
+         2.0 * model.limit[*term] / kBeyondTolerance;
+}
+
+/// Between physics and a number of the plant that say the same: the number if it is off by little,
+/// physics if it would have to be far off.
+const TestedCandidate* likelier(const TestedCandidate& best, const ScreenResult& result,
+                                const ChannelModel& model, const Gates& gates) {
+  const auto is_number = [&](const TestedCandidate& t) {
+    return model.candidates[t.candidate]->form->nominal_term().has_value();
+  };
+  if (is_number(best) && !far_off(best, model)) return &best;
+  const TestedCandidate* other = nullptr;
+  for (const TestedCandidate& t : result.tested) {
+    if (is_number(t) == is_number(best) || !admissible(t, model, gates)) continue;
+    if (is_number(t) && far_off(t, model)) continue;
+    if (!tied(t.errors, best.errors) && t.errors.sum() > 1.02 * best.errors.sum()) continue;
+    if (t.evidence.share < 0.9 * best.evidence.share) continue;
+    if (other == nullptr || t.errors.sum() < other->errors.sum()) other = &t;
+  }
+  return other != nullptr ? other : &best;
+}
+
 /// The admissible candidate with the largest held-out gain, or a simpler one that is tied with it.
 const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& model,
                             const Gates& gates) {
@@ -94,7 +128,8 @@ const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& mode
     if (best == nullptr || tested.errors.sum() < best->errors.sum()) best = &tested;
   }
   if (best == nullptr) return nullptr;
-  const TestedCandidate* simplest = best;
+  const TestedCandidate* simplest = likelier(*best, result, model, gates);
+  if (simplest != best) return simplest;
   for (const TestedCandidate& tested : result.tested) {
     if (admissible(tested, model, gates) && freedom(tested.best) < freedom(simplest->best) &&
         tied(tested.errors, best->errors) && tested.evidence.share > 0.9 * best->evidence.share) {
@@ -105,9 +140,10 @@ const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& mode
 }
 
 void refine_all(ChannelModel& model) {
+  model.hold_nominal();
   for (int round = 0; round < 2; ++round) {
     for (std::size_t i = 0; i < model.chosen.size(); ++i) {
-      model.chosen[i] = refined(model, model.chosen[i], i);
+      model.chosen[i] = refined(model.without(i), model.chosen[i]);
     }
   }
 }
@@ -115,26 +151,29 @@ void refine_all(ChannelModel& model) {
 /// Replaces effects by rivals that explain clearly more in their place.
 void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   for (std::size_t i = 0; i + 1 < model.chosen.size(); ++i) {
-    const ScreenResult without = screen(model, gates, seed, i);
+    const ScreenResult without = screen(model.without(i), gates, seed);
     const auto own = std::find_if(
         without.tested.begin(), without.tested.end(),
         [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
     const TestedCandidate* rival = pick(without, model, gates);
     if (rival == nullptr || own == without.tested.end() || rival == &*own) continue;
-    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors))
+    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors)) {
       model.chosen[i] = rival->best;
+      model.hold_nominal();
+    }
   }
 }
 
 /// Drops effects that the later ones made superfluous.
 void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   for (std::size_t i = model.chosen.size(); i-- > 0;) {
-    const EffectForm& form = *model.candidates[model.chosen[i].candidate].form;
+    const EffectForm& form = *model.candidates[model.chosen[i].candidate]->form;
     const Evidence e = evidence_of(model, i, gates, seed);
     if (model.permits(form) && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
         e.share >= gates.least_share)
       continue;
     model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    model.hold_nominal();
   }
 }
 
@@ -149,17 +188,15 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
 
 }  // namespace
 
-MatrixXd ChannelModel::columns(std::size_t without) const {
+MatrixXd ChannelModel::columns() const {
   Index count = base.cols();
-  for (std::size_t i = 0; i < chosen.size(); ++i)
-    count += i == without ? 0 : chosen[i].columns.cols();
+  for (const Chosen& c : chosen) count += c.columns.cols();
   MatrixXd all(base.rows(), count);
   all.leftCols(base.cols()) = base;
   Index at = base.cols();
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (i == without) continue;
-    all.middleCols(at, chosen[i].columns.cols()) = chosen[i].columns;
-    at += chosen[i].columns.cols();
+  for (const Chosen& c : chosen) {
+    all.middleCols(at, c.columns.cols()) = c.columns;
+    at += c.columns.cols();
   }
   return all;
 }
@@ -170,15 +207,70 @@ VectorXd ChannelModel::column_precision(Index count) const {
   return all;
 }
 
-bool ChannelModel::permits(const EffectForm& form, std::size_t without) const {
+bool ChannelModel::permits(const EffectForm& form) const {
   const std::string needed = form.prerequisite();
   if (needed.empty() ||
       std::find(nominal_ids.begin(), nominal_ids.end(), needed) != nominal_ids.end())
     return true;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (i != without && candidates[chosen[i].candidate].form->id() == needed) return true;
+  return std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& c) {
+    return candidates[c.candidate]->form->id() == needed;
+  });
+}
+
+bool ChannelModel::offers(std::size_t candidate) const {
+  const Candidate& c = *candidates[candidate];
+  if (!c.untestable.empty() || !permits(*c.form)) return false;
+  const bool in_model = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
+    return other.candidate == candidate;
+  });
+  if (in_model) return false;
+  const auto term = c.form->nominal_term();
+  return !term || held[*term] != 0.0;
+}
+
+ChannelModel ChannelModel::without(std::size_t effect) const {
+  ChannelModel rest = *this;
+  rest.chosen.erase(rest.chosen.begin() + static_cast<std::ptrdiff_t>(effect));
+  rest.hold_nominal();
+  return rest;
+}
+
+void ChannelModel::hold_nominal() {
+  base = free_base;
+  target = free_target;
+  std::fill(held.begin(), held.end(), 0.0);
+  const auto hold = [&](std::size_t term, double value) {
+    const Index column = static_cast<Index>(term) + 1;
+    held[term] = value;
+    target -= value * free_base.col(column);
+    base.col(column).setZero();
+  };
+  for (const Chosen& c : chosen) {
+    if (const auto term = candidates[c.candidate]->form->nominal_term())
+      base.col(static_cast<Index>(*term) + 1).setZero();
   }
-  return false;
+  for (int round = 0; round < 6; ++round) {
+    const MatrixXd all = columns();
+    const VectorXd b = solve(moments_of(blocks, all, target).total(), column_precision(all.cols()));
+    bool any = false;
+    for (std::size_t term = 0; term < limit.size(); ++term) {
+      const double change = b[static_cast<Index>(term) + 1];
+      if (held[term] != 0.0 || std::abs(change) <= limit[term]) continue;
+      hold(term, std::copysign(limit[term], change));
+      any = true;
+    }
+    if (!any) return;
+  }
+}
+
+VectorXd joint_fit(const ChannelModel& model) {
+  const MatrixXd columns = model.columns();
+  const Moments moments = moments_of(model.blocks, columns, model.target);
+  VectorXd b = solve(moments.total(), model.column_precision(columns.cols()));
+  for (std::size_t term = 0; term < model.held.size(); ++term) {
+    if (model.held[term] != 0.0) b[static_cast<Index>(term) + 1] = model.held[term];
+  }
+  return b;
 }
 
 double ChannelModel::rms_of(const VectorXd& block_errors) const {
@@ -196,7 +288,13 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   base.col(0).setOnes();
   for (Index i = 0; i < terms; ++i)
     base.col(i + 1) = nominal.terms[static_cast<std::size_t>(i)].column;
+  for (const NominalTerm& term : nominal.terms) {
+    model.limit.push_back(kBeyondTolerance * term.tolerance);
+    model.held.push_back(0.0);
+  }
   model.base = model.blocks.gather(base);
+  model.free_base = model.base;
+  model.free_target = model.target;
   model.precision = VectorXd::Zero(terms + 1);
   for (const NominalTerm& term : nominal.terms) model.nominal_ids.push_back(term.id);
   for (const auto& form : forms)
@@ -206,6 +304,7 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
     model.correlation_rows = correlation_length(series, model.blocks, model.noise);
     set_precision(model, nominal.terms);
     if (round == 0) model.blocks = make_blocks(series, model.correlation_rows);
+    model.hold_nominal();
   }
   model.floor = rms(model.noise);
   return model;
@@ -214,11 +313,13 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
 Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
                      std::uint64_t seed) {
   // The test keeps the shape that the whole model settled on.
-  ChannelModel alone = model;
+  ChannelModel alone = model.without(chosen);
   const std::size_t index = model.chosen[chosen].candidate;
-  alone.candidates[index].shapes = {model.chosen[chosen].shape};
-  alone.candidates[index].columns = {model.chosen[chosen].columns};
-  const ScreenResult result = screen(alone, gates, seed, chosen);
+  auto fixed = std::make_shared<Candidate>(*model.candidates[index]);
+  fixed->shapes = {model.chosen[chosen].shape};
+  fixed->columns = {model.chosen[chosen].columns};
+  alone.candidates[index] = fixed;
+  const ScreenResult result = screen(alone, gates, seed);
   for (const TestedCandidate& tested : result.tested) {
     if (tested.candidate == index) return tested.evidence;
   }

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,11 @@ namespace ravencal::diagnose {
 
 /// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
 struct Gates {
-  double alpha = 0.01;        ///< chance over all candidates of one channel
-  double least_z = 2.5;       ///< held-out gain over its standard error, blocks as observations
-  double block_p = 0.0124;    ///< or by sign flips: two-sided chance of a normal beyond least_z
-  double least_share = 0.02;  ///< of the held-out squared error that is left
-  double size_per_floor = 1.0 / 3.0;
+  double alpha = 0.01;          ///< chance over all candidates of one channel
+  double least_z = 2.5;         ///< held-out gain over its standard error, blocks as observations
+  double block_p = 0.0124;      ///< or by sign flips: two-sided chance of a normal beyond least_z
+  double least_share = 0.02;    ///< of the held-out squared error that is left
+  double size_per_floor = 0.4;  ///< of what no other part of the model can say
 };
 
 /// The gain in held-out blocks is repeated and not made by a few of them.
@@ -59,21 +60,33 @@ struct Evidence {
 struct ChannelModel {
   const Series* series = nullptr;
   Blocks blocks;
-  Eigen::MatrixXd base;       ///< constant and nominal parameters' changes
+  Eigen::MatrixXd base;       ///< constant, nominal parameters' changes, steps
   Eigen::VectorXd precision;  ///< of the base's coefficients
   Eigen::VectorXd target;     ///< residual after the nominal prediction
-  std::vector<Candidate> candidates;
+  /// Nominal parameters stay within their tolerance: a term whose change would exceed it stands at
+  /// its limit (`held`, 0 where free), its column is zero and its part is out of the target.
+  std::vector<double> limit;
+  std::vector<double> held;
+  Eigen::MatrixXd free_base;    ///< base before any term was held
+  Eigen::VectorXd free_target;  ///< target before any term was held
+  std::vector<std::shared_ptr<const Candidate>> candidates;
   std::vector<std::string> nominal_ids;  ///< effects that the plant has
   std::vector<Chosen> chosen;
   Eigen::VectorXd noise;  ///< residual of the saturated model, held out
   double floor = 0.0;     ///< RMS below which no held-out model got
   double correlation_rows = 1.0;
 
-  [[nodiscard]] Eigen::MatrixXd columns(std::size_t without = SIZE_MAX) const;
+  [[nodiscard]] Eigen::MatrixXd columns() const;
   [[nodiscard]] Eigen::VectorXd column_precision(Eigen::Index count) const;
-  /// True if the prerequisite of a candidate is met by the effects chosen (but `without`) or the
-  /// plant.
-  [[nodiscard]] bool permits(const EffectForm& form, std::size_t without = SIZE_MAX) const;
+  /// True if the prerequisite of a candidate is met by the effects chosen or the plant.
+  [[nodiscard]] bool permits(const EffectForm& form) const;
+  /// True if the candidate may be tested beside the effects chosen: it is not among them, its
+  /// prerequisite is met, and a nominal term stands at its limit.
+  [[nodiscard]] bool offers(std::size_t candidate) const;
+  /// The model without one of its effects, nominal terms held anew.
+  [[nodiscard]] ChannelModel without(std::size_t effect) const;
+  /// Holds the nominal terms that leave their limits, given the effects chosen.
+  void hold_nominal();
   [[nodiscard]] double rms_of(const Eigen::VectorXd& block_errors) const;
 };
 
@@ -82,20 +95,23 @@ struct TestedCandidate {
   Chosen best;
   Eigen::VectorXd errors;  ///< held-out squared error per block with it
   Evidence evidence;
+  Eigen::VectorXd coefficients;  ///< in the joint fit with it
   double median_null = 0.0;
   double unique_energy = 0.0;  ///< of its columns beyond the model, sum of squares (first column)
   double unique_share = 0.0;   ///< of its columns' energy that the model cannot imitate
   bool consistent = true;
 };
 
-/// Tests all candidates that are not in the model (`only`: just that one) against it.
+/// Coefficients of model.columns() on all blocks; held nominal terms at their limits.
+Eigen::VectorXd joint_fit(const ChannelModel& model);
+
+/// Tests all candidates that the model offers against it.
 struct ScreenResult {
   Eigen::VectorXd errors;  ///< of the model alone, per block
   std::vector<TestedCandidate> tested;
   double critical = 0.0;  ///< gain over median_null needed for the chance gate
 };
-ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed,
-                    std::size_t without = SIZE_MAX);
+ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed);
 
 /// Blocks, noise and prior weights for a channel; `forms` must outlive the model.
 ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms);
@@ -107,7 +123,7 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
 Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
                      std::uint64_t seed);
 
-/// Improves the shape of a continuous form from a start, the rest of the model given.
-Chosen refined(const ChannelModel& model, const Chosen& start, std::size_t without);
+/// Improves the shape of a continuous form from a start, beside the effects of the model.
+Chosen refined(const ChannelModel& model, const Chosen& start);
 
 }  // namespace ravencal::diagnose

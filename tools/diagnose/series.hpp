@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "diagnose/cable_replay.hpp"
 #include "diagnose/smoother.hpp"
 #include "physics/plant.hpp"
 #include "record/recording.hpp"
@@ -55,7 +56,16 @@ struct Series {
   std::vector<Companion> others;  ///< positions of the other joints, same side
   std::vector<Companion> loads;   ///< recorded loads that act on this joint
   Eigen::VectorXd weight;         ///< effort that holds the plant's links; empty: plant has none
+  double free_offset = 0.0;       ///< drive stage, after the fit: constant effort that it found
+  double nominal_mass_kg = 0.0;   ///< of this joint's link, that `weight` was computed with
   double inertia = 0.0;           ///< nominal, at the joint: kg m^2 or kg
+  /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
+  /// acceleration and friction behind the cable. Empty where the plant has none of them.
+  Eigen::VectorXd transmitted;
+  Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
+  Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
+  Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
+  CableNumbers cable;              ///< the plant's
 
   /// Command stage only: what the control law sees.
   Eigen::VectorXd position_error;

@@ -135,6 +135,17 @@ class Builder {
     std::vector<VectorXd> believed;
     for (const Positions& p : positions_) believed.push_back(best_position(p));
     weights_ = holding_efforts(plant_, believed);
+    physics::Plant loaded = plant_;
+    loaded.payload.mass_kg += 1.0;
+    payloads_ = holding_efforts(loaded, believed);
+    for (std::size_t j = 0; j < payloads_.size(); ++j) {
+      if (payloads_[j].size() == 0 || weights_[j].size() == 0)
+        payloads_[j].resize(0);
+      else
+        payloads_[j] -= weights_[j];
+    }
+    drive_weights_ = through_coupling(weights_);
+    drive_payloads_ = through_coupling(payloads_);
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
     return set;
   }
@@ -219,8 +230,14 @@ class Builder {
     series.held_out = table_.held_out();
     series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
                                   stage == Stage::kDrive ? 2 : 1);
+    series.nominal_mass_kg = joint.link.mass_kg;
     series.inertia = joint_inertia(plant_, j);
-    series.weight = weights_[j];
+    const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
+    series.weight = drive ? drive_weights_[j] : weights_[j];
+    series.payload_per_kg = drive ? drive_payloads_[j] : payloads_[j];
+    const Positions& own = positions_[j];
+    if (own.desired.size() > 0 && best_position(own).size() > 0)
+      series.tracking_error = own.desired - best_position(own);
     for (std::size_t k = 0; k < positions_.size(); ++k) {
       const VectorXd& other =
           stage == Stage::kTracking ? positions_[k].desired : best_position(positions_[k]);
@@ -230,6 +247,12 @@ class Builder {
            plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
            smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
+    series.cable = cable_numbers(joint);
+    series.inertial = link_inertia(joint) * series.motion.a;
+    series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight, series.inertial,
+                                       series.fresh, series.rest_width()},
+                                      series.cable)
+                             .tension;
     for (const record::Channel& channel : table_.channels()) {
       // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
       const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&
@@ -241,6 +264,19 @@ class Builder {
       }
     }
     return series;
+  }
+
+  /// Efforts of the joints as the motors feel them: a joint that others' motors move loads those
+  /// (transpose of joint = motor + coupling * joint, by virtual work).
+  [[nodiscard]] std::vector<VectorXd> through_coupling(const std::vector<VectorXd>& efforts) const {
+    std::vector<VectorXd> out = efforts;
+    for (std::size_t j = out.size(); j-- > 0;) {
+      for (std::size_t k = j + 1; k < out.size(); ++k) {
+        const double factor = plant_.coupling[k][j];
+        if (factor != 0.0 && out[k].size() > 0 && out[j].size() > 0) out[j] += factor * out[k];
+      }
+    }
+    return out;
   }
 
   /// Where a status channel says that the drive was off, efforts are not what the drive did.
@@ -343,7 +379,10 @@ class Builder {
   const Table& table_;
   const physics::Plant& plant_;
   std::vector<Positions> positions_;
-  std::vector<VectorXd> weights_;
+  std::vector<VectorXd> weights_;        ///< at the joints
+  std::vector<VectorXd> drive_weights_;  ///< at the motors
+  std::vector<VectorXd> payloads_;       ///< per kg
+  std::vector<VectorXd> drive_payloads_;
 };
 
 }  // namespace

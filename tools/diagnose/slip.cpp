@@ -68,7 +68,7 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const V
     if (peak < kRatio * *rank) break;
     const Index row = blocks.rows[static_cast<std::size_t>(at)];
     // The 99 % quantile of a normal is 2.58 deviations of the statistic.
-    steps.push_back({row, series.t_s[row], statistic[at], *rank / 2.58, peak / *rank});
+    steps.push_back({row, series.t_s[row], statistic[at], *rank / 2.58, peak / *rank, window});
     const Index start = starts[static_cast<std::size_t>(at)];
     for (Index i = at; i < count && starts[static_cast<std::size_t>(i)] == start; ++i)
       rest[i] -= statistic[at];

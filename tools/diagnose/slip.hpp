@@ -16,8 +16,9 @@ struct Step {
   Eigen::Index row = 0;  ///< of the series: first row after the step
   double t_s = 0.0;
   double size = 0.0;
-  double deviation = 0.0;  ///< one standard error of the size
-  double ratio = 0.0;      ///< to the 99 % quantile elsewhere
+  double deviation = 0.0;   ///< one standard error of the size
+  double ratio = 0.0;       ///< to the 99 % quantile elsewhere
+  Eigen::Index window = 0;  ///< rows by which the step may be misplaced
 };
 
 /// `residual` at the training rows; `correlation_rows`: how far its noise resembles itself.

@@ -23,7 +23,8 @@ constexpr ParameterSpec kCreep[] = {{"compliance", Dimension::kCompliance, true}
 constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, true},
                                            {"order", Dimension::kOrder, true},
                                            {"phase", Dimension::kAngle, false}};
-constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, true}};
+constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, true},
+                                           {"offset", Dimension::kPosition, false}};
 constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, true},
                                       {"variation", Dimension::kRatio, false},
                                       {"variation_time", Dimension::kTime, false}};
@@ -32,13 +33,19 @@ constexpr ParameterSpec kStribeck[] = {{"extra", Dimension::kEffort, true},
                                        {"velocity", Dimension::kVelocity, true}};
 constexpr ParameterSpec kPresliding[] = {{"displacement", Dimension::kPosition, true},
                                          {"damping", Dimension::kDamping, false}};
+constexpr ParameterSpec kAsymmetric[] = {{"damping_difference", Dimension::kDamping, true}};
+constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, true}};
+constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true},
+                                           {"order", Dimension::kOrder, true},
+                                           {"phase", Dimension::kAngle, false}};
+constexpr ParameterSpec kSaturation[] = {{"limit", Dimension::kEffort, true}};
 constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true}};
 constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false},
                                            {"time", Dimension::kTime, false},
                                            {"wander", Dimension::kPosition, false},
                                            {"wander_time", Dimension::kTime, false}};
 
-constexpr std::array<EffectSpec, 15> kSpecs = {{
+constexpr std::array<EffectSpec, 19> kSpecs = {{
     {"homing_offset", "the seat at the hard stop differs at each homing", kHomingOffset},
     {"gain_error", "the transmission ratio is not the one that the controller knows", kGainError},
     {"coupling", "another joint moves this one more than the controller knows", kCouplingError},
@@ -53,7 +60,12 @@ constexpr std::array<EffectSpec, 15> kSpecs = {{
     {"viscous_friction", "friction that grows with speed", kViscous},
     {"stribeck_friction", "friction is higher at rest than in motion", kStribeck},
     {"presliding", "friction yields elastically before it slips", kPresliding},
+    {"asymmetric_friction", "friction differs between the two directions", kAsymmetric},
+    {"load_dependent_friction", "friction grows with the effort that passes through",
+     kLoadFriction},
     {"torque_constant", "the motor gives more or less torque than commanded", kTorqueConstant},
+    {"torque_ripple", "the drive's effort waves over its position", kTorqueRipple},
+    {"saturation", "the drive gives no more than its limit", kSaturation},
     {"thermal_drift", "cable length wanders slowly, without load", kThermalDrift},
 }};
 

@@ -17,21 +17,32 @@ class Compliance final : public EffectForm {
   Compliance() : EffectForm("compliance") {}
 
   std::string untestable(const Series& s) const override {
-    if (s.loads.empty() && s.weight.size() == 0) {
+    if (s.loads.empty() && s.transmitted.size() == 0) {
       return "no load was recorded and the plant's links have no weight";
     }
     for (const Companion& load : s.loads) {
       if (range_of(s, load.value) > 0.0) return {};
     }
-    if (s.weight.size() > 0 && range_of(s, s.weight) > 0.0) return {};
+    if (s.transmitted.size() > 0 && range_of(s, s.transmitted) > 0.0) return {};
     return "the load on this joint never changes";
   }
   std::vector<Shape> grid(const Series& s) const override {
+    if (replayed(s)) {
+      // Compliances that stretch the cable from a third of what counts as motion to a tenth of it.
+      const double load = s.training_rms(s.transmitted);
+      return log_grid(0.3 * s.rest_width() / load, 0.1 * range_of(s, s.motion.q) / load, 6);
+    }
     if (s.loads.empty()) return {{0.0}};
     return {{0.0}, {1.0}, {2.0}, {3.0}};
   }
+  bool unit_coefficient(const Series& s) const override { return replayed(s); }
   MatrixXd columns(const Series& s, const Shape& shape) const override {
-    if (s.loads.empty()) return -s.weight;
+    if (replayed(s)) {
+      CableNumbers changed = s.cable;
+      changed.compliance += shape[0];
+      return cable_change(s, changed);
+    }
+    if (s.loads.empty()) return -s.transmitted;
     const bool with_posture = shape[0] == 1.0 || shape[0] == 3.0;
     const bool with_stiffening = shape[0] >= 2.0;
     std::vector<Eigen::VectorXd> columns;
@@ -49,8 +60,10 @@ class Compliance final : public EffectForm {
     for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
     return out;
   }
-  std::vector<FormParameter> parameters(const Series& s, const Shape&,
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
+    if (replayed(s))
+      return {{"compliance", shape[0] * b[0], per(amplitude_unit(s), effort_unit(s))}};
     if (s.loads.empty()) return {{"compliance", b[0], per(amplitude_unit(s), effort_unit(s))}};
     std::vector<FormParameter> out;
     for (std::size_t n = 0; n < s.loads.size(); ++n) {
@@ -61,6 +74,7 @@ class Compliance final : public EffectForm {
   }
   std::string inconsistency(const Series& s, const Shape&,
                             const Eigen::VectorXd& b) const override {
+    if (replayed(s)) return b[0] > 0.67 && b[0] < 1.5 ? "" : "the stretch does not fit its load";
     return s.loads.empty() && b[0] < 0.0 ? "nothing stretches against its load" : "";
   }
   std::string separate_by() const override {

@@ -12,17 +12,24 @@ class CreepForm final : public EffectForm {
  public:
   CreepForm() : EffectForm("creep") {}
   std::string untestable(const Series& s) const override {
-    if (s.weight.size() == 0 && s.loads.size() != 1) {
+    if (s.transmitted.size() == 0 && s.loads.size() != 1) {
       return "no single load on this joint is known";
     }
     return duration(s) > 30.0 ? "" : "the recording is shorter than 30 s";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(1.0, std::max(2.0, duration(s) / 4.0), 6);
+    return log_grid(3.0, std::max(6.0, duration(s) / 4.0), 6);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    const Eigen::VectorXd load = s.weight.size() > 0 ? s.weight : s.loads.front().value;
+    if (replayed(s)) {
+      CableNumbers changed = s.cable;
+      const double load = std::max(1e-12, s.training_rms(s.transmitted));
+      changed.creep_compliance = 3.0 * s.rest_width() / load;
+      changed.creep_time_s = shape[0];
+      return cable_change(s, changed) / changed.creep_compliance;
+    }
+    const Eigen::VectorXd& load = s.transmitted.size() > 0 ? s.transmitted : s.loads.front().value;
     return -low_pass(load, s.t_s, shape[0], s.fresh);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,

@@ -15,12 +15,12 @@ class EccentricityForm final : public EffectForm {
                ? ""
                : "fewer than two periods of any pulley were passed, both ways";
   }
-  // From two periods over the range up to 40: beyond, the passes' positions do not repeat well
-  // enough.
+  // From a period and a fifth over the range up to 40: beyond, the passes' positions do not repeat
+  // well enough.
   std::vector<Shape> grid(const Series& s) const override {
     const double range = range_of(s, s.motion.q);
     constexpr double kTurn = 2.0 * 3.14159265358979323846;
-    return log_grid(2.0 * kTurn / range, 40.0 * kTurn / range, 40);
+    return log_grid(1.2 * kTurn / range, 40.0 * kTurn / range, 44);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "diagnose/effect_form.hpp"
+#include "diagnose/nominal.hpp"
 
 namespace ravencal::diagnose {
 
@@ -28,12 +29,18 @@ std::unique_ptr<EffectForm> stribeck_friction();
 std::unique_ptr<EffectForm> presliding();
 std::unique_ptr<EffectForm> asymmetric_friction();
 std::unique_ptr<EffectForm> load_dependent_friction();
-std::unique_ptr<EffectForm> torque_constant();
+/// `needed`: effort that the plant as it is asks of the drive, as the residual shows it; must
+/// outlive the form.
+std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed);
+std::unique_ptr<EffectForm> payload();
 std::unique_ptr<EffectForm> torque_ripple();
 std::unique_ptr<EffectForm> gravity();
 
-/// Candidates for one series.
-Forms forms_for(const Series& series);
+/// The nominal term beyond its tolerance; `term` must outlive the form.
+std::unique_ptr<EffectForm> tolerance_form(const NominalTerm& term, std::size_t index);
+
+/// Candidates for one series; `nominal` must outlive them.
+Forms forms_for(const Series& series, const Nominal& nominal);
 
 /// An id of the vocabulary and the stage in which it belongs.
 struct VocabularyEntry {

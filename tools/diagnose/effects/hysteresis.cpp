@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rate-independent memory without one sharp width: a Prandtl-Ishlinskii sum of three elastic-slip
-// elements over the joint's own motion, or over another joint's whose cables rub on this one's.
+// Rate-independent memory without one sharp width: a Prandtl-Ishlinskii sum of elastic-slip
+// elements. Where the plant knows the load on the cable, strands rub beside the spring and carry
+// part of the load, so that the joint runs ahead of the plain spring by what they carry (Miyasaka
+// et al., ICRA 2016, Bouc-Wen). Elsewhere over the joint's own motion, or over another joint's
+// whose cables rub on this one's.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -17,6 +20,10 @@ class HysteresisForm final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
+    if (by_load(s)) {
+      const double stretch = range_of(s, cable_stretch(s, s.cable));
+      return stretch > 0.0 ? log_grid(0.1 * stretch, stretch, 5) : std::vector<Shape>{};
+    }
     const double range = range_of(s, driver(s));
     // Wider elements than a third of the range would imitate a straight line, which is coupling or
     // gain.
@@ -24,6 +31,12 @@ class HysteresisForm final : public EffectForm {
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    if (by_load(s)) {
+      CableNumbers changed = s.cable;
+      changed.strand_yield = shape[0];
+      changed.strand_stiffness = 0.3 / s.cable.compliance;
+      return cable_change(s, changed) / changed.strand_stiffness;
+    }
     const Eigen::VectorXd& q = driver(s);
     Eigen::MatrixXd out(s.rows(), 3);
     for (int i = 0; i < 3; ++i) {
@@ -33,6 +46,10 @@ class HysteresisForm final : public EffectForm {
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
+    if (by_load(s)) {
+      return {{"stiffness", b[0], per(effort_unit(s), position_unit(s))},
+              {"yield", shape[0], position_unit(s)}};
+    }
     const std::string suffix = from().empty() ? "" : "_from_" + from();
     return {{"half_loop" + suffix, b.sum(), amplitude_unit(s)},
             {"width" + suffix, shape[0], position_unit(s)}};
@@ -40,6 +57,7 @@ class HysteresisForm final : public EffectForm {
   std::string inconsistency(const Series& s, const Shape&,
                             const Eigen::VectorXd& b) const override {
     if (!from().empty()) return {};
+    if (by_load(s)) return b[0] > 0.0 ? "" : "strands would give effort";
     if (s.stage != Stage::kTracking && b.sum() <= 0.0)
       return "the joint would run ahead of its motor";
     return b.minCoeff() > -0.5 * b.cwiseAbs().maxCoeff()
@@ -56,6 +74,10 @@ class HysteresisForm final : public EffectForm {
   }
 
  private:
+  [[nodiscard]] bool by_load(const Series& s) const {
+    return from().empty() && replayed(s) && s.cable.compliance > 0.0 &&
+           s.cable.strand_stiffness <= 0.0;
+  }
   [[nodiscard]] const Eigen::VectorXd& driver(const Series& s) const {
     for (const Companion& other : s.others) {
       if (other.name == from()) return other.value;

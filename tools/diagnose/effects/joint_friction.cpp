@@ -16,19 +16,35 @@ class JointFriction final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
+    if (by_cable(s)) {
+      const double whole = range_of(s, s.motion.q) / s.cable.compliance;
+      const double least = 0.3 * s.rest_width() / s.cable.compliance;
+      return log_grid(least, std::max(2.0 * least, 0.1 * whole), 7);
+    }
     return log_grid(2.0 * s.rest_width(),
                     std::max(4.0 * s.rest_width(), 0.4 * range_of(s, s.motion.q)), 8);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    if (by_cable(s)) {
+      CableNumbers changed = s.cable;
+      changed.friction_level += shape[0];
+      if (s.stage == Stage::kDrive) return tension_change(s, changed);
+      return cable_change(s, changed);
+    }
     return -direction_memory(s.motion.q, shape[0], s.fresh);
   }
+  bool unit_coefficient(const Series& s) const override { return by_cable(s); }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
+    if (by_cable(s)) return {{"level", shape[0] * b[0], effort_unit(s)}};
     return {{"stretch", b[0], position_unit(s)}, {"width", shape[0], position_unit(s)}};
   }
-  std::string inconsistency(const Series&, const Shape& shape,
+  std::string inconsistency(const Series& s, const Shape& shape,
                             const Eigen::VectorXd& b) const override {
+    if (by_cable(s))
+      return b[0] > 0.67 && b[0] < 1.5 ? ""
+                                       : "the loop's height does not fit the cable's stiffness";
     if (b[0] <= 0.0) return "friction would push the joint ahead of its motor";
     return 2.0 * b[0] < 1.5 * shape[0] ? "" : "the loop is higher than it is wide";
   }
@@ -39,6 +55,12 @@ class JointFriction final : public EffectForm {
   std::string separate_by() const override {
     return "press the joint to and fro by hand or with torque pulses below breakaway: a gap moves "
            "without effort, friction behind a cable does not";
+  }
+
+ private:
+  /// The cable's stiffness is known, so that height and width of the loop follow from one level.
+  static bool by_cable(const Series& s) {
+    return s.cable.compliance > 0.0 && (replayed(s) || s.stage == Stage::kDrive);
   }
 };
 

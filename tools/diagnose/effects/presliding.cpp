@@ -16,8 +16,10 @@ class Presliding final : public EffectForm {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
   std::vector<Shape> grid(const Series& s) const override {
+    // Without a cable in the plant, its wind-up under friction turns over a displacement too.
+    const double reach = s.cable.compliance > 0.0 ? 0.05 : 0.2;
     return log_grid(3.0 * s.rest_width(),
-                    std::max(6.0 * s.rest_width(), 0.2 * range_of(s, s.motion.q)), 6);
+                    std::max(6.0 * s.rest_width(), reach * range_of(s, s.motion.q)), 6);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {

@@ -7,9 +7,6 @@
 namespace ravencal::diagnose {
 namespace {
 
-constexpr std::string_view kSameAsGravity =
-    "a payload changes the effort as a heavier link does: record the same motion without it";
-
 constexpr std::array<VocabularyEntry, 30> kVocabulary = {{
     {"homing_offset", Stage::kTransmission, ""},
     {"gain_error", Stage::kTransmission, ""},
@@ -29,16 +26,16 @@ constexpr std::array<VocabularyEntry, 30> kVocabulary = {{
     {"load_dependent_friction", Stage::kDrive, ""},
     {"torque_constant", Stage::kDrive, ""},
     {"torque_ripple", Stage::kDrive, ""},
-    {"saturation", Stage::kDrive, "samples at the drive's limit are not told apart yet"},
+    {"saturation", Stage::kDrive,
+     "a command beyond the drive's limit cannot be told from noise of the recorded command: record "
+     "the drive's current as well"},
     {"controller_gain", Stage::kCommand, ""},
     {"inertia_error", Stage::kDrive, ""},
     {"gravity", Stage::kDrive, ""},
-    {"payload", Stage::kDrive, kSameAsGravity},
+    {"payload", Stage::kDrive, ""},
     {"flexible_mode", Stage::kDrive, "the response after sharp edges is not analysed yet"},
     {"delay", Stage::kTransmission, ""},
-    {"lost_counts", Stage::kTransmission,
-     "a step of the truth is reported as slip; telling lost "
-     "counts from it needs the command at that moment"},
+    {"lost_counts", Stage::kTransmission, ""},
     {"quantisation", Stage::kTransmission, "steps of one count are far below the noise floor here"},
     {"thermal_drift", Stage::kTransmission, ""},
     {"input_disturbance", Stage::kCommand, ""},
@@ -59,16 +56,19 @@ void add_transmission(const Series& series, Forms& forms) {
   forms.push_back(thermal_drift());
 }
 
-void add_drive(Forms& forms) {
+void add_drive(const Series& series, const Eigen::VectorXd& needed, Forms& forms) {
   forms.push_back(coulomb_friction());
   forms.push_back(viscous_friction());
   forms.push_back(stribeck_friction());
   forms.push_back(presliding());
   forms.push_back(asymmetric_friction());
   forms.push_back(load_dependent_friction());
-  forms.push_back(torque_constant());
+  forms.push_back(torque_constant(needed));
   forms.push_back(torque_ripple());
-  forms.push_back(gravity());
+  forms.push_back(payload());
+  // A plant with links knows the shape of their weight; the posture's shape is then no candidate.
+  if (series.weight.size() == 0) forms.push_back(gravity());
+  if (series.cable.compliance > 0.0) forms.push_back(joint_friction());
 }
 
 void add_tracking(Forms& forms) {
@@ -97,14 +97,14 @@ int reversals(const Series& s) {
 
 std::span<const VocabularyEntry> vocabulary() { return kVocabulary; }
 
-Forms forms_for(const Series& series) {
+Forms forms_for(const Series& series, const Nominal& nominal) {
   Forms forms;
   switch (series.stage) {
     case Stage::kTransmission:
       add_transmission(series, forms);
       break;
     case Stage::kDrive:
-      add_drive(forms);
+      add_drive(series, nominal.prediction, forms);
       break;
     case Stage::kTracking:
       add_tracking(forms);

@@ -49,6 +49,30 @@ inline std::vector<Shape> log_grid(double from, double to, int count) {
   return grid;
 }
 
+/// Motor minus joint with this cable, the recorded motor motion forced in.
+inline Eigen::VectorXd cable_stretch(const Series& s, const CableNumbers& cable) {
+  return replay_cable({s.t_s, s.motion.q, s.weight, s.inertial, s.fresh, s.rest_width()}, cable)
+      .stretch;
+}
+
+/// What a change of the plant's cable does to the joint's position.
+inline Eigen::VectorXd cable_change(const Series& s, const CableNumbers& changed) {
+  return cable_stretch(s, s.cable) - cable_stretch(s, changed);
+}
+
+/// What a change of the plant's cable does to the drive's effort.
+inline Eigen::VectorXd cable_tension(const Series& s, const CableNumbers& cable) {
+  return replay_cable({s.t_s, s.motion.q, s.weight, {}, s.fresh, s.rest_width()}, cable).tension;
+}
+inline Eigen::VectorXd tension_change(const Series& s, const CableNumbers& changed) {
+  return cable_tension(s, changed) - cable_tension(s, s.cable);
+}
+
+/// True if the load on the cable is known, so that the cable can be replayed.
+inline bool replayed(const Series& s) {
+  return s.stage == Stage::kTransmission && s.loads.empty() && s.weight.size() > 0;
+}
+
 /// Reversals of the direction of motion among training rows.
 int reversals(const Series& s);
 

@@ -18,6 +18,7 @@ class ThermalDriftForm final : public EffectForm {
     return log_grid(duration(s) / 8.0, duration(s), 5);
   }
   bool continuous() const override { return true; }
+  bool time_only() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     return (1.0 - (-s.t_s.array() / shape[0]).exp()).matrix();
   }

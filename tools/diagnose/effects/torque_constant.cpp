@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The motor gives more or less effort than commanded: the recorded effort is the needed one over
-// 1 + ratio. The needed effort is the plant's, so that recorded noise does not explain itself.
+// 1 + ratio. The needed effort is the plant's, friction included, so that recorded noise does not
+// explain itself.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -10,29 +11,35 @@ namespace {
 
 class TorqueConstant final : public EffectForm {
  public:
-  TorqueConstant() : EffectForm("torque_constant") {}
+  explicit TorqueConstant(const Eigen::VectorXd& needed)
+      : EffectForm("torque_constant"), needed_(needed) {}
   std::string untestable(const Series& s) const override {
     return s.weight.size() > 0 && range_of(s, s.weight) > 0.0
                ? ""
                : "no known load acts on the drive: hang a known weight on the tool";
   }
-  Eigen::MatrixXd columns(const Series& s, const Shape&) const override { return -known_effort(s); }
+  Eigen::MatrixXd columns(const Series&, const Shape&) const override { return -needed_; }
+  bool as_seen_already() const override { return true; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
     return {{"ratio", b[0], "1"}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
-    return std::abs(b[0]) < 0.7 ? "" : "no motor is that far from its data sheet";
+    return std::abs(b[0]) < 0.3 ? "" : "no motor is that far from its data sheet";
   }
-  std::vector<std::string> twins(const Series&) const override { return {"gravity", "payload"}; }
   std::string separate_by() const override {
     return "the same motion with a known weight on the tool: a wrong torque constant scales it, a "
            "wrong mass adds to it";
   }
+
+ private:
+  const Eigen::VectorXd& needed_;
 };
 
 }  // namespace
 
-std::unique_ptr<EffectForm> torque_constant() { return std::make_unique<TorqueConstant>(); }
+std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed) {
+  return std::make_unique<TorqueConstant>(needed);
+}
 
 }  // namespace ravencal::diagnose

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Names on a joint whose microphysics the plant does not share: what the gates are for.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/diagnose.hpp"
+#include "diagnose_arm.hpp"
+
+namespace {
+
+using namespace ravencal;
+using generator::ArmScene;
+using generator::ArmTruth;
+
+diagnose::Report run(const ArmTruth& truth, const ArmScene& scene,
+                     const std::string& concealed = {}) {
+  const auto plant = physics::parse_plant(generator::arm_plant(concealed), "test plant");
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  diagnose::Options options;
+  options.threads = 1;
+  auto report =
+      diagnose::diagnose({generator::record_arm(truth, scene)}, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+  return report.value();
+}
+
+std::string names_in(const diagnose::Report& report) {
+  std::string names;
+  for (const auto& e : report.effects) names += e.joint + "/" + e.stage + "/" + e.id + " ";
+  return names + report.verdict.text;
+}
+
+bool says(const diagnose::NamedEffect& e, const std::string& id) {
+  return e.id == id ||
+         std::find(e.ambiguous_with.begin(), e.ambiguous_with.end(), id) != e.ambiguous_with.end();
+}
+
+struct Recovery {
+  const char* id;
+  ArmTruth truth;
+  double value;  ///< of the first parameter; 0: not checked
+  const char* concealed;
+};
+
+class NamesOnTheArm : public ::testing::TestWithParam<Recovery> {};
+
+TEST_P(NamesOnTheArm, WhatThePlantLacksAndNothingElse) {
+  const Recovery& c = GetParam();
+  const diagnose::Report report = run(c.truth, {.seed = 11}, c.concealed);
+  ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
+  EXPECT_TRUE(says(report.effects.front(), c.id)) << names_in(report);
+  if (c.value != 0.0 && report.effects.front().id == c.id) {
+    EXPECT_NEAR(report.effects.front().parameters.front().value, c.value, 0.2 * std::abs(c.value));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Diagnose, NamesOnTheArm,
+    ::testing::Values(Recovery{"gain_error", {.gain = 0.008}, 0.008, ""},
+                      Recovery{"backlash", {.gap_half_rad = 0.0035}, 0.0035, ""},
+                      Recovery{"joint_friction", {.joint_friction = 1.2}, 1.2, "joint_friction"},
+                      Recovery{"compliance", {.stiffness = 320.0}, 1.0 / 320.0, "compliance"},
+                      Recovery{"delay", {.delay_s = 0.025}, 0.025, ""},
+                      Recovery{"eccentricity", {.run_out_rad = 0.0021}, 0.0021, ""},
+                      Recovery{"slip", {.slip_rad = 0.0035}, 0.0035, ""},
+                      Recovery{"lost_counts", {.lost_rad = 0.0035}, -0.0035, ""},
+                      Recovery{"homing_offset", {.offset_rad = 0.02}, 0.02, ""},
+                      Recovery{"coulomb_friction", {}, 2.5, "coulomb_friction"},
+                      Recovery{"payload", {.payload_kg = 0.2}, 0.0, ""}),
+    [](const auto& test) { return std::string(test.param.id); });
+
+TEST(DiagnoseArm, StaysSilentWhereNothingIsLeftOut) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const diagnose::Report report = run({}, {.seed = 100 + seed, .rich = seed % 2 == 0});
+    EXPECT_EQ(report.verdict.kind, "nothing_left_out")
+        << "seed " << seed << ": " << names_in(report);
+  }
+}
+
+TEST(DiagnoseArm, SaysUnknownOfABumpThatNoEffectMakes) {
+  const diagnose::Report report = run({.bump_rad = 0.004}, {.seed = 5});
+  EXPECT_FALSE(report.unexplained.empty()) << names_in(report);
+}
+
+}  // namespace

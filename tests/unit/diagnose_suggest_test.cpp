@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/suggest.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace ravencal;
+
+constexpr std::string_view kTied = R"({"schema":1,"effects":[{"id":"gain_error","joint":"elbow",
+ "separate_by":"","ambiguous_with":["compliance"]}],
+ "unexplained":[{"joint":"wrist","stage":"drive","share_of_excess":0.4,"depends_on":["speed"]}],
+ "not_found":[{"id":"creep","joint":"elbow","not_testable_because":"too short"},
+ {"id":"slip","joint":"elbow","detection_limit":0.1,"unit":"rad"}]})";
+
+TEST(Suggest, PartsATieFirstThenTheUnexplainedThenTheUntested) {
+  const auto list = diagnose::suggest(kTied, "test");
+  ASSERT_TRUE(list.ok()) << list.error().message;
+  ASSERT_EQ(list->size(), 3U);
+  EXPECT_NE(list->at(0).experiment.find("500 g"), std::string::npos) << list->at(0).experiment;
+  EXPECT_NE(list->at(1).experiment.find("speed"), std::string::npos) << list->at(1).experiment;
+  EXPECT_NE(list->at(2).experiment.find("hold"), std::string::npos) << list->at(2).experiment;
+  EXPECT_LT(list->at(0).urgency, list->at(2).urgency);
+}
+
+TEST(Suggest, HasNothingToSayWhereAllIsKnown) {
+  const auto list =
+      diagnose::suggest(R"({"schema":1,"effects":[],"unexplained":[],"not_found":[]})", "test");
+  ASSERT_TRUE(list.ok());
+  EXPECT_TRUE(list->empty());
+}
+
+TEST(Suggest, NamesTheFileThatIsNoReport) {
+  const auto list = diagnose::suggest("{\"schema\":1}", "other.json");
+  ASSERT_FALSE(list.ok());
+  EXPECT_NE(list.error().message.find("other.json"), std::string::npos);
+}
+
+}  // namespace

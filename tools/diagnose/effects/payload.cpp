@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A weight on the last link that the plant does not have: it loads every joint as the plant's
+// geometry says, per kilogram.
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+class Payload final : public EffectForm {
+ public:
+  Payload() : EffectForm("payload") {}
+  std::string untestable(const Series& s) const override {
+    if (s.payload_per_kg.size() == 0) return "the plant does not say where a payload would hang";
+    return range_of(s, s.payload_per_kg) > 0.0 ? "" : "a payload's effort would not change";
+  }
+  Eigen::MatrixXd columns(const Series& s, const Shape&) const override { return s.payload_per_kg; }
+  std::vector<FormParameter> parameters(const Series&, const Shape&,
+                                        const Eigen::VectorXd& b) const override {
+    return {{"mass", b[0], "kg"}};
+  }
+  std::string separate_by() const override {
+    return "the same motion with the tool taken off, or with a known weight added";
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<EffectForm> payload() { return std::make_unique<Payload>(); }
+
+}  // namespace ravencal::diagnose

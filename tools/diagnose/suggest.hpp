@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The next recording worth making: what would part effects that this one could not tell apart, name
+// what is unexplained, or test what could not be tested. Cheapest first within each urgency.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ravencal::diagnose {
+
+struct Suggestion {
+  int urgency = 0;  ///< 0: parts a tie; 1: gives the unexplained a name; 2: tests what was untested
+  std::string joint;
+  std::string experiment;
+  double minutes = 0.0;
+  std::string why;
+};
+
+/// From the text of a report.json; `source` stands for it in messages. Errors: not such a report
+/// (kData).
+core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
+                                              const std::string& source);
+
+std::string suggestions_json(const std::vector<Suggestion>& suggestions);
+
+}  // namespace ravencal::diagnose
