@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "learn/onnx_file.hpp"
@@ -125,6 +126,35 @@ TEST_F(Convert, RefusesWeightsThatCostTooMuchAndWritesNothing) {
     EXPECT_FALSE(written());
   }
   EXPECT_EQ(convert("--precision bf16 --check exact.db --max-rmse-change 1e9").exit_code, 0);
+}
+
+TEST_F(Convert, CompactsWithinItsBudgetAndSaysWhatIsLeft) {
+  const Outcome whole = convert("--check noisy.db --json");
+  ASSERT_EQ(whole.exit_code, 0) << whole.text;
+  const Outcome exact = convert("--compact --check exact.db --max-rmse-change 0");
+  EXPECT_EQ(exact.exit_code, 0) << exact.text;
+  EXPECT_NE(exact.text.find("860 of 860 weights"), std::string::npos) << exact.text;
+  for (const char* precision : {"f32", "int8"}) {
+    const Outcome small = convert(fmt::format(
+        "--compact 0.02 --precision {} --calibrate exact.db --check noisy.db --json", precision));
+    ASSERT_EQ(small.exit_code, 0) << small.text;
+    const auto before = nlohmann::json::parse(whole.text);
+    const auto after = nlohmann::json::parse(small.text);
+    EXPECT_LT(after["bytes_per_step"].get<int>() * 4, before["bytes_per_step"].get<int>());
+    EXPECT_LE(after["compact"]["output_change"].get<double>(), 0.02);
+    EXPECT_LE(after["check"]["joints"][0]["rmse_change_percent"].get<double>(), 2.0);
+    EXPECT_EQ(after["bytes_per_step_f32"], before["bytes_per_step"]);
+  }
+}
+
+TEST_F(Convert, RefusesACompactNetworkThatCostsTooMuchAndOneWithoutRows) {
+  const Outcome costly = convert("--compact 0.5 --check exact.db");
+  EXPECT_EQ(costly.exit_code, 1) << costly.text;
+  EXPECT_NE(costly.text.find("above 2 %"), std::string::npos) << costly.text;
+  EXPECT_FALSE(written());
+  const Outcome rowless = convert("--compact 0.02");
+  EXPECT_EQ(rowless.exit_code, 2) << rowless.text;
+  EXPECT_NE(rowless.text.find("--calibrate"), std::string::npos) << rowless.text;
 }
 
 TEST_F(Convert, F32ChangesNothing) {

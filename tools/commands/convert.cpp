@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <memory>
@@ -41,6 +42,7 @@ struct Arguments {
 struct Outcome {
   model::CalibrationModel model;  ///< as trained
   model::Compacted compacted;
+  Eigen::Index calibration_rows = 0;
   std::vector<std::byte> blob;
   std::size_t f32_bytes_per_step = 0;  ///< of the model as trained
   std::optional<WeightsCheck> check;
@@ -98,6 +100,7 @@ core::Status make_blob(const Arguments& arguments, Outcome& outcome) {
   model::FeatureMatrix rows;
   if (is_int8 || arguments.compact) {
     RAVENCAL_ASSIGN_OR_RETURN(rows, calibration_rows(arguments, outcome.model));
+    outcome.calibration_rows = rows.rows();
   }
   if (arguments.compact) {
     RAVENCAL_ASSIGN_OR_RETURN(outcome.compacted,
@@ -173,6 +176,10 @@ void print(const WeightsCheck& check, double limit_percent) {
 }
 
 void print(const Arguments& arguments, const Outcome& outcome) {
+  if (outcome.calibration_rows > 0) {
+    fmt::print("calibrated on {}, {} rows\n", fmt::join(calibration_files(arguments), ", "),
+               outcome.calibration_rows);
+  }
   if (arguments.compact) {
     fmt::print(
         "compact: {} of {} inputs, {} of {} weights; outputs change by {:.3g} % of their "
@@ -204,6 +211,7 @@ void print_json(const Arguments& arguments, const Outcome& outcome) {
   json["weights"] = arguments.out;
   json["written"] = outcome.accepted;
   json["precision"] = arguments.precision;
+  json["calibration_rows"] = outcome.calibration_rows;
   json["inputs"] = outcome.compacted.model.features.size();
   json["bytes_per_step"] = bytes_per_step(outcome.blob);
   json["bytes_per_step_f32"] = outcome.f32_bytes_per_step;
