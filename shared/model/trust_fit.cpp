@@ -18,7 +18,11 @@ constexpr double kHeldShare = 0.99;
 constexpr double kLeastVariance = 1e-3;
 /// In scaled inputs; less is a constant, and rounding.
 constexpr double kConstantVariance = 1e-6;
-constexpr double kNoneOverFull = 4.0;
+/// A zig-zag's cube has 1/sqrt(3) of the joint ranges as edges (input_limits.hpp), so that motion
+/// over the whole ranges is sqrt(3) times as wide, and d2 three times as large, without telling of
+/// a new kind of motion.
+constexpr float kFullOverTraining = 3.0F;
+constexpr float kNoneOverFull = 4.0F;
 constexpr Eigen::Index kBlockRows = 1024;  ///< bounds the memory of a pass
 
 /// Rows [first, first + count) as the network sees them, [inputs x count].
@@ -88,8 +92,8 @@ void fit_distances(TrustRegion& region, const Standardiser& input,
   const auto full = distances.end() - 1 - beyond;
   std::nth_element(distances.begin(), full, distances.end());
   // Rows that are all alike have distance 0; a region of no extent would trust nothing.
-  region.full_distance = std::max(*full, 1e-3F);
-  region.none_distance = static_cast<float>(kNoneOverFull) * region.full_distance;
+  region.full_distance = kFullOverTraining * std::max(*full, 1e-3F);
+  region.none_distance = kNoneOverFull * region.full_distance;
 }
 
 }  // namespace ravencal::model

@@ -9,7 +9,7 @@
 
 namespace ravencal::model {
 
-/// Largest share of the training rows that lie beyond full_distance.
+/// Share of the training rows that do not decide how far is full_distance: glitches.
 inline constexpr double kDoubtedShare = 0.001;
 
 /// Fits the region to the training rows `features_si` [rows x inputs], which must be finite, under
@@ -20,8 +20,9 @@ inline constexpr double kDoubtedShare = 0.001;
 /// Constant inputs have no variance and no part in the directions.
 TrustRegion fit_trust_region(const Standardiser& input, const FeatureMatrix& features_si);
 
-/// Sets the distances so that kDoubtedShare of `features_si` lies beyond full_distance; at four
-/// times that (twice as far off in standard deviations) the confidence is 0.
+/// Sets full_distance to three times the d2 that all but kDoubtedShare of `features_si` stay
+/// within, because motion over whole joint ranges is sqrt(3) times as wide as a zig-zag's; from
+/// four times that on (twice as far off in standard deviations) the confidence is 0.
 void fit_distances(TrustRegion& region, const Standardiser& input,
                    const FeatureMatrix& features_si);
 
