@@ -119,6 +119,7 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
     effect.joint = findings.joint;
     effect.stage = stage_word(findings.stage);
     const double size = fit.coefficients[step_index(fit, k)];
+    if (std::abs(size) < 1.96 * step.deviation) continue;
     effect.parameters = {
         {"size", size, findings.unit, {size - 1.96 * step.deviation, size + 1.96 * step.deviation}},
         {"time", step.t_s, "s", {step.t_s, step.t_s}}};
@@ -166,6 +167,8 @@ bool completed(ChannelFit& fit, const ChannelOptions& options) {
 void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
   for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    // Of several columns no single one need be certain.
+    if (fit.model.chosen[i].columns.cols() > 1) continue;
     const auto parameters = parameters_of(fit, i, options.seed + 200 + i);
     if (parameters.empty()) continue;
     const NamedParameter& first = parameters.front();
@@ -271,6 +274,9 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
   return rivals;
 }
 
+/// An effect that so many others could stand for is not named.
+constexpr std::size_t kTooManyRivals = 4;
+
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
@@ -288,6 +294,19 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.size = evidence.size;
     effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
+    if (effect.ambiguous_with.size() >= kTooManyRivals) {
+      findings.notes.push_back(fmt::format(
+          "joint {} ({}): {} and {} others explain the same error as well, which is no "
+          "name",
+          findings.joint, stage_word(findings.stage), effect.id, effect.ambiguous_with.size()));
+      findings.unexplained.push_back({findings.joint,
+                                      std::string(stage_word(findings.stage)),
+                                      std::clamp(evidence.share, 0.0, 1.0),
+                                      evidence.size,
+                                      findings.unit,
+                                      {}});
+      continue;
+    }
     effect.separate_by = form.separate_by();
     effect.out_of_tolerance = form.nominal_term().has_value();
     findings.effects.push_back(std::move(effect));
@@ -325,7 +344,7 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   const Evidence& e = tested.evidence;
   if (!repeats(options.gates, e.z, e.block_p) || e.p_value > options.gates.alpha ||
       e.share < options.gates.least_share ||
-      std::abs(offset) < std::max(expected, options.gates.size_per_floor * fit.model.floor)) {
+      std::abs(offset) < std::max(expected, fit.model.floor)) {
     return;
   }
   NamedEffect effect;

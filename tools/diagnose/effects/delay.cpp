@@ -26,7 +26,7 @@ class Delay final : public EffectForm {
                             const Eigen::VectorXd& b) const override {
     if (s.stage == Stage::kTracking && b[0] < 0.0)
       return "the joint would know its command in advance";
-    return std::abs(b[0]) < 1.0 ? "" : "no stream is late by a second";
+    return std::abs(b[0]) < 0.2 ? "" : "no stream or servo is late by a fifth of a second";
   }
   std::vector<std::string> twins(const Series& s) const override {
     if (s.stage == Stage::kTracking) return {"viscous_friction"};

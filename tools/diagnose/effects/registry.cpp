@@ -71,8 +71,9 @@ void add_drive(const Series& series, const Eigen::VectorXd& needed, Forms& forms
   if (series.cable.compliance > 0.0) forms.push_back(joint_friction());
 }
 
+/// A servo's error in proportion to position is posture's load, not a ratio: the same encoder
+/// measures and is controlled.
 void add_tracking(Forms& forms) {
-  forms.push_back(gain_error());
   forms.push_back(coulomb_friction());
   forms.push_back(hysteresis({}));
   forms.push_back(delay());
