@@ -36,8 +36,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools", {"core", "cli", "commands"}},
     {"tools/cli", {"core", "cli"}},
     {"tools/commands",
-     {"core", "record", "model", "physics", "cli", "commands", "diagnose", "learn", "report",
-      "host", "monitor", "prove", "simulation", "trajectory"}},
+     {"core", "record", "model", "physics", "cli", "commands", "conversion", "diagnose", "learn",
+      "report", "host", "monitor", "prove", "quadrature_reader", "signing", "simulation",
+      "trajectory"}},
+    {"tools/conversion", {"core", "record", "model", "learn", "conversion"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
     {"tools/host",
      {"core", "record", "model", "physics", "learn", "trajectory", "ravencal", "host"}},
@@ -47,7 +49,9 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/prove", {"core", "record", "report", "prove"}},
     {"tools/prove/generator", {"core", "record", "prove"}},
     {"tools/report", {"core", "report"}},
-    {"tools/simulation", {"core", "record", "physics", "trajectory", "simulation"}},
+    {"tools/signing", {"core", "model", "signing"}},
+    {"tools/simulation",
+     {"core", "record", "physics", "quadrature_reader", "trajectory", "simulation"}},
     {"tools/trajectory", {"core", "physics", "trajectory"}},
 };
 constexpr std::array kProduct = {"shared", "rt_plugin", "quadrature_reader", "tools"};

@@ -66,6 +66,27 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings);
 
+/// Coefficients of a chosen effect, and the place of a step's own.
+Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);
+Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
+
+/// Chosen effects; those that too many others could stand for become unexplained.
+void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// A constant error is an effect of its own in the transmission; everywhere else it is free.
+void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                 ChannelFindings& findings);
+
+/// Steps: lost counts, a slipping cable, or either.
+void name_steps(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Nominal parameters at their refitted values: no findings, but the improved plant's numbers.
+void name_refitted(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Every candidate with what became of it.
+void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings);
+
 /// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order.
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed);

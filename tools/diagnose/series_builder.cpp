@@ -7,6 +7,7 @@
 
 #include "diagnose/plant_effort.hpp"
 #include "diagnose/series.hpp"
+#include "diagnose/series_table.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -15,104 +16,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using record::Recording;
 using record::Role;
-
-/// Columns of one signal over all recordings, end to end; NaN where a recording lacks it.
-class Table {
- public:
-  Table(const std::vector<Recording>& training, const std::vector<Recording>& held_out,
-        const SeriesOptions& options)
-      : options_(options) {
-    for (const Recording& recording : training) add(recording, false);
-    for (const Recording& recording : held_out) add(recording, true);
-    stride_ = std::max<Index>(1, (rows_ + options.most_rows - 1) / options.most_rows);
-    lay_out_rows();
-  }
-
-  [[nodiscard]] bool has(Role role, std::string_view joint) const {
-    return std::any_of(sources_.begin(), sources_.end(), [&](const Source& source) {
-      return source.recording->column(role, joint).has_value();
-    });
-  }
-
-  /// Thinned samples of the first channel with that role and joint.
-  [[nodiscard]] VectorXd signal(Role role, std::string_view joint) const {
-    return gather([&](const Recording& recording) { return recording.column(role, joint); });
-  }
-  [[nodiscard]] VectorXd signal(std::string_view name) const {
-    return gather([&](const Recording& recording) { return recording.column(name); });
-  }
-
-  [[nodiscard]] const std::vector<record::Channel>& channels() const {
-    return sources_.front().recording->channels;
-  }
-  [[nodiscard]] const VectorXd& t_s() const { return t_s_; }
-  [[nodiscard]] const std::vector<int>& recording() const { return recording_; }
-  [[nodiscard]] const std::vector<char>& fresh() const { return fresh_; }
-  [[nodiscard]] const std::vector<char>& held_out() const { return held_out_; }
-  [[nodiscard]] Index rows() const { return t_s_.size(); }
-
- private:
-  struct Source {
-    const Recording* recording;
-    bool held_out;
-  };
-
-  void add(const Recording& recording, bool held_out) {
-    sources_.push_back({&recording, held_out});
-    rows_ += recording.rows();
-  }
-
-  void lay_out_rows() {
-    Index count = 0;
-    for (const Source& source : sources_) count += source.recording->rows() / stride_;
-    t_s_.resize(count);
-    Index at = 0;
-    for (std::size_t s = 0; s < sources_.size(); ++s) {
-      const Recording& recording = *sources_[s].recording;
-      std::vector<std::int64_t> starts;
-      for (const record::Event& event : recording.events) {
-        if (event.kind == "episode" || event.kind == "homing") starts.push_back(event.t_ns);
-      }
-      std::sort(starts.begin(), starts.end());
-      std::size_t next = 0;
-      for (Index i = 0; i < recording.rows() / stride_; ++i, ++at) {
-        const std::int64_t t_ns = recording.t_ns[static_cast<std::size_t>(i * stride_)];
-        bool starts_here = i == 0;
-        for (; next < starts.size() && starts[next] <= t_ns; ++next) starts_here = true;
-        t_s_[at] = static_cast<double>(t_ns - recording.t_ns.front()) * 1e-9;
-        recording_.push_back(static_cast<int>(s));
-        fresh_.push_back(starts_here ? 1 : 0);
-        const bool late = options_.held_out_from_s && t_s_[at] >= *options_.held_out_from_s;
-        held_out_.push_back(sources_[s].held_out || late ? 1 : 0);
-      }
-    }
-  }
-
-  template <typename Find>
-  [[nodiscard]] VectorXd gather(Find&& find) const {
-    VectorXd out = VectorXd::Constant(rows(), std::numeric_limits<double>::quiet_NaN());
-    Index at = 0;
-    for (const Source& source : sources_) {
-      const Index count = source.recording->rows() / stride_;
-      if (const auto column = find(*source.recording)) {
-        for (Index i = 0; i < count; ++i) {
-          out[at + i] = source.recording->samples.col(*column).segment(i * stride_, stride_).mean();
-        }
-      }
-      at += count;
-    }
-    return out;
-  }
-
-  const SeriesOptions& options_;
-  std::vector<Source> sources_;
-  Index rows_ = 0;
-  Index stride_ = 1;
-  VectorXd t_s_;
-  std::vector<int> recording_;
-  std::vector<char> fresh_;
-  std::vector<char> held_out_;
-};
 
 /// Positions of every joint on each side of the transmission, where recorded.
 struct Positions {
