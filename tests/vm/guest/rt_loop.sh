@@ -62,9 +62,9 @@ for name in wakeup step cycle; do
 done
 echo "late cycles: $(figure overruns)"
 
-# An ordinary kernel finishes what the load asked of it first (up to 15 ms): there, the 99th
-# percentile compares the loops, the maximum only who was unlucky.
-if [ "$kernel" = rt ]; then judged=1 key=max; else judged=0.99 key=p99; fi
+# One wake-up in three thousand compares who was unlucky, not the loops. An ordinary kernel even
+# finishes first what the load asked of it (up to 15 ms).
+if [ "$kernel" = rt ]; then judged=0.999 key=p999; else judged=0.99 key=p99; fi
 check "wake-up, $key, ns" "$(figure wakeup_ns $key)" -le "$(($(quantile $judged) + 10000))"
 # The step itself: all but interrupts is the same every time.
 check "step, p99 - p50, ns" \
