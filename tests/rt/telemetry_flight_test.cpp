@@ -17,7 +17,7 @@ namespace {
 
 class Flight : public ::testing::Test {
  protected:
-  void SetUp() override { rig.load(overflowing_model()); }
+  void SetUp() override { rig.load(make_model_with_a_flaw()); }
 
   /// One tick, with what the host can see of it kept.
   void tick() {
@@ -109,7 +109,7 @@ TEST_F(Flight, IsOfTheLastFaultAndAsLongAsThereWereTicks) {
   ASSERT_EQ(read(), RAVENCAL_SUCCESS);
   expect_record_ends_with(30, 31);
   recover();
-  rig.load(overflowing_model());  // a rollback may have taken the first ones away
+  rig.load(make_model_with_a_flaw());  // a rollback may have taken the first ones away
   ticks(1500);
   fault();
   const std::size_t second = seen.size() - 1;

@@ -29,16 +29,7 @@ inline core::Status give_telemetry(Rig& rig, const std::string& name) {
   return {};
 }
 
-/// Finite weights whose products cancel on the self-test's rows and overflow where overflow() goes.
-inline model::CalibrationModel overflowing_model() {
-  model::CalibrationModel model = make_model({plain("jpos.shoulder"), plain("jpos.elbow")}, {2, 2});
-  for (model::DenseLayer& layer : model.layers) layer.activation = model::Activation::kLinear;
-  model.layers[0].weights << 1.8e38F, -1.8e38F, 0.0F, 0.0F;
-  model.layers[0].biases.setZero();
-  model.layers[1].weights << 2e-38F, 0.0F, 0.0F, 0.0F;
-  model.layers[1].biases.setZero();
-  return model;
-}
+/// Goes where the network of make_model_with_a_flaw() overflows.
 inline void overflow(ravencal_state& state) {
   const ravencal_state healthy = healthy_state();
   state.arm[0].jpos_ji[0] = healthy.arm[0].jpos_ji[0] + 0.5F;

@@ -81,13 +81,6 @@ class Compliance final : public EffectForm {
     return "repeat the same motion with 0.5 kg on the tool: stretch grows with the load, a wrong "
            "ratio does not";
   }
-
- private:
-  static Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
-    const Eigen::VectorXd zero_mean = centred(s, x);
-    const double rms = s.training_rms(zero_mean);
-    return rms > 0.0 ? Eigen::VectorXd(zero_mean / rms) : zero_mean;
-  }
 };
 
 }  // namespace

@@ -11,29 +11,18 @@ class EccentricityForm final : public EffectForm {
  public:
   EccentricityForm() : EffectForm("eccentricity") {}
   std::string untestable(const Series& s) const override {
-    return reversals(s) >= 4 && range_of(s, s.motion.q) > 100.0 * s.rest_width()
-               ? ""
-               : "fewer than two periods of any pulley were passed, both ways";
+    return shows_waves(s) ? "" : "fewer than two periods of any pulley were passed, both ways";
   }
   // From a period and a fifth over the range up to 40: beyond, the passes' positions do not repeat
   // well enough.
-  std::vector<Shape> grid(const Series& s) const override {
-    const double range = range_of(s, s.motion.q);
-    constexpr double kTurn = 2.0 * 3.14159265358979323846;
-    return log_grid(1.2 * kTurn / range, 40.0 * kTurn / range, 44);
-  }
+  std::vector<Shape> grid(const Series& s) const override { return wave_orders(s, 1.2, 40.0, 44); }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    Eigen::MatrixXd out(s.rows(), 2);
-    out.col(0) = (shape[0] * s.motion.q.array()).sin();
-    out.col(1) = (shape[0] * s.motion.q.array()).cos();
-    return out;
+    return wave_columns(s, shape);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
-    return {{"amplitude", b.norm(), amplitude_unit(s)},
-            {"order", shape[0], s.prismatic ? "rad_per_m" : "1"},
-            {"phase", std::atan2(b[1], b[0]), "rad"}};
+    return wave_parameters(s, shape, b);
   }
   std::string separate_by() const override {
     return "pass the whole range slowly both ways ten times: a pulley's wave repeats at the order "

@@ -59,13 +59,6 @@ class Gravity final : public EffectForm {
     return "the same motion with 0 and 500 g on the tool: weight adds in proportion, cables that "
            "pull with posture do not";
   }
-
- private:
-  static Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
-    const Eigen::VectorXd zero_mean = centred(s, x);
-    const double rms = s.training_rms(zero_mean);
-    return rms > 0.0 ? Eigen::VectorXd(zero_mean / rms) : zero_mean;
-  }
 };
 
 }  // namespace

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "diagnose/effect_form.hpp"
 #include "diagnose/operators.hpp"
@@ -34,6 +36,13 @@ inline Eigen::VectorXd known_effort(const Series& s) {
   return effort;
 }
 
+/// Without its mean and divided by its spread over the training rows.
+inline Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
+  const Eigen::VectorXd zero_mean = centred(s, x);
+  const double rms = s.training_rms(zero_mean);
+  return rms > 0.0 ? Eigen::VectorXd(zero_mean / rms) : zero_mean;
+}
+
 inline double range_of(const Series& s, const Eigen::VectorXd& x) {
   const auto [least, greatest] = s.training_range(x);
   return greatest - least;
@@ -47,6 +56,29 @@ inline std::vector<Shape> log_grid(double from, double to, int count) {
         {from * std::pow(to / from, static_cast<double>(i) / static_cast<double>(count - 1))});
   }
   return grid;
+}
+
+/// Orders of waves over the joint's position, from so many periods over the range to so many.
+inline std::vector<Shape> wave_orders(const Series& s, double least_periods, double most_periods,
+                                      int count) {
+  constexpr double kTurn = 2.0 * 3.14159265358979323846;
+  const double range = range_of(s, s.motion.q);
+  return log_grid(least_periods * kTurn / range, most_periods * kTurn / range, count);
+}
+
+/// Sine and cosine of that order over the joint's position.
+inline Eigen::MatrixXd wave_columns(const Series& s, const Shape& order) {
+  Eigen::MatrixXd out(s.rows(), 2);
+  out.col(0) = (order[0] * s.motion.q.array()).sin();
+  out.col(1) = (order[0] * s.motion.q.array()).cos();
+  return out;
+}
+
+inline std::vector<FormParameter> wave_parameters(const Series& s, const Shape& order,
+                                                  const Eigen::VectorXd& b) {
+  return {{"amplitude", b.norm(), amplitude_unit(s)},
+          {"order", order[0], s.prismatic ? "rad_per_m" : "1"},
+          {"phase", std::atan2(b[1], b[0]), "rad"}};
 }
 
 /// Motor minus joint with this cable, the recorded motor motion forced in.
@@ -75,5 +107,10 @@ inline bool replayed(const Series& s) {
 
 /// Reversals of the direction of motion among training rows.
 int reversals(const Series& s);
+
+/// True if the range was passed often and is long enough for a wave to repeat.
+inline bool shows_waves(const Series& s) {
+  return reversals(s) >= 4 && range_of(s, s.motion.q) > 100.0 * s.rest_width();
+}
 
 }  // namespace ravencal::diagnose
