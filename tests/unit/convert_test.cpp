@@ -3,11 +3,8 @@
 // `ravencal convert` in every precision: what it writes, what it says, what it refuses.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -16,16 +13,12 @@
 #include "model/blob_writer.hpp"
 #include "model/single_precision.hpp"
 #include "record/recording_writer.hpp"
+#include "unit/run_command.hpp"
 
 namespace ravencal::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int exit_code = -1;
-  std::string text;
-};
 
 /// One input, 40 and 20 hidden units: the correction of joint "elbow" from its own estimate.
 model::CalibrationModel sample_model() {
@@ -85,13 +78,7 @@ class Convert : public ::testing::Test {
   [[nodiscard]] Outcome convert(const std::string& options) const {
     const std::string command = fmt::format("cd '{}' && '{}' convert m.onnx --out w.blob {} 2>&1",
                                             folder_.string(), RAVENCAL_PROGRAM, options);
-    Outcome outcome;
-    FILE* const pipe = ::popen(command.c_str(), "r");
-    std::array<char, 4096> line{};
-    while (std::fgets(line.data(), line.size(), pipe) != nullptr) outcome.text += line.data();
-    const int status = ::pclose(pipe);
-    outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
+    return run_command(command);
   }
   [[nodiscard]] bool written() const {
     return fs::exists(folder_ / "w.blob") || fs::exists(folder_ / "w.blob.partial");

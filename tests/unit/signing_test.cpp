@@ -4,11 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -18,6 +15,7 @@
 #include "signing/key_file.hpp"
 #include "signing/sign_blob.hpp"
 #include "unit/blob_sample.hpp"
+#include "unit/run_command.hpp"
 
 namespace ravencal::test {
 namespace {
@@ -26,11 +24,6 @@ namespace fs = std::filesystem;
 using model::BlobView;
 using model::SignatureStatus;
 using Bytes = std::vector<std::byte>;
-
-struct Outcome {
-  int exit_code = -1;
-  std::string text;
-};
 
 class Signing : public ::testing::Test {
  protected:
@@ -44,13 +37,7 @@ class Signing : public ::testing::Test {
   [[nodiscard]] Outcome sign(const std::string& arguments) const {
     const std::string command =
         fmt::format("cd '{}' && '{}' sign {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments);
-    Outcome outcome;
-    FILE* const pipe = ::popen(command.c_str(), "r");
-    std::array<char, 4096> line{};
-    while (std::fgets(line.data(), line.size(), pipe) != nullptr) outcome.text += line.data();
-    const int status = ::pclose(pipe);
-    outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
+    return run_command(command);
   }
 
   [[nodiscard]] std::string content(const std::string& name) const {
