@@ -37,7 +37,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/cli", {"core", "cli"}},
     {"tools/commands",
      {"core", "record", "model", "physics", "cli", "commands", "conversion", "diagnose", "learn",
-      "report", "host", "monitor", "prove", "quadrature_reader", "signing", "simulation",
+      "report", "host", "monitor", "prove", "quadrature_reader", "signing", "simulation", "study",
       "trajectory"}},
     {"tools/conversion", {"core", "record", "model", "learn", "conversion"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
@@ -52,6 +52,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/signing", {"core", "model", "signing"}},
     {"tools/simulation",
      {"core", "record", "physics", "quadrature_reader", "trajectory", "simulation"}},
+    {"tools/study", {"core", "record", "model", "learn", "report", "study"}},
     {"tools/trajectory", {"core", "physics", "trajectory"}},
 };
 constexpr std::array kProduct = {"shared", "rt_plugin", "quadrature_reader", "tools"};

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One table of results, as the studies make them: a figure per cell with its spread over seeds, its
+// 95 % interval, a mark and somebody else's figure beside it. The same table is rendered as HTML
+// (for the report's page), CSV (one line per cell, for programs), Markdown and LaTeX (booktabs, the
+// paper's own form). Pure functions, any thread. Figures are in the column's display unit.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ravencal::study {
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// What a reader should notice about a cell.
+enum class Mark {
+  kNone,
+  kWorse,  ///< e.g. the paper's bold: an error that rose by more than 30 %
+  kBest    ///< e.g. the best method of a column
+};
+
+/// One result. What is kUnknown is left out; a cell with neither text nor mean is a dash.
+struct Cell {
+  double mean = kUnknown;
+  double deviation = kUnknown;  ///< standard deviation over seeds
+  double low = kUnknown;        ///< 95 % interval of the mean
+  double high = kUnknown;
+  double theirs = kUnknown;  ///< somebody else's figure for the same thing (Table::theirs_label)
+  Mark mark = Mark::kNone;
+  std::string text;  ///< shown in place of the figure, e.g. "yes" or "not run"
+};
+
+/// Neighbouring columns of one non-empty `group` share a heading above theirs.
+struct Column {
+  std::string title;
+  std::string unit;   ///< "deg", "mm", "s", "%", ...; may be empty
+  std::string group;  ///< e.g. "500 g"; may be empty
+  int decimals = -1;  ///< of the figures; negative: three significant digits of the least one
+};
+
+struct Row {
+  std::string title;
+  std::vector<Cell> cells;  ///< as many as the table has columns
+  bool rule_above = false;  ///< a line sets this row off from the one before
+};
+
+struct Table {
+  std::string id;            ///< file-safe name, also LaTeX label and HTML id, e.g. "removal"
+  std::string title;         ///< caption
+  std::string row_title;     ///< heading of the first column, e.g. "without"
+  std::string note;          ///< below the table: what the marks and intervals mean; may be empty
+  std::string theirs_label;  ///< whose `theirs` figures are, e.g. "theirs: arXiv 2302.04999, robot"
+  std::vector<Column> columns;
+  std::vector<Row> rows;
+};
+
+/// A scrollable <table> with caption and notes, for a page with the report's style sheet.
+std::string to_html(const Table& table);
+/// GitHub's pipe table below a bold caption; the row title of a column group is `group: title`.
+std::string to_markdown(const Table& table);
+/// A floating table; needs \usepackage{booktabs} and, for interval text, nothing else.
+std::string to_latex(const Table& table);
+/// RFC 4180 with one line per cell:
+/// table,row,group,column,unit,mean,deviation,low,high,theirs,mark, text. Unknown figures are
+/// empty; figures are given with all their digits.
+std::string to_csv(std::span<const Table> tables);
+
+/// Decimals that the figures of column `index` are shown with.
+int decimals_of(const Table& table, std::size_t index);
+
+}  // namespace ravencal::study
