@@ -26,6 +26,7 @@ constexpr std::string_view kEigenName = "Eigen";
 struct Options {
   std::string network = "both";
   std::string json;
+  std::vector<std::uint32_t> compacted;  ///< inputs, units of each layer, outputs; empty: none
   unsigned core = 0;
   Effort effort;
 };
@@ -38,13 +39,13 @@ struct Row {
   std::optional<double> system_calls;
 };
 
-Task make_task(bool paper) {
+const std::vector<std::uint32_t> kPaperShape = {208, 600, 500, 400, 3};
+const std::vector<std::uint32_t> kLightShape = {112, 128, 64, 32, 3};
+
+Task make_task(const std::vector<std::uint32_t>& shape) {
   std::mt19937 random(1);
   Task task;
-  task.network =
-      kernels_test::paper_like_network(paper ? std::vector<std::uint32_t>{208, 600, 500, 400, 3}
-                                             : std::vector<std::uint32_t>{112, 128, 64, 32, 3},
-                                       random);
+  task.network = kernels_test::paper_like_network(shape, random);
   std::uniform_real_distribution<float> uniform(-0.9F, 0.9F);
   task.inputs.resize(task.network.front().inputs);
   for (float& input : task.inputs) input = uniform(random);
@@ -75,6 +76,14 @@ std::vector<Peer> all_peers(const Task& task, bool paper) {
     peers.push_back(make(task));
   }
   return peers;
+}
+
+/// The plugin on what `ravencal convert --compact` left of a network: its time hangs on the shape.
+Peer compacted_peer(const std::vector<std::uint32_t>& shape) {
+  Peer peer = plugin_peer(make_task(shape), kernels::Precision::kFloat32, RAVENCAL_ISA_BEST);
+  peer.name = fmt::format("ravencal f32 compacted {}", fmt::join(shape, "-"));
+  peer.runs_task = false;
+  return peer;
 }
 
 double max_error(const Peer& peer, const std::vector<double>& expected) {
@@ -185,8 +194,9 @@ std::string first_line_with(const char* path, std::string_view key) {
 std::string load_average() { return first_line_with("/proc/loadavg", "").substr(0, 14); }
 
 nlohmann::json run_network(bool paper, const Options& options) {
-  const Task task = make_task(paper);
+  const Task task = make_task(paper ? kPaperShape : kLightShape);
   std::vector<Peer> peers = all_peers(task, paper);
+  if (!options.compacted.empty()) peers.push_back(compacted_peer(options.compacted));
   nlohmann::json report;
   report["network"] = paper ? "208-600-500-400-3" : "112-128-64-32-3";
   report["load_average_before"] = load_average();
@@ -224,6 +234,9 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"paper", "light", "both"}))
       ->capture_default_str();
   app.add_option("--json", options.json, "also write the figures to this file");
+  app.add_option("--compacted", options.compacted,
+                 "also the shape that ravencal convert --compact left, such as 9,7,6,5,3")
+      ->delimiter(',');
   app.add_option("--core", options.core, "processor to run on")->capture_default_str();
   app.add_option("--bursts", options.effort.bursts, "rounds over all peers")
       ->check(CLI::Range(1, 1000))

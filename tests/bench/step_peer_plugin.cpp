@@ -53,7 +53,7 @@ Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t i
   rig->load(model_of(task), precision);
   rig->enable();
   rig->tick_until(RAVENCAL_STATE_ACTIVE);
-  if (rig->instance.info().isa != isa) {
+  if (isa != RAVENCAL_ISA_BEST && rig->instance.info().isa != isa) {
     peer.skipped = "this processor does not have it";
     return peer;
   }
