@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "physics/arm_physics.hpp"
 #include "physics/effects/quantisation.hpp"
@@ -141,6 +142,32 @@ struct RavenTwin::Impl {
     ++cycle;
   }
 
+  /// One cycle of the homing sequence after its sensors have been read.
+  void home_cycle(bool watched) {
+    const bool done = controller.home_step();
+    if (watched) publish();
+    advance(*homing_random);
+    if (done) finish_homing();
+  }
+
+  void finish_homing() {
+    if (!homing_random) return;
+    homing_random.reset();
+    ever_homed = true;
+    physics.restart_disturbances(run_random);
+  }
+
+  void publish() {
+    write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, published);
+    write_sensor_fields(controller.state(), false, published);
+    write_control_fields(controller.state(), false, published);
+  }
+
+  [[nodiscard]] std::int64_t t_ns() const {
+    return static_cast<std::int64_t>(
+        std::llround(static_cast<double>(cycle) * 1e9 / plant.robot.control_rate_hz));
+  }
+
   /// Offsets of the slots that homing sets without a dynamic joint: tool and void.
   void draw_other_offsets(RandomSource& random) {
     for (const JointSlot slot : {JointSlot::kVoid, JointSlot::kRoll, JointSlot::kWrist,
@@ -158,6 +185,7 @@ struct RavenTwin::Impl {
   SlotCounts power_on_counts{};
   RandomSource run_random;
   RandomSource power_on_random;
+  std::optional<RandomSource> homing_random;  ///< only while homing
   std::uint64_t homings = 0;
   bool ever_homed = false;
   std::int64_t cycle = 0;
@@ -183,6 +211,16 @@ RavenTwin& RavenTwin::operator=(RavenTwin&&) noexcept = default;
 RavenTwin::~RavenTwin() = default;
 
 void RavenTwin::home(const std::function<void()>& each_cycle) {
+  start_homing();
+  for (int i = 0; i < kHomingTimeoutCycles && impl_->homing_random; ++i) {
+    impl_->read_encoders();
+    if (each_cycle) each_cycle();
+    impl_->home_cycle(false);
+  }
+  impl_->finish_homing();
+}
+
+void RavenTwin::start_homing() {
   Impl& twin = *impl_;
   // A stream of its own, so that equal homing seeds give equal offsets whatever the run's seed is.
   RandomSource random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
@@ -190,15 +228,12 @@ void RavenTwin::home(const std::function<void()>& each_cycle) {
   twin.physics.restart_disturbances(random);
   twin.draw_other_offsets(random);
   twin.controller.start_homing();
-  for (int i = 0; i < kHomingTimeoutCycles; ++i) {
-    twin.read_encoders();
-    if (each_cycle) each_cycle();
-    const bool done = twin.controller.home_step();
-    twin.advance(random);
-    if (done) break;
-  }
-  twin.ever_homed = true;
-  twin.physics.restart_disturbances(twin.run_random);
+  twin.homing_random = random;
+}
+
+const RavenMessage& RavenTwin::end_homing_cycle() {
+  if (impl_->homing_random) impl_->home_cycle(true);
+  return impl_->published;
 }
 
 bool RavenTwin::homed() const { return impl_->ever_homed && impl_->controller.homed(); }
@@ -221,10 +256,19 @@ const RavenMessage& RavenTwin::begin_cycle() {
 const RavenMessage& RavenTwin::end_cycle(const Vector3d& desired_ji) {
   Impl& twin = *impl_;
   twin.controller.control(desired_ji);
-  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, twin.published);
-  write_sensor_fields(twin.controller.state(), false, twin.published);
-  write_control_fields(twin.controller.state(), false, twin.published);
+  twin.publish();
   twin.advance(twin.run_random);
+  return twin.published;
+}
+
+const RavenMessage& RavenTwin::end_braked_cycle() {
+  Impl& twin = *impl_;
+  twin.controller.control(estimate_ji());
+  twin.publish();
+  clear_dac_fields(twin.published);
+  for (std::size_t slot = 0; slot < core::kSlotCount; ++slot)
+    twin.published[core::catalogue_index(core::RavenField::kTau, slot)] = 0.0;
+  ++twin.cycle;
   return twin.published;
 }
 
@@ -240,9 +284,6 @@ Truth RavenTwin::truth() const {
   return truth;
 }
 
-std::int64_t RavenTwin::t_ns() const {
-  return static_cast<std::int64_t>(
-      std::llround(static_cast<double>(impl_->cycle) * 1e9 / impl_->plant.robot.control_rate_hz));
-}
+std::int64_t RavenTwin::t_ns() const { return impl_->t_ns(); }
 
 }  // namespace ravencal::physics

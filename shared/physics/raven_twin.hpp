@@ -48,7 +48,11 @@ class RavenTwin {
   /// May be called again: every homing of a session seats differently. `each_cycle` is called
   /// once a control cycle, when its sensors have been read.
   void home(const std::function<void()>& each_cycle = {});
-  /// False before home(), and after it if a joint found no stop within two minutes.
+  /// The same sequence cycle by cycle, for a robot that is watched meanwhile: start_homing(), then
+  /// begin_cycle() and end_homing_cycle() until homed().
+  void start_homing();
+  const RavenMessage& end_homing_cycle();
+  /// False before home(), while homing, and after it if a joint found no stop within two minutes.
   [[nodiscard]] bool homed() const;
 
   /// The arm's joints as the controller believes them after homing: where desired_ji starts.
@@ -60,6 +64,10 @@ class RavenTwin {
 
   /// Runs the controller towards `desired_ji` (rad, rad, m) and returns the published message.
   const RavenMessage& end_cycle(const Eigen::Vector3d& desired_ji);
+
+  /// A cycle with the brakes on and the amplifiers off, in place of end_cycle: nothing moves, the
+  /// desired joints are the measured ones.
+  const RavenMessage& end_braked_cycle();
 
   [[nodiscard]] Truth truth() const;
   [[nodiscard]] std::int64_t t_ns() const;  ///< simulated monotonic time of the current cycle

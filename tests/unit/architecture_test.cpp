@@ -49,6 +49,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/prove", {"core", "record", "report", "prove"}},
     {"tools/prove/generator", {"core", "record", "prove"}},
     {"tools/report", {"core", "report"}},
+    {"tools/robot",
+     {"core", "record", "physics", "quadrature_reader", "trajectory", "ravencal", "host", "robot"}},
     {"tools/signing", {"core", "model", "signing"}},
     {"tools/simulation",
      {"core", "record", "physics", "quadrature_reader", "trajectory", "simulation"}},

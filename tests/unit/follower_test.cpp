@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The follower against the virtual controller: it arrives, keeps its limits, waits for the pedal,
+// and each of its alarms rings.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "unit/robot_rig.hpp"
+
+namespace ravencal::test {
+namespace {
+
+using Eigen::Vector3d;
+using robot::Button;
+using robot::Follower;
+using robot::FollowerOptions;
+using robot::Phase;
+using robot::StopReason;
+
+robot::VirtualController ready_robot(const physics::Plant& plant, bool swapped = false) {
+  robot::VirtualControllerOptions options;
+  options.homed = true;
+  options.swapped_commands = swapped;
+  auto made = robot::VirtualController::create(plant, options);
+  EXPECT_TRUE(made.ok());
+  made->press(Button::kPedalDown);
+  return std::move(made).value();
+}
+
+class FollowerOnRobot : public testing::Test {
+ protected:
+  physics::Plant plant_ = raven_plant();
+  robot::VirtualController robot_ = ready_robot(plant_);
+  Follower follower_{short_path(), {}};
+};
+
+TEST_F(FollowerOnRobot, ArrivesWithinTheLimitsOfSpeedAndIncrement) {
+  const robot::MotionLimits limits = robot::authors_limits();
+  Vector3d last = Vector3d::Zero();
+  std::int64_t last_ns = 0;
+  Vector3d fastest = Vector3d::Zero();
+  for (int i = 0; i < 20'000 && follower_.phase() != Phase::kDone; ++i) {
+    const robot::RobotView view = view_of(robot_.cycle());
+    const auto command = follower_.take(view);
+    ASSERT_NE(follower_.phase(), Phase::kStopped) << follower_.stopped().text;
+    if (!command) continue;
+    EXPECT_TRUE(
+        (command->increment_ji.cwiseAbs().array() <= limits.max_increment_ji.array() + 1e-15)
+            .all());
+    if (last_ns != 0) {
+      const double dt_s = 1e-9 * static_cast<double>(view.stamp_ns - last_ns);
+      fastest = fastest.cwiseMax((command->increment_ji / dt_s).cwiseAbs());
+    }
+    last_ns = view.stamp_ns;
+    last = view.joints_ji;
+    robot_.command(robot::ArmName::kGold, robot::CommandKind::kRelative, command->increment_ji);
+  }
+  EXPECT_EQ(follower_.phase(), Phase::kDone);
+  EXPECT_EQ(follower_.progress(), 1.0);
+  EXPECT_TRUE((fastest.array() <= limits.max_speed_ji_per_s.array() * (1.0 + 1e-9)).all())
+      << fastest;
+  const Vector3d off = (last - short_path().joints_ji.back()).cwiseAbs();
+  EXPECT_LT(off[0], 0.3 * kDeg);
+  EXPECT_LT(off[1], 0.3 * kDeg);
+  EXPECT_LT(off[2], 0.001);
+}
+
+TEST_F(FollowerOnRobot, WaitsForThePedalAndGoesOnWhereItWas) {
+  double at_pause = 0.0;
+  const auto pedal = [&](int cycle) {
+    if (cycle == 2000) robot_.press(Button::kPedalUp);
+    if (cycle == 2002) at_pause = follower_.progress();
+    if (cycle == 4000) {
+      EXPECT_EQ(follower_.phase(), Phase::kPaused);
+      EXPECT_EQ(follower_.waiting_for(), "the pedal");
+      EXPECT_EQ(follower_.progress(), at_pause);
+      robot_.press(Button::kPedalDown);
+    }
+  };
+  run_together(robot_, follower_, 30'000, robot::ArmName::kGold, pedal);
+  EXPECT_EQ(follower_.phase(), Phase::kDone) << follower_.stopped().text;
+  EXPECT_GT(at_pause, 0.1);
+  EXPECT_LT(at_pause, 0.9);
+  EXPECT_EQ(follower_.pauses(), 1);
+}
+
+TEST_F(FollowerOnRobot, SendsNothingBeforeThePedalIsDown) {
+  robot_.press(Button::kPedalUp);
+  for (int i = 0; i < 500; ++i) EXPECT_FALSE(follower_.take(view_of(robot_.cycle())));
+  EXPECT_EQ(follower_.phase(), Phase::kWaiting);
+  EXPECT_EQ(follower_.waiting_for(), "the pedal");
+}
+
+TEST_F(FollowerOnRobot, StopsForGoodOnEmergencyStop) {
+  const auto press = [&](int cycle) {
+    if (cycle == 1000) robot_.press(Button::kEmergencyStop);
+  };
+  run_together(robot_, follower_, 5000, robot::ArmName::kGold, press);
+  EXPECT_EQ(follower_.phase(), Phase::kStopped);
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kEmergencyStop);
+  robot_.press(Button::kEmergencyStopRelease);
+  robot_.press(Button::kStart);
+  for (int i = 0; i < 2000; ++i) EXPECT_FALSE(follower_.take(view_of(robot_.cycle())));
+}
+
+TEST_F(FollowerOnRobot, StopsWhenTheStatesHaveAHole) {
+  run_together(robot_, follower_, 500);
+  for (int i = 0; i < 250; ++i) (void)robot_.cycle();
+  EXPECT_FALSE(follower_.take(view_of(robot_.cycle())));
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kStale);
+}
+
+TEST_F(FollowerOnRobot, StopsWhenTheRobotFallsSilent) {
+  run_together(robot_, follower_, 500);
+  follower_.note_silence(0.1);
+  EXPECT_EQ(follower_.phase(), Phase::kMoving);
+  follower_.note_silence(0.21);
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kStale);
+}
+
+TEST_F(FollowerOnRobot, StopsWhenStampsRunBackOrJointsAreNoNumbers) {
+  Follower other(short_path(), {});
+  run_together(robot_, follower_, 200);
+  robot::RobotView view = view_of(robot_.cycle());
+  view.stamp_ns -= 1'000'000'000;
+  EXPECT_FALSE(follower_.take(view));
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kStale);
+
+  run_together(robot_, other, 200);
+  view = view_of(robot_.cycle());
+  view.joints_ji[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(other.take(view));
+  EXPECT_EQ(other.phase(), Phase::kStopped);
+}
+
+TEST_F(FollowerOnRobot, StopsOnATrackingErrorThatLasts) {
+  double held = 0.0;
+  run_together(robot_, follower_, 5000, robot::ArmName::kGold, {}, [&](robot::RobotView& view) {
+    if (held == 0.0) held = view.joints_ji[1];
+    view.joints_ji[1] = held;          // the elbow is stuck
+    view.desired_ji[1] = held + 0.04;  // and the controller pushes
+  });
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kTracking);
+  EXPECT_NE(follower_.stopped().text.find("elbow"), std::string::npos) << follower_.stopped().text;
+}
+
+TEST_F(FollowerOnRobot, StopsWhenItsCommandsAreIgnored) {
+  // The commands go to the arm that is parked, as if the other arm were the calibrated one.
+  run_together(robot_, follower_, 5000, robot::ArmName::kGreen);
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kIgnored);
+}
+
+TEST_F(FollowerOnRobot, StopsWhenTheArmIsFarOutsideItsLimits) {
+  run_together(robot_, follower_, 100, robot::ArmName::kGold, {},
+               [](robot::RobotView& view) { view.joints_ji[2] = 0.55; });
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kOutside);
+}
+
+TEST(Follower, StopsWithinADegreeWhenTheTopicsDriveTheOtherArm) {
+  const physics::Plant green = robot::plant_of_arm(raven_plant(), "green");
+  robot::VirtualController robot = ready_robot(green, true);
+  Follower follower(short_path(), {});
+  // The user says gold and /arm1, but /arm1 drives the green arm.
+  run_together(robot, follower, 5000, robot::ArmName::kGold, {}, {}, false);
+  EXPECT_EQ(follower.stopped().reason, StopReason::kOtherArm);
+  EXPECT_NE(follower.stopped().text.find("--crtk-arm"), std::string::npos);
+  const robot::RobotView view = view_of(robot.cycle());
+  EXPECT_LT(std::abs(view.joints_ji[0] - 30.0 * kDeg), 1.2 * kDeg);
+  EXPECT_LT(std::abs(view.joints_ji[1] - 90.0 * kDeg), 1.2 * kDeg);
+}
+
+TEST(MotionLimits, NameTheRowTheJointTheValueAndTheLimit) {
+  trajectory::Trajectory path = short_path();
+  path.joints_ji[1][1] = 116.0 * kDeg;
+  const auto status = robot::check_positions(path, robot::authors_limits(), "t.csv");
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().message,
+            "t.csv:3: elbow at 116.00 deg is above its limit of 115.00 deg; nothing was sent");
+  path.joints_ji[1][1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(robot::check_positions(path, robot::authors_limits(), "t.csv").ok());
+}
+
+TEST(MotionLimits, StretchTimeOnlyWhereAJointIsTooFast) {
+  trajectory::Trajectory path = short_path();
+  path.t_s = {0.0, 0.1, 10.1};
+  const trajectory::Trajectory slow = robot::slowed(path, robot::authors_limits());
+  EXPECT_NEAR(slow.t_s[1], 4.0 / 2.182, 1e-9);  // the shoulder's 4 degrees
+  EXPECT_NEAR(slow.t_s[2] - slow.t_s[1], 10.0, 1e-9);
+  EXPECT_EQ(slow.joints_ji[1], path.joints_ji[1]);
+}
+
+}  // namespace
+}  // namespace ravencal::test

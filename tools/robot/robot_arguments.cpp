@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/robot_arguments.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace ravencal::robot {
+
+void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
+  VirtualControllerOptions& controller = arguments.controller;
+  command
+      .add_option("--plant", arguments.plant, "The robot (.toml), e.g. tools/plants/raven2.toml")
+      ->required();
+  command.add_option("--arm", arguments.arm, "The arm that is there; default: the plant's")
+      ->check(CLI::IsMember({"gold", "green"}));
+  command.add_option("--plugin", controller.plugin, "libravencal_plugin.so, run at the hook");
+  command.add_option("--weights", controller.weights, "Weights for the plugin (.blob)");
+  command.add_option("--telemetry", controller.telemetry,
+                     "The plugin's shared memory for `ravencal monitor`, like /ravencal-gold");
+  command.add_option("--seed", controller.seed, "Disturbances")->capture_default_str();
+  command.add_option("--homing-seed", controller.homing_seed, "Power-on and homing")
+      ->capture_default_str();
+  command.add_flag("--homed", controller.homed, "Start homed with the pedal up, not at the E-stop");
+  command.add_flag("--pedal-down", arguments.pedal_down, "Start with the pedal down");
+  command.add_flag("--swapped-commands", controller.swapped_commands,
+                   "A robot wired wrongly: /arm1 drives the green arm, /arm2 the gold one");
+  command.add_flag("--no-encoders", arguments.no_encoders,
+                   "Without external encoders: no ext_jpos, no joint_enc");
+  command
+      .add_option("--speed", arguments.loop.speed,
+                  "Robot seconds per second; above 1 states come every 10 ms of robot time")
+      ->check(CLI::Range(0.1, 50.0))
+      ->capture_default_str();
+  command.add_option("--wait-s", arguments.wait_s, "Wait so long for a ROS master")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
+  command.add_option("--duration-s", arguments.duration_s, "End after so long; default: Ctrl-C")
+      ->check(CLI::NonNegativeNumber);
+  command.footer(
+      "A ROS 1 node r2_control with the topics of the controller's CRTK branch: ravenstate,\n"
+      "operating_state, arm1, arm2 (measured_js swapped, as there), and the external encoders'\n"
+      "ext_jpos. Joint commands only: servo_jr, servo_jp, servo_jv. People's hands are services:\n"
+      "  rosservice call /r2_control/estop false; rosservice call /r2_control/start\n"
+      "  rosservice call /r2_control/pedal true\n"
+      "Example: ravencal robot --plant tools/plants/raven2.toml");
+}
+
+core::Result<VirtualController> make_virtual_controller(const RobotArguments& arguments,
+                                                        physics::Plant& plant) {
+  RAVENCAL_ASSIGN_OR_RETURN(plant, physics::load_plant(arguments.plant));
+  if (!arguments.arm.empty()) plant = plant_of_arm(plant, arguments.arm);
+  if (arguments.controller.plugin.empty() &&
+      !(arguments.controller.weights.empty() && arguments.controller.telemetry.empty())) {
+    return core::Error{core::ErrorCode::kUsage, "--weights and --telemetry need --plugin"};
+  }
+  return VirtualController::create(plant, arguments.controller);
+}
+
+}  // namespace ravencal::robot

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/robot_loop.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace ravencal::robot {
+namespace {
+
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr std::int64_t kShortestWakeNs = 1'000'000;  // several cycles a wake-up above real time
+constexpr std::size_t kInputs = 4096;
+constexpr std::size_t kOutputs = 2048;
+constexpr int kPriority = 80;  // below the kernel's own real-time threads
+
+std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kSecondNs + now.tv_nsec;
+}
+
+void sleep_until(std::int64_t deadline_ns) {
+  const timespec deadline{deadline_ns / kSecondNs, deadline_ns % kSecondNs};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace
+
+RobotLoop::RobotLoop(VirtualController controller, const RobotLoopOptions& options)
+    : controller_(std::move(controller)), options_(options), inputs_(kInputs), outputs_(kOutputs) {}
+
+RobotLoop::~RobotLoop() { stop(); }
+
+void RobotLoop::start() {
+  thread_ = std::thread([this] {
+    // Faster than real time it would keep others from the processor.
+    if (options_.speed <= 1.0) {
+      sched_param parameters{};
+      parameters.sched_priority = kPriority;
+      const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+      if (error != 0) {
+        hindrance_ = fmt::format("SCHED_FIFO {}: {} (raise the rtprio limit)", kPriority,
+                                 std::strerror(error));
+      }
+    } else {
+      hindrance_ = fmt::format("{} times as fast as real time", options_.speed);
+    }
+    started_.store(true, std::memory_order_release);
+    run();
+  });
+  while (!started_.load(std::memory_order_acquire)) std::this_thread::yield();
+}
+
+void RobotLoop::stop() {
+  stop_.store(true, std::memory_order_relaxed);
+  if (thread_.joinable()) thread_.join();
+}
+
+void RobotLoop::run() {
+  const double cycle_ns = 1e9 / (controller_.rate_hz() * options_.speed);
+  const auto cycles_per_wake =
+      std::max<std::int64_t>(1, std::llround(static_cast<double>(kShortestWakeNs) / cycle_ns));
+  const auto period_ns = std::llround(cycle_ns * static_cast<double>(cycles_per_wake));
+  std::int64_t deadline_ns = now_ns();
+  RobotInput input;
+  while (!stop_.load(std::memory_order_relaxed)) {
+    deadline_ns += period_ns;
+    const std::int64_t awake_ns = now_ns();
+    if (awake_ns > deadline_ns) {
+      // As the robot's own loop, it leaves out what it missed: robot time stands still meanwhile.
+      overruns_.fetch_add(1, std::memory_order_relaxed);
+      deadline_ns = awake_ns;
+    } else {
+      sleep_until(deadline_ns);
+    }
+    while (inputs_.try_pop(input)) apply(input);
+    for (std::int64_t i = 0; i < cycles_per_wake; ++i) run_cycle();
+  }
+}
+
+void RobotLoop::run_cycle() {
+  const CycleOutput& output = controller_.cycle();
+  const std::int64_t number = cycles_.fetch_add(1, std::memory_order_relaxed);
+  if (number % options_.publish_every != 0) return;
+  if (!outputs_.try_push(output)) not_taken_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void RobotLoop::apply(const RobotInput& input) {
+  if (input.kind == RobotInput::Kind::kButton) {
+    controller_.press(input.button);
+  } else {
+    controller_.command(input.arm, input.command,
+                        {input.joints[0], input.joints[1], input.joints[2]});
+  }
+}
+
+}  // namespace ravencal::robot

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs a VirtualController in a thread of its own, at SCHED_FIFO where the system permits it. What
+// others want goes in and what is to be published comes out through wait-free rings: whatever ROS
+// does, the loop does not wait for it.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+
+#include "quadrature_reader/spsc_ring.hpp"
+#include "robot/virtual_controller.hpp"
+
+namespace ravencal::robot {
+
+struct RobotLoopOptions {
+  double speed = 1.0;     ///< robot seconds per second; above 1 only for tests and tutorials
+  int publish_every = 1;  ///< hands out every n-th cycle
+};
+
+/// A message for the loop: a button, or a joint command.
+struct RobotInput {
+  enum class Kind : std::uint8_t { kButton, kCommand };
+  Kind kind = Kind::kButton;
+  Button button = Button::kEmergencyStop;
+  ArmName arm = ArmName::kGold;
+  CommandKind command = CommandKind::kRelative;
+  std::array<double, 3> joints{};
+};
+
+class RobotLoop {
+ public:
+  RobotLoop(VirtualController controller, const RobotLoopOptions& options);
+  RobotLoop(const RobotLoop&) = delete;
+  RobotLoop& operator=(const RobotLoop&) = delete;
+  ~RobotLoop();  ///< stops
+
+  void start();
+  void stop();
+
+  /// One thread only. False if the loop is too far behind; the input is lost.
+  bool send(const RobotInput& input) noexcept { return inputs_.try_push(input); }
+  /// One thread only. False if there is nothing.
+  bool receive(CycleOutput& output) noexcept { return outputs_.try_pop(output); }
+
+  [[nodiscard]] std::int64_t cycles() const { return cycles_.load(std::memory_order_relaxed); }
+  /// Wake-ups that came too late for the next one, and outputs that nobody took.
+  [[nodiscard]] std::int64_t overruns() const { return overruns_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::int64_t not_taken() const {
+    return not_taken_.load(std::memory_order_relaxed);
+  }
+  /// Why it does not run in real time; empty if it does. Valid after start().
+  [[nodiscard]] const std::string& hindrance() const { return hindrance_; }
+
+ private:
+  void run();
+  void run_cycle();
+  void apply(const RobotInput& input);
+
+  VirtualController controller_;
+  RobotLoopOptions options_;
+  quadrature_reader::SpscRing<RobotInput> inputs_;
+  quadrature_reader::SpscRing<CycleOutput> outputs_;
+  std::string hindrance_;  // written before started_
+  std::atomic<bool> started_{false};
+  std::atomic<bool> stop_{false};
+  std::atomic<std::int64_t> cycles_{0};
+  std::atomic<std::int64_t> overruns_{0};
+  std::atomic<std::int64_t> not_taken_{0};
+  std::thread thread_;
+};
+
+}  // namespace ravencal::robot
