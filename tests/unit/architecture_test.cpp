@@ -37,13 +37,14 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/cli", {"core", "cli"}},
     {"tools/commands",
      {"core", "record", "model", "physics", "cli", "commands", "conversion", "diagnose", "learn",
-      "report", "host", "monitor", "prove", "quadrature_reader", "signing", "simulation", "study",
+      "report", "host", "methods", "monitor", "prove", "quadrature_reader", "signing", "simulation", "study",
       "trajectory"}},
     {"tools/conversion", {"core", "record", "model", "learn", "conversion"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
     {"tools/host",
      {"core", "record", "model", "physics", "learn", "trajectory", "ravencal", "host"}},
     {"tools/learn", {"core", "record", "model", "report", "learn"}},
+    {"tools/methods", {"core", "record", "model", "physics", "learn", "methods"}},
     {"tools/monitor", {"core", "record", "ravencal", "host", "monitor"}},
     // The proof is not graded by its own author: the generator sees no physics but its own.
     {"tools/prove", {"core", "record", "report", "prove"}},
@@ -54,7 +55,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/signing", {"core", "model", "signing"}},
     {"tools/simulation",
      {"core", "record", "physics", "quadrature_reader", "trajectory", "simulation"}},
-    {"tools/study", {"core", "record", "model", "learn", "report", "study"}},
+    {"tools/study", {"core", "record", "model", "learn", "methods", "report", "study"}},
     {"tools/trajectory", {"core", "physics", "trajectory"}},
 };
 constexpr std::array kProduct = {"shared", "rt_plugin", "quadrature_reader", "tools"};

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The physics that `ravencal diagnose` found, read from its folder (plant_improved.toml and the
+// transmission effects of report.json, which say what the plant's language cannot) and turned into
+// columns that a stream of samples drives. Names, widths, orders and the cable's numbers are the
+// diagnosis's; how large each column is, is fitted by whoever uses it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "methods/problem.hpp"
+
+namespace ravencal::methods {
+
+/// Columns of one joint's error. Copyable by clone(): each stream has its own memory.
+class Terms {
+ public:
+  virtual ~Terms() = default;
+  [[nodiscard]] virtual std::unique_ptr<Terms> clone() const = 0;
+  virtual void start(const Series& series, Eigen::Index row) = 0;
+  /// Values of the columns [count()] at this row.
+  virtual void step(const Series& series, Eigen::Index row, Eigen::Ref<Eigen::VectorXd> values) = 0;
+  [[nodiscard]] virtual Eigen::Index count() const = 0;
+  [[nodiscard]] virtual std::string text() const = 0;  ///< e.g. "gain_error, hysteresis from q6"
+};
+
+/// Terms of each output of `problem`, a constant first. Errors: kIo, kData if the folder's files
+/// are not a diagnosis.
+core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesystem::path& folder,
+                                                             const Problem& problem);
+
+}  // namespace ravencal::methods
