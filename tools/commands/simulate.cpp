@@ -100,6 +100,10 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.001, 1e6));
   command->add_option("--rehome-every-s", session.rehome_every_s, "Home again after so long")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--rehomings", session.rehomings,
+                   "Home so many times more before recording starts, in the same session")
+      ->check(CLI::Range(0U, 1000U));
   command->add_flag("--drift", session.drift, "Hours of warm-up: add the slow thermal drift");
   command->add_flag("--force", session.overwrite, "Replace an existing recording");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");

@@ -61,6 +61,7 @@ std::map<std::string, std::string> meta_of(const physics::Plant& plant,
           {"trajectory", options.trajectory_name},
           {"seed", std::to_string(options.seed)},
           {"homing_seed", std::to_string(options.homing_seed)},
+          {"rehomings", std::to_string(options.rehomings)},
           {"payload_g", fmt::format("{:g}", plant.payload.mass_kg * 1000.0)},
           {"drift", options.drift ? "1" : "0"},
           {"rate_hz", fmt::format("{:g}", rate_hz)},
@@ -246,10 +247,12 @@ core::Result<std::int64_t> cycles_per_row(const physics::Plant& plant, double ra
 }
 
 core::Result<SessionSummary> run(Session& session, const trajectory::Trajectory& trajectory,
-                                 double rehome_every_s, const ProgressFunction& progress) {
-  RAVENCAL_RETURN_IF_ERROR(session.home());
+                                 const SessionOptions& options, const ProgressFunction& progress) {
+  for (std::uint32_t homings = 0; homings <= options.rehomings; ++homings) {
+    RAVENCAL_RETURN_IF_ERROR(session.home());
+  }
   session.approach(trajectory.at(0.0));
-  RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, rehome_every_s, progress));
+  RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, options.rehome_every_s, progress));
   return session.finish();
 }
 
@@ -287,7 +290,7 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
   }
   std::optional<Session> session;
   session.emplace(plant, std::move(twin), std::move(writer), std::move(edges), options, row_cycles);
-  auto summary = run(*session, trajectory, options.rehome_every_s, progress);
+  auto summary = run(*session, trajectory, options, progress);
   session.reset();
   // A recording that could not be completed is worth nothing: the run can be repeated.
   if (!summary.ok()) {

@@ -22,6 +22,7 @@ struct SessionOptions {
   std::uint64_t homing_seed = 1;
   std::optional<double> rate_hz;  ///< rows per second; the plant's logger rate if absent
   double rehome_every_s = 0.0;    ///< 0: only at the start
+  std::uint32_t rehomings = 0;    ///< homes so many times more before recording starts
   bool drift = false;
   bool overwrite = false;
   std::string trajectory_name;  ///< for the recording's metadata

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/recording_store.hpp"
+
+namespace ravencal::study {
+
+core::Result<const record::Recording*> RecordingStore::get(const std::string& path) {
+  Entry* entry = nullptr;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    auto& slot = entries_[path];
+    if (!slot) slot = std::make_unique<Entry>();
+    entry = slot.get();
+  }
+  const std::lock_guard<std::mutex> lock(entry->mutex);
+  if (!entry->recording) {
+    RAVENCAL_ASSIGN_OR_RETURN(entry->recording, record::load_recording(path, load_));
+  }
+  return &*entry->recording;
+}
+
+}  // namespace ravencal::study
