@@ -62,6 +62,10 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
 ChannelFindings analyse_command(const Series& series, const physics::Plant& plant,
                                 const ChannelOptions& options);
 
+/// Gains of position error, measured rate and desired rate in the command of rows [first, last),
+/// held-out rows left out.
+Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::Index last);
+
 /// Fit only: selection, offset, withdrawal of proxies.
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings);

@@ -49,26 +49,38 @@ std::vector<char> unsaturated(const Series& s) {
   return usable;
 }
 
-/// Weighted least squares on differences, weights after Tukey's biweight, for rows in [first,
-/// last).
-Law fit_law(const Series& s, Index first, Index last) {
+/// Rows in 0.1 s, at least one.
+Index rows_in_tenth_second(const Series& s) {
+  std::vector<double> steps;
+  for (Index i = 1; i < std::min<Index>(s.rows(), 2000); ++i) {
+    if (s.fresh[static_cast<std::size_t>(i)] == 0) steps.push_back(s.t_s[i] - s.t_s[i - 1]);
+  }
+  const double usual_s = median_of(std::move(steps));
+  return usual_s > 0.0 ? std::clamp<Index>(std::lround(0.1 / usual_s), 1, 200) : 1;
+}
+
+/// Weighted least squares on differences over `lag` rows, weights after Tukey's biweight, for rows
+/// in [first, last).
+Law fit_differences(const Series& s, Index first, Index last, Index lag) {
   Law law;
   law.usable = unsaturated(s);
   MatrixXd x(s.rows(), 3);
   x << s.position_error, s.measured_rate, s.desired_rate;
   std::vector<Index> rows;
-  for (Index i = std::max<Index>(first, 1); i < last; ++i) {
+  Index stretch = 0;  // usable rows in a row up to this one
+  for (Index i = first; i < last; ++i) {
     const auto n = static_cast<std::size_t>(i);
-    if (s.fresh[n] == 0 && law.usable[n] != 0 && law.usable[n - 1] != 0 && s.held_out[n] == 0)
-      rows.push_back(i);
+    const bool usable = law.usable[n] != 0 && s.held_out[n] == 0;
+    stretch = usable ? (s.fresh[n] != 0 ? 1 : stretch + 1) : 0;
+    if (stretch > lag) rows.push_back(i);
   }
   const auto count = static_cast<Index>(rows.size());
   MatrixXd dx(count, 3);
   VectorXd dy(count);
   for (Index r = 0; r < count; ++r) {
     const Index i = rows[static_cast<std::size_t>(r)];
-    dx.row(r) = x.row(i) - x.row(i - 1);
-    dy[r] = s.y[i] - s.y[i - 1];
+    dx.row(r) = x.row(i) - x.row(i - lag);
+    dy[r] = s.y[i] - s.y[i - lag];
   }
   const VectorXd column_scale = (dx.colwise().norm().array() + 1e-300).matrix().transpose();
   const MatrixXd z = dx * column_scale.cwiseInverse().asDiagonal();
@@ -86,6 +98,25 @@ Law fit_law(const Series& s, Index first, Index last) {
   law.gains = gains.cwiseQuotient(column_scale);
   law.residual = s.y - x * law.gains;
   return law;
+}
+
+/// What a law leaves of the command's changes over `lag` rows.
+double left_over(const Law& law, Index first, Index last, Index lag) {
+  VectorXd left(std::max<Index>(0, last - first - lag));
+  for (Index i = 0; i < left.size(); ++i)
+    left[i] = law.residual[first + i + lag] - law.residual[first + i];
+  return left.size() > 0 ? robust_scale(left) : 0.0;
+}
+
+/// Differences between neighbours, or over a tenth of a second where quantisation outweighs the
+/// motion between neighbours and pulls their gains towards zero: then the law from neighbours
+/// leaves clearly more of the longer differences.
+Law fit_law(const Series& s, Index first, Index last) {
+  const Index lag = rows_in_tenth_second(s);
+  Law near = fit_differences(s, first, last, 1);
+  Law far = fit_differences(s, first, last, lag);
+  const bool biased = left_over(far, first, last, lag) < 0.8 * left_over(near, first, last, lag);
+  return biased ? far : near;
 }
 
 struct Pulse {
@@ -270,6 +301,10 @@ void name_gain(const Series& s, const Stretch& stretch, double nominal, double t
 }
 
 }  // namespace
+
+Eigen::Vector3d recorded_gains(const Series& series, Index first, Index last) {
+  return fit_law(series, first, last).gains;
+}
 
 ChannelFindings analyse_command(const Series& series, const physics::Plant& plant,
                                 const ChannelOptions& /*options*/) {

@@ -13,7 +13,7 @@
 
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
-#include "diagnose/free_run.hpp"
+#include "diagnose/free_run_judge.hpp"
 #include "diagnose/verdict.hpp"
 
 namespace ravencal::diagnose {
@@ -140,30 +140,19 @@ void merge_joint_friction(const physics::Plant& plant, Report& report) {
   }
 }
 
-/// Lets the drives run free, as they are and improved, and adds how far off they end.
+/// Lets the drives run free and applies what they say.
 void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
                        const physics::Plant& plant, const Options& options, Report& report) {
   const auto text = improved_plant(plant, report);
   if (!text) return;
   const auto improved = physics::parse_plant(*text, plant.source);
   if (!improved) return;
-  std::vector<std::optional<HeldOut>> rows(set.series.size());
+  std::vector<FreeRunVerdict> verdicts(set.series.size());
   in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
     if (set.series[i].stage != Stage::kDrive) return;
-    Series drive = set.series[i];
-    drive.free_offset = findings[i].offset;
-    const FreeRunRows which = drive.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
-    const double before = free_run_rmse(drive, plant, which);
-    if (findings[i].posture.size() > 0) drive.recorded -= findings[i].posture;
-    const physics::Plant best = refitted_in_free_run(drive, *improved);
-    const double after = free_run_rmse(drive, best, which);
-    if (before < 0.0 || after < 0.0) return;
-    rows[i] = HeldOut{drive.joint, "free_run_1s_rmse", drive.prismatic ? "m" : "rad", before,
-                      after,       drive.motion.noise};
+    verdicts[i] = judge_drive(set, findings, i, plant, *improved, report, options.seed + 900 + i);
   });
-  for (const auto& row : rows) {
-    if (row) report.held_out.push_back(*row);
-  }
+  for (std::size_t i = 0; i < verdicts.size(); ++i) apply(verdicts[i], set.series[i], report);
 }
 
 /// Vocabulary entries that no channel of this joint spoke about.

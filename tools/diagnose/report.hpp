@@ -67,6 +67,21 @@ struct NotFound {
   std::string not_testable_because;
 };
 
+/// One of the parameters that are known only together.
+struct CombinedParameter {
+  std::string id, name;
+  double power = 1.0;               ///< in the product that is known
+  double relative_deviation = 0.0;  ///< of this parameter alone
+};
+
+/// The product of the parameters' powers, which the recording fixes although it does not fix them.
+struct Combination {
+  std::string joint, stage;
+  std::vector<CombinedParameter> parameters;
+  double value = 0.0;
+  Interval ci95{0.0, 0.0};
+};
+
 /// One candidate at the last step, with its gates: the page's table.
 struct CandidateRow {
   std::string joint, stage, id;
@@ -89,6 +104,7 @@ struct Report {
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;
   std::vector<NamedEffect> refitted;  ///< nominal parameters, moved within their tolerance
+  std::vector<Combination> combinations;
   std::vector<CandidateRow> candidates;
   std::vector<ChannelPlot> plots;
   std::vector<std::pair<std::string, std::string>> provenance;

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One joint's drive as one rigid body: motor, transmission and link move together under an effort,
+// against friction and weight. A template over the number type, so that simulations run it in
+// double and fits differentiate it (Ceres jets). Friction is a bristle of limited deflection (LuGre
+// without its own damping) and is solved implicitly: any step is stable. Units: the joint's.
+#pragma once
+
+#include <cmath>
+
+namespace ravencal::physics {
+
+template <typename T>
+struct DriveNumbers {
+  T inertia{1.0};            ///< kg m^2 or kg, > 0
+  T weight_scale{1.0};       ///< of the load that the caller passes
+  T torque_ratio{0.0};       ///< the drive gives 1 + ratio of the effort asked
+  T level{0.0};              ///< Coulomb
+  T load_share{0.0};         ///< of the effort that passes through, on top of the level
+  T stribeck_extra{0.0};     ///< on top at rest
+  T stribeck_velocity{1.0};  ///< at which half of the extra is gone, > 0
+  T presliding{1e-4};        ///< deflection at which friction is fully built up, > 0
+  T viscous{0.0};
+  T asymmetry{0.0};  ///< half the difference of damping between the directions
+  T ripple{0.0};
+  T ripple_order{0.0};
+  T ripple_phase{0.0};
+  T offset{0.0};  ///< constant part of the effort asked that moves nothing
+};
+
+template <typename T>
+struct DriveState {
+  T position{0.0};
+  T velocity{0.0};
+  T bristle{0.0};  ///< deflection over presliding, -1 to 1
+};
+
+/// Moves the state on by `dt_s` under `effort`; `load` is the effort that holds the link.
+template <typename T>
+void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double dt_s,
+                DriveState<T>& state) {
+  using std::abs;
+  using std::sin;
+  const T& v = state.velocity;
+  const T held = n.weight_scale * load;
+  const T ratio = v / n.stribeck_velocity;
+  // What passes through a gear is the mean of what enters and what leaves it.
+  const T through = 0.5 * abs(effort + held);
+  const T level = n.level + n.load_share * through + n.stribeck_extra / (1.0 + ratio * ratio);
+  const T yielding = 1.0 + abs(v) * dt_s / n.presliding;
+  T push = (1.0 + n.torque_ratio) * (effort - n.offset) - held - n.asymmetry * abs(v) -
+           level * state.bristle / yielding;
+  if (n.ripple != T(0.0)) push -= n.ripple * sin(n.ripple_order * state.position + n.ripple_phase);
+  const T drag = n.viscous + level * dt_s / (n.presliding * yielding);
+  state.velocity = (v + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
+  const T moved = state.velocity * dt_s / n.presliding;
+  state.bristle = (state.bristle + moved) / (1.0 + abs(moved));
+  state.position += dt_s * state.velocity;
+}
+
+}  // namespace ravencal::physics

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/free_run_judge.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/closed_loop.hpp"
+#include "diagnose/combinations.hpp"
+#include "diagnose/free_run_fit.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+bool is_drive(const NamedEffect& e, const std::string& joint) {
+  return e.joint == joint && e.stage == "drive" && e.id != "unknown";
+}
+
+std::vector<std::string> named_keys(const Report& report, const std::string& joint) {
+  std::vector<std::string> keys;
+  for (const NamedEffect& e : report.effects) {
+    if (!is_drive(e, joint)) continue;
+    for (const NamedParameter& p : e.parameters) keys.push_back(e.id + "." + p.name);
+  }
+  return keys;
+}
+
+/// Handle's number in the units of the report.
+double reported(const DriveHandle& handle, double x, const physics::Joint& joint) {
+  const double value = handle.at(x);
+  if (handle.field == DriveField::kAsymmetry) return 2.0 * value;
+  if (handle.field == DriveField::kLevel)
+    return std::max(0.0, value - joint.parameter("joint_friction", "level"));
+  return value;
+}
+
+std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& joint) {
+  std::vector<NamedEffect> values;
+  for (std::size_t h = 0; h < fit.handles.size(); ++h) {
+    const DriveHandle& handle = fit.handles[h];
+    if (handle.id.empty()) continue;
+    VectorXd column = fit.draws.col(static_cast<Index>(h));
+    std::sort(column.data(), column.data() + column.size());
+    const auto at = [&](double share) {
+      const auto row = static_cast<Index>(share * static_cast<double>(column.size() - 1));
+      return reported(handle, column[row], joint);
+    };
+    const double value = reported(handle, fit.x[h], joint);
+    NamedEffect e;
+    e.id = handle.id;
+    e.joint = joint.name;
+    e.stage = "drive";
+    e.out_of_tolerance = true;  // where the report has no name for it: a nominal number, moved
+    e.parameters = {
+        {handle.parameter, value, "", {std::min(at(0.025), value), std::max(at(0.975), value)}}};
+    values.push_back(std::move(e));
+  }
+  return values;
+}
+
+std::vector<Combination> drive_combinations(const DriveFit& fit, const std::string& joint,
+                                            const std::vector<std::string>& named) {
+  std::vector<CombinedParameter> parameters;
+  std::vector<Index> columns;
+  for (std::size_t h = 0; h < fit.handles.size(); ++h) {
+    const DriveHandle& handle = fit.handles[h];
+    const std::string key = handle.id + "." + handle.parameter;
+    if (!handle.positive || std::find(named.begin(), named.end(), key) == named.end()) continue;
+    parameters.push_back({handle.id, handle.parameter});
+    columns.push_back(static_cast<Index>(h));
+  }
+  MatrixXd logs = fit.draws(Eigen::all, columns);
+  for (Index c = 0; c < logs.cols(); ++c)
+    logs.col(c).array() +=
+        std::log(fit.handles[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])].value);
+  std::vector<Combination> found = combinations_of(parameters, logs);
+  for (Combination& c : found) {
+    c.joint = joint;
+    c.stage = "drive";
+  }
+  return found;
+}
+
+/// Numbers without an effect; false if the drive's model does not have it.
+bool without(const std::string& id, const physics::Joint& joint,
+             physics::DriveNumbers<double>& numbers) {
+  if (id == "coulomb_friction")
+    numbers.level = joint.parameter("joint_friction", "level");
+  else if (id == "viscous_friction")
+    numbers.viscous = 0.0;
+  else if (id == "asymmetric_friction")
+    numbers.asymmetry = 0.0;
+  else if (id == "stribeck_friction")
+    numbers.stribeck_extra = 0.0;
+  else if (id == "load_dependent_friction")
+    numbers.load_share = 0.0;
+  else if (id == "torque_ripple")
+    numbers.ripple = 0.0;
+  else if (id == "torque_constant")
+    numbers.torque_ratio = 0.0;
+  else
+    return false;
+  return true;
+}
+
+double best_judged(const DriveFit& fit) {
+  return fit.better() ? std::min(fit.judged_before, fit.judged_after) : fit.judged_before;
+}
+
+void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& command,
+                     const physics::Plant& plant, const physics::DriveNumbers<double>& nominal,
+                     const physics::DriveNumbers<double>& improved, FreeRunVerdict& verdict) {
+  const Series& s = before.series();
+  const physics::Joint& joint = plant.joints[plant.joint_index(s.joint).value_or(0)];
+  double square[2] = {0.0, 0.0}, magnitude[2] = {0.0, 0.0}, count = 0.0;
+  for (const FreeRunWindow& stretch : closed_loop_stretches(s)) {
+    const ServoLaw recorded = recorded_law(command, stretch.first, stretch.last);
+    if (!(recorded.position > 0.0) || recorded.rate < 0.0) continue;
+    const std::vector<double> errors[2] = {
+        closed_loop_errors(before, command, nominal, plant_law(joint, recorded), stretch),
+        closed_loop_errors(after, command, improved, recorded, stretch)};
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (const double e : errors[k]) {
+        const double bounded = std::isfinite(e) ? std::min(std::abs(e), 1e3) : 1e3;
+        square[k] += bounded * bounded;
+        magnitude[k] += bounded;
+      }
+    }
+    count += static_cast<double>(errors[0].size());
+  }
+  if (count == 0.0) return;
+  const std::string unit = s.prismatic ? "m" : "rad";
+  verdict.held_out.push_back({s.joint, "closed_loop_rmse", unit, std::sqrt(square[0] / count),
+                              std::sqrt(square[1] / count), s.motion.noise});
+  verdict.held_out.push_back({s.joint, "closed_loop_mae", unit, magnitude[0] / count,
+                              magnitude[1] / count, s.motion.noise});
+}
+
+}  // namespace
+
+FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                           std::size_t drive, const physics::Plant& plant,
+                           const physics::Plant& improved, const Report& report,
+                           std::uint64_t seed) {
+  FreeRunVerdict verdict;
+  const Series& recorded = set.series[drive];
+  const auto index = improved.joint_index(recorded.joint);
+  if (!index || recorded.recorded.size() == 0) return verdict;
+  const physics::Joint& joint = improved.joints[*index];
+  const FreeRunRows rows = recorded.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
+  const FreeRun before(recorded, plant);
+  // The improved drive sees the effort without what posture takes of it.
+  Series relieved = recorded;
+  relieved.free_offset = findings[drive].offset;
+  if (findings[drive].posture.size() > 0) relieved.recorded -= findings[drive].posture;
+  const FreeRun after(relieved, improved);
+
+  const std::vector<std::string> named = named_keys(report, recorded.joint);
+  const physics::DriveNumbers<double> start = after.numbers(improved);
+  const physics::DriveNumbers<double> nominal = before.numbers(plant);
+  const bool weight = relieved.weight.size() > 0 && joint.link.mass_kg > 0.0;
+  const DriveFit fit =
+      fit_drive(after, start, drive_handles(start, nominal, joint, weight, named), seed);
+  if (fit.better()) {
+    verdict.values = values_of(fit, joint);
+    verdict.combinations = drive_combinations(fit, recorded.joint, named);
+  }
+  for (const NamedEffect& e : report.effects) {
+    physics::DriveNumbers<double> lacking = start;
+    if (!is_drive(e, recorded.joint) || e.out_of_tolerance || !without(e.id, joint, lacking))
+      continue;
+    const DriveFit rival =
+        fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
+    if (rival.judged_before > 0.0 && best_judged(rival) <= best_judged(fit))
+      verdict.demoted.push_back(e.id);
+  }
+
+  const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);
+  const double was = rms_of(free_run_errors(before, nominal, windows));
+  const double is = rms_of(free_run_errors(after, fit.numbers, windows));
+  if (was >= 0.0 && is >= 0.0) {
+    verdict.held_out.push_back({recorded.joint, "free_run_1s_rmse",
+                                recorded.prismatic ? "m" : "rad", was, is, recorded.motion.noise});
+  }
+  for (const Series& series : set.series) {
+    if (series.joint != recorded.joint || series.stage != Stage::kCommand) continue;
+    add_closed_loop(before, after, series, plant, nominal, fit.numbers, verdict);
+  }
+  return verdict;
+}
+
+void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
+  report.held_out.insert(report.held_out.end(), verdict.held_out.begin(), verdict.held_out.end());
+  report.combinations.insert(report.combinations.end(), verdict.combinations.begin(),
+                             verdict.combinations.end());
+  for (const NamedEffect& value : verdict.values) {
+    const NamedParameter& refitted = value.parameters.front();
+    bool known = false;
+    for (auto* list : {&report.effects, &report.refitted}) {
+      for (NamedEffect& e : *list) {
+        if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
+        for (NamedParameter& p : e.parameters) {
+          if (p.name != refitted.name) continue;
+          p.value = refitted.value;
+          p.ci95 = refitted.ci95;
+          known = true;
+        }
+      }
+    }
+    if (!known) report.refitted.push_back(value);
+  }
+  for (const std::string& id : verdict.demoted) {
+    const auto it =
+        std::find_if(report.effects.begin(), report.effects.end(),
+                     [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
+    if (it == report.effects.end()) continue;
+    const bool told = std::any_of(
+        report.unexplained.begin(), report.unexplained.end(),
+        [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
+    if (!told) {
+      const double share = std::pow(it->held_out_before, 2) - std::pow(it->held_out_after, 2);
+      Unexplained u;
+      u.joint = drive.joint;
+      u.stage = "drive";
+      u.share_of_excess =
+          std::clamp(share / std::max(1e-300, std::pow(it->held_out_before, 2)), 0.0, 1.0);
+      u.size = it->size;
+      u.unit = it->unit;
+      u.depends_on = {"something that behaves like " + id + " in the effort but not in free run"};
+      report.unexplained.push_back(std::move(u));
+    }
+    report.effects.erase(it);
+  }
+}
+
+}  // namespace ravencal::diagnose
