@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/compare.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "learn/evaluate.hpp"
+#include "learn/onnx_file.hpp"
+#include "model/blob_writer.hpp"
+#include "study/compare_evaluate.hpp"
+
+namespace ravencal::study {
+namespace {
+
+using methods::Method;
+using methods::Predictor;
+using methods::Problem;
+using methods::Series;
+
+constexpr std::size_t kMapCells = 12;
+
+/// Joints that are fitted together: same inputs, errors known in the same rows.
+struct Group {
+  Problem problem;
+  std::vector<Series> train;
+  std::map<std::string, std::vector<Series>> sets;
+};
+
+core::Result<Group> make_group(const CompareData& data, const CompareOptions& options,
+                               const std::string& features,
+                               const std::vector<std::string>& joints) {
+  Group group;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      group.problem, methods::make_problem(*data.train.front(), features, options.play, joints));
+  if (options.poses) group.problem.order = methods::Order::kPoses;
+  for (const record::Recording* recording : data.train) {
+    RAVENCAL_ASSIGN_OR_RETURN(Series series, methods::make_series(group.problem, *recording));
+    group.train.push_back(std::move(series));
+  }
+  for (const auto& [name, recordings] : data.sets) {
+    for (const record::Recording* recording : recordings) {
+      RAVENCAL_ASSIGN_OR_RETURN(Series series, methods::make_series(group.problem, *recording));
+      group.sets[name].push_back(std::move(series));
+    }
+  }
+  return group;
+}
+
+/// True if most rows that know one joint's error do not know all of them.
+bool errors_lie_apart(const Group& group) {
+  const Eigen::Index outputs = group.train.front().errors.cols();
+  Eigen::ArrayXd each = Eigen::ArrayXd::Zero(outputs);
+  double all = 0.0;
+  for (const Series& series : group.train) {
+    for (Eigen::Index row = 0; row < series.rows(); ++row) {
+      all += series.errors.row(row).allFinite() ? 1.0 : 0.0;
+      each += series.errors.row(row).transpose().array().isFinite().cast<double>();
+    }
+  }
+  return all < 0.5 * each.maxCoeff();
+}
+
+core::Result<std::vector<Group>> make_groups(const CompareData& data,
+                                             const CompareOptions& options) {
+  std::vector<Group> groups;
+  RAVENCAL_ASSIGN_OR_RETURN(Group whole,
+                            make_group(data, options, options.features, options.joints));
+  if (options.features_of.empty() && !errors_lie_apart(whole)) {
+    groups.push_back(std::move(whole));
+    return groups;
+  }
+  for (const model::OutputSpec& output : whole.problem.outputs) {
+    const auto own = options.features_of.find(output.joint);
+    RAVENCAL_ASSIGN_OR_RETURN(
+        Group group,
+        make_group(data, options, own == options.features_of.end() ? options.features : own->second,
+                   {output.joint}));
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+/// Minutes of motion in rows of these series.
+double minutes_of(std::span<const Series> series, const Problem& problem) {
+  return static_cast<double>(methods::count_rows(series)) * problem.row_period_s / 60.0;
+}
+
+class MethodRun {
+ public:
+  MethodRun(const Method& method, std::vector<Group>& groups, const CompareOptions& options,
+            std::function<bool(double)> keep_going)
+      : method_(method), groups_(groups), options_(options), keep_going_(std::move(keep_going)) {
+    result_.id = method.id();
+    result_.title = method.title();
+    result_.source = method.source();
+    result_.ours = method.ours();
+  }
+
+  /// Nothing if stopped.
+  std::optional<MethodResult> run() {
+    for (const Group& group : groups_) {
+      const std::string why = method_.unsuited(group.problem, group.train, options_.settings);
+      if (!why.empty()) return without_figures(CompareStatus::kUnsuited, why);
+    }
+    double all = 1.0;
+    for (const double share : options_.shares) all += share;
+    double done = 0.0;
+    for (const double share : options_.shares) {
+      const auto point = fit_share(share, done / all, (done + share) / all);
+      if (!point.ok()) return failed(point.error());
+      result_.curve.push_back(*point);
+      done += share;
+    }
+    const core::Status whole = fit_whole(done / all);
+    if (!whole.ok()) return failed(whole.error());
+    return result_;
+  }
+
+ private:
+  std::optional<MethodResult> without_figures(CompareStatus status, std::string why) {
+    result_.status = status;
+    result_.reason = std::move(why);
+    result_.curve.clear();
+    result_.joints.clear();
+    return result_;
+  }
+  std::optional<MethodResult> failed(const core::Error& error) {
+    if (stopped_) return std::nullopt;
+    return without_figures(CompareStatus::kFailed, error.message);
+  }
+
+  methods::Settings settings(double from, double to) {
+    methods::Settings s = options_.settings;
+    s.keep_going = [this, from, to](double share) {
+      if (!keep_going_(from + (to - from) * share)) stopped_ = true;
+      return !stopped_;
+    };
+    return s;
+  }
+
+  core::Result<CurvePoint> fit_share(double share, double from, double to) {
+    CurvePoint point;
+    point.share = share;
+    for (Group& group : groups_) {
+      const auto rows =
+          static_cast<Eigen::Index>(share * static_cast<double>(methods::count_rows(group.train)));
+      const std::vector<Series> part = methods::first_rows(group.train, rows);
+      RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<Predictor> predictor,
+                                method_.fit(group.problem, part, settings(from, to)));
+      point.minutes += minutes_of(part, group.problem) / static_cast<double>(groups_.size());
+      const auto left = errors_left(*predictor, group.sets.at("test"));
+      for (std::size_t k = 0; k < group.problem.outputs.size(); ++k) {
+        point.rmse.push_back(figure_of(group.sets.at("test"), left, static_cast<Eigen::Index>(k),
+                                       per_si(group, k), options_.settings.seed)
+                                 .figure.rmse);
+      }
+    }
+    return point;
+  }
+
+  core::Status fit_whole(double from) {
+    CurvePoint last;
+    double p50 = 0.0, p99 = 0.0, p999 = 0.0;
+    std::vector<std::string> remarks;
+    for (Group& group : groups_) {
+      const auto before = std::chrono::steady_clock::now();
+      RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<Predictor> predictor,
+                                method_.fit(group.problem, group.train, settings(from, 1.0)));
+      result_.training_s +=
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      result_.parameters += predictor->parameters();
+      if (!predictor->remark().empty()) remarks.push_back(predictor->remark());
+      judge(group, *predictor);
+      last.minutes += minutes_of(group.train, group.problem) / static_cast<double>(groups_.size());
+      const StepTime step = time_steps(*predictor, group.sets.at("test").front());
+      p50 += step.p50_us;
+      p99 += step.p99_us;
+      p999 += step.p999_us;
+      RAVENCAL_RETURN_IF_ERROR(keep_model(group, *predictor));
+    }
+    result_.remark = fmt::format("{}", fmt::join(remarks, "; "));
+    result_.own_step = {p50, p99, p999};
+    for (const CompareJoint& joint : result_.joints)
+      last.rmse.push_back(joint.sets.at("test").rmse);
+    result_.curve.push_back(last);
+    if (!result_.loop.measured) result_.loop.step = result_.own_step;
+    return {};
+  }
+
+  static double per_si(const Group& group, std::size_t k) {
+    return learn::display_unit(group.problem.outputs[k].unit).per_si;
+  }
+
+  void judge(const Group& group, Predictor& predictor) {
+    for (std::size_t k = 0; k < group.problem.outputs.size(); ++k) {
+      const model::OutputSpec& output = group.problem.outputs[k];
+      CompareJoint joint{output.joint, learn::display_unit(output.unit).name, {}, {}};
+      result_.joints.push_back(std::move(joint));
+    }
+    const std::size_t first = result_.joints.size() - group.problem.outputs.size();
+    for (const auto& [name, series] : group.sets) {
+      const auto left = errors_left(predictor, series);
+      for (std::size_t k = 0; k < group.problem.outputs.size(); ++k) {
+        const auto output = static_cast<Eigen::Index>(k);
+        FigureAndBlocks figure =
+            figure_of(series, left, output, per_si(group, k), options_.settings.seed);
+        CompareJoint& joint = result_.joints[first + k];
+        joint.sets[name] = figure.figure;
+        if (name != "test") continue;
+        joint.blocks = std::move(figure.blocks);
+        if (groups_.size() > 1 || group.problem.outputs.size() < 2) continue;
+        result_.maps.push_back(
+            {joint.joint, joint.unit,
+             error_map_of(series, left, output, per_si(group, k), 0, 1, kMapCells)});
+      }
+    }
+  }
+
+  /// Keeps what convert and the plugin take, and asks the loop for its time.
+  core::Status keep_model(const Group& group, const Predictor& predictor) {
+    LoopFitness& loop = result_.loop;
+    const model::CalibrationModel* model = predictor.model();
+    if (model == nullptr) {
+      loop.why_not = method_.why_not_loadable();
+      return {};
+    }
+    loop.loadable = true;
+    const std::filesystem::path folder = options_.out / "models";
+    std::error_code ignored;
+    std::filesystem::create_directories(folder, ignored);
+    const bool recurrent =
+        model->layers.size() > 1 && model->layers[0].kind == model::packed::LayerKind::kGruInput;
+    const std::string name = result_.id +
+                             (groups_.size() > 1 ? "_" + group.problem.outputs.front().joint : "") +
+                             (recurrent ? ".blob" : ".onnx");
+    RAVENCAL_RETURN_IF_ERROR(recurrent ? model::write_blob(*model, folder / name)
+                                       : learn::write_onnx(*model, folder / name));
+    result_.model_file += (result_.model_file.empty() ? "models/" : ", models/") + name;
+    if (!options_.measure || groups_.size() > 1) {
+      loop.why_not_measured =
+          groups_.size() > 1 ? "one model per joint" : options_.why_not_measured;
+      return {};
+    }
+    auto measured = options_.measure(*model);
+    if (measured.ok()) {
+      loop = std::move(*measured);
+      loop.loadable = true;
+    } else {
+      loop.why_not_measured = measured.error().message;
+    }
+    return {};
+  }
+
+  const Method& method_;
+  std::vector<Group>& groups_;
+  const CompareOptions& options_;
+  std::function<bool(double)> keep_going_;
+  MethodResult result_;
+  bool stopped_ = false;
+};
+
+/// Everything that a method's result depends on.
+std::string key_of(const CompareOptions& options, std::string_view method) {
+  const methods::Settings& s = options.settings;
+  std::string key = fmt::format(
+      "{}; features {}; play {}; joints {}; shares {}; poses {}; seed {}; hidden {} activation {}; "
+      "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {}; lstm {} {}; inducing {}; "
+      "trees {}; physics {}; loop {}",
+      method, options.features, fmt::join(options.play, ","), fmt::join(options.joints, ","),
+      fmt::join(options.shares, ","), options.poses, s.seed, fmt::join(s.hidden, ","),
+      static_cast<int>(s.activation), s.epochs, s.batch, s.networks, s.learning_rate,
+      s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.lstm_units, s.lstm_iterations,
+      s.inducing, s.trees, s.physics.string(), static_cast<bool>(options.measure));
+  for (const auto& [joint, features] : options.features_of)
+    key += fmt::format("; {}={}", joint, features);
+  for (const auto& [name, value] : options.facts) key += "; " + name + " " + value;
+  return key;
+}
+
+core::Result<std::vector<const Method*>> wanted_methods(const CompareOptions& options) {
+  std::vector<const Method*> wanted;
+  std::vector<std::string> known;
+  for (const auto& method : methods::all_methods()) {
+    known.emplace_back(method->id());
+    const auto& ids = options.methods;
+    if (ids.empty() || std::find(ids.begin(), ids.end(), known.back()) != ids.end())
+      wanted.push_back(method.get());
+  }
+  for (const std::string& id : options.methods) {
+    if (std::find(known.begin(), known.end(), id) == known.end()) {
+      return core::Error{core::ErrorCode::kUsage,
+                         fmt::format("--methods: there is no method '{}'; there are {}", id,
+                                     fmt::join(known, ", "))};
+    }
+  }
+  return wanted;
+}
+
+/// Best of ours against the best of the others, joint by joint.
+std::vector<Verdict> verdicts_of(const std::vector<MethodResult>& results, std::uint64_t seed) {
+  std::vector<Verdict> verdicts;
+  const auto joints = [&]() -> std::size_t {
+    for (const MethodResult& m : results) {
+      if (!m.joints.empty()) return m.joints.size();
+    }
+    return 0;
+  }();
+  for (std::size_t k = 0; k < joints; ++k) {
+    const MethodResult* best[2] = {nullptr, nullptr};
+    const auto rmse = [&](const MethodResult& m) { return m.joints[k].sets.at("test").rmse; };
+    for (const MethodResult& m : results) {
+      if (m.status != CompareStatus::kDone || !std::isfinite(rmse(m))) continue;
+      const MethodResult*& leader = best[m.ours ? 0 : 1];
+      if (leader == nullptr || rmse(m) < rmse(*leader)) leader = &m;
+    }
+    if (best[0] == nullptr || best[1] == nullptr) continue;
+    const CompareJoint& ours = best[0]->joints[k];
+    const CompareJoint& rival = best[1]->joints[k];
+    const Ratio ratio = paired_ratio(ours.blocks, rival.blocks, seed);
+    verdicts.push_back({ours.joint, ours.unit, best[0]->id, best[1]->id, rmse(*best[0]),
+                        rmse(*best[1]), ratio.value, ratio.low, ratio.high});
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptions& options) {
+  if (data.train.empty() || !data.sets.contains("test") || data.sets.at("test").empty())
+    return core::Error{core::ErrorCode::kUsage, "needs recordings to train on and to test on"};
+  RAVENCAL_ASSIGN_OR_RETURN(const auto wanted, wanted_methods(options));
+  RAVENCAL_ASSIGN_OR_RETURN(std::vector<Group> groups, make_groups(data, options));
+  const std::filesystem::path folder = options.out / "methods";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("{}: {}", folder.string(), error.message())};
+  }
+  CompareOutcome outcome;
+  Comparison& comparison = outcome.comparison;
+  comparison.title = options.title;
+  comparison.facts = options.facts;
+  comparison.order = name_of(groups.front().problem.order);
+  comparison.training_minutes = minutes_of(groups.front().train, groups.front().problem);
+  comparison.loop_budget_us = options.loop_budget_us;
+  if (groups.size() == 1 && groups.front().problem.outputs.size() > 1) {
+    comparison.map_x = groups.front().problem.outputs[0].joint;
+    comparison.map_y = groups.front().problem.outputs[1].joint;
+    comparison.map_cells = kMapCells;
+  }
+  double done = 0.0;
+  for (const Method* method : wanted) {
+    const std::string id(method->id());
+    const std::filesystem::path file = folder / (id + ".json");
+    const std::string key = key_of(options, id);
+    std::optional<MethodResult> result = read_method(file, key);
+    if (!result) {
+      result = MethodRun(*method, groups, options, [&](double share) {
+                 return options.look((done + share) / static_cast<double>(wanted.size()), id);
+               }).run();
+      if (!result) {
+        outcome.interrupted = true;
+        break;
+      }
+      result->key = key;
+      RAVENCAL_RETURN_IF_ERROR(write_method(*result, file));
+    }
+    comparison.methods.push_back(std::move(*result));
+    done += 1.0;
+    outcome.interrupted =
+        !options.look(done / static_cast<double>(wanted.size()), id) && method != wanted.back();
+    if (outcome.interrupted) break;
+  }
+  comparison.verdicts = verdicts_of(comparison.methods, options.settings.seed);
+  return outcome;
+}
+
+}  // namespace ravencal::study

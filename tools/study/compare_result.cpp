@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/compare_result.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/whole_file.hpp"
+
+namespace ravencal::study {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr int kSchema = 1;
+constexpr double kUnknownFigure = std::numeric_limits<double>::quiet_NaN();
+
+/// NaN travels as null.
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+double number_of(const json& value) {
+  return value.is_number() ? value.get<double>() : kUnknownFigure;
+}
+
+json numbers(const std::vector<double>& values) {
+  json list = json::array();
+  for (const double value : values) list.push_back(number(value));
+  return list;
+}
+std::vector<double> numbers_of(const json& list) {
+  std::vector<double> values;
+  for (const json& value : list) values.push_back(number_of(value));
+  return values;
+}
+
+json to_json(const StepTime& s) {
+  return {
+      {"p50_us", number(s.p50_us)}, {"p99_us", number(s.p99_us)}, {"p999_us", number(s.p999_us)}};
+}
+StepTime step_of(const json& j) {
+  return {number_of(j.at("p50_us")), number_of(j.at("p99_us")), number_of(j.at("p999_us"))};
+}
+
+json to_json(const CompareFigure& f) {
+  return {{"rmse", number(f.rmse)}, {"rmse_ci95", {number(f.rmse_low), number(f.rmse_high)}},
+          {"peak", number(f.peak)}, {"peak_ci95", {number(f.peak_low), number(f.peak_high)}},
+          {"samples", f.samples},   {"effective_samples", number(f.effective_samples)}};
+}
+CompareFigure figure_of(const json& j) {
+  return {number_of(j.at("rmse")),
+          number_of(j.at("rmse_ci95").at(0)),
+          number_of(j.at("rmse_ci95").at(1)),
+          number_of(j.at("peak")),
+          number_of(j.at("peak_ci95").at(0)),
+          number_of(j.at("peak_ci95").at(1)),
+          number_of(j.at("samples")),
+          number_of(j.at("effective_samples"))};
+}
+
+json to_json(const CompareJoint& joint, bool with_blocks) {
+  json j = {{"joint", joint.joint}, {"unit", joint.unit}, {"sets", json::object()}};
+  for (const auto& [name, figure] : joint.sets) j["sets"][name] = to_json(figure);
+  if (!with_blocks) return j;
+  j["blocks"] = json::array();
+  for (const ErrorBlocks& b : joint.blocks) {
+    j["blocks"].push_back({{"squares", numbers(b.squares)},
+                           {"counts", b.counts},
+                           {"correlation_s", number(b.correlation_s)}});
+  }
+  return j;
+}
+CompareJoint joint_of(const json& j) {
+  CompareJoint joint;
+  joint.joint = j.at("joint");
+  joint.unit = j.at("unit");
+  for (const auto& [name, figure] : j.at("sets").items()) joint.sets[name] = figure_of(figure);
+  if (!j.contains("blocks")) return joint;
+  for (const json& b : j["blocks"]) {
+    ErrorBlocks blocks;
+    blocks.squares = numbers_of(b.at("squares"));
+    blocks.counts = b.at("counts").get<std::vector<std::uint32_t>>();
+    blocks.correlation_s = number_of(b.at("correlation_s"));
+    joint.blocks.push_back(std::move(blocks));
+  }
+  return joint;
+}
+
+std::string_view word(CompareStatus status) {
+  switch (status) {
+    case CompareStatus::kDone:
+      return "done";
+    case CompareStatus::kUnsuited:
+      return "unsuited";
+    case CompareStatus::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+json to_json(const MethodResult& m, bool with_blocks) {
+  json j = {{"id", m.id},           {"title", m.title},           {"source", m.source},
+            {"ours", m.ours},       {"status", word(m.status)},   {"reason", m.reason},
+            {"remark", m.remark},   {"training_s", m.training_s}, {"parameters", m.parameters},
+            {"model", m.model_file}};
+  j["own_step"] = to_json(m.own_step);
+  j["loop"] = {{"loadable", m.loop.loadable},   {"why_not", m.loop.why_not},
+               {"measured", m.loop.measured},   {"why_not_measured", m.loop.why_not_measured},
+               {"real_time", m.loop.real_time}, {"step", to_json(m.loop.step)}};
+  j["joints"] = json::array();
+  for (const CompareJoint& joint : m.joints) j["joints"].push_back(to_json(joint, with_blocks));
+  j["curve"] = json::array();
+  for (const CurvePoint& p : m.curve)
+    j["curve"].push_back({{"share", p.share}, {"minutes", p.minutes}, {"rmse", numbers(p.rmse)}});
+  j["minutes_needed"] = number(m.minutes_needed());
+  j["maps"] = json::array();
+  for (const CompareMap& map : m.maps)
+    j["maps"].push_back({{"joint", map.joint}, {"unit", map.unit}, {"rmse", numbers(map.rmse)}});
+  if (with_blocks) j["key"] = m.key;
+  return j;
+}
+
+MethodResult method_of(const json& j) {
+  MethodResult m;
+  m.id = j.at("id");
+  m.title = j.at("title");
+  m.source = j.at("source");
+  m.ours = j.at("ours");
+  const std::string status = j.at("status");
+  m.status = status == "done"       ? CompareStatus::kDone
+             : status == "unsuited" ? CompareStatus::kUnsuited
+                                    : CompareStatus::kFailed;
+  m.reason = j.at("reason");
+  m.remark = j.at("remark");
+  m.training_s = j.at("training_s");
+  m.parameters = j.at("parameters");
+  m.model_file = j.at("model");
+  m.own_step = step_of(j.at("own_step"));
+  const json& loop = j.at("loop");
+  m.loop = {loop.at("loadable"),         loop.at("why_not"),   loop.at("measured"),
+            loop.at("why_not_measured"), loop.at("real_time"), step_of(loop.at("step"))};
+  for (const json& joint : j.at("joints")) m.joints.push_back(joint_of(joint));
+  for (const json& p : j.at("curve"))
+    m.curve.push_back({p.at("share"), p.at("minutes"), numbers_of(p.at("rmse"))});
+  for (const json& map : j.at("maps"))
+    m.maps.push_back({map.at("joint"), map.at("unit"), numbers_of(map.at("rmse"))});
+  m.key = j.value("key", "");
+  return m;
+}
+
+}  // namespace
+
+double overall(const std::vector<double>& rmse) {
+  if (rmse.empty()) return kUnknownFigure;
+  double logs = 0.0;
+  for (const double value : rmse) logs += std::log(std::max(value, 1e-300));
+  return std::exp(logs / static_cast<double>(rmse.size()));
+}
+
+double MethodResult::minutes_needed() const {
+  if (curve.size() < 2) return kUnknownFigure;
+  const double limit = 1.1 * overall(curve.back().rmse);
+  for (const CurvePoint& point : curve) {
+    if (overall(point.rmse) <= limit) return point.minutes;
+  }
+  return curve.back().minutes;
+}
+
+std::string Verdict::text() const {
+  if (ratio_high < 1.0) return "better";
+  return ratio_low > 1.0 ? "worse" : "not told apart";
+}
+
+core::Status write_method(const MethodResult& result, const std::filesystem::path& path) {
+  return core::write_whole_file(path, to_json(result, true).dump(1) + "\n");
+}
+
+std::optional<MethodResult> read_method(const std::filesystem::path& path, const std::string& key) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  const auto text = core::read_whole_file(path);
+  if (!text.ok()) return std::nullopt;
+  try {
+    MethodResult result = method_of(json::parse(*text));
+    if (result.key == key) return result;
+  } catch (const json::exception&) {
+    // A damaged file is as good as none: the method is run again.
+  }
+  return std::nullopt;
+}
+
+std::string comparison_json(const Comparison& c) {
+  json j = {{"schema", kSchema},
+            {"title", c.title},
+            {"order", c.order},
+            {"training_minutes", c.training_minutes},
+            {"loop_budget_us", c.loop_budget_us}};
+  j["facts"] = json::object();
+  for (const auto& [name, value] : c.facts) j["facts"][name] = value;
+  j["verdicts"] = json::array();
+  for (const Verdict& v : c.verdicts) {
+    j["verdicts"].push_back({{"joint", v.joint},
+                             {"unit", v.unit},
+                             {"ours", v.ours},
+                             {"ours_rmse", number(v.ours_rmse)},
+                             {"rival", v.rival},
+                             {"rival_rmse", number(v.rival_rmse)},
+                             {"ratio", number(v.ratio)},
+                             {"ratio_ci95", {number(v.ratio_low), number(v.ratio_high)}},
+                             {"verdict", v.text()}});
+  }
+  j["map"] = {{"x", c.map_x}, {"y", c.map_y}, {"cells", c.map_cells}};
+  j["methods"] = json::array();
+  for (const MethodResult& m : c.methods) j["methods"].push_back(to_json(m, false));
+  return j.dump(1) + "\n";
+}
+
+core::Result<Comparison> read_comparison(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
+  const auto damaged = [&](const std::string& why) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: is not what `ravencal compare` wrote: {}", path.string(), why)};
+  };
+  try {
+    const json j = json::parse(text);
+    if (j.at("schema") != kSchema) return damaged("another schema");
+    Comparison c;
+    c.title = j.at("title");
+    c.order = j.at("order");
+    c.training_minutes = j.at("training_minutes");
+    c.loop_budget_us = j.at("loop_budget_us");
+    for (const auto& [name, value] : j.at("facts").items()) c.facts.emplace_back(name, value);
+    for (const json& m : j.at("methods")) c.methods.push_back(method_of(m));
+    return c;
+  } catch (const json::exception& error) {
+    return damaged(error.what());
+  }
+}
+
+}  // namespace ravencal::study
