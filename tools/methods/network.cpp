@@ -74,12 +74,11 @@ core::Result<model::CalibrationModel> train_network(const Problem& problem, cons
 }
 
 core::Result<double> choose_penalty(const Problem& problem, std::span<const Series> train,
-                                    const Settings& settings) {
+                                    Eigen::Index columns, const Settings& settings) {
   if (settings.penalty_scale > 0.0) return settings.penalty_scale;
   if (count_rows(train) > kMostRowsToChoose) return 1.0;
   Settings quick = settings;
   quick.networks = 1;
-  const auto columns = static_cast<Eigen::Index>(problem.features.size());
   RAVENCAL_ASSIGN_OR_RETURN(
       const std::size_t best,
       choose(train, kPenaltyScales.size(),
@@ -105,7 +104,8 @@ class Network final : public Method {
                                                std::span<const Series> train,
                                                const Settings& settings) const override {
     const auto columns = static_cast<Eigen::Index>(problem.features.size());
-    RAVENCAL_ASSIGN_OR_RETURN(const double penalty, choose_penalty(problem, train, settings));
+    RAVENCAL_ASSIGN_OR_RETURN(const double penalty,
+                              choose_penalty(problem, train, columns, settings));
     RAVENCAL_ASSIGN_OR_RETURN(
         model::CalibrationModel model,
         train_network(problem, stack(train, columns), settings, penalty, 0.5, 1.0));

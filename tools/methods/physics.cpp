@@ -178,8 +178,9 @@ class PhysicsNetwork final : public Method {
                               fit_physics(problem, train, settings));
     std::vector<Series> rest(train.begin(), train.end());
     for (Series& series : rest) series.errors -= physics->predict(series);
-    RAVENCAL_ASSIGN_OR_RETURN(const double penalty, choose_penalty(problem, rest, settings));
     const auto columns = static_cast<Eigen::Index>(problem.features.size());
+    RAVENCAL_ASSIGN_OR_RETURN(const double penalty,
+                              choose_penalty(problem, rest, columns, settings));
     RAVENCAL_ASSIGN_OR_RETURN(
         model::CalibrationModel model,
         train_network(problem, stack(rest, columns), settings, penalty, 0.5, 1.0));

@@ -132,6 +132,19 @@ void add_channel(Parts& parts, const std::string& channel) {
     parts.channels.push_back(channel);
 }
 
+void add_wave(Parts& parts, double order) {
+  const auto same = [&](const Parts::Wave& wave) { return wave.order == order; };
+  if (std::none_of(parts.waves.begin(), parts.waves.end(), same)) parts.waves.push_back({order});
+}
+
+void add_element(Parts& parts, const std::string& channel, double width) {
+  const auto same = [&](const Parts::Element& e) {
+    return e.channel == channel && std::abs(e.width - width) < 1e-6 * width;
+  };
+  if (std::none_of(parts.elements.begin(), parts.elements.end(), same))
+    parts.elements.push_back({channel, width});
+}
+
 /// What the plant's file says of this joint.
 void add_plant_effects(const physics::Joint& joint, Parts& parts) {
   const bool cable = joint.parameter("compliance", "stiffness") > 0.0;
@@ -139,9 +152,9 @@ void add_plant_effects(const physics::Joint& joint, Parts& parts) {
     const auto number = [&](const char* name) { return joint.parameter(effect.id, name); };
     if (effect.id == "gain_error") add_channel(parts, position_of(joint.name));
     if (effect.id == "coupling") add_channel(parts, position_of(effect.from));
-    if (effect.id == "eccentricity") parts.waves.push_back({number("order")});
+    if (effect.id == "eccentricity") add_wave(parts, number("order"));
     if (effect.id == "backlash" && !cable && number("half_width") > 0.0)
-      parts.elements.push_back({position_of(joint.name), 2.0 * number("half_width")});
+      add_element(parts, position_of(joint.name), 2.0 * number("half_width"));
     for (const char* shown : {"gain_error", "coupling", "eccentricity", "backlash", "compliance",
                               "hysteresis", "joint_friction", "creep", "homing_offset"}) {
       if (effect.id == shown)
@@ -170,27 +183,29 @@ ReportEffect read_effect(const json& effect) {
   return result;
 }
 
-/// What the report found beyond what a plant can say.
+/// What the report found; a part that the plant's file has named already stays one part.
 void add_report_effect(const ReportEffect& e, const std::string& joint, Parts& parts) {
   const std::string driver = position_of(e.from.empty() ? joint : e.from);
   const auto value = [&](const char* name) {
     const auto it = e.values.find(name);
     return it == e.values.end() ? 0.0 : it->second;
   };
-  const std::size_t before = parts.elements.size() + parts.channels.size();
+  const std::size_t before = parts.elements.size() + parts.channels.size() + parts.waves.size();
+  if (e.id == "gain_error" || e.id == "coupling") add_channel(parts, driver);
+  if (e.id == "eccentricity") add_wave(parts, value("order"));
+  if (e.id == "backlash" && value("half_width") > 0.0)
+    add_element(parts, driver, 2.0 * value("half_width"));
   if (e.id == "hysteresis" && value("width") > 0.0) {
-    for (const double factor : kElementWidths)
-      parts.elements.push_back({driver, factor * value("width")});
+    for (const double factor : kElementWidths) add_element(parts, driver, factor * value("width"));
   }
-  if (e.id == "joint_friction" && value("width") > 0.0)
-    parts.elements.push_back({driver, value("width")});
+  if (e.id == "joint_friction" && value("width") > 0.0) add_element(parts, driver, value("width"));
   if (e.id == "compliance") {
     constexpr std::string_view kTo = "compliance_to_";
     for (const auto& [name, number] : e.values) {
       if (name.starts_with(kTo)) add_channel(parts, name.substr(kTo.size()));
     }
   }
-  if (parts.elements.size() + parts.channels.size() > before)
+  if (parts.elements.size() + parts.channels.size() + parts.waves.size() > before)
     parts.names.push_back(e.id + (e.from.empty() ? "" : " from " + e.from));
 }
 
@@ -198,8 +213,10 @@ void add_report_effect(const ReportEffect& e, const std::string& joint, Parts& p
 
 core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesystem::path& folder,
                                                              const Problem& problem) {
-  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
-                            physics::load_plant(folder / "plant_improved.toml"));
+  // A diagnosis may name what no plant file can say; then its report alone has to do.
+  const auto loaded = physics::load_plant(folder / "plant_improved.toml");
+  if (!loaded.ok() && loaded.error().code == core::ErrorCode::kIo) return loaded.error();
+  const physics::Plant plant = loaded.ok() ? loaded.value() : physics::Plant{};
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(folder / "report.json"));
   const json report = json::parse(text, nullptr, false);
   if (!report.is_object() || !report.contains("effects") || !report["effects"].is_array()) {
@@ -215,21 +232,25 @@ core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesyst
   try {
     for (const model::OutputSpec& output : problem.outputs) {
       const auto index = plant.joint_index(output.joint);
-      if (!index) {
+      if (loaded.ok() && !index) {
         return core::Error{core::ErrorCode::kData,
                            fmt::format("{}: has no joint {}", plant.source, output.joint)};
       }
-      const physics::Joint& joint = plant.joints[*index];
       Parts parts;
-      add_plant_effects(joint, parts);
+      std::optional<CableStream> cable;
+      if (index) {
+        add_plant_effects(plant.joints[*index], parts);
+        cable.emplace(plant.joints[*index]);
+        if (!cable->stretches()) cable.reset();
+      }
       for (const json& effect : report["effects"]) {
         if (effect.at("joint") == output.joint && effect.at("stage") == "transmission")
           add_report_effect(read_effect(effect), output.joint, parts);
       }
-      std::optional<CableStream> cable{CableStream(joint)};
-      if (!cable->stretches()) cable.reset();
+      std::sort(parts.names.begin(), parts.names.end());
+      parts.names.erase(std::unique(parts.names.begin(), parts.names.end()), parts.names.end());
       all.push_back(std::make_unique<JointTerms>(position_of(output.joint), std::move(parts), cable,
-                                                 cable ? arm : nullptr, *index));
+                                                 cable ? arm : nullptr, index.value_or(0)));
     }
   } catch (const json::exception& error) {
     return core::Error{core::ErrorCode::kData,

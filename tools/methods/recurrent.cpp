@@ -224,9 +224,12 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
     }
   }
   const auto batch = std::min<Eigen::Index>(plan.batch, static_cast<Eigen::Index>(order.size()));
-  if (epochs > 0.0)
-    plan.iterations = static_cast<std::uint32_t>(
-        std::ceil(epochs * static_cast<double>(order.size()) / static_cast<double>(batch)));
+  if (epochs > 0.0) {
+    // Few rows make few batches: an epoch of them teaches little.
+    constexpr double kLeastIterations = 3000.0;
+    const double asked = epochs * static_cast<double>(order.size()) / static_cast<double>(batch);
+    plan.iterations = static_cast<std::uint32_t>(std::ceil(std::max(asked, kLeastIterations)));
+  }
   Eigen::ArrayXf parameters = initial(plan.shape, plan.seed);
   Eigen::ArrayXf gradient(parameters.size());
   Adam adam(parameters.size());

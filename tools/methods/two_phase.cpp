@@ -60,9 +60,11 @@ class TwoPhase final : public Method {
                                                std::span<const Series> train,
                                                const Settings& settings) const override {
     const Fold parts = make_fold(train, kFolds - 1);
+    RAVENCAL_ASSIGN_OR_RETURN(const double penalty,
+                              choose_penalty(problem, parts.train, problem.plain, settings));
     RAVENCAL_ASSIGN_OR_RETURN(
         model::CalibrationModel model,
-        train_network(problem, stack(parts.train, problem.plain), settings, 1.0, 0.0, 0.7));
+        train_network(problem, stack(parts.train, problem.plain), settings, penalty, 0.5, 0.8));
     model::CalibrationModel frame = model;
     std::unique_ptr<Predictor> network =
         model_predictor(std::move(model), first_columns(problem.plain), {});
@@ -75,7 +77,7 @@ class TwoPhase final : public Method {
     bool stop = false;
     Forest forest(data.inputs, targets,
                   {.trees = settings.trees, .least_leaf = 5, .deepest = 16, .seed = settings.seed},
-                  [&](double done) { return !(stop = !settings.keep_going(0.7 + 0.3 * done)); });
+                  [&](double done) { return !(stop = !settings.keep_going(0.8 + 0.2 * done)); });
     if (stop) return stopped();
     return std::unique_ptr<Predictor>(std::make_unique<TwoPhasePredictor>(
         std::move(network), std::move(forest), std::move(frame)));
