@@ -120,24 +120,4 @@ void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
   }
 }
 
-void add_plot(const ChannelFit& fit, ChannelFindings& findings) {
-  constexpr Index kPoints = 900;
-  const Series& series = *fit.model.series;
-  ChannelPlot& plot = findings.plot;
-  plot.joint = findings.joint;
-  plot.stage = stage_word(findings.stage);
-  plot.unit = findings.unit;
-  plot.position_unit = series.prismatic ? "m" : "rad";
-  plot.floor = findings.floor;
-  const Index stride = std::max<Index>(1, series.rows() / kPoints);
-  for (Index i = 0; i < series.rows(); i += stride) {
-    if (series.valid[static_cast<std::size_t>(i)] == 0) continue;
-    plot.t_s.push_back(series.t_s[i]);
-    plot.position.push_back(series.motion.q[i]);
-    plot.direction.push_back(series.motion.v[i] < 0.0 ? -1.0 : 1.0);
-    plot.before.push_back(series.y[i] - fit.nominal.prediction[i]);
-    plot.after.push_back(series.y[i] - fit.prediction[i]);
-  }
-}
-
 }  // namespace ravencal::diagnose

@@ -89,11 +89,44 @@ struct CandidateRow {
   std::string unit, outcome;
 };
 
-/// Points of one channel for the page: residual before and after over time, position and load.
+/// Residual of a channel over one stretch of rows that no fit saw: what was measured, what the
+/// plant says, what it says with the effects.
+struct Trace {
+  std::vector<double> t_s, measured, nominal, refitted;
+  bool cross_validated = false;  ///< no rows were held out: each is under a fit without its fold
+};
+
+/// RMS of a channel over a grid of position (columns) and signed speed (rows); NaN: too few rows.
+struct WhereMap {
+  std::vector<double> position_edges, speed_edges;
+  std::vector<double> before, after;  ///< [speed][position]
+};
+
+/// Held-out RMS after one more part of the model.
+struct WaterfallStep {
+  std::string name;
+  double rms = 0.0;
+};
+
+/// Factor of an effect's fitted size in one part of the data: one everywhere for a true effect.
+struct RegimeScale {
+  std::string effect, regime;
+  double scale = 1.0, error = 0.0;
+};
+
+/// What the page draws of one channel.
 struct ChannelPlot {
   std::string joint, stage, unit, position_unit;
   std::vector<double> t_s, position, direction, before, after;
+  std::vector<double> speed;
+  std::vector<double> load;    ///< effort through the transmission; empty: the plant knows none
+  std::vector<double> hold_s;  ///< time since the joint stopped; 0 in motion
+  std::string load_unit;
   double floor = 0.0;
+  WhereMap where;
+  std::vector<WaterfallStep> waterfall;
+  std::vector<RegimeScale> scales;
+  Trace trace;
 };
 
 struct Report {

@@ -50,7 +50,23 @@ Json effect_json(const NamedEffect& e) {
             {"size", number(e.size)},
             {"invariance_spread", number(e.invariance_spread)}}},
           {"ambiguous_with", e.ambiguous_with},
-          {"separate_by", e.separate_by}};
+          {"separate_by", e.separate_by},
+          {"out_of_tolerance", e.out_of_tolerance}};
+}
+
+Json combination_json(const Combination& c) {
+  Json parameters = Json::array();
+  for (const CombinedParameter& p : c.parameters) {
+    parameters.push_back({{"id", p.id},
+                          {"name", p.name},
+                          {"power", number(p.power)},
+                          {"relative_deviation", number(p.relative_deviation)}});
+  }
+  return {{"joint", c.joint},
+          {"stage", c.stage},
+          {"parameters", std::move(parameters)},
+          {"value", number(c.value)},
+          {"ci95", {number(c.ci95.first), number(c.ci95.second)}}};
 }
 
 Json not_found_json(const NotFound& n) {
@@ -96,6 +112,12 @@ std::string report_json(const Report& report) {
   }
   json["not_found"] = Json::array();
   for (const NotFound& n : report.not_found) json["not_found"].push_back(not_found_json(n));
+  json["known_together"] = Json::array();
+  for (const Combination& c : report.combinations)
+    json["known_together"].push_back(combination_json(c));
+  Json provenance = Json::object();
+  for (const auto& [key, value] : report.provenance) provenance[key] = value;
+  json["provenance"] = std::move(provenance);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
