@@ -6,6 +6,8 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "exchange/hdf5_export.hpp"
+#include "exchange/mat_export.hpp"
 #include "record/bag_load.hpp"
 #include "record/csv_export.hpp"
 #include "record/load.hpp"
@@ -19,28 +21,44 @@ struct Arguments {
   std::string out;
 };
 
-core::Status run(const Arguments& arguments) {
-  const std::string extension = std::filesystem::path(arguments.out).extension().string();
-  if (extension != ".csv" && extension != ".bag") {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: the name must end in .csv or .bag", arguments.out)};
-  }
-  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(arguments.recording, {}));
+/// In the columns of a profile.
+core::Status export_profile(const Arguments& arguments, const record::Recording& recording,
+                            const std::string& extension) {
   // The recording knows which arm it calibrates; that half of the two-arm columns it fills.
   record::ProfileOptions options;
   const auto arm = recording.meta.find("arm");
   if (arm != recording.meta.end()) options.arm = arm->second;
-  RAVENCAL_ASSIGN_OR_RETURN(const record::Profile profile,
-                            record::load_profile(arguments.profile, options));
+  const std::string by_default = extension == ".bag" ? "raven2-bag" : "generic";
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const record::Profile profile,
+      record::load_profile(arguments.profile.empty() ? by_default : arguments.profile, options));
   if ("." + profile.format != extension) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: profile {} writes .{} files", arguments.out, profile.name,
                                    profile.format)};
   }
-  RAVENCAL_RETURN_IF_ERROR(extension == ".bag"
-                               ? record::export_bag(recording, profile, arguments.out)
-                               : record::export_csv(recording, profile, arguments.out));
+  return extension == ".bag" ? record::export_bag(recording, profile, arguments.out)
+                             : record::export_csv(recording, profile, arguments.out);
+}
+
+core::Status run(const Arguments& arguments) {
+  const std::string extension = std::filesystem::path(arguments.out).extension().string();
+  const bool has_profile = extension == ".csv" || extension == ".bag";
+  if (!has_profile && extension != ".h5" && extension != ".mat") {
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format("{}: the name must end in .csv, .bag, .h5 or .mat", arguments.out)};
+  }
+  if (!has_profile && !arguments.profile.empty()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: {} files hold every channel and need no --profile",
+                                   arguments.out, extension)};
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                            record::load_recording(arguments.recording, {}));
+  RAVENCAL_RETURN_IF_ERROR(has_profile          ? export_profile(arguments, recording, extension)
+                           : extension == ".h5" ? exchange::export_hdf5(recording, arguments.out)
+                                                : exchange::export_mat(recording, arguments.out));
   fmt::print("{}: {} rows\n", arguments.out, recording.rows());
   return {};
 }
@@ -49,16 +67,19 @@ core::Status run(const Arguments& arguments) {
 
 void add_export(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("export", "Write a recording as the file of a profile");
+  CLI::App* command =
+      app.add_subcommand("export", "Write a recording for other programs: CSV, bag, HDF5, MAT");
   command->add_option("recording", arguments->recording, "Recording to read (.db)")->required();
-  command
-      ->add_option("--profile", arguments->profile,
-                   "Which column is what: raven2, raven2-bag, generic or a profile file")
+  command->add_option(
+      "--profile", arguments->profile,
+      ".csv, .bag: which column is what: raven2 (252 columns), raven2-bag, generic (a "
+      "header, every channel) or a profile file; default generic, raven2-bag");
+  command->add_option("--out", arguments->out, "File to write (.csv, .bag, .h5 or .mat)")
       ->required();
-  command->add_option("--out", arguments->out, "File to write (.csv or .bag)")->required();
   command->footer(
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"
-      "          ravencal export run3.db --profile raven2-bag --out run3.bag");
+      "          ravencal export run3.db --out run3.csv      (PlotJuggler, spreadsheets)\n"
+      "          ravencal export run3.db --out run3.mat      (or run3.h5, run3.bag)");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "conversion/window.hpp"
 #include "learn/evaluate.hpp"
 #include "model/feature_matrix.hpp"
 #include "model/input_limits.hpp"
-#include "model/single_precision.hpp"
 
 namespace ravencal::conversion {
 namespace {
@@ -22,15 +22,51 @@ bool is_clamped(const model::CalibrationModel& weights, const Eigen::RowVectorXf
   return false;
 }
 
-/// Joint errors as the plugin computes them, [rows x outputs].
-Eigen::MatrixXd run_single(const model::CalibrationModel& weights,
-                           const model::FeatureMatrix& features) {
-  Eigen::MatrixXd result(features.rows(), static_cast<Eigen::Index>(weights.outputs.size()));
-  for (Eigen::Index row = 0; row < features.rows(); row += kBlockRows) {
-    const Eigen::Index count = std::min(kBlockRows, features.rows() - row);
-    const Eigen::MatrixXf block = features.middleRows(row, count).transpose();
-    result.middleRows(row, count) =
-        model::predict_single(weights, block).transpose().cast<double>();
+/// How many rows of the recording each sample of a window lies back, oldest first.
+std::vector<Eigen::Index> rows_back(const model::CalibrationModel& model,
+                                    const record::Recording& recording) {
+  const std::size_t window = window_of(model);
+  if (window == 1) return {0};
+  const double period_s = model::row_period_s(recording);
+  const double rows_per_row = period_s > 0.0 ? model.row_period_s / period_s : 1.0;
+  const double stride = std::max(1.0, std::round(model.layers[1].stride_rows * rows_per_row));
+  std::vector<Eigen::Index> back;
+  for (std::size_t k = window; k-- > 0;) {
+    back.push_back(static_cast<Eigen::Index>(k) * static_cast<Eigen::Index>(stride));
+  }
+  return back;
+}
+
+/// First row of the episode that each row belongs to: no window reaches behind it.
+std::vector<Eigen::Index> episode_starts(const record::Recording& recording) {
+  std::vector<Eigen::Index> starts(recording.t_ns.size(), 0);
+  for (const record::Event& event : recording.events) {
+    if (event.kind != "episode") continue;
+    const auto first = std::lower_bound(recording.t_ns.begin(), recording.t_ns.end(), event.t_ns);
+    const auto row = first - recording.t_ns.begin();
+    std::fill(starts.begin() + row, starts.end(), row);
+  }
+  return starts;
+}
+
+using Predict = Eigen::MatrixXd (*)(const model::CalibrationModel&,
+                                    std::span<const Eigen::MatrixXf>);
+
+/// Joint errors, [rows x outputs]; what a row whose window is not whole gives means nothing.
+Eigen::MatrixXd run(Predict predict, const model::CalibrationModel& model,
+                    const model::FeatureMatrix& features, const std::vector<Eigen::Index>& back) {
+  Eigen::MatrixXd result(features.rows(), static_cast<Eigen::Index>(model.outputs.size()));
+  for (Eigen::Index first = 0; first < features.rows(); first += kBlockRows) {
+    const Eigen::Index count = std::min(kBlockRows, features.rows() - first);
+    std::vector<Eigen::MatrixXf> samples;
+    for (const Eigen::Index rows : back) {
+      Eigen::MatrixXf sample(count, features.cols());
+      for (Eigen::Index row = 0; row < count; ++row) {
+        sample.row(row) = features.row(std::max<Eigen::Index>(first + row - rows, 0));
+      }
+      samples.push_back(std::move(sample));
+    }
+    result.middleRows(first, count) = predict(model, samples);
   }
   return result;
 }
@@ -103,9 +139,11 @@ core::Result<WeightsCheck> check_weights(const model::CalibrationModel& model,
   RAVENCAL_ASSIGN_OR_RETURN(
       const model::FeatureMatrix used,
       model::feature_matrix(weights.features, recording, weights.row_period_s));
-  const Eigen::MatrixXd exact = model.predict(seen.cast<double>());
-  const Eigen::MatrixXd in_f32 = run_single(model, seen);
-  const Eigen::MatrixXd as_packed = run_single(weights, used);
+  const std::vector<Eigen::Index> back = rows_back(model, recording);
+  const std::vector<Eigen::Index> starts = episode_starts(recording);
+  const Eigen::MatrixXd exact = run(predict_exact, model, seen, back);
+  const Eigen::MatrixXd in_f32 = run(predict_packed, model, seen, back);
+  const Eigen::MatrixXd as_packed = run(predict_packed, weights, used, back);
   const Eigen::VectorXf trusted = confidences(weights, used);
   WeightsCheck check;
   for (const model::OutputSpec& output : model.outputs) {
@@ -113,12 +151,16 @@ core::Result<WeightsCheck> check_weights(const model::CalibrationModel& model,
   }
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < seen.rows(); ++row) {
-    if (!seen.row(row).allFinite()) {
+    const bool whole = row - back.front() >= starts[static_cast<std::size_t>(row)];
+    const auto is_finite = [&](Eigen::Index ago) { return seen.row(row - ago).allFinite(); };
+    if (!whole || !std::all_of(back.begin(), back.end(), is_finite)) {
       ++check.rows_lost;
       continue;
     }
     rows.push_back(row);
-    const bool clamped = is_clamped(model, seen.row(row));
+    const bool clamped = std::any_of(back.begin(), back.end(), [&](Eigen::Index ago) {
+      return is_clamped(model, seen.row(row - ago));
+    });
     check.rows_clamped += clamped ? 1 : 0;
     check.rows_trusted += trusted[row] >= 1.0F ? 1 : 0;
     check.rows_doubted += trusted[row] <= 0.0F ? 1 : 0;

@@ -32,7 +32,7 @@ struct WeightsCheck {
   std::size_t rows_clamped = 0;  ///< with an input that the plugin clamps
   std::size_t rows_trusted = 0;  ///< with confidence 1
   std::size_t rows_doubted = 0;  ///< with confidence 0
-  std::size_t rows_lost = 0;     ///< left out: an input is not a number
+  std::size_t rows_lost = 0;  ///< left out: an input is not a number, or a GRU's window not whole
   std::vector<JointCheck> joints;
 };
 

@@ -17,6 +17,9 @@ namespace ravencal::learn {
 /// Writes through `path`.partial and renames. Errors: kIo; then `path` is as it was.
 core::Status write_onnx(const model::CalibrationModel& model, const std::filesystem::path& path);
 
+/// Whether the file says of itself that ravencal wrote it. Errors: kIo; kData: no ONNX file.
+core::Result<bool> is_ravencal_onnx(const std::filesystem::path& path);
+
 /// Reads what write_onnx writes; everything is checked, and what does not fit is named.
 /// Errors: kIo, kData.
 core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& path);

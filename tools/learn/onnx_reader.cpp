@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 #include <onnx/onnx_pb.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -187,9 +188,7 @@ core::Result<model::CalibrationModel> from_proto(const onnx::ModelProto& proto) 
   return model;
 }
 
-}  // namespace
-
-core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& path) {
+core::Result<onnx::ModelProto> parse(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be opened", path.string())};
@@ -198,6 +197,19 @@ core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& pat
   if (!proto.ParseFromIstream(&file) || !proto.has_graph()) {
     return bad(fmt::format("{}: is not an ONNX file, or a damaged one", path.string()));
   }
+  return proto;
+}
+
+}  // namespace
+
+core::Result<bool> is_ravencal_onnx(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const onnx::ModelProto proto, parse(path));
+  return std::any_of(proto.metadata_props().begin(), proto.metadata_props().end(),
+                     [](const auto& property) { return property.key().starts_with("ravencal."); });
+}
+
+core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const onnx::ModelProto proto, parse(path));
   auto model = from_proto(proto);
   if (!model.ok()) return bad(fmt::format("{}: {}", path.string(), model.error().message));
   return model;

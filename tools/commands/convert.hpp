@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// `ravencal convert` in two steps: convert.cpp makes and checks the weights, convert_print.cpp
+// says what came of it. This is what the two share.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "conversion/foreign_model.hpp"
+#include "conversion/scaling_file.hpp"
+#include "conversion/source_check.hpp"
+#include "conversion/weights_check.hpp"
+#include "model/compact.hpp"
+#include "record/load.hpp"
+
+namespace ravencal::commands::convert {
+
+struct Arguments {
+  std::string model;
+  std::string scaling;
+  std::string out;
+  std::string precision = "f32";
+  std::vector<std::string> calibrate;
+  std::string check;
+  bool compact = false;
+  double budget = 0.0;
+  double max_rmse_change_percent = 2.0;
+  bool json = false;
+  record::LoadOptions load;
+};
+
+/// A model that another program trained.
+struct Foreign {
+  conversion::ForeignModel model;
+  conversion::ScalingFile scaling;
+};
+
+/// All that a conversion made and measured.
+struct Outcome {
+  std::optional<Foreign> foreign;
+  model::CalibrationModel model;  ///< as trained
+  model::Compacted compacted;
+  Eigen::Index calibration_rows = 0;
+  std::vector<std::byte> blob;
+  std::size_t f32_bytes_per_step = 0;  ///< of the model as trained
+  std::optional<conversion::WeightsCheck> check;
+  std::optional<conversion::SourceCheck> source_check;
+  bool is_other = false;  ///< f32 weights that compute something else than their source
+  bool accepted = true;
+};
+
+/// Recordings by which layers are calibrated: those of the training, or the one to check with.
+std::vector<std::string> calibration_files(const Arguments& arguments);
+/// Whether nothing but the order of sums can differ from the model.
+bool is_exact(const Arguments& arguments);
+std::size_t bytes_per_step(const std::vector<std::byte>& blob);
+
+void print(const Arguments& arguments, const Outcome& outcome);
+void print_json(const Arguments& arguments, const Outcome& outcome);
+
+}  // namespace ravencal::commands::convert

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a Keras model.h5 says, as it says it: the configuration of each layer and its weights in
+// Keras' own shapes. Keras 2 and 3 write the same groups; they differ in the names of weights and
+// in keys of the configuration. What reads it (keras_network.cpp) and what runs it
+// (keras_interpreter.cpp) share this and nothing else.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ravencal::conversion {
+
+struct KerasLayer {
+  std::string class_name;  ///< "Dense"
+  std::string name;        ///< "dense_1"
+  std::string activation = "linear";
+  std::string recurrent_activation;
+  Eigen::Index units = 0;
+  bool use_bias = true;
+  bool reset_after = false;  ///< GRU; files before Keras 2.2 do not have it
+  bool return_sequences = false;
+  bool go_backwards = false;
+  bool stateful = false;
+  std::vector<Eigen::Index> input_shape;           ///< without the rows; 0: any; may be empty
+  std::map<std::string, Eigen::MatrixXd> weights;  ///< "kernel", ...; a vector is one row
+};
+
+struct KerasFile {
+  std::string version;
+  std::vector<KerasLayer> layers;  ///< one behind the other
+
+  /// Errors (kIo, kData): no such file; not a whole Keras model; not a chain of layers.
+  static core::Result<KerasFile> read(const std::string& path);
+};
+
+/// The samples of a window, oldest first, each [rows x inputs]; the result is [rows x outputs].
+core::Result<Eigen::MatrixXd> run_keras(const KerasFile& file,
+                                        std::span<const Eigen::MatrixXd> samples);
+
+}  // namespace ravencal::conversion

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs a Keras model layer by layer in double, in Keras' own shapes and order of gates (z, r, h):
+// the witness against which a folded chain is held, so it shares no arithmetic with the folding.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "conversion/keras_file.hpp"
+
+namespace ravencal::conversion {
+namespace {
+
+using Values = std::vector<double>;
+
+core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+double sigmoid(double x) { return 1.0 / (1.0 + std::exp(-x)); }
+
+double activated(const std::string& activation, double x) {
+  if (activation == "sigmoid") return sigmoid(x);
+  if (activation == "tanh") return std::tanh(x);
+  if (activation == "relu") return std::fmax(x, 0.0);
+  return x;
+}
+
+/// x @ kernel + row `bias_row` of the bias, if there is one.
+Values product(const KerasLayer& layer, const char* kernel_name, const Values& x,
+               Eigen::Index bias_row) {
+  const Eigen::MatrixXd& kernel = layer.weights.at(kernel_name);
+  Values y(static_cast<std::size_t>(kernel.cols()), 0.0);
+  for (Eigen::Index o = 0; o < kernel.cols(); ++o) {
+    double sum = layer.use_bias ? layer.weights.at("bias")(bias_row, o) : 0.0;
+    for (Eigen::Index i = 0; i < kernel.rows(); ++i)
+      sum += x[static_cast<std::size_t>(i)] * kernel(i, o);
+    y[static_cast<std::size_t>(o)] = sum;
+  }
+  return y;
+}
+
+Values run_gru(const KerasLayer& layer, const std::vector<Values>& window) {
+  const auto units = static_cast<std::size_t>(layer.units);
+  Values h(units, 0.0);
+  for (const Values& sample : window) {
+    const Values x = product(layer, "kernel", sample, 0);
+    const Values inner = product(layer, "recurrent_kernel", h, 1);
+    for (std::size_t u = 0; u < units; ++u) {
+      const double z = sigmoid(x[u] + inner[u]);
+      const double r = sigmoid(x[units + u] + inner[units + u]);
+      const double candidate = std::tanh(x[2 * units + u] + r * inner[2 * units + u]);
+      h[u] = z * h[u] + (1.0 - z) * candidate;
+    }
+  }
+  return h;
+}
+
+Values run_row(const KerasFile& file, const std::vector<Values>& window) {
+  Values values = window.back();
+  for (const KerasLayer& layer : file.layers) {
+    if (layer.class_name == "GRU") {
+      values = run_gru(layer, window);
+      continue;
+    }
+    if (layer.class_name == "Dense") values = product(layer, "kernel", values, 0);
+    for (double& value : values) value = activated(layer.activation, value);
+  }
+  return values;
+}
+
+}  // namespace
+
+core::Result<Eigen::MatrixXd> run_keras(const KerasFile& file,
+                                        std::span<const Eigen::MatrixXd> samples) {
+  Eigen::MatrixXd result;
+  for (Eigen::Index row = 0; row < samples.front().rows(); ++row) {
+    std::vector<Values> window;
+    for (const Eigen::MatrixXd& sample : samples) {
+      const Eigen::RowVectorXd values = sample.row(row);
+      window.emplace_back(values.begin(), values.end());
+    }
+    const Values outputs = run_row(file, window);
+    if (row == 0) result.resize(samples.front().rows(), static_cast<Eigen::Index>(outputs.size()));
+    if (static_cast<Eigen::Index>(outputs.size()) != result.cols())
+      return bad("rows of other widths");
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+      result(row, static_cast<Eigen::Index>(k)) = outputs[k];
+  }
+  return result;
+}
+
+}  // namespace ravencal::conversion

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <optional>
+#include <set>
+
+#include "conversion/chain_builder.hpp"
+#include "conversion/onnx_graph.hpp"
+
+namespace ravencal::conversion {
+namespace {
+
+constexpr const char* kKnown =
+    "Gemm, MatMul, Add, Sub, Mul, Div, Sigmoid, Tanh, Relu, Identity and constants";
+
+core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+
+/// Follows the one value that goes through the graph.
+class ChainReader {
+ public:
+  explicit ChainReader(const OnnxGraph& graph)
+      : graph_(graph), builder_(graph.input_width), value_(graph.input) {}
+
+  core::Result<ForeignNetwork> read() && {
+    for (const onnx::NodeProto* node : graph_.steps) {
+      where_ = name_of(*node, static_cast<std::size_t>(index_of(*node)));
+      RAVENCAL_RETURN_IF_ERROR(take(*node));
+      value_ = node->output(0);
+      seen_.insert(value_);
+    }
+    if (value_ != graph_.output) {
+      return bad(fmt::format("the graph's output '{}' is not the end of its chain, '{}'",
+                             graph_.output, value_));
+    }
+    return std::move(builder_).finish();
+  }
+
+ private:
+  [[nodiscard]] int index_of(const onnx::NodeProto& node) const {
+    int index = 0;
+    for (const onnx::NodeProto& candidate : graph_.proto.graph().node()) {
+      if (&candidate == &node) break;
+      ++index;
+    }
+    return index;
+  }
+
+  core::Status take(const onnx::NodeProto& node) {
+    const std::string& op = node.op_type();
+    if (op == "Gemm" || op == "MatMul") return take_product(node);
+    if (op == "Add" || op == "Sub" || op == "Mul" || op == "Div") return take_scaling(node);
+    if (op == "Sigmoid") return take_activation(node, model::Activation::kSigmoid);
+    if (op == "Tanh") return take_activation(node, model::Activation::kTanh);
+    if (op == "Relu") return take_activation(node, model::Activation::kRelu);
+    if (op == "Identity") return take_activation(node, model::Activation::kLinear);
+    const bool is_recurrent = op == "GRU" || op == "LSTM" || op == "RNN" || op == "Loop";
+    return bad(fmt::format("{} is not supported; a model may use {}{}", where_, kKnown,
+                           is_recurrent ? ". A GRU is read from a Keras model.h5" : ""));
+  }
+
+  /// That the chain's value enters the node at one place; the index of the other input, if any.
+  core::Result<int> other_input(const onnx::NodeProto& node) const {
+    int uses = 0;
+    int at = 0;
+    for (int i = 0; i < node.input_size(); ++i) {
+      if (node.input(i) != value_) continue;
+      ++uses;
+      at = i;
+    }
+    if (uses == 1) return 1 - at;
+    for (const std::string& input : node.input()) {
+      if (seen_.contains(input) || input == graph_.input) {
+        return bad(
+            fmt::format("{} takes '{}' a second time: the graph branches; a calibration "
+                        "model is one chain of layers",
+                        where_, input));
+      }
+    }
+    return bad(fmt::format("{} does not continue the chain from '{}'", where_, value_));
+  }
+
+  core::Result<const OnnxTensor*> constant(const onnx::NodeProto& node, int input) const {
+    const auto it = graph_.constants.find(node.input(input));
+    if (it != graph_.constants.end()) return &it->second;
+    return bad(fmt::format("{}: '{}' is not a constant of the file", where_, node.input(input)));
+  }
+
+  core::Status take_activation(const onnx::NodeProto& node, model::Activation activation) {
+    RAVENCAL_ASSIGN_OR_RETURN([[maybe_unused]] const int other, other_input(node));
+    const core::Status taken = builder_.activate(activation);
+    return taken.ok() ? taken : bad(fmt::format("{}: {}", where_, taken.error().message));
+  }
+
+  /// One value for each of the chain's, from a scalar or a vector.
+  core::Result<Eigen::VectorXd> per_value(const OnnxTensor& tensor, Eigen::Index width) const {
+    if (tensor.values.size() == 1)
+      return Eigen::VectorXd::Constant(width, tensor.values(0, 0)).eval();
+    if (tensor.values.rows() == 1 && tensor.values.cols() == width) {
+      return Eigen::VectorXd(tensor.values.row(0).transpose());
+    }
+    return bad(fmt::format("{} has a constant of {} x {} where {} values arrive", where_,
+                           tensor.values.rows(), tensor.values.cols(), width));
+  }
+
+  core::Status take_scaling(const onnx::NodeProto& node) {
+    RAVENCAL_ASSIGN_OR_RETURN(const int other, other_input(node));
+    RAVENCAL_ASSIGN_OR_RETURN(const OnnxTensor* tensor, constant(node, other));
+    const Eigen::Index width = builder_.width();
+    RAVENCAL_ASSIGN_OR_RETURN(const Eigen::VectorXd values, per_value(*tensor, width));
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(width);
+    const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(width);
+    const std::string& op = node.op_type();
+    if (op == "Add") {
+      builder_.scale(ones, values);
+    } else if (op == "Mul") {
+      builder_.scale(values, zeros);
+    } else if (op == "Sub") {
+      other == 1 ? builder_.scale(ones, -values) : builder_.scale(-ones, values);
+    } else if (other == 0) {
+      return bad(fmt::format("{} divides a constant by the chain's value, which no layer can hold",
+                             where_));
+    } else if ((values.array() == 0.0).any()) {
+      return bad(fmt::format("{} divides by 0; a constant input needs the scale 1", where_));
+    } else {
+      builder_.scale(values.cwiseInverse(), zeros);
+    }
+    return {};
+  }
+
+  core::Status take_product(const onnx::NodeProto& node) {
+    const bool is_gemm = node.op_type() == "Gemm";
+    const bool transposed = attribute_or(node, "transB", std::int64_t{0}) != 0;
+    RAVENCAL_ASSIGN_OR_RETURN(const int other, other_input(node));
+    if (other != 1 || attribute_or(node, "transA", std::int64_t{0}) != 0) {
+      return bad(
+          fmt::format("{} multiplies from the left; rows of inputs are [rows, features] "
+                      "times a constant",
+                      where_));
+    }
+    RAVENCAL_ASSIGN_OR_RETURN(const OnnxTensor* factor, constant(node, 1));
+    const auto alpha = static_cast<double>(attribute_or(node, "alpha", 1.0F));
+    const auto beta = static_cast<double>(attribute_or(node, "beta", 1.0F));
+    Eigen::MatrixXd weights = alpha * factor->values;
+    if (!transposed) weights.transposeInPlace();
+    if (factor->rank != 2 || weights.cols() != builder_.width()) {
+      return bad(fmt::format("{} has weights for {} inputs where {} arrive", where_, weights.cols(),
+                             builder_.width()));
+    }
+    if (is_gemm && node.input_size() > 2 && !node.input(2).empty()) {
+      RAVENCAL_ASSIGN_OR_RETURN(const OnnxTensor* addend, constant(node, 2));
+      RAVENCAL_ASSIGN_OR_RETURN(Eigen::VectorXd biases, per_value(*addend, weights.rows()));
+      biases *= beta;
+      builder_.dense(weights, &biases);
+    } else {
+      builder_.dense(weights, nullptr);
+    }
+    return {};
+  }
+
+  const OnnxGraph& graph_;
+  ChainBuilder builder_;
+  std::string value_;
+  std::string where_;
+  std::set<std::string> seen_;
+};
+
+}  // namespace
+
+core::Result<ForeignModel> read_foreign_onnx(const std::string& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::shared_ptr<const OnnxGraph> graph, OnnxGraph::read(path));
+  auto network = ChainReader(*graph).read();
+  if (!network.ok()) {
+    return core::Error{network.error().code, fmt::format("{}: {}", path, network.error().message)};
+  }
+  ForeignModel model;
+  const auto& proto = graph->proto;
+  model.origin = fmt::format("{} {}, ONNX opset {}",
+                             proto.producer_name().empty() ? "unknown" : proto.producer_name(),
+                             proto.producer_version(), graph->opset);
+  model.network = std::move(*network);
+  model.run = [graph](std::span<const Eigen::MatrixXd> samples) {
+    return run_onnx(*graph, samples.back());
+  };
+  return model;
+}
+
+}  // namespace ravencal::conversion
