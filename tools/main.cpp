@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
   commands::add_prove(app, exit_code);
+  commands::add_ablate(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);
   try {

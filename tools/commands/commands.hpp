@@ -23,6 +23,7 @@ void add_monitor(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_suggest(CLI::App& app, int& exit_code);
 void add_prove(CLI::App& app, int& exit_code);
+void add_ablate(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_recommend(CLI::App& app, int& exit_code);
 

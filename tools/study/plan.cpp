@@ -91,12 +91,16 @@ class Planner {
   }
 
   void add_homing(std::size_t condition, const std::string& base) {
-    const auto only = model::select_features("group:encoder_value,group:encoder_offset", channels_);
     add(condition, kAllFeatures, base, TestSet::kEncoder);
     for (const FeatureSet& set : homing_sets()) add_without(condition, base, set);
-    if (only.ok()) {
-      add(condition, kOnlyEncoder, "group:encoder_value,group:encoder_offset", TestSet::kPlain);
+    std::vector<std::string> encoder;
+    const std::set<std::string> all = names_selected(base, channels_);
+    for (const std::string& name :
+         names_selected("group:encoder_value,group:encoder_offset", channels_)) {
+      if (all.contains(name)) encoder.push_back(name);
     }
+    if (encoder.empty()) return;
+    add(condition, kOnlyEncoder, fmt::format("{}", fmt::join(encoder, ",")), TestSet::kPlain);
   }
 
  private:

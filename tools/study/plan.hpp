@@ -37,6 +37,7 @@ struct Condition {
   std::vector<std::string> train;  ///< paths
   std::vector<std::string> test;   ///< a homing condition's: after 0, 1, 2, ... homings
   bool homing = false;
+  bool rehomed = false;  ///< trained on recordings of several homings
 };
 
 struct Input {

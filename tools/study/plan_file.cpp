@@ -60,6 +60,7 @@ Json json_of(const Plan& plan) {
   for (const Condition& condition : plan.conditions) {
     json["conditions"].push_back({{"title", condition.title},
                                   {"homing", condition.homing},
+                                  {"rehomed", condition.rehomed},
                                   {"train", condition.train},
                                   {"test", condition.test}});
   }
@@ -91,7 +92,8 @@ Plan plan_from(const Json& json) {
   plan.load.skip_bad = json.at("load").at("skip_bad");
   for (const Json& c : json.at("conditions")) {
     plan.conditions.push_back({c.at("title"), c.at("train").get<std::vector<std::string>>(),
-                               c.at("test").get<std::vector<std::string>>(), c.at("homing")});
+                               c.at("test").get<std::vector<std::string>>(), c.at("homing"),
+                               c.at("rehomed")});
   }
   for (const Json& i : json.at("inputs"))
     plan.inputs.push_back({i.at("path"), i.at("sha256"), i.at("rows")});

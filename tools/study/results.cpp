@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/results.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace ravencal::study {
+namespace {
+
+/// The same draws for every row of a condition: differences between rows are paired.
+constexpr std::uint64_t kBootstrapSeed = 1;
+/// Stands for all recordings together in keys.
+constexpr std::size_t kAllRecordings = std::numeric_limits<std::size_t>::max();
+
+SeedErrors chosen(const SeedErrors& errors, std::optional<std::size_t> recording) {
+  if (!recording) return errors;
+  SeedErrors result;
+  for (const std::vector<ErrorBlocks>& recordings : errors) {
+    result.push_back({recordings[*recording]});
+  }
+  return result;
+}
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+void ConditionResults::add(const RowId& row, const RowErrors& errors) {
+  std::vector<SeedErrors>& joints = rows_[row];
+  joints.resize(joints_.size());
+  for (std::size_t joint = 0; joint < joints_.size(); ++joint) {
+    joints[joint].push_back(errors.joints[joint]);
+  }
+}
+
+Figure ConditionResults::figure_of(const Sampled& sampled) {
+  Figure figure;
+  figure.mean = mean_of(sampled.seeds);
+  double squares = 0.0;
+  for (const double value : sampled.seeds) squares += (value - figure.mean) * (value - figure.mean);
+  const auto seeds = static_cast<double>(sampled.seeds.size());
+  figure.deviation = std::sqrt(squares / (seeds - 1.0));
+  figure.interval = central_interval(sampled.resamples);
+  return figure;
+}
+
+ConditionResults::Sampled ConditionResults::combine(const Sampled& a, const Sampled& b,
+                                                    double (*operation)(double, double)) {
+  Sampled result = a;
+  for (std::size_t i = 0; i < a.seeds.size(); ++i) {
+    result.seeds[i] = operation(a.seeds[i], b.seeds[i]);
+  }
+  for (std::size_t i = 0; i < a.resamples.size(); ++i) {
+    result.resamples[i] = operation(a.resamples[i], b.resamples[i]);
+  }
+  return result;
+}
+
+const Resamples& ConditionResults::resamples(std::optional<std::size_t> recording) const {
+  const std::size_t key = recording.value_or(kAllRecordings);
+  if (const auto found = resamples_.find(key); found != resamples_.end()) return found->second;
+  // How long errors are correlated is read off the network that lacks nothing.
+  auto row = rows_.find(RowId{});
+  if (row == rows_.end()) row = rows_.find(RowId{std::string(kAllFeatures)});
+  if (row == rows_.end()) row = rows_.begin();
+  std::vector<SeedErrors> joints;
+  for (const SeedErrors& errors : row->second) joints.push_back(chosen(errors, recording));
+  return resamples_.emplace(key, resamples_for(joints, kBootstrapSeed)).first->second;
+}
+
+const ConditionResults::Sampled& ConditionResults::sampled(const Tested& row,
+                                                           std::size_t joint) const {
+  const auto key = std::make_tuple(row.row, joint, row.recording.value_or(kAllRecordings));
+  if (const auto found = sampled_.find(key); found != sampled_.end()) return found->second;
+  const SeedErrors errors = chosen(rows_.at(row.row)[joint], row.recording);
+  Sampled result;
+  for (const std::vector<ErrorBlocks>& recordings : errors) {
+    result.seeds.push_back(pooled_rmse(recordings));
+  }
+  result.resamples = resamples(row.recording).rmse(errors);
+  return sampled_.emplace(key, std::move(result)).first->second;
+}
+
+ConditionResults::Sampled ConditionResults::mean_ratio(const Tested& row, const Tested& reference,
+                                                       std::size_t from, std::size_t to) const {
+  const auto divide = [](double a, double b) { return a / b; };
+  const auto add = [](double a, double b) { return a + b; };
+  Sampled sum = combine(sampled(row, from), sampled(reference, from), divide);
+  for (std::size_t joint = from + 1; joint < to; ++joint) {
+    sum = combine(sum, combine(sampled(row, joint), sampled(reference, joint), divide), add);
+  }
+  const auto joints = static_cast<double>(to - from);
+  for (auto* values : {&sum.seeds, &sum.resamples}) {
+    for (double& value : *values) value /= joints;
+  }
+  return sum;
+}
+
+Figure ConditionResults::rmse(const Tested& row, std::size_t joint) const {
+  return figure_of(sampled(row, joint));
+}
+
+Figure ConditionResults::ratio(const Tested& row, const Tested& reference, std::size_t from) const {
+  return figure_of(mean_ratio(row, reference, from, joints_.size()));
+}
+
+Figure ConditionResults::joint_ratio(const Tested& row, const Tested& reference,
+                                     std::size_t joint) const {
+  return figure_of(mean_ratio(row, reference, joint, joint + 1));
+}
+
+Figure ConditionResults::ratio_difference(const Tested& row, const Tested& other,
+                                          const Tested& reference, std::size_t from) const {
+  const auto subtract = [](double a, double b) { return a - b; };
+  return figure_of(combine(mean_ratio(row, reference, from, joints_.size()),
+                           mean_ratio(other, reference, from, joints_.size()), subtract));
+}
+
+const ErrorBlocks& ConditionResults::first_seed(const RowId& row, std::size_t joint,
+                                                std::size_t recording) const {
+  return rows_.at(row)[joint].front()[recording];
+}
+
+core::Result<Results> read_results(const Plan& plan, const std::filesystem::path& folder) {
+  Results results;
+  std::vector<std::optional<JobResult>> found;
+  std::set<std::pair<std::size_t, std::string>> incomplete;
+  for (std::size_t i = 0; i < plan.jobs.size(); ++i) {
+    RAVENCAL_ASSIGN_OR_RETURN(auto result, read_result(plan, plan.jobs[i], folder));
+    if (!result) {
+      results.missing.push_back(i);
+      incomplete.emplace(plan.jobs[i].condition, plan.jobs[i].row);
+    }
+    found.push_back(std::move(result));
+  }
+  for (std::size_t c = 0; c < plan.conditions.size(); ++c) {
+    std::optional<ConditionResults> condition;
+    for (std::size_t i = 0; i < plan.jobs.size(); ++i) {
+      const Job& job = plan.jobs[i];
+      if (job.condition != c || incomplete.contains({c, job.row})) continue;
+      if (!condition) condition.emplace(plan.conditions[c], found[i]->joints);
+      for (const RowErrors& row : found[i]->rows) condition->add({job.row, row.id}, row);
+      if (condition->maps.empty()) {
+        condition->grid = found[i]->grid;
+        condition->maps = found[i]->maps;
+      }
+    }
+    if (condition) results.conditions.push_back(std::move(*condition));
+  }
+  return results;
+}
+
+}  // namespace ravencal::study
