@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "cli/documentation.hpp"
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "core/units.hpp"
@@ -267,6 +268,7 @@ int main(int argc, char** argv) {
   app.add_flag("--check-setup", arguments.check_setup,
                "go through devices, permissions, levels and directions, record nothing")
       ->excludes(out);
+  cli::add_documentation(app, "ravencal-encoders");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 
 #include <exception>
 
+#include "cli/documentation.hpp"
 #include "cli/exit_code.hpp"
 #include "commands/commands.hpp"
 #include "core/version.hpp"
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   commands::add_ablate(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);
+  ravencal::cli::add_documentation(app, "ravencal");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

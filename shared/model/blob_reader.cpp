@@ -110,9 +110,17 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
                               {"scale", model.input.scale[e]}});
   }
   for (const DenseLayer& layer : model.layers) {
-    json["layers"].push_back({{"inputs", layer.weights.cols()},
-                              {"outputs", layer.weights.rows()},
-                              {"activation", name_of(layer.activation)}});
+    if (layer.kind == packed::LayerKind::kDense) {
+      json["layers"].push_back({{"inputs", layer.weights.cols()},
+                                {"outputs", layer.weights.rows()},
+                                {"activation", name_of(layer.activation)}});
+    } else if (layer.kind == packed::LayerKind::kGruRecurrent) {
+      json["layers"].push_back({{"inputs", model.layers.front().weights.cols()},
+                                {"outputs", layer.weights.cols()},
+                                {"activation", "gru"},
+                                {"window", layer.window},
+                                {"stride_rows", layer.stride_rows}});
+    }
     parameters += static_cast<std::size_t>(layer.weights.size() + layer.biases.size());
   }
   json["parameters"] = parameters;
@@ -186,6 +194,10 @@ core::Result<std::string> describe_blob(const std::filesystem::path& path) {
   for (const auto& layer : json["layers"]) {
     text += fmt::format(" -> {} {}", layer["outputs"].get<std::size_t>(),
                         layer["activation"].get<std::string>());
+    if (layer.contains("window")) {
+      text += fmt::format(" (over {} samples, {} rows apart)", layer["window"].get<int>(),
+                          layer["stride_rows"].get<int>());
+    }
   }
   text += fmt::format("\nrow period   {} s\n", json["row_period_s"].get<double>());
   text += fmt::format("signature    {}\n", json["signature"] == "none"

@@ -133,6 +133,12 @@ TEST_F(ConvertForeign, WritesEachKindAndPrintsHowCloseItIs) {
     const auto blob = model::read_blob(folder_ / "w.blob");
     ASSERT_TRUE(blob.ok()) << blob.error().message;
     EXPECT_NE(blob->provenance.at("source").find(model), std::string::npos);
+    const auto words = model::describe_blob(folder_ / "w.blob");
+    ASSERT_TRUE(words.ok());
+    EXPECT_EQ(words->find("4 -> 20 gru (over 8 samples, 1 rows apart) -> 12 sigmoid") !=
+                  std::string::npos,
+              std::string_view(model) == "keras3_gru.h5")
+        << *words;
   }
 }
 
