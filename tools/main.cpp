@@ -29,6 +29,9 @@ int main(int argc, char** argv) {
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
   commands::add_prove(app, exit_code);
+  commands::add_run(app, exit_code);
+  commands::add_robot(app, exit_code);
+  commands::add_calibrate(app, exit_code);
   commands::add_ablate(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // ROS 1 serialisation: little-endian numbers one after the other, arrays and strings behind their
-// length where that is not fixed. Private to record/.
+// length where that is not fixed. For those who speak ROS without its message packages.
 #pragma once
 
 #include <bit>

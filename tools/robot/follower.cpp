@@ -20,9 +20,9 @@ constexpr double kGainPerS = 2.0;                      // of the authors' follow
 constexpr std::int64_t kCommandPeriodNs = 2'000'000;   // the authors send at most 500 per second
 constexpr double kLongestStepS = 0.02;                 // after a hole in the states: no jump
 constexpr std::int64_t kTrackingTimeNs = 200'000'000;  // so long away from the desired joints
-constexpr std::int64_t kWindowNs = 1'000'000'000;
-constexpr std::int64_t kSettleNs = 2'000'000'000;  // at the end, even if friction keeps it off
-constexpr double kTakenShare = 0.2;                // of the commands in a window
+constexpr std::int64_t kWindowNs = 3'000'000'000;      // in which commands must have shown
+constexpr std::int64_t kSettleNs = 2'000'000'000;      // at the end, even if friction keeps it off
+constexpr double kTakenShare = 0.2;                    // of the commands in a window
 // Lag at which the place on the path stands still, and what still counts as arrived.
 const Vector3d kLongestLag{0.0175, 0.0175, 0.002};  // 1 deg, 1 deg, 2 mm
 const Vector3d kArrived{0.0017, 0.0017, 2e-4};      // 0.1 deg, 0.1 deg, 0.2 mm
@@ -211,7 +211,7 @@ void Follower::check_commands_are_taken(const RobotView& view) {
     if (taken[joint] / commanded >= kTakenShare) continue;
     stop(StopReason::kIgnored,
          fmt::format("the controller does not take the commands on {}: {} was told to move by {} "
-                     "within a second, its desired position moved by {}; is it the {} arm that "
+                     "within 3 s, its desired position moved by {}; is it the {} arm that "
                      "these topics drive?",
                      options_.command_topic, name_of_joint(joint), joint_text(joint, commanded),
                      joint_text(joint, taken[joint]), options_.arm));

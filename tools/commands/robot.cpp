@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/robot_arguments.hpp"
+
+#include <memory>
+
+#include "commands/command.hpp"
+#include "commands/commands.hpp"
+#include "commands/ros_program.hpp"
+
+namespace ravencal::commands {
+
+void add_robot(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<robot::RobotArguments>();
+  CLI::App* command = app.add_subcommand("robot", "A virtual RAVEN-II on ROS: the twin, live");
+  robot::add_robot_arguments(*command, *arguments);
+  on_call(*command, exit_code, [] { return become_ros_program("robot"); });
+}
+
+}  // namespace ravencal::commands
