@@ -17,8 +17,9 @@ namespace {
 constexpr const char* kTheirs =
     "theirs: arXiv 2302.04999, their robot, their network (raw and bias removed to two digits)";
 constexpr const char* kMarkNote =
-    "Mean over seeds ± standard deviation over seeds; below it the 95 % interval (bootstrap over "
-    "blocks of time and over seeds). Marked: more than 30 % above no ablation, as in the paper.";
+    "Mean over seeds ± standard deviation over seeds, with its 95 % interval (bootstrap over "
+    "blocks "
+    "of time and over seeds). Marked: more than 30 % above no ablation, as in the paper.";
 
 /// RMSE of shoulder (deg), elbow (deg), insertion (mm) that arXiv 2302.04999 states.
 struct Published {
@@ -50,7 +51,8 @@ Cell cell_of(const ConditionResults& results, const Tested& row, std::size_t joi
   const double per_si = learn::display_unit(results.joints()[joint].unit).per_si;
   const Figure figure = results.rmse(row, joint);
   cell.mean = figure.mean * per_si;
-  cell.deviation = figure.deviation * per_si;
+  const bool trained = row.row.test != kRaw && row.row.test != kBias;
+  if (trained) cell.deviation = figure.deviation * per_si;
   cell.low = figure.interval.low * per_si;
   cell.high = figure.interval.high * per_si;
   if (!std::isfinite(cell.mean)) cell.text = "overflow";
@@ -195,7 +197,7 @@ Table homing_table(const ConditionResults& results, std::size_t index) {
       fmt::format("Re-homing: RMSE by homings since training, {}", results.condition().title);
   table.row_title = "trained with";
   table.note =
-      "Mean over seeds ± standard deviation over seeds; below it the 95 % interval. Marked: more "
+      "Mean over seeds ± standard deviation over seeds, with its 95 % interval. Marked: more "
       "than 30 % above the same network before any homing.";
   const std::size_t tests = results.condition().test.size();
   for (const JointName& joint : results.joints()) {

@@ -16,11 +16,14 @@ double mean_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+/// Population variance; 0 where only rounding is left of it.
 double variance_of(std::span<const double> values) {
   const double mean = mean_of(values);
   double sum = 0.0;
   for (const double value : values) sum += (value - mean) * (value - mean);
-  return sum / static_cast<double>(values.size());
+  const double variance = sum / static_cast<double>(values.size());
+  constexpr double kRounding = 1e-24;  // of the mean's square: (1e-12)^2, thousands of sums
+  return variance > kRounding * mean * mean ? variance : 0.0;
 }
 
 /// Means of the squared errors over bins of kBinS; bins without a sample are left out.

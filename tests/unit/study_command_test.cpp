@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// `ravencal ablate` as a user runs it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "core/whole_file.hpp"
+#include "unit/run_command.hpp"
+#include "unit/study_arm.hpp"
+
+namespace ravencal::study {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Outcome;
+
+class StudyCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    train_ = folder_.recording("train.db", 600, 1);
+    test_ = folder_.recording("test.db", 500, 2);
+    again_ = folder_.recording("again.db", 500, 3);
+  }
+
+  [[nodiscard]] Outcome ablate(const std::string& arguments) const {
+    return test::run_command(
+        fmt::format("{} ablate {} --out {} 2>&1", RAVENCAL_PROGRAM, arguments, out().string()));
+  }
+  [[nodiscard]] fs::path out() const { return folder_.path() / "out"; }
+  [[nodiscard]] std::string data() const {
+    return fmt::format("--train {} --test {} --hidden 4 --epochs 1 --seeds 1 --workers 1", train_,
+                       test_);
+  }
+
+  StudyFolder folder_;
+  std::string train_, test_, again_;
+};
+
+TEST_F(StudyCommand, PlansRunsOneJobAndCollectsOnlyWhatIsWhole) {
+  const Outcome planned = ablate("removal " + data() + " --plan");
+  EXPECT_EQ(planned.exit_code, 0) << planned.text;
+  EXPECT_NE(planned.text.find("18 networks, 18 to train: about"), std::string::npos)
+      << planned.text;
+  EXPECT_EQ(ablate("removal --job 3").exit_code, 0);
+  const Outcome json = ablate("removal --plan --json");
+  EXPECT_NE(json.text.find("\"array\":\"0-2,4-17\""), std::string::npos) << json.text;
+  const Outcome gap = ablate("removal --collect");
+  EXPECT_EQ(gap.exit_code, 3);
+  EXPECT_NE(gap.text.find("17 of 18 jobs have no result: 0-2,4-17"), std::string::npos) << gap.text;
+  EXPECT_FALSE(fs::exists(out() / "report.html"));
+  EXPECT_EQ(ablate("removal --collect --partial").exit_code, 0);
+  EXPECT_TRUE(fs::exists(out() / "report.html"));
+}
+
+TEST_F(StudyCommand, RunsEveryStudyAndWritesItsTablesInEveryForm) {
+  const std::string homing =
+      fmt::format(" --train-loaded {0} --test-loaded {1} --test-homing {1} {2} --train-rehomed {0}",
+                  train_, test_, again_);
+  const Outcome done = ablate("all " + data() + homing);
+  ASSERT_EQ(done.exit_code, 0) << done.text;
+  EXPECT_NE(done.text.find("Encoder values break after homing"), std::string::npos) << done.text;
+  for (const char* file : {"tables.csv", "tables.md", "tables.tex", "findings.json", "report.html"})
+    EXPECT_TRUE(fs::exists(out() / file)) << file;
+  const auto csv = core::read_whole_file(out() / "tables.csv");
+  ASSERT_TRUE(csv.ok());
+  for (const char* row : {"removal,joint 2,500 g,elbow", "inaccurate,torques,unloaded,insertion",
+                          "torque,\"torques, × −1\",unloaded",
+                          "homing_2,all features,elbow [deg],1", "samples,\"unloaded, shoulder\""})
+    EXPECT_NE(csv->find(row), std::string::npos) << row;
+  // The same command again trains nothing and writes the same.
+  const Outcome again = ablate("all " + data() + homing);
+  EXPECT_EQ(again.text.find("to train"), std::string::npos) << again.text;
+  EXPECT_EQ(*core::read_whole_file(out() / "tables.csv"), *csv);
+}
+
+TEST_F(StudyCommand, SaysWhichInputChanged) {
+  ASSERT_EQ(ablate("torque " + data() + " --plan").exit_code, 0);
+  train_ = folder_.recording("train.db", 600, 9);
+  const Outcome job = ablate("torque --job 0");
+  EXPECT_EQ(job.exit_code, 3);
+  EXPECT_NE(job.text.find("train.db: changed since the plan was made"), std::string::npos)
+      << job.text;
+  const Outcome planned = ablate("torque " + data() + " --plan");
+  EXPECT_NE(planned.text.find("train.db changed since the last plan"), std::string::npos)
+      << planned.text;
+}
+
+TEST_F(StudyCommand, UsageErrorsSayWhatToWrite) {
+  EXPECT_EQ(ablate("sideways " + data()).exit_code, 2);
+  EXPECT_EQ(ablate("torque").exit_code, 2);
+  EXPECT_EQ(ablate("torque " + data() + " --plan --collect").exit_code, 2);
+  const Outcome features = ablate("torque " + data() + " --features group:colour");
+  EXPECT_EQ(features.exit_code, 2);
+  EXPECT_NE(features.text.find("colour"), std::string::npos) << features.text;
+  EXPECT_EQ(ablate("torque --collect").exit_code, 3);
+}
+
+}  // namespace
+}  // namespace ravencal::study
