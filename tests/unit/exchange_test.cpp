@@ -212,7 +212,7 @@ TEST_F(Exchange, PlottersReadTheCsvByItsHeader) {
   std::getline(file, header);
   std::getline(file, first);
   EXPECT_EQ(header, "t_s,truth.elbow_rad,jpos.elbow_rad,runlevel_1");
-  EXPECT_EQ(first, "0,0,1,0");
+  EXPECT_EQ(first, "0.000000000,0,1,0");
 }
 
 // As dnn_model_multi_attempt_scaled.ipynb takes its table: no header, 252 columns of numbers,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Owners of HDF5's handles. HDF5 prints its own errors; hdf5_quiet() keeps it silent, because the
-// caller says what went wrong.
+// Owners of HDF5's handles.
 #pragma once
 
 #include <hdf5.h>
@@ -34,6 +33,12 @@ class Hdf5Handle {
   Close close_;
 };
 
-inline void hdf5_quiet() { (void)H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// Before anything else of HDF5: it prints no errors, because the caller says what went wrong, and
+/// does nothing at the program's end, where it would write to a full disk once more and crash.
+inline void hdf5_quiet() {
+  static const herr_t no_end = H5dont_atexit();
+  (void)no_end;
+  (void)H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 }  // namespace ravencal::exchange

@@ -5,6 +5,7 @@
 #include <matio.h>
 
 #include <array>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
@@ -92,6 +93,25 @@ bool write(const record::Recording& recording, mat_t* file) {
   return ok;
 }
 
+/// matio does not notice that a disk is full, so what was written is read again.
+bool reads_back(const record::Recording& recording, const std::filesystem::path& path) {
+  const std::unique_ptr<mat_t, int (*)(mat_t*)> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY),
+                                                     Mat_Close);
+  if (!file) return false;
+  const auto is_same = [&](const char* name, const void* values, std::size_t bytes) {
+    const Variable read(Mat_VarRead(file.get(), name), Mat_VarFree);
+    return read && read->nbytes == bytes &&
+           (bytes == 0 || (read->data != nullptr && std::memcmp(read->data, values, bytes) == 0));
+  };
+  const auto exists = [&](const char* name) {
+    return Variable(Mat_VarRead(file.get(), name), Mat_VarFree) != nullptr;
+  };
+  return is_same("t_ns", recording.t_ns.data(), recording.t_ns.size() * sizeof(std::int64_t)) &&
+         is_same("samples", recording.samples.data(),
+                 static_cast<std::size_t>(recording.samples.size()) * sizeof(double)) &&
+         exists("channels") && exists("meta") && exists("events");
+}
+
 }  // namespace
 
 core::Status export_mat(const record::Recording& recording, const std::filesystem::path& path) {
@@ -107,7 +127,8 @@ core::Status export_mat(const record::Recording& recording, const std::filesyste
       fmt::format("MATLAB 5.0 MAT-file, written by ravencal {}", core::kVersion);
   mat_t* const file = Mat_CreateVer(partial.partial().c_str(), header.c_str(), MAT_FT_MAT5);
   const bool written = file != nullptr && write(recording, file);
-  if (file == nullptr || Mat_Close(file) != 0 || !written) {
+  if (file == nullptr || Mat_Close(file) != 0 || !written ||
+      !reads_back(recording, partial.partial())) {
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: cannot be written; is the disk full, or the folder missing "
                                    "or read-only?",
