@@ -8,22 +8,20 @@ namespace ravencal::methods {
 
 Fold make_fold(std::span<const Series> all, int fold) {
   Fold result;
-  const Eigen::Index rows = count_rows(all);
+  const Eigen::Index rows = count_training_rows(all);
   const Eigen::Index from = rows * fold / kFolds;
   const Eigen::Index to = rows * (fold + 1) / kFolds;
-  Eigen::Index at = 0;
-  const auto add = [](std::vector<Series>& to_list, const Series& s, Eigen::Index a,
-                      Eigen::Index b) {
-    if (b > a) to_list.push_back(slice(s, a, b - a));
+  const auto add = [](std::vector<Series>& list, const Series& s, Eigen::Index a, Eigen::Index b) {
+    if (b > a) list.push_back(slice(s, a, b - a));
   };
+  Eigen::Index at = 0;
   for (const Series& series : all) {
-    const Eigen::Index n = series.rows();
-    const Eigen::Index a = std::clamp(from - at, Eigen::Index{0}, n);
-    const Eigen::Index b = std::clamp(to - at, Eigen::Index{0}, n);
+    const Eigen::Index a = row_after(series, from - at);
+    const Eigen::Index b = row_after(series, to - at);
     add(result.train, series, 0, a);
     add(result.held_out, series, a, b);
-    add(result.train, series, b, n);
-    at += n;
+    add(result.train, series, b, series.rows());
+    at += count_training_rows(std::span(&series, 1));
   }
   return result;
 }

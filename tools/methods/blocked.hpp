@@ -15,7 +15,7 @@ namespace ravencal::methods {
 
 inline constexpr int kFolds = 4;
 
-/// Training and held-out part of fold `fold`.
+/// Training and held-out part of fold `fold`: equal numbers of rows that train.
 struct Fold {
   std::vector<Series> train;
   std::vector<Series> held_out;

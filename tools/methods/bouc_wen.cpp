@@ -3,8 +3,9 @@
 // A cable's hysteresis after Bouc and Wen (a Duhem model), fitted to the data: Miyasaka,
 // Haghighipanah, Li, Hannaford, "Hysteresis model of longitudinally loaded cable for cable driven
 // robots and identification of the parameters", ICRA 2016. Joint by joint:
-//   error = offset + gain and coupling * positions + compliance * effort + loop * z
-//   dz    = dq / width * [1 - |z|^n (share + (1 - share) sgn(dq z))],  q: the joint's own position
+//   error = offset + linear in the inputs that all methods get (gain, coupling, compliance) + loop
+//   * z dz    = dq / width * [1 - |z|^n (share + (1 - share) sgn(dq z))],  q: the joint's own
+//   position
 // Width, share and n are found by Ceres, the linear coefficients by least squares inside (variable
 // projection: Golub and Pereyra 1973).
 #include <ceres/ceres.h>
@@ -44,14 +45,13 @@ Loop loop_of(const double* p) {
   return {std::exp(p[0]), 1.0 / (1.0 + std::exp(-p[1])), std::exp(p[2])};
 }
 
-/// Row of linear regressors but z: 1, positions of all outputs, effort if recorded.
-Eigen::RowVectorXd linear_row(const Series& s, Eigen::Index row, Eigen::Index output) {
-  const Eigen::Index joints = s.estimate.cols();
-  Eigen::RowVectorXd a(joints + 2);
+/// Row of linear regressors but z: 1, the plain inputs, the joint's own position.
+Eigen::RowVectorXd linear_row(const Series& s, Eigen::Index row, Eigen::Index output,
+                              Eigen::Index plain) {
+  Eigen::RowVectorXd a(plain + 2);
   a[0] = 1.0;
-  a.segment(1, joints) = s.estimate.row(row);
-  const double effort = s.effort(row, output);
-  a[joints + 1] = std::isfinite(effort) ? effort : 0.0;
+  a.segment(1, plain) = s.inputs.row(row).head(plain);
+  a[plain + 1] = s.estimate(row, output);
   return a;
 }
 
@@ -63,9 +63,9 @@ struct Rows {
   std::vector<char> counts;    ///< 1 where the error is known
 };
 
-Rows rows_of(std::span<const Series> train, Eigen::Index output) {
+Rows rows_of(std::span<const Series> train, Eigen::Index output, Eigen::Index plain) {
   Rows rows;
-  rows.linear.resize(count_rows(train), train.front().estimate.cols() + 2);
+  rows.linear.resize(count_rows(train), plain + 2);
   rows.errors.resize(count_rows(train));
   Eigen::Index at = 0;
   for (const Series& s : train) {
@@ -73,14 +73,14 @@ Rows rows_of(std::span<const Series> train, Eigen::Index output) {
     bool fresh = true;
     for (Eigen::Index row = 0; row < s.rows(); ++row) {
       fresh = fresh || s.fresh[static_cast<std::size_t>(row)] != 0;
-      if (!s.estimate.row(row).allFinite()) continue;
       const double q = s.estimate(row, output);
+      if (!std::isfinite(q) || !s.usable(row)) continue;
       rows.change.push_back(fresh ? std::nan("") : q - last);
       last = q;
       fresh = false;
       const double error = s.errors(row, output);
       rows.counts.push_back(std::isfinite(error) ? 1 : 0);
-      rows.linear.row(at) = linear_row(s, row, output);
+      rows.linear.row(at) = linear_row(s, row, output, plain);
       rows.errors[at++] = std::isfinite(error) ? error : 0.0;
     }
   }
@@ -182,7 +182,7 @@ class BoucWenPredictor final : public Predictor {
       last_[k] = q;
       const Eigen::VectorXd& c = joints_[k].coefficients;
       const Eigen::Index n = c.size() - 1;
-      correction[output] = linear_row(series, row, output).dot(c.head(n)) + c[n] * z_[k];
+      correction[output] = linear_row(series, row, output, n - 2).dot(c.head(n)) + c[n] * z_[k];
     }
   }
   [[nodiscard]] std::size_t parameters() const override {
@@ -220,10 +220,10 @@ class BoucWen final : public Method {
                                static_cast<double>(problem.outputs.size())))
         return stopped();
       const auto output = static_cast<Eigen::Index>(k);
-      const Rows rows = rows_of(train, output);
+      const Rows rows = rows_of(train, output, problem.plain);
       if (rows.errors.size() == 0)
         return core::Error{core::ErrorCode::kData, "no training row has the joints' positions"};
-      const auto q = rows.linear.col(1 + output);
+      const auto q = rows.linear.rightCols(1);
       joints.push_back(fit_loop(rows, std::max(1e-9, q.maxCoeff() - q.minCoeff())));
       if (!joints.back().residual.allFinite())
         return core::Error{core::ErrorCode::kData,

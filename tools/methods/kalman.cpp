@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -316,8 +317,11 @@ class Kalman final : public Method {
                                static_cast<double>(problem.outputs.size())))
         return stopped();
       const Drive drive = drive_of(train, static_cast<Eigen::Index>(k), kFitRows);
-      if (drive.motor.size() < 100)
-        return core::Error{core::ErrorCode::kData, "fewer than 100 rows to fit the filter to"};
+      const auto known = std::count_if(drive.error.begin(), drive.error.end(),
+                                       [](double e) { return std::isfinite(e); });
+      if (known < 100)
+        return core::Error{core::ErrorCode::kData,
+                           "fewer than 100 rows with truth to fit the filter to"};
       joints.push_back(fit_joint(drive));
     }
     return std::unique_ptr<Predictor>(std::make_unique<KalmanPredictor>(std::move(joints)));

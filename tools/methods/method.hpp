@@ -50,11 +50,12 @@ struct Settings {
   std::uint32_t batch = 1024;
   std::uint32_t networks = 1;  ///< of different seeds, averaged
   double learning_rate = 5e-4;
-  double penalty_scale = 0.0;  ///< 0: chosen by blocked validation among 1, 10, 30
+  double penalty_scale = 0.0;  ///< 0: chosen by blocked validation, 0.01 to 30
   // The recurrent networks.
   std::uint32_t gru_units = 300;
   std::uint32_t gru_dense = 300;
   std::uint32_t gru_epochs = 30;
+  std::uint32_t gru_iterations = 3000;  ///< at least: few rows make few batches an epoch
   std::uint32_t lstm_units = 120;
   std::uint32_t lstm_iterations = 5000;
   // The others.

@@ -15,7 +15,7 @@
 namespace ravencal::methods {
 namespace {
 
-constexpr std::array kPenaltyScales = {1.0, 10.0, 30.0};
+constexpr std::array kPenaltyScales = {0.01, 0.1, 1.0, 10.0, 30.0};
 /// More rows than this need no help against overfitting, and four folds of them take long.
 constexpr Eigen::Index kMostRowsToChoose = 12000;
 

@@ -247,6 +247,8 @@ core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesyst
         if (effect.at("joint") == output.joint && effect.at("stage") == "transmission")
           add_report_effect(read_effect(effect), output.joint, parts);
       }
+      if (!loaded.ok())
+        parts.names.push_back("(from the report alone: " + loaded.error().message + ")");
       std::sort(parts.names.begin(), parts.names.end());
       parts.names.erase(std::unique(parts.names.begin(), parts.names.end()), parts.names.end());
       all.push_back(std::make_unique<JointTerms>(position_of(output.joint), std::move(parts), cable,

@@ -130,10 +130,26 @@ std::vector<Series> first_rows(std::span<const Series> all, Eigen::Index count) 
   std::vector<Series> result;
   for (const Series& series : all) {
     if (count <= 0) break;
-    result.push_back(slice(series, 0, std::min(count, series.rows())));
-    count -= series.rows();
+    result.push_back(slice(series, 0, row_after(series, count)));
+    count -= count_training_rows(std::span(&series, 1));
   }
   return result;
+}
+
+Eigen::Index row_after(const Series& series, Eigen::Index count) {
+  if (count <= 0) return 0;
+  for (Eigen::Index row = 0; row < series.rows(); ++row) {
+    if (series.trains(row) && --count == 0) return row + 1;
+  }
+  return series.rows();
+}
+
+Eigen::Index count_training_rows(std::span<const Series> all) {
+  Eigen::Index rows = 0;
+  for (const Series& series : all) {
+    for (Eigen::Index row = 0; row < series.rows(); ++row) rows += series.trains(row) ? 1 : 0;
+  }
+  return rows;
 }
 
 Eigen::Index count_rows(std::span<const Series> all) {

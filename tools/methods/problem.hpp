@@ -65,11 +65,14 @@ core::Result<Problem> make_problem(const record::Recording& recording, std::stri
                                    std::span<const std::string> joints);
 core::Result<Series> make_series(const Problem& problem, const record::Recording& recording);
 
-/// The first `count` rows of `all` in order, cut inside a series where it falls.
+/// `all` in order up to its `count`-th row that trains, cut inside a series where that falls.
 std::vector<Series> first_rows(std::span<const Series> all, Eigen::Index count);
+/// How many rows of `series` hold its first `count` rows that train; 0 for none, all for too many.
+Eigen::Index row_after(const Series& series, Eigen::Index count);
 /// Rows [from, from + count) of a series, which begin an episode.
 Series slice(const Series& series, Eigen::Index from, Eigen::Index count);
 Eigen::Index count_rows(std::span<const Series> all);
+Eigen::Index count_training_rows(std::span<const Series> all);
 
 /// Training rows of all series, stacked: inputs (the first `columns`), errors.
 struct Stack {

@@ -22,9 +22,25 @@ struct Plan {
   RecurrentShape shape;
   Eigen::Index stride_rows = 1;
   std::uint32_t batch = 256;
-  std::uint32_t iterations = 0;
+  std::uint32_t iterations = 0;  ///< at least
   double learning_rate = 1e-3;
   std::uint64_t seed = 3;
+};
+
+/// A matrix on cache lines, as the kernels want it.
+class LineMatrix {
+ public:
+  LineMatrix(Eigen::Index rows, Eigen::Index columns)
+      : values_(static_cast<std::size_t>(rows * columns), 0.0F), rows_(rows), columns_(columns) {}
+  [[nodiscard]] float* data() { return values_.data(); }
+  [[nodiscard]] const float* data() const { return values_.data(); }
+  [[nodiscard]] Eigen::Map<Eigen::MatrixXf> view() { return {values_.data(), rows_, columns_}; }
+  [[nodiscard]] Eigen::Map<Eigen::ArrayXf> flat() { return {values_.data(), rows_ * columns_}; }
+
+ private:
+  learn::AlignedVector<float> values_;
+  Eigen::Index rows_;
+  Eigen::Index columns_;
 };
 
 /// Scaled inputs of a series as columns, and where the episode of each row began.
@@ -52,7 +68,7 @@ Rows rows_of(const model::CalibrationModel& frame, const Series& series) {
 
 /// Columns of the window that ends at `row`, oldest first, into column `sample` of each step.
 void gather(const Plan& plan, const Rows& rows, Eigen::Index row, Eigen::Index sample,
-            Eigen::Index samples, Eigen::MatrixXf& windows) {
+            Eigen::Index samples, Eigen::Map<Eigen::MatrixXf> windows) {
   for (std::ptrdiff_t t = 0; t < plan.shape.window; ++t) {
     const Eigen::Index back = (plan.shape.window - 1 - t) * plan.stride_rows;
     const Eigen::Index at = std::max(row - back, rows.began[static_cast<std::size_t>(row)]);
@@ -65,7 +81,8 @@ class Adam {
  public:
   explicit Adam(std::ptrdiff_t count)
       : first_(Eigen::ArrayXf::Zero(count)), second_(Eigen::ArrayXf::Zero(count)) {}
-  void step(Eigen::Ref<Eigen::ArrayXf> parameters, const Eigen::ArrayXf& gradient, double rate) {
+  void step(Eigen::Map<Eigen::ArrayXf> parameters, Eigen::Map<Eigen::ArrayXf> gradient,
+            double rate) {
     constexpr float kBeta1 = 0.9F;
     constexpr float kBeta2 = 0.999F;
     ++steps_;
@@ -83,12 +100,14 @@ class Adam {
 };
 
 /// Glorot uniform weights per gate, zero biases; the forget gate's bias is 1 (Gers et al. 2000).
-Eigen::ArrayXf initial(const RecurrentShape& s, std::uint64_t seed) {
-  Eigen::ArrayXf p = Eigen::ArrayXf::Zero(s.parameter_count());
+LineMatrix initial(const RecurrentShape& s, std::uint64_t seed) {
+  LineMatrix parameters(s.parameter_count(), 1);
+  Eigen::Map<Eigen::ArrayXf> p = parameters.flat();
   learn::Random random(seed);
   const auto draw = [&](int block, std::ptrdiff_t in, std::ptrdiff_t out) {
     const double limit = std::sqrt(6.0 / static_cast<double>(in + out));
-    for (std::ptrdiff_t i = s.offset(block); i < s.offset(block + 1); ++i)
+    const std::ptrdiff_t end = s.offset(block) + s.size(block);
+    for (std::ptrdiff_t i = s.offset(block); i < end; ++i)
       p[i] = static_cast<float>(limit * (2.0 * random.unit() - 1.0));
   };
   draw(0, s.inputs, s.units);
@@ -96,11 +115,11 @@ Eigen::ArrayXf initial(const RecurrentShape& s, std::uint64_t seed) {
   if (s.dense > 0) draw(4, s.units, s.dense);
   draw(6, s.head_inputs(), s.outputs);
   if (s.cell == Cell::kLstm) p.segment(s.offset(1) + s.units, s.units).setOnes();
-  return p;
+  return parameters;
 }
 
 /// Layers that the plugin runs: gate blocks padded to whole lines, then the dense layers.
-std::vector<model::DenseLayer> gru_layers(const Plan& plan, const Eigen::ArrayXf& p) {
+std::vector<model::DenseLayer> gru_layers(const Plan& plan, const LineMatrix& p) {
   const RecurrentShape& s = plan.shape;
   const auto block = static_cast<Eigen::Index>(
       model::packed::padded(static_cast<std::size_t>(s.units), model::packed::kLineLanes));
@@ -135,7 +154,7 @@ std::vector<model::DenseLayer> gru_layers(const Plan& plan, const Eigen::ArrayXf
 
 class RecurrentPredictor final : public Predictor {
  public:
-  RecurrentPredictor(Plan plan, model::CalibrationModel frame, Eigen::ArrayXf parameters)
+  RecurrentPredictor(Plan plan, model::CalibrationModel frame, LineMatrix parameters)
       : plan_(plan), model_(std::move(frame)), parameters_(std::move(parameters)) {
     if (plan_.shape.cell == Cell::kGru) model_.layers = gru_layers(plan_, parameters_);
   }
@@ -165,7 +184,9 @@ class RecurrentPredictor final : public Predictor {
     correction = result.row(row - from).transpose();
   }
   [[nodiscard]] std::size_t parameters() const override {
-    return static_cast<std::size_t>(parameters_.size());
+    std::ptrdiff_t count = 0;
+    for (int block = 0; block < RecurrentShape::kBlocks; ++block) count += plan_.shape.size(block);
+    return static_cast<std::size_t>(count);
   }
   [[nodiscard]] const model::CalibrationModel* model() const override {
     return plan_.shape.cell == Cell::kGru ? &model_ : nullptr;
@@ -185,13 +206,13 @@ class RecurrentPredictor final : public Predictor {
     return part;
   }
   void run(const Rows& rows, Eigen::Index row, Eigen::Index count, Eigen::MatrixXd& result) const {
-    Eigen::MatrixXf windows(plan_.shape.inputs, plan_.shape.window * count);
-    for (Eigen::Index i = 0; i < count; ++i) gather(plan_, rows, row + i, i, count, windows);
-    Eigen::MatrixXf outputs(plan_.shape.outputs, count);
+    LineMatrix windows(plan_.shape.inputs, plan_.shape.window * count);
+    for (Eigen::Index i = 0; i < count; ++i) gather(plan_, rows, row + i, i, count, windows.view());
+    LineMatrix outputs(plan_.shape.outputs, count);
     recurrent_kernels(learn::best_isa())
         .forward(plan_.shape, parameters_.data(), windows.data(), count, outputs.data());
     result.middleRows(row, count) =
-        ((outputs.cast<double>().array().colwise() * model_.output.scale.array())
+        ((outputs.view().cast<double>().array().colwise() * model_.output.scale.array())
              .matrix()
              .colwise() +
          model_.output.mean)
@@ -200,7 +221,7 @@ class RecurrentPredictor final : public Predictor {
 
   Plan plan_;
   model::CalibrationModel model_;  ///< for an LSTM the frame alone
-  Eigen::ArrayXf parameters_;
+  LineMatrix parameters_;
 };
 
 /// Trains on windows in random order. Errors: stopped.
@@ -225,17 +246,16 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
   }
   const auto batch = std::min<Eigen::Index>(plan.batch, static_cast<Eigen::Index>(order.size()));
   if (epochs > 0.0) {
-    // Few rows make few batches: an epoch of them teaches little.
-    constexpr double kLeastIterations = 3000.0;
     const double asked = epochs * static_cast<double>(order.size()) / static_cast<double>(batch);
-    plan.iterations = static_cast<std::uint32_t>(std::ceil(std::max(asked, kLeastIterations)));
+    plan.iterations =
+        static_cast<std::uint32_t>(std::max<double>(std::ceil(asked), plan.iterations));
   }
-  Eigen::ArrayXf parameters = initial(plan.shape, plan.seed);
-  Eigen::ArrayXf gradient(parameters.size());
-  Adam adam(parameters.size());
+  LineMatrix parameters = initial(plan.shape, plan.seed);
+  LineMatrix gradient(plan.shape.parameter_count(), 1);
+  Adam adam(plan.shape.parameter_count());
   learn::Random random(plan.seed + 1);
-  Eigen::MatrixXf windows(plan.shape.inputs, plan.shape.window * batch);
-  Eigen::MatrixXf targets(plan.shape.outputs, batch);
+  LineMatrix windows(plan.shape.inputs, plan.shape.window * batch);
+  LineMatrix targets(plan.shape.outputs, batch);
   std::size_t next = order.size();
   for (std::uint32_t i = 0; i < plan.iterations; ++i) {
     if (i % 8 == 0 && !settings.keep_going(static_cast<double>(i) / plan.iterations))
@@ -246,19 +266,20 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
         next = 0;
       }
       const auto [k, row] = order[next++];
-      gather(plan, rows[k], row, b, batch, windows);
-      targets.col(b) = ((series[k].errors.row(row).transpose() - frame.output.mean).array() /
-                        frame.output.scale.array())
-                           .cast<float>();
+      gather(plan, rows[k], row, b, batch, windows.view());
+      targets.view().col(b) = ((series[k].errors.row(row).transpose() - frame.output.mean).array() /
+                               frame.output.scale.array())
+                                  .cast<float>();
     }
     recurrent_kernels(learn::best_isa())
         .gradient(plan.shape, parameters.data(), windows.data(), targets.data(), batch,
                   gradient.data());
     // The step falls to a tenth over the last third: what is left of the noise of small batches.
     const double late = 3.0 * (static_cast<double>(i) / plan.iterations - 2.0 / 3.0);
-    adam.step(parameters, gradient, plan.learning_rate * std::pow(10.0, -std::max(0.0, late)));
+    adam.step(parameters.flat(), gradient.flat(),
+              plan.learning_rate * std::pow(10.0, -std::max(0.0, late)));
   }
-  if (!parameters.allFinite())
+  if (!parameters.flat().allFinite())
     return core::Error{core::ErrorCode::kData, "training diverged: a weight is not finite"};
   frame.provenance["settings"] =
       fmt::format("{} units, window {}, seed {}", plan.shape.units, plan.shape.window, plan.seed);
@@ -288,6 +309,7 @@ class Gru final : public Method {
                            ? std::max<Eigen::Index>(1, std::lround(kStepS / problem.row_period_s))
                            : 1;
     plan.batch = count_rows(series) > 20000 ? 256 : 64;
+    plan.iterations = settings.gru_iterations;
     plan.seed = settings.seed;
     return train(plan, problem, series, settings, settings.gru_epochs);
   }

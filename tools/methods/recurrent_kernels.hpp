@@ -19,9 +19,10 @@ enum class Cell {
 };
 
 /// A cell over `window` samples from a state of zero, then a sigmoid layer if dense > 0, then a
-/// linear layer. Parameters lie one after the other: input weights [gates x inputs], input biases,
-/// recurrent weights [gates x units], recurrent biases, dense weights and biases, output weights
-/// and biases, where gates = 3 or 4 times units.
+/// linear layer. Parameters lie one after the other, each block on a line of 64 bytes of floats, so
+/// that sums run in the same order wherever the memory lies: input weights [gates x inputs], input
+/// biases, recurrent weights [gates x units], recurrent biases, dense weights and biases, output
+/// weights and biases, where gates = 3 or 4 times units.
 struct RecurrentShape {
   Cell cell = Cell::kGru;
   std::ptrdiff_t inputs = 0;
@@ -32,24 +33,33 @@ struct RecurrentShape {
 
   [[nodiscard]] std::ptrdiff_t gates() const { return (cell == Cell::kGru ? 3 : 4) * units; }
   [[nodiscard]] std::ptrdiff_t head_inputs() const { return dense > 0 ? dense : units; }
-  /// Offsets of the parameter blocks in the order above; the last is the number of parameters.
+  static constexpr int kBlocks = 8;
+  /// Scalars of a parameter block, in the order above.
+  [[nodiscard]] std::ptrdiff_t size(int block) const {
+    const std::ptrdiff_t sizes[kBlocks] = {
+        gates() * inputs, gates(), gates() * units,         gates(),
+        dense * units,    dense,   outputs * head_inputs(), outputs};
+    return sizes[block];
+  }
   [[nodiscard]] std::ptrdiff_t offset(int block) const {
-    const std::ptrdiff_t sizes[] = {gates() * inputs, gates(), gates() * units,         gates(),
-                                    dense * units,    dense,   outputs * head_inputs(), outputs};
+    constexpr std::ptrdiff_t kLine = 16;
     std::ptrdiff_t at = 0;
-    for (int i = 0; i < block; ++i) at += sizes[i];
+    for (int i = 0; i < block; ++i) at += (size(i) + kLine - 1) / kLine * kLine;
     return at;
   }
-  [[nodiscard]] std::ptrdiff_t parameter_count() const { return offset(8); }
+  /// Padding included.
+  [[nodiscard]] std::ptrdiff_t parameter_count() const { return offset(kBlocks); }
 };
 
 template <typename Scalar>
 struct RecurrentKernels {
+  /// All memory on lines of 64 bytes.
   /// `inputs` [inputs x (window * samples)]: all samples of the oldest step first. `outputs`
   /// [outputs x samples].
   void (*forward)(const RecurrentShape& shape, const Scalar* parameters, const Scalar* inputs,
                   std::ptrdiff_t samples, Scalar* outputs);
-  /// Mean squared error against `targets` [outputs x samples]; overwrites `gradient`.
+  /// Mean squared error against `targets` [outputs x samples]; overwrites `gradient` but its
+  /// padding.
   double (*gradient)(const RecurrentShape& shape, const Scalar* parameters, const Scalar* inputs,
                      const Scalar* targets, std::ptrdiff_t samples, Scalar* gradient);
 };

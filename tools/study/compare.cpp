@@ -64,34 +64,40 @@ bool errors_lie_apart(const Group& group) {
   return all < 0.5 * each.maxCoeff();
 }
 
-core::Result<std::vector<Group>> make_groups(const CompareData& data,
-                                             const CompareOptions& options) {
-  std::vector<Group> groups;
+struct Groups {
+  std::vector<Group> all;
+  double weight = 1.0;  ///< of a group's minutes: groups share their rows, or have their own
+};
+
+core::Result<Groups> make_groups(const CompareData& data, const CompareOptions& options) {
+  Groups groups;
   RAVENCAL_ASSIGN_OR_RETURN(Group whole,
                             make_group(data, options, options.features, options.joints));
-  if (options.features_of.empty() && !errors_lie_apart(whole)) {
-    groups.push_back(std::move(whole));
+  const bool apart = errors_lie_apart(whole);
+  if (options.features_of.empty() && !apart) {
+    groups.all.push_back(std::move(whole));
     return groups;
   }
+  if (!apart) groups.weight = 1.0 / static_cast<double>(whole.problem.outputs.size());
   for (const model::OutputSpec& output : whole.problem.outputs) {
     const auto own = options.features_of.find(output.joint);
     RAVENCAL_ASSIGN_OR_RETURN(
         Group group,
         make_group(data, options, own == options.features_of.end() ? options.features : own->second,
                    {output.joint}));
-    groups.push_back(std::move(group));
+    groups.all.push_back(std::move(group));
   }
   return groups;
 }
 
-/// Minutes of motion in rows of these series.
+/// Minutes of motion in the rows of these series that train.
 double minutes_of(std::span<const Series> series, const Problem& problem) {
-  return static_cast<double>(methods::count_rows(series)) * problem.row_period_s / 60.0;
+  return static_cast<double>(methods::count_training_rows(series)) * problem.row_period_s / 60.0;
 }
 
 class MethodRun {
  public:
-  MethodRun(const Method& method, std::vector<Group>& groups, const CompareOptions& options,
+  MethodRun(const Method& method, Groups& groups, const CompareOptions& options,
             std::function<bool(double)> keep_going)
       : method_(method), groups_(groups), options_(options), keep_going_(std::move(keep_going)) {
     result_.id = method.id();
@@ -102,7 +108,7 @@ class MethodRun {
 
   /// Nothing if stopped.
   std::optional<MethodResult> run() {
-    for (const Group& group : groups_) {
+    for (const Group& group : groups_.all) {
       const std::string why = method_.unsuited(group.problem, group.train, options_.settings);
       if (!why.empty()) return without_figures(CompareStatus::kUnsuited, why);
     }
@@ -145,13 +151,13 @@ class MethodRun {
   core::Result<CurvePoint> fit_share(double share, double from, double to) {
     CurvePoint point;
     point.share = share;
-    for (Group& group : groups_) {
-      const auto rows =
-          static_cast<Eigen::Index>(share * static_cast<double>(methods::count_rows(group.train)));
+    for (Group& group : groups_.all) {
+      const auto rows = static_cast<Eigen::Index>(
+          share * static_cast<double>(methods::count_training_rows(group.train)));
       const std::vector<Series> part = methods::first_rows(group.train, rows);
       RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<Predictor> predictor,
                                 method_.fit(group.problem, part, settings(from, to)));
-      point.minutes += minutes_of(part, group.problem) / static_cast<double>(groups_.size());
+      point.minutes += minutes_of(part, group.problem) * groups_.weight;
       const auto left = errors_left(*predictor, group.sets.at("test"));
       for (std::size_t k = 0; k < group.problem.outputs.size(); ++k) {
         point.rmse.push_back(figure_of(group.sets.at("test"), left, static_cast<Eigen::Index>(k),
@@ -166,7 +172,7 @@ class MethodRun {
     CurvePoint last;
     double p50 = 0.0, p99 = 0.0, p999 = 0.0;
     std::vector<std::string> remarks;
-    for (Group& group : groups_) {
+    for (Group& group : groups_.all) {
       const auto before = std::chrono::steady_clock::now();
       RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<Predictor> predictor,
                                 method_.fit(group.problem, group.train, settings(from, 1.0)));
@@ -175,7 +181,7 @@ class MethodRun {
       result_.parameters += predictor->parameters();
       if (!predictor->remark().empty()) remarks.push_back(predictor->remark());
       judge(group, *predictor);
-      last.minutes += minutes_of(group.train, group.problem) / static_cast<double>(groups_.size());
+      last.minutes += minutes_of(group.train, group.problem) * groups_.weight;
       const StepTime step = time_steps(*predictor, group.sets.at("test").front());
       p50 += step.p50_us;
       p99 += step.p99_us;
@@ -212,7 +218,7 @@ class MethodRun {
         joint.sets[name] = figure.figure;
         if (name != "test") continue;
         joint.blocks = std::move(figure.blocks);
-        if (groups_.size() > 1 || group.problem.outputs.size() < 2) continue;
+        if (groups_.all.size() > 1 || group.problem.outputs.size() < 2) continue;
         result_.maps.push_back(
             {joint.joint, joint.unit,
              error_map_of(series, left, output, per_si(group, k), 0, 1, kMapCells)});
@@ -234,15 +240,15 @@ class MethodRun {
     std::filesystem::create_directories(folder, ignored);
     const bool recurrent =
         model->layers.size() > 1 && model->layers[0].kind == model::packed::LayerKind::kGruInput;
-    const std::string name = result_.id +
-                             (groups_.size() > 1 ? "_" + group.problem.outputs.front().joint : "") +
-                             (recurrent ? ".blob" : ".onnx");
+    const std::string name =
+        result_.id + (groups_.all.size() > 1 ? "_" + group.problem.outputs.front().joint : "") +
+        (recurrent ? ".blob" : ".onnx");
     RAVENCAL_RETURN_IF_ERROR(recurrent ? model::write_blob(*model, folder / name)
                                        : learn::write_onnx(*model, folder / name));
     result_.model_file += (result_.model_file.empty() ? "models/" : ", models/") + name;
-    if (!options_.measure || groups_.size() > 1) {
+    if (!options_.measure || groups_.all.size() > 1) {
       loop.why_not_measured =
-          groups_.size() > 1 ? "one model per joint" : options_.why_not_measured;
+          groups_.all.size() > 1 ? "one model per joint" : options_.why_not_measured;
       return {};
     }
     auto measured = options_.measure(*model);
@@ -256,7 +262,7 @@ class MethodRun {
   }
 
   const Method& method_;
-  std::vector<Group>& groups_;
+  Groups& groups_;
   const CompareOptions& options_;
   std::function<bool(double)> keep_going_;
   MethodResult result_;
@@ -268,13 +274,15 @@ std::string key_of(const CompareOptions& options, std::string_view method) {
   const methods::Settings& s = options.settings;
   std::string key = fmt::format(
       "{}; features {}; play {}; joints {}; shares {}; poses {}; seed {}; hidden {} activation {}; "
-      "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {}; lstm {} {}; inducing {}; "
+      "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {} {}; lstm {} {}; inducing "
+      "{}; "
       "trees {}; physics {}; loop {}",
       method, options.features, fmt::join(options.play, ","), fmt::join(options.joints, ","),
       fmt::join(options.shares, ","), options.poses, s.seed, fmt::join(s.hidden, ","),
       static_cast<int>(s.activation), s.epochs, s.batch, s.networks, s.learning_rate,
-      s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.lstm_units, s.lstm_iterations,
-      s.inducing, s.trees, s.physics.string(), static_cast<bool>(options.measure));
+      s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.gru_iterations, s.lstm_units,
+      s.lstm_iterations, s.inducing, s.trees, s.physics.string(),
+      static_cast<bool>(options.measure));
   for (const auto& [joint, features] : options.features_of)
     key += fmt::format("; {}={}", joint, features);
   for (const auto& [name, value] : options.facts) key += "; " + name + " " + value;
@@ -333,7 +341,7 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   if (data.train.empty() || !data.sets.contains("test") || data.sets.at("test").empty())
     return core::Error{core::ErrorCode::kUsage, "needs recordings to train on and to test on"};
   RAVENCAL_ASSIGN_OR_RETURN(const auto wanted, wanted_methods(options));
-  RAVENCAL_ASSIGN_OR_RETURN(std::vector<Group> groups, make_groups(data, options));
+  RAVENCAL_ASSIGN_OR_RETURN(Groups groups, make_groups(data, options));
   const std::filesystem::path folder = options.out / "methods";
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -345,12 +353,14 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   Comparison& comparison = outcome.comparison;
   comparison.title = options.title;
   comparison.facts = options.facts;
-  comparison.order = name_of(groups.front().problem.order);
-  comparison.training_minutes = minutes_of(groups.front().train, groups.front().problem);
+  comparison.order = name_of(groups.all.front().problem.order);
+  comparison.training_minutes = 0.0;
+  for (const Group& group : groups.all)
+    comparison.training_minutes += minutes_of(group.train, group.problem) * groups.weight;
   comparison.loop_budget_us = options.loop_budget_us;
-  if (groups.size() == 1 && groups.front().problem.outputs.size() > 1) {
-    comparison.map_x = groups.front().problem.outputs[0].joint;
-    comparison.map_y = groups.front().problem.outputs[1].joint;
+  if (groups.all.size() == 1 && groups.all.front().problem.outputs.size() > 1) {
+    comparison.map_x = groups.all.front().problem.outputs[0].joint;
+    comparison.map_y = groups.all.front().problem.outputs[1].joint;
     comparison.map_cells = kMapCells;
   }
   double done = 0.0;
