@@ -71,7 +71,7 @@ class ProofFolder : public ::testing::Test {
 
 TEST_F(ProofFolder, IsScoredWhereEveryHashFits) {
   whole();
-  const auto proof = score_proof(options_, false);
+  const auto proof = score_proof(options_, std::nullopt);
   ASSERT_TRUE(proof.ok()) << proof.error().message;
   EXPECT_EQ(proof.value()["cases"], 2);
   EXPECT_EQ(proof.value()["without_report"], 0);
@@ -297,10 +297,9 @@ TEST(ProveScore, CountsANameInASetAndAWrongOne) {
   EXPECT_EQ(wrong.top1_id, "creep");
 }
 
-TEST(ProveScore, TakesWordsOfToleranceForAParameterAndSilenceForSilence) {
+TEST(ProveScore, TellsAParameterOutOfToleranceFromPhysicsAndSilenceFromBoth) {
   Json verdict = verdict_of("parameter_out_of_tolerance", "gain_error", 0.1);
-  verdict["report"]["verdict"]["text"] =
-      "Joint elbow, transmission: gain_error is out of the plant's tolerance (ratio 0.1).";
+  verdict["report"]["effects"][0]["out_of_tolerance"] = true;
   const CaseScore s = scored(manifest_of("control", nullptr, 0.0), verdict);
   EXPECT_TRUE(s.alarm);
   EXPECT_FALSE(s.physics);
@@ -315,6 +314,34 @@ TEST(ProveScore, CountsACaseWithoutAReportAsNotNamed) {
                              {{"case", 0}, {"report", nullptr}, {"log", "crashed"}});
   EXPECT_TRUE(s.failed);
   EXPECT_FALSE(s.top1);
+}
+
+TEST(ProveScore, TakesACrashOnAControlForNoCleanBillOfHealth) {
+  const CaseScore s = scored(manifest_of("control", nullptr, 0.0),
+                             {{"case", 0}, {"report", nullptr}, {"log", "crashed"}});
+  EXPECT_TRUE(s.alarm);
+}
+
+TEST(ProveScore, WantsTheUnknownFlaggedAtItsOwnJoint) {
+  Json manifest = manifest_of("outside", "local_bump", 8.0);
+  manifest["subjects"][0]["outside"] = true;
+  Json verdict = verdict_of("unexplained", nullptr, 0);
+  verdict["report"]["unexplained"] = {{{"joint", "shoulder"}, {"stage", "transmission"}}};
+  EXPECT_FALSE(scored(manifest, verdict).subjects[0].flagged_here);
+  verdict["report"]["unexplained"][0]["joint"] = "elbow";
+  EXPECT_TRUE(scored(manifest, verdict).subjects[0].flagged_here);
+}
+
+TEST(ProveTally, CountsWhatIsOutsideOfTheVocabularyOnlyWhereNothingInsideImitatesIt) {
+  Json manifest = manifest_of("outside", "square_viscous", 8.0);
+  manifest["subjects"][0]["outside"] = true;
+  manifest["subjects"][0]["own_over_floor"] = 0.8;
+  manifest["subjects"][0]["imitated_by"] = "viscous_friction";
+  Json own = manifest;
+  own["subjects"][0]["own_over_floor"] = 5.0;
+  const Json silent = verdict_of("nothing_left_out", nullptr, 0);
+  EXPECT_EQ(tally({scored(manifest, silent)})["targets"][5]["verdict"], "no cases");
+  EXPECT_EQ(tally({scored(own, silent)})["targets"][5]["verdict"], "not met");
 }
 
 TEST(ProveTally, MeetsItsTargetsWithAPerfectToolAndMissesThemWithAMuteOne) {

@@ -10,6 +10,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "prove/leak.hpp"
 #include "prove/proof.hpp"
 #include "prove/score_proof.hpp"
 #include "prove/tally.hpp"
@@ -21,6 +22,7 @@ struct Arguments {
   prove::ProofOptions proof;
   std::string out, tool, data, house;
   std::string until = "score";
+  prove::LeakOptions leak;
   bool no_leak_test = false;
   bool check = false;
 };
@@ -55,15 +57,28 @@ core::Status run(const Arguments& arguments, int& exit_code) {
   RAVENCAL_RETURN_IF_ERROR(prove::run_cases(options));
   if (arguments.until == "run") return {};
   options.look = progress_of("prove: leak test");
-  RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json proof,
-                            prove::score_proof(options, !arguments.no_leak_test));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const nlohmann::ordered_json proof,
+      prove::score_proof(options,
+                         arguments.no_leak_test ? std::nullopt : std::optional(arguments.leak)));
   fmt::print("{}", prove::targets_text(proof));
-  const auto& cost = proof["minutes_per_hundred_on_two_cores"];
+  if (proof.contains("leak_test")) {
+    const auto& leak = proof["leak_test"];
+    fmt::print("leak test: {:.1f} % of {} pairs told apart (95 % between {:.1f} and {:.1f}): {}\n",
+               100.0 * leak["accuracy"].get<double>(), leak["pairs"].get<int>(),
+               100.0 * leak["ci95"][0].get<double>(), 100.0 * leak["ci95"][1].get<double>(),
+               leak["at_chance"].get<bool>() ? "chance" : "the cases give themselves away");
+  }
+  const auto& cost = proof["cpu_minutes_per_hundred_on_two_cores"];
   fmt::print(
-      "{} cases, {} without a report; per hundred on two cores {:.1f} min to make, {:.1f} min "
-      "to diagnose\nproof: {}/proof.html\n",
+      "{} cases, {} without a report; processor time per hundred over two cores {:.1f} min to "
+      "make, {:.1f} min to diagnose\n{}proof: {}/proof.html\n",
       proof["cases"].get<int>(), proof["without_report"].get<int>(), cost["generate"].get<double>(),
-      cost["diagnose"].get<double>(), arguments.out);
+      cost["diagnose"].get<double>(),
+      options.data.empty() ? "real recordings: not tried; give their folder by --data or "
+                             "RAVENCAL_DATA_DIR\n"
+                           : "",
+      arguments.out);
   for (const auto& target : proof["targets"]) {
     if (arguments.check && target["verdict"] == "not met") exit_code = 1;
   }
@@ -95,8 +110,10 @@ void add_prove(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--limit-s", proof.limit_s, "Ends a diagnosis that takes longer")
       ->capture_default_str();
-  command->add_option("--data", arguments->data,
-                      "Folder of real recordings: adds ablated and injected cases");
+  command
+      ->add_option("--data", arguments->data,
+                   "Folder of real recordings: adds ablated and injected cases")
+      ->envname("RAVENCAL_DATA_DIR");
   command
       ->add_option("--house", arguments->house,
                    "Folder with plants/ and profiles/ of the real recordings")
@@ -106,6 +123,9 @@ void add_prove(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"seal", "run", "score"}))
       ->capture_default_str();
   command->add_flag("--keep-recordings", proof.keep_recordings, "Else removed once diagnosed");
+  command->add_option("--leak-pairs", arguments->leak.pairs, "Recordings of either kind in it")
+      ->check(CLI::Range(10, 9999))
+      ->capture_default_str();
   command->add_flag("--no-leak-test", arguments->no_leak_test, "Skip it where it was not done yet");
   command->add_flag("--check", arguments->check, "Exit with 1 if a target is not met");
   command->footer(

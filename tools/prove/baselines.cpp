@@ -7,182 +7,17 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "prove/black_box.hpp"
+
 namespace ravencal::prove {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using record::Role;
 using Json = nlohmann::ordered_json;
 
-constexpr Index kMostRows = 6000;
-
-/// Signals of one joint, thinned; rows with a lost value are left out.
-struct Signals {
-  VectorXd t_s, q, v, a, truth, effort, weight;
-  std::vector<VectorXd> others;
-  [[nodiscard]] Index rows() const { return t_s.size(); }
-};
-
-VectorXd smoothed(const VectorXd& x, Index half) {
-  VectorXd out(x.size());
-  double sum = 0.0;
-  Index a = 0, b = 0;
-  for (Index i = 0; i < x.size(); ++i) {
-    for (; b < std::min(x.size(), i + half + 1); ++b) sum += x[b];
-    for (; a < i - half; ++a) sum -= x[a];
-    out[i] = sum / static_cast<double>(b - a);
-  }
-  return out;
-}
-
-VectorXd slope(const VectorXd& x, const VectorXd& t_s) {
-  VectorXd out = VectorXd::Zero(x.size());
-  for (Index i = 1; i + 1 < x.size(); ++i)
-    out[i] = (x[i + 1] - x[i - 1]) / (t_s[i + 1] - t_s[i - 1]);
-  return out;
-}
-
-Signals signals_of(const record::Recording& r, const NominalRobot& plant, std::size_t joint) {
-  const NominalJoint& j = plant.joints[joint];
-  const Chain chain = chain_of(plant);
-  VectorXd t_s(r.rows());
-  for (Index i = 0; i < r.rows(); ++i)
-    t_s[i] = static_cast<double>(r.t_ns[static_cast<std::size_t>(i)]) * 1e-9;
-  const auto half = static_cast<Index>(0.1 * plant.row_rate_hz);
-  std::vector<VectorXd> positions;
-  for (const NominalJoint& each : plant.joints)
-    positions.push_back(smoothed(r.samples.col(*r.column(Role::kJointEstimate, each.name)), half));
-  const VectorXd v = smoothed(slope(positions[joint], t_s), half);
-  const VectorXd a = smoothed(slope(v, t_s), half);
-  const auto truth = r.column(Role::kJointTruth, j.name);
-  const auto torque = r.column(Role::kDriveTorque, j.name);
-  const VectorXd effort =
-      torque ? smoothed(r.samples.col(*torque) * (j.reduction / j.gearbox_ratio), half)
-             : VectorXd();
-  const Index stride = std::max<Index>(1, r.rows() / kMostRows);
-  std::vector<Index> rows;
-  for (Index i = stride; i + stride < r.rows(); i += stride)
-    if (!truth || std::isfinite(r.samples(i, *truth))) rows.push_back(i);
-  Signals s;
-  s.t_s = t_s(rows);
-  s.q = positions[joint](rows);
-  s.v = v(rows);
-  s.a = a(rows);
-  if (truth) s.truth = r.samples.col(*truth)(rows);
-  if (torque) s.effort = effort(rows);
-  s.weight.resize(s.rows());
-  for (Index i = 0; i < s.rows(); ++i) {
-    Vector3d q = Vector3d::Zero();
-    for (std::size_t k = 0; k < positions.size(); ++k)
-      q[static_cast<Index>(k)] = positions[k][rows[static_cast<std::size_t>(i)]];
-    s.weight[i] = chain.weight(q)[static_cast<Index>(joint)];
-  }
-  for (std::size_t k = 0; k < positions.size(); ++k)
-    s.others.push_back(k == joint ? VectorXd(VectorXd::Zero(s.rows()))
-                                  : VectorXd(positions[k](rows)));
-  return s;
-}
-
-/// -1 to 1: which side of a gap of that width the position pushes.
-VectorXd play(const VectorXd& q, double width) {
-  VectorXd out(q.size());
-  double side = 0.0;
-  for (Index i = 0; i < q.size(); ++i) {
-    if (i > 0) side = std::clamp(side + 2.0 * (q[i] - q[i - 1]) / width, -1.0, 1.0);
-    out[i] = side;
-  }
-  return out;
-}
-
-MatrixXd wave(const VectorXd& q, double order) {
-  MatrixXd out(q.size(), 2);
-  out.col(0) = (order * q.array()).sin();
-  out.col(1) = (order * q.array()).cos();
-  return out;
-}
-
-MatrixXd together(const std::vector<VectorXd>& columns, Index rows) {
-  MatrixXd out(rows, static_cast<Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
-  return out;
-}
-
-double narrow(const NominalJoint& j) { return j.prismatic ? 3e-5 : 6e-4; }
-
-TermLibrary position_library(const Signals& s, const NominalRobot& plant, std::size_t joint) {
-  const NominalJoint& j = plant.joints[joint];
-  TermLibrary lib;
-  lib.y = s.truth - s.q + plant.truth_latency_s * s.v;
-  lib.smallest = 0.5 * typical_floor(j.prismatic, false);
-  std::vector<VectorXd> nuisance;
-  if (j.stiffness > 0.0) {
-    lib.y += (s.weight + j.joint_friction * play(s.q, narrow(j))) / j.stiffness;
-    nuisance = {s.weight / j.stiffness};
-    if (j.joint_friction > 0.0)
-      nuisance.push_back(play(s.q, narrow(j)) * (j.joint_friction / j.stiffness));
-  }
-  lib.nuisance = together(nuisance, s.rows());
-  const auto add = [&](const char* id, const MatrixXd& columns) {
-    lib.groups.push_back({id, columns});
-  };
-  const VectorXd t = s.t_s.array() - s.t_s[0];
-  const double whole_s = t[t.size() - 1];
-  add("homing_offset", VectorXd::Ones(s.rows()));
-  add("gain_error", s.q);
-  for (std::size_t k = 0; k < s.others.size(); ++k)
-    if (k != joint) add("coupling", s.others[k]);
-  if (j.stiffness <= 0.0) add("compliance", s.weight);
-  add("backlash", s.weight.array().sign().matrix());
-  if (j.joint_friction <= 0.0) add("joint_friction", play(s.q, 4.0 * narrow(j)));
-  add("hysteresis", play(s.q, 40.0 * narrow(j)));
-  VectorXd slow(s.rows());
-  double state = s.weight[0];
-  for (Index i = 0; i < s.rows(); ++i) {
-    if (i > 0) state += (s.weight[i] - state) * std::min(1.0, (t[i] - t[i - 1]) / 10.0);
-    slow[i] = state;
-  }
-  add("creep", slow - s.weight);
-  add("eccentricity", wave(s.q, j.reduction / j.gearbox_ratio));
-  for (const double share : {0.35, 0.45, 0.55, 0.65}) {
-    add("slip", (t.array() > share * whole_s).cast<double>().matrix());
-  }
-  add("delay", s.v);
-  add("thermal_drift", (1.0 - (-3.0 * t.array() / whole_s).exp()).matrix());
-  return lib;
-}
-
-TermLibrary drive_library(const Signals& s, const NominalRobot& plant, std::size_t joint) {
-  const NominalJoint& j = plant.joints[joint];
-  TermLibrary lib;
-  lib.smallest = 0.5 * typical_floor(j.prismatic, true);
-  const VectorXd side = play(s.q, narrow(j));
-  const double inertia = j.motor_inertia_kg_m2 * j.reduction * j.reduction + j.inertia_kg_m2[2];
-  const double known_dry = j.coulomb + j.joint_friction;
-  const VectorXd known = inertia * s.a + s.weight + known_dry * side + j.viscous * s.v;
-  lib.y = s.effort - known;
-  std::vector<VectorXd> nuisance = {s.a};
-  if (j.mass_kg > 0.0) nuisance.push_back(s.weight);
-  if (known_dry > 0.0) nuisance.push_back(side);
-  if (j.viscous > 0.0) nuisance.push_back(s.v);
-  lib.nuisance = together(nuisance, s.rows());
-  const auto add = [&](const char* id, const MatrixXd& columns) {
-    lib.groups.push_back({id, columns});
-  };
-  if (j.coulomb <= 0.0) add("coulomb_friction", side);
-  if (j.viscous <= 0.0) add("viscous_friction", s.v);
-  const VectorXd ratio = s.v / (3.0 * j.stribeck_velocity);
-  if (j.stribeck_extra <= 0.0)
-    add("stribeck_friction", side.array() * (-ratio.array().square()).exp());
-  if (j.presliding <= 0.0) add("presliding", play(s.q, 10.0 * narrow(j)) - side);
-  add("asymmetric_friction", side.cwiseAbs());
-  add("load_dependent_friction", side.cwiseProduct(s.weight.cwiseAbs()));
-  add("torque_constant", known);
-  add("torque_ripple", wave(s.q, 2.0 * j.reduction / j.gearbox_ratio));
-  if (j.mass_kg <= 0.0) add("gravity", wave(s.q, 1.0));
-  return lib;
-}
+double rms(const VectorXd& x) { return std::sqrt(x.squaredNorm() / static_cast<double>(x.size())); }
 
 struct Fitted {
   double before = 0.0, after = 0.0;
@@ -200,9 +35,6 @@ Fitted held_out_figures(const TermLibrary& fit, const TermLibrary& test,
     }
     return x;
   };
-  const auto rms = [](const VectorXd& x) {
-    return std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
-  };
   const MatrixXd x = columns(fit);
   if (x.cols() == 0) return {rms(test.y), rms(test.y)};
   MatrixXd normal = x.transpose() * x;
@@ -211,47 +43,59 @@ Fitted held_out_figures(const TermLibrary& fit, const TermLibrary& test,
   return {rms(test.y), rms(test.y - columns(test) * normal.ldlt().solve(x.transpose() * fit.y))};
 }
 
+using Select = std::vector<std::size_t> (*)(const TermLibrary&);
+
+std::vector<std::size_t> everything(const TermLibrary& library) {
+  std::vector<std::size_t> all(library.groups.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+/// One channel of one joint, on both runs.
+struct Task {
+  std::string joint, metric;
+  TermLibrary fit, test;
+};
+
+Json figure(const Task& task, const Fitted& f) {
+  return {{"joint", task.joint}, {"metric", task.metric}, {"before", f.before}, {"after", f.after}};
+}
+
+void select_with(Select select, const Task& task, Json& out) {
+  const auto chosen = select(task.fit);
+  Json& named = out["named"];
+  for (const std::size_t g : chosen) {
+    const Json entry = {{"id", task.fit.groups[g].id}, {"joint", task.joint}};
+    if (std::find(named.begin(), named.end(), entry) == named.end()) named.push_back(entry);
+  }
+  out["held_out"].push_back(figure(task, held_out_figures(task.fit, task.test, chosen)));
+}
+
 }  // namespace
 
 Json run_baselines(const record::Recording& recording, const record::Recording& held_out,
                    const NominalRobot& plant) {
-  const std::vector<std::pair<std::string, std::vector<std::size_t> (*)(const TermLibrary&)>>
-      methods = {{"bic_forward", bic_forward},
-                 {"stlsq", stlsq},
-                 {"lasso", lasso},
-                 {"everything", [](const TermLibrary& lib) {
-                    std::vector<std::size_t> all(lib.groups.size());
-                    std::iota(all.begin(), all.end(), std::size_t{0});
-                    return all;
-                  }}};
+  constexpr std::pair<const char*, Select> kMethods[] = {
+      {"bic_forward", bic_forward}, {"stlsq", stlsq}, {"lasso", lasso}, {"everything", everything}};
   Json out;
-  for (const auto& method : methods)
-    out[method.first] = {{"named", Json::array()}, {"held_out", Json::array()}};
+  for (const auto& [method, select] : kMethods)
+    out[method] = {{"named", Json::array()}, {"held_out", Json::array()}};
+  Json& network = out["black_box"] = {{"named", nullptr}, {"held_out", Json::array()}};
   for (std::size_t joint = 0; joint < plant.joints.size(); ++joint) {
     const std::string& name = plant.joints[joint].name;
     const Signals fit = signals_of(recording, plant, joint),
                   test = signals_of(held_out, plant, joint);
-    std::vector<std::tuple<const char*, TermLibrary, TermLibrary>> libraries;
+    std::vector<Task> tasks;
     if (fit.truth.size() > 0)
-      libraries.emplace_back("position_rmse", position_library(fit, plant, joint),
-                             position_library(test, plant, joint));
+      tasks.push_back({name, "position_rmse", position_library(fit, plant, joint),
+                       position_library(test, plant, joint)});
     if (fit.effort.size() > 0)
-      libraries.emplace_back("effort_rmse", drive_library(fit, plant, joint),
-                             drive_library(test, plant, joint));
-    for (const auto& [metric, library, second] : libraries) {
-      for (const auto& [method, select] : methods) {
-        const auto chosen = select(library);
-        for (const std::size_t g : chosen) {
-          const Json entry = {{"id", library.groups[g].id}, {"joint", name}};
-          Json& named = out[method]["named"];
-          if (std::find(named.begin(), named.end(), entry) == named.end()) named.push_back(entry);
-        }
-        const Fitted figures = held_out_figures(library, second, chosen);
-        out[method]["held_out"].push_back({{"joint", name},
-                                           {"metric", metric},
-                                           {"before", figures.before},
-                                           {"after", figures.after}});
-      }
+      tasks.push_back({name, "effort_rmse", drive_library(fit, plant, joint),
+                       drive_library(test, plant, joint)});
+    for (const Task& task : tasks) {
+      for (const auto& [method, select] : kMethods) select_with(select, task, out[method]);
+      const double after = black_box_rmse(fit, task.fit.y, test, task.test.y);
+      network["held_out"].push_back(figure(task, {rms(task.test.y), after}));
     }
   }
   return out;

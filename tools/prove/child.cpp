@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -92,18 +93,21 @@ core::Result<ChildResult> run_child(const ChildOptions& options) {
   ChildResult result;
   int status = 0;
   bool stopped = false;
-  while (waitpid(pid, &status, WNOHANG) == 0) {
+  rusage usage{};
+  while (wait4(pid, &status, WNOHANG, &usage) == 0) {
     stopped = options.look && !options.look();
     result.timed_out = elapsed_s() > options.limit_s;
     if (stopped || result.timed_out) {
       kill(-pid, SIGKILL);
-      waitpid(pid, &status, 0);
+      wait4(pid, &status, 0, &usage);
       break;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(elapsed_s() < 1.0 ? 5 : 50));
   }
-  if (stopped) return core::Error{core::ErrorCode::kUsage, "stopped by the user"};
+  if (stopped) return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
   result.wall_s = elapsed_s();
+  for (const timeval& part : {usage.ru_utime, usage.ru_stime})
+    result.cpu_s += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);
   if (!result.timed_out && WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (auto text = core::read_whole_file(log); text.ok()) {
     constexpr std::size_t kKept = 4000;

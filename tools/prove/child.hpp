@@ -17,7 +17,7 @@ namespace ravencal::prove {
 struct ChildResult {
   int exit_code = -1;  ///< -1: ended by a signal or by the time limit
   bool timed_out = false;
-  double wall_s = 0.0;
+  double wall_s = 0.0, cpu_s = 0.0;
   std::string log;  ///< what it printed, both streams, the last 4000 characters
   std::vector<std::pair<std::string, std::string>> files;  ///< wanted outputs: name, content
 };

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "prove/generator/case.hpp"
 #include "prove/parallel.hpp"
 #include "prove/workspace.hpp"
 
@@ -102,8 +101,8 @@ Share classifier_hits(const std::vector<std::vector<double>>& features,
   return share;
 }
 
-core::Result<Json> leak_test(const ProofOptions& options, int pairs, double duration_s) {
-  const auto count = static_cast<std::size_t>(2 * pairs);
+core::Result<Json> leak_test(const ProofOptions& options, const LeakOptions& leak) {
+  const auto count = static_cast<std::size_t>(2 * leak.pairs);
   std::vector<std::vector<double>> features(count);
   std::vector<int> labels(count);
   const auto kinds = vocabulary_kinds();
@@ -112,17 +111,18 @@ core::Result<Json> leak_test(const ProofOptions& options, int pairs, double dura
       in_parallel(count, options.jobs, [&](std::size_t i) -> core::Status {
         CaseOptions case_options;
         case_options.seed = options.seed ^ 0x6c65616bU;
-        case_options.duration_s = duration_s;
+        case_options.duration_s = leak.duration_s;
         case_options.held_out_s = 1.0;
         const SubjectKind& kind = kinds[i / 2 % kinds.size()];
         const bool hidden = i % 2 == 1;
         const CaseDesign design =
             draw_case_with(kind, hidden ? kVanishing : 0.0, static_cast<int>(i), case_options);
-        RAVENCAL_ASSIGN_OR_RETURN(const CaseFiles files, make_case(design, case_options, {}));
+        RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, make_case(design, case_options, {}));
+        if (hidden && leak.planted) leak.planted(files);
         features[i] = features_of(files, 18);
         labels[i] = hidden ? 1 : 0;
-        if (options.look &&
-            !options.look(static_cast<double>(++done) / static_cast<double>(count), "leak test"))
+        const double share = static_cast<double>(++done) / static_cast<double>(count);
+        if (options.look && !options.look(share, fmt::format("{} of {} cases", done.load(), count)))
           return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
         return {};
       });
@@ -131,6 +131,7 @@ core::Result<Json> leak_test(const ProofOptions& options, int pairs, double dura
   const auto [low, high] = wilson(share);
   return Json{{"schema", 1},
               {"pairs", share.of},
+              {"duration_s", leak.duration_s},
               {"accuracy", share.value()},
               {"ci95", {low, high}},
               {"at_chance", low <= 0.5 && high >= 0.5}};

@@ -5,9 +5,11 @@
 // must stay at chance.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
+#include "prove/generator/case.hpp"
 #include "prove/proof.hpp"
 #include "prove/statistics.hpp"
 
@@ -19,8 +21,15 @@ namespace ravencal::prove {
 Share classifier_hits(const std::vector<std::vector<double>>& features,
                       const std::vector<int>& labels);
 
-/// {"pairs", "accuracy", "ci95", "at_chance"}; at chance: the interval holds one half.
-core::Result<nlohmann::ordered_json> leak_test(const ProofOptions& options, int pairs = 60,
-                                               double duration_s = 20.0);
+struct LeakOptions {
+  int pairs = 200;  ///< recordings of either kind
+  double duration_s = 20.0;
+  std::function<void(CaseFiles&)> planted;  ///< tests: gives away what hides something
+};
+
+/// {"pairs", "accuracy", "ci95", "at_chance"}; at chance: the interval holds one half. Without any
+/// leak it does so for 95 % of the seeds. Generates, and diagnoses nothing.
+core::Result<nlohmann::ordered_json> leak_test(const ProofOptions& options,
+                                               const LeakOptions& leak = {});
 
 }  // namespace ravencal::prove

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "prove/proof.hpp"
 
-#include <chrono>
+#include <ctime>
 
 #include "prove/baselines.hpp"
 #include "prove/child.hpp"
@@ -113,14 +113,18 @@ core::Status write_seal(const ProofOptions& options, const Workspace& space) {
   return core::write_whole_file(path, seal.dump(1) + "\n");
 }
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
+/// Processor time of this thread: what a case costs, however busy the machine is.
+double thread_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace
 
 core::Status seal_cases(const ProofOptions& options) {
+  if (!options.data.empty())
+    RAVENCAL_RETURN_IF_ERROR(have_real_recordings(options.data, options.house));
   RAVENCAL_RETURN_IF_ERROR(begin(options));
   const Workspace space{options.out};
   const auto count = static_cast<std::size_t>(all_cases(options));
@@ -129,9 +133,9 @@ core::Status seal_cases(const ProofOptions& options) {
       in_parallel(count, options.jobs, [&](std::size_t i) -> core::Status {
         const int number = static_cast<int>(i);
         if (!fs::exists(space.sealed(number))) {
-          const auto start = Clock::now();
+          const double start_s = thread_s();
           RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, files_of(options, number));
-          RAVENCAL_RETURN_IF_ERROR(seal_one(space, number, std::move(files), seconds_since(start)));
+          RAVENCAL_RETURN_IF_ERROR(seal_one(space, number, std::move(files), thread_s() - start_s));
         }
         const double share = static_cast<double>(++done) / static_cast<double>(count);
         if (options.look && !options.look(share, fmt::format("case {} of {}", done.load(), count)))
@@ -171,12 +175,10 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
     RAVENCAL_ASSIGN_OR_RETURN(inputs[name], sha256_of_file(path));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const ChildResult result, run_child(child));
-  Json verdict = {{"case", number},
-                  {"exit_code", result.exit_code},
-                  {"timed_out", result.timed_out},
-                  {"wall_s", result.wall_s},
-                  {"inputs", inputs},
-                  {"report", nullptr}};
+  Json verdict = {
+      {"case", number},          {"exit_code", result.exit_code}, {"timed_out", result.timed_out},
+      {"wall_s", result.wall_s}, {"cpu_s", result.cpu_s},         {"inputs", inputs},
+      {"report", nullptr}};
   if (!result.files.empty()) {
     const Json report = Json::parse(result.files.front().second, nullptr, false);
     if (!report.is_discarded()) verdict["report"] = report;

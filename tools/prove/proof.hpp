@@ -62,9 +62,4 @@ struct OpenedCase {
 };
 core::Result<std::vector<OpenedCase>> open_cases(const std::filesystem::path& out);
 
-/// Figures of the minutes it took: case generation and diagnosis per hundred cases, two cores.
-struct ProofCost {
-  double generate_s = 0.0, diagnose_s = 0.0;  ///< sums over cases, one core
-};
-
 }  // namespace ravencal::prove

@@ -126,6 +126,7 @@ std::string sizes_html(const Json& proof) {
   };
   for (const auto& [key, words] : std::initializer_list<std::pair<const char*, const char*>>{
            {"top1", "strongest name right"},
+           {"top1_where_nothing_imitates", "the same where no other name fits as well"},
            {"named_at_all", "right name among all"},
            {"set", "right name in a set"},
            {"exact", "right name and no other"},
@@ -150,6 +151,32 @@ std::string sizes_html(const Json& proof) {
          "</tr></thead><tbody>" + rows + "</tbody></table></div>";
 }
 
+/// What is not in the table by size.
+std::string kinds_html(const Json& proof) {
+  std::string rows;
+  const auto row = [&rows](const char* hidden, const char* said, const Json& share) {
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td></tr>", hidden, said,
+                        percent(share));
+  };
+  const Json &controls = proof["controls"], &pairs = proof["two_effects"],
+             &outside = proof["outside"], &parameters = proof["parameters"];
+  row("nothing", "anything found", controls["any_finding"]);
+  row("nothing", "physics named", controls["physics_named"]);
+  row("nothing", "something without a name", controls["unknown"]);
+  row("a parameter out of tolerance", "that parameter", parameters["found"]);
+  row("a parameter out of tolerance", "physics named", parameters["called_physics"]);
+  row("two effects, each at 3 floors and more", "both and nothing else", pairs["exact"]);
+  row("two effects, each at 3 floors and more", "either", pairs["recall"]);
+  row("outside of the vocabulary", "something without a name there", outside["flagged"]);
+  row("outside of the vocabulary", "physics named", outside["called_something_known"]);
+  return fmt::format(
+      "<h2>Nothing, a parameter, two effects, something unknown</h2><div class=\"scroll\"><table>"
+      "<thead><tr><th>hidden</th><th>said</th><th>cases</th></tr></thead><tbody>{}</tbody></table>"
+      "</div><p class=\"quiet\">Of {} effects from outside of the vocabulary {} count: of the "
+      "others, parameters and one known effect imitate all but 3 floors.</p>",
+      rows, outside["cases"].get<int>(), outside["which_nothing_imitates"].get<int>());
+}
+
 std::string confusion_html(const Json& proof) {
   const Json& table = proof["confusion"];
   std::set<std::string> said;
@@ -165,8 +192,8 @@ std::string confusion_html(const Json& proof) {
       rows += count == 0
                   ? "<td class=\"heat\"></td>"
                   : fmt::format(
-                        "<td class=\"heat\" style=\"background:color-mix(in srgb,var({}) {} "
-                        "%,transparent)\">{}</td>",
+                        "<td class=\"heat\" style=\"background:color-mix(in srgb,var({}) "
+                        "{}%,transparent)\">{}</td>",
                         name == truth ? "--good" : "--bad", std::min(70, 20 + 15 * count), count);
     }
     rows += "</tr>";
@@ -200,7 +227,8 @@ std::string others_html(const Json& proof) {
 }
 
 std::string real_html(const Json& proof) {
-  if (proof["real"].empty()) return "";
+  if (proof["real"].empty())
+    return "<h2>On real recordings</h2><p>Not tried: no recordings were given (--data).</p>";
   std::string rows;
   for (const Json& r : proof["real"]) {
     const Json& h = r["hidden"][0];
@@ -260,7 +288,7 @@ std::string proof_html(const Json& proof) {
     met += t["verdict"] == "met" ? 1 : 0;
     all += 1;
   }
-  const Json& cost = proof["minutes_per_hundred_on_two_cores"];
+  const Json& cost = proof["cpu_minutes_per_hundred_on_two_cores"];
   std::string seal;
   if (proof.contains("seal")) {
     seal = fmt::format(
@@ -284,12 +312,12 @@ std::string proof_html(const Json& proof) {
       "'unsafe-inline'\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
       "<title>ravencal prove</title>{}</head><body><h1>Blind proof of ravencal diagnose</h1><p "
       "class=\"verdict\">{} of {} targets met on {} cases; {} gave no report.</p>{}"
-      "<p class=\"quiet\">Per hundred cases on two cores: {:.1f} min to make them, {:.1f} min to "
-      "diagnose.</p>{}{}{}{}{}{}</body></html>\n",
+      "<p class=\"quiet\">Processor time per hundred cases over two cores: {:.1f} min to make "
+      "them, {:.1f} min to diagnose.</p>{}{}{}{}{}{}{}</body></html>\n",
       kStyle, met, all, proof["cases"].get<int>(), proof["without_report"].get<int>(), seal,
       cost["generate"].get<double>(), cost["diagnose"].get<double>(), targets_html(proof),
-      sizes_html(proof), others_html(proof), confusion_html(proof), real_html(proof),
-      cases_html(proof));
+      sizes_html(proof), kinds_html(proof), others_html(proof), confusion_html(proof),
+      real_html(proof), cases_html(proof));
 }
 
 }  // namespace ravencal::prove

@@ -18,6 +18,8 @@ constexpr const char* kEmpsViscous =
 constexpr const char* kEmpsCoulomb =
     "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n = 20.39\n";
 constexpr const char* kEmps = "Janot, Gautier, Brunot 2019 (IDIM-LS)";
+/// Joint over recorded torque, which is at the gearbox output: reduction / 12.25.
+constexpr double kUiucElbow = 121.5 / 12.25, kUiucInsertion = 2158.6 / 12.25;
 constexpr const char* kUiuc = "least squares on the first 60 %, README of the recording";
 
 std::size_t index_at(const record::Recording& r, double share) {
@@ -40,7 +42,8 @@ core::Status inject(const RealCase& real, record::Recording& r) {
       const auto column = r.column(role, real.joint);
       if (!column || any) continue;
       if (real.id == "torque_ripple")
-        r.samples.col(*column) += (real.value * (real.order * q.array()).sin()).matrix();
+        r.samples.col(*column) +=
+            (real.value / real.per_recorded * (real.order * q.array()).sin()).matrix();
       any = true;
     }
     return any ? core::Status() : core::Status(missing("effort"));
@@ -86,9 +89,11 @@ const std::vector<RealCase>& real_cases() {
       {"ablated", "emps", "emps_test_pulses.csv", "", "input_disturbance", "carriage", "",
        "command", "size", 175.75, 0, "5 V times 35.15 N/V, README of the recording"},
       {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "coulomb_friction", "shoulder", "",
-       "drive", "level", 0.489, 0, kUiuc},
+       "drive", "level", 0.044 * 136.196255507 / 12.25, 0, kUiuc},
       {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "coulomb_friction", "elbow", "",
-       "drive", "level", 0.863, 0, kUiuc},
+       "drive", "level", 0.087 * kUiucElbow, 0, kUiuc},
+      {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "coulomb_friction", "insertion", "",
+       "drive", "level", 0.074 * kUiucInsertion, 0, kUiuc},
       {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "gravity", "shoulder", "", "drive", "",
        0, 0, ""},
       {"ablated", "dvrk_berkeley", "train_random.csv", "", "homing_offset", "q4", "",
@@ -101,7 +106,7 @@ const std::vector<RealCase>& real_cases() {
       {"injected", "emps", "emps_train.csv", std::string(kEmpsViscous) + kEmpsCoulomb,
        "torque_ripple", "carriage", "", "drive", "amplitude", 12.0, 314.16, "added"},
       {"injected", "raven2_uiuc", "raven2_joint123.csv", "", "torque_ripple", "elbow", "", "drive",
-       "amplitude", 0.03, 19.84, "added"},
+       "amplitude", 0.03 * kUiucElbow, 2.0 * kUiucElbow, "added", kUiucElbow},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "gain_error", "q1", "", "transmission",
        "ratio", 0.02, 0, "added"},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "coupling", "q2", "q1", "transmission",
@@ -114,6 +119,22 @@ const std::vector<RealCase>& real_cases() {
   return kCases;
 }
 
+core::Status have_real_recordings(const std::filesystem::path& data,
+                                  const std::filesystem::path& house) {
+  for (const RealCase& real : real_cases()) {
+    for (const auto& path :
+         {data / real.set / real.recording, house / "profiles" / (real.set + ".toml"),
+          house / "plants" / (real.set + ".toml")}) {
+      if (!std::filesystem::exists(path))
+        return core::Error{core::ErrorCode::kIo,
+                           fmt::format("{}: is not there; the real cases need it. Give its folder "
+                                       "by --data or --house, or leave --data out",
+                                       path.string())};
+    }
+  }
+  return {};
+}
+
 core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesystem::path& data,
                                        const std::filesystem::path& house, std::uint64_t seed) {
   record::LoadOptions load;
@@ -123,6 +144,11 @@ core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesyst
                             record::load_recording(data / real.set / real.recording, load));
   RAVENCAL_ASSIGN_OR_RETURN(files.plant,
                             core::read_whole_file(house / "plants" / (real.set + ".toml")));
+  // Ablating what a new plant has by now would hide nothing.
+  if (files.plant.find(fmt::format("id = \"{}\"", real.id)) != std::string::npos)
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: the plant has {}, which the case wants left out",
+                                   (house / "plants" / (real.set + ".toml")).string(), real.id)};
   files.plant += real.plant_addition;
   if (real.track == "injected") RAVENCAL_RETURN_IF_ERROR(inject(real, files.recording));
   Json subject = {{"id", real.id},

@@ -19,13 +19,18 @@ struct RealCase {
   std::string set, recording;  ///< folder and file below the data; profile and plant are `set`.toml
   std::string plant_addition;  ///< effects that the plant keeps; TOML, of its last joint
   std::string id, joint, from, stage;
-  std::string parameter;  ///< as reported; empty: no published value
-  double value = 0.0;     ///< published (ablated) or added (injected)
-  double order = 0.0;     ///< of an injected wave, per joint unit
-  std::string source;     ///< whose value it is
+  std::string parameter;      ///< as reported; empty: no published value
+  double value = 0.0;         ///< at the joint: published (ablated) or added (injected)
+  double order = 0.0;         ///< of an injected wave, per joint unit
+  std::string source;         ///< whose value it is
+  double per_recorded = 1.0;  ///< injected: joint's units over those of the recorded channel
 };
 
 const std::vector<RealCase>& real_cases();
+
+/// Where the folder lacks recordings that the cases need: says which. Errors: kIo.
+core::Status have_real_recordings(const std::filesystem::path& data,
+                                  const std::filesystem::path& house);
 
 /// Errors: kIo or kData where recording, profile or plant cannot be read.
 core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesystem::path& data,

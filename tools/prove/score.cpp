@@ -27,16 +27,12 @@ const Json& list(const Json& json, const char* key) {
 }
 
 std::vector<Name> names_in(const Json& report) {
-  const std::string words = report.contains("verdict") ? text(report["verdict"], "text") : "";
   std::vector<Name> names;
   for (const Json& e : list(report, "effects")) {
     Name name{text(e, "id"), text(e, "joint"), text(e, "stage"), {}, false, 0.0};
     for (const Json& other : list(e, "ambiguous_with"))
       if (other.is_string()) name.ambiguous_with.push_back(other.get<std::string>());
-    // The schema has no key for it; the verdict's words do.
-    name.parameter = e.value("out_of_tolerance", false) ||
-                     words.find(fmt::format("Joint {}, {}: {} is out of", name.joint, name.stage,
-                                            name.id)) != std::string::npos;
+    name.parameter = e.value("out_of_tolerance", false);
     const Json evidence = e.value("evidence", Json::object());
     const double before = number(evidence, "held_out_before"),
                  after = number(evidence, "held_out_after");
@@ -149,6 +145,8 @@ SubjectScore score_subject(const Json& subject, const Json& manifest, const Json
   score.outside = subject.value("outside", false);
   score.testable = subject.value("testable", true);
   score.size_over_floor = number(subject, "size_over_floor");
+  score.imitated_by = text(subject, "imitated_by");
+  score.own_over_floor = number(subject, "own_over_floor", score.size_over_floor);
   for (const Name& name : names) {
     if (!is_physics(name) || !right_joint(subject, name.joint)) continue;
     score.named = score.named || name.id == score.id;
@@ -157,6 +155,8 @@ SubjectScore score_subject(const Json& subject, const Json& manifest, const Json
                      std::find(others.begin(), others.end(), score.id) != others.end();
   }
   score_place(report, subject, score);
+  for (const Json& u : list(report, "unexplained"))
+    score.flagged_here = score.flagged_here || right_joint(subject, text(u, "joint"));
   if (const Json* effect = effect_of(report, subject); effect != nullptr && score.named)
     score_parameter(*effect, subject, score);
   if (!score.in_a_set) score_limit(report, subject, score);
@@ -195,6 +195,7 @@ std::vector<BaselineScore> score_baselines(const Json& verdict, const Json& mani
   for (const auto& [method, said] : baselines.items()) {
     BaselineScore score;
     score.method = method;
+    score.names = said.contains("named") && said["named"].is_array();
     for (const Json& name : list(said, "named")) {
       ++score.named;
       for (const Json& s : subjects)
@@ -231,7 +232,7 @@ core::Result<CaseScore> score_case(const OpenedCase& opened) {
   score.motion = text(manifest, "motion");
   score.excited = manifest.value("excited", true);
   score.generate_s = number(manifest, "generate_s");
-  score.diagnose_s = number(verdict, "wall_s");
+  score.diagnose_s = number(verdict, "cpu_s");
   score.failed = !verdict.contains("report") || !verdict["report"].is_object();
   const Json report = score.failed ? Json::object() : verdict["report"];
   if (report.contains("verdict")) {
@@ -240,8 +241,7 @@ core::Result<CaseScore> score_case(const OpenedCase& opened) {
   }
   if (score.failed) score.text = text(verdict, "log");
   score.names = names_in(report);
-  score.alarm =
-      !score.failed && score.verdict != "nothing_left_out" && score.verdict != "not_testable";
+  score.alarm = score.verdict != "nothing_left_out" && score.verdict != "not_testable";
   score.flagged = score.verdict == "unexplained" || !list(report, "unexplained").empty() ||
                   std::any_of(score.names.begin(), score.names.end(),
                               [](const Name& n) { return n.id == "unknown"; });

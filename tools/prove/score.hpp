@@ -25,9 +25,12 @@ struct SubjectScore {
   std::string id, joint, stage;
   bool outside = false, testable = false;
   double size_over_floor = 0.0;
-  bool named = false;     ///< the right id at the right joint
-  bool in_a_set = false;  ///< or among what a name was not told apart from
+  std::string imitated_by;      ///< the other name that fits best
+  double own_over_floor = 0.0;  ///< what that leaves of the effect
+  bool named = false;           ///< the right id at the right joint
+  bool in_a_set = false;        ///< or among what a name was not told apart from
   bool joint_hit = false, stage_hit = false;
+  bool flagged_here = false;                       ///< something without a name at this joint
   std::optional<double> overlap, parameter_error;  ///< interval IoU; relative
   std::optional<bool> covered;                     ///< the truth lies in ci95
   std::optional<bool> limit_kept;  ///< silent, and the effect was below the printed limit
@@ -37,8 +40,9 @@ struct SubjectScore {
 /// A baseline on the same case.
 struct BaselineScore {
   std::string method;
-  int named = 0;  ///< ids at joints
-  int right = 0;  ///< hidden effects among them
+  bool names = true;  ///< false: a black box
+  int named = 0;      ///< ids at joints
+  int right = 0;      ///< hidden effects among them
   std::optional<double> removed;
 };
 
@@ -49,7 +53,7 @@ struct CaseScore {
   bool failed = false;  ///< no report
   double generate_s = 0.0, diagnose_s = 0.0;
   std::vector<Name> names;
-  bool alarm = false;    ///< anything found
+  bool alarm = false;    ///< anything found, or no report at all
   bool flagged = false;  ///< something left without a name
   bool physics = false;  ///< physics named
   int physics_names = 0;

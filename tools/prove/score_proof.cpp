@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "prove/score_proof.hpp"
 
-#include "prove/leak.hpp"
 #include "prove/proof_html.hpp"
 #include "prove/tally.hpp"
 #include "prove/workspace.hpp"
 
 namespace ravencal::prove {
 
-core::Result<Json> score_proof(const ProofOptions& options, bool with_leak_test) {
+core::Result<Json> score_proof(const ProofOptions& options,
+                               const std::optional<LeakOptions>& leak_options) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<OpenedCase> cases, open_cases(options.out));
   std::vector<CaseScore> scores;
   for (const OpenedCase& opened : cases) {
@@ -22,8 +22,8 @@ core::Result<Json> score_proof(const ProofOptions& options, bool with_leak_test)
                    {"every_hash_checked", true},
                    {"seed", options.seed}};
   const auto path = options.out / "leak.json";
-  if (with_leak_test && !std::filesystem::exists(path)) {
-    RAVENCAL_ASSIGN_OR_RETURN(const Json leak, leak_test(options));
+  if (leak_options && !std::filesystem::exists(path)) {
+    RAVENCAL_ASSIGN_OR_RETURN(const Json leak, leak_test(options, *leak_options));
     RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(path, leak.dump(1) + "\n"));
   }
   if (std::filesystem::exists(path)) {

@@ -54,9 +54,12 @@ bool fair(const CaseScore& s) {
   return s.excited && std::all_of(s.subjects.begin(), s.subjects.end(),
                                   [](const SubjectScore& e) { return e.testable; });
 }
+/// At its size, and an effect from outside of the vocabulary at the size of what nothing inside of
+/// it can imitate: below that, a known name is no mistake.
 bool clear(const CaseScore& s) {
-  return fair(s) && std::all_of(s.subjects.begin(), s.subjects.end(),
-                                [](const SubjectScore& e) { return e.size_over_floor >= kClear; });
+  return fair(s) && std::all_of(s.subjects.begin(), s.subjects.end(), [](const SubjectScore& e) {
+           return (e.outside ? e.own_over_floor : e.size_over_floor) >= kClear;
+         });
 }
 
 Share share_of(const Cases& cases, const std::function<bool(const CaseScore&)>& hit) {
@@ -90,9 +93,13 @@ Json singles_json(const Cases& cases) {
     if (e.limit_kept) limit.count(*e.limit_kept);
   }
   const auto first = [](const CaseScore& s) -> const SubjectScore& { return s.subjects.front(); };
+  const Cases apart =
+      only(cases, [&](const CaseScore& s) { return first(s).own_over_floor >= 1.0; });
   return {
       {"cases", cases.size()},
       {"top1", json_of(share_of(cases, [](const CaseScore& s) { return s.top1; }))},
+      {"top1_where_nothing_imitates",
+       json_of(share_of(apart, [](const CaseScore& s) { return s.top1; }))},
       {"named_at_all",
        json_of(share_of(cases, [&](const CaseScore& s) { return first(s).named; }))},
       {"set", json_of(share_of(cases, [&](const CaseScore& s) { return first(s).in_a_set; }))},
@@ -101,9 +108,10 @@ Json singles_json(const Cases& cases) {
       {"silent", json_of(share_of(cases, [](const CaseScore& s) { return !s.alarm; }))},
       {"joint", json_of(share_of(cases, [&](const CaseScore& s) { return first(s).joint_hit; }))},
       {"stage", json_of(share_of(cases, [&](const CaseScore& s) { return first(s).stage_hit; }))},
-      {"withdrawn",
-       json_of(
-           share_of(cases, [&](const CaseScore& s) { return s.flagged && !first(s).in_a_set; }))},
+      {"withdrawn", json_of(share_of(cases,
+                                     [&](const CaseScore& s) {
+                                       return first(s).flagged_here && !first(s).in_a_set;
+                                     }))},
       {"interval_overlap", json_of(overlap)},
       {"parameter_error", json_of(error)},
       {"coverage", json_of(covered)},
@@ -130,21 +138,21 @@ Json baselines_json(const Cases& controls, const Cases& singles, const Cases& pa
     for (const CaseScore* s : pairs) {
       for (int k = 0; of(*s) != nullptr && k < 2; ++k) recall.count(k < of(*s)->right);
     }
+    const auto share = [&](const Cases& cases,
+                           const std::function<bool(const BaselineScore&)>& hit) {
+      if (!methods[m].names) return Json();
+      return json_of(
+          share_of(cases, [&](const CaseScore& s) { return of(s) != nullptr && hit(*of(s)); }));
+    };
     out[methods[m].method] = {
-        {"false_alarms",
-         json_of(share_of(
-             controls, [&](const CaseScore& s) { return of(s) != nullptr && of(s)->named > 0; }))},
-        {"right_among_names",
-         json_of(share_of(
-             singles, [&](const CaseScore& s) { return of(s) != nullptr && of(s)->right > 0; }))},
-        {"exact", json_of(share_of(singles,
-                                   [&](const CaseScore& s) {
-                                     return of(s) != nullptr && of(s)->right == 1 &&
-                                            of(s)->named == 1;
-                                   }))},
-        {"mean_names",
-         singles.empty() ? Json() : Json(named / static_cast<double>(singles.size()))},
-        {"pair_recall", json_of(recall)},
+        {"false_alarms", share(controls, [](const BaselineScore& b) { return b.named > 0; })},
+        {"right_among_names", share(singles, [](const BaselineScore& b) { return b.right > 0; })},
+        {"exact",
+         share(singles, [](const BaselineScore& b) { return b.right == 1 && b.named == 1; })},
+        {"mean_names", singles.empty() || !methods[m].names
+                           ? Json()
+                           : Json(named / static_cast<double>(singles.size()))},
+        {"pair_recall", methods[m].names ? json_of(recall) : Json()},
         {"excess_removed", json_of(removed)}};
   }
   return out;
@@ -193,10 +201,13 @@ Json targets_json(const Groups& g) {
   Share recall, covered;
   for (const CaseScore* s : pairs)
     for (const SubjectScore& e : s->subjects) recall.count(e.named);
-  const Share flagged = share_of(outside, [](const CaseScore& s) { return s.flagged; });
-  const Share withdrawn = share_of(
-      singles, [](const CaseScore& s) { return s.flagged && !s.subjects.front().in_a_set; });
-  const Share called = share_of(g.parameters, [](const CaseScore& s) { return s.physics; });
+  const Share flagged =
+      share_of(outside, [](const CaseScore& s) { return s.subjects.front().flagged_here; });
+  const Share withdrawn = share_of(singles, [](const CaseScore& s) {
+    return s.subjects.front().flagged_here && !s.subjects.front().in_a_set;
+  });
+  const Share called =
+      share_of(g.parameters, [](const CaseScore& s) { return s.physics || s.failed; });
   std::vector<double> overlap, removed;
   double set_sum = 0.0, named = 0.0;
   for (const Cases* list : {&singles, &outside})
@@ -253,6 +264,8 @@ Json case_json(const CaseScore& s) {
     hidden.push_back({{"id", e.id},
                       {"joint", e.joint},
                       {"size_over_floor", e.size_over_floor},
+                      {"own_over_floor", e.own_over_floor},
+                      {"imitated_by", e.imitated_by},
                       {"testable", e.testable},
                       {"named", e.named},
                       {"in_a_set", e.in_a_set}});
@@ -329,7 +342,7 @@ Json tally(const std::vector<CaseScore>& scores) {
       {"schema", 1},
       {"cases", scores.size()},
       {"without_report", failed},
-      {"minutes_per_hundred_on_two_cores",
+      {"cpu_minutes_per_hundred_on_two_cores",
        {{"generate", generate_s * per_hundred}, {"diagnose", diagnose_s * per_hundred}}},
       {"targets", targets_json(g)},
       {"controls",
@@ -348,15 +361,19 @@ Json tally(const std::vector<CaseScore>& scores) {
         {"exact", json_of(share_of(clear_pairs, [](const CaseScore& s) { return s.exact; }))},
         {"recall", json_of(recall)}}},
       {"outside",
-       {{"flagged",
-         json_of(share_of(only(g.outside, clear), [](const CaseScore& s) { return s.flagged; }))},
+       {{"cases", g.outside.size()},
+        {"which_nothing_imitates", only(g.outside, clear).size()},
+        {"flagged",
+         json_of(share_of(only(g.outside, clear),
+                          [](const CaseScore& s) { return s.subjects.front().flagged_here; }))},
         {"called_something_known",
          json_of(share_of(only(g.outside, clear), [](const CaseScore& s) { return s.physics; }))}}},
       {"parameters",
        {{"found",
          json_of(share_of(g.parameters, [](const CaseScore& s) { return s.parameter_found; }))},
         {"called_physics",
-         json_of(share_of(g.parameters, [](const CaseScore& s) { return s.physics; }))}}},
+         json_of(
+             share_of(g.parameters, [](const CaseScore& s) { return s.physics || s.failed; }))}}},
       {"confusion", confusion_json(only(g.singles, clear), only(g.outside, clear))},
       {"baselines", baselines_json(g.controls, only(g.singles, clear), clear_pairs)},
       {"real", real_json(scores)},

@@ -171,7 +171,7 @@ Plan plan_of(int number, std::uint64_t seed, Random& random) {
       const SubjectKind* decoy = any();
       while (!agree(*first, *decoy)) decoy = any();
       plan.subjects = {first, decoy};
-      plan.over_floor = {random.log_uniform(4.0, kGross), 0.0};
+      plan.over_floor = {random.log_uniform(5.0, kGross), 0.0};
       break;
     }
   }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/version.hpp"
+#include "prove/generator/beyond.hpp"
 #include "prove/generator/case.hpp"
 
 namespace ravencal::prove {
@@ -20,6 +21,9 @@ using Eigen::VectorXd;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFloorRunS = 60.0;
+/// A robot that stays behind its command by more than this share of its range is stuck, not flawed.
+constexpr double kMostBehind = 0.05;
+constexpr int kMostTries = 8;
 
 /// Truth minus estimate, and drive effort at the joint through a moving mean of 0.2 s.
 struct Channels {
@@ -96,7 +100,12 @@ class Maker {
   core::Result<CaseFiles> make() {
     const SessionSeeds seeds{design_.motion_seed, design_.noise_seed};
     Session all = session_of(design_);
-    RAVENCAL_ASSIGN_OR_RETURN(const record::Recording whole, whole_run(all, seeds));
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording whole, whole_run(all, seeds));
+    for (int tries = 1; tries < kMostTries && !follows(whole); ++tries) {
+      for (Subject& s : design_.subjects) s.amplitude *= 0.5;
+      all = session_of(design_);
+      RAVENCAL_ASSIGN_OR_RETURN(whole, whole_run(all, seeds));
+    }
     RAVENCAL_RETURN_IF_ERROR(measure_floors(all, whole));
     Json subjects = Json::array();
     for (std::size_t i = 0; i < design_.subjects.size(); ++i) {
@@ -122,6 +131,18 @@ class Maker {
   core::Result<record::Recording> whole_run(Session session, const SessionSeeds& seeds) const {
     session.with_torque = session.with_truth = true;
     return run_session(session, seeds, look_);
+  }
+
+  [[nodiscard]] bool follows(const record::Recording& recording) const {
+    using record::Role;
+    return std::all_of(
+        design_.nominal.joints.begin(), design_.nominal.joints.end(), [&](const NominalJoint& j) {
+          const VectorXd desired =
+              recording.samples.col(*recording.column(Role::kDesiredPosition, j.name));
+          const VectorXd is =
+              recording.samples.col(*recording.column(Role::kJointEstimate, j.name));
+          return rms(desired - is) < kMostBehind * (j.range.high - j.range.low);
+        });
   }
 
   core::Status measure_floors(const Session& all, const record::Recording& whole) {
@@ -168,13 +189,15 @@ class Maker {
       ratio = all.with_torque ? size / floor : -1.0;
       channel = "command";
     }
+    const OwnPart own = own_part(s, all, with, without, ratio);
     Json fixed = Json::object();
     for (const auto& [name, value] : s.details) fixed[name] = value;
     return {{"id", s.kind->id},
             {"outside", s.kind->outside},
             {"joint", joint.name},
             {"joint_seen", joint_seen},
-            {"from", s.kind->id == "coupling" || s.kind->id == "wrong_joint_load"
+            {"from", s.kind->id == "coupling" || s.kind->id == "wrong_joint_load" ||
+                             s.kind->id == "bending_arm"
                          ? design_.nominal.joints[s.from].name
                          : ""},
             {"stage", s.kind->stage},
@@ -186,9 +209,31 @@ class Maker {
             {"size", size},
             {"floor", floor},
             {"size_over_floor", std::max(0.0, ratio)},
+            {"imitated_by", own.imitated_by},
+            {"own_over_floor", std::max(0.0, own.over_floor)},
             {"testable", ratio >= 0.0},
             {"interval_s", s.interval_s},
             {"position", s.position}};
+  }
+
+  struct OwnPart {
+    std::string imitated_by;
+    double over_floor;
+  };
+  /// What of the effect neither parameters nor one known effect can imitate, in the channel where
+  /// that is clearest.
+  OwnPart own_part(const Subject& s, const Session& all, const record::Recording& with,
+                   const record::Recording& without, double ratio) const {
+    if (s.kind->stage == "command") return {"", ratio};
+    OwnPart own{"", -1.0};
+    for (const bool position : {true, false}) {
+      if (!(position ? all.with_truth : all.with_torque)) continue;
+      const auto imitation =
+          best_imitation(with, without, design_.nominal, s.joint, position, s.kind->id);
+      const double over = imitation->left / floors_[s.joint][position ? 0 : 1];
+      if (over > own.over_floor) own = {imitation->by, over};
+    }
+    return own;
   }
 
   static double command_size(const Subject& s, const Session& all, const record::Recording& with) {
@@ -252,7 +297,7 @@ class Maker {
     return json.dump(1) + "\n";
   }
 
-  const CaseDesign& design_;
+  CaseDesign design_;  ///< amplitudes fall until the robot follows its command
   const CaseOptions& options_;
   const std::function<bool()>& look_;
   std::vector<std::array<double, 2>> floors_;  ///< per joint: position, effort

@@ -9,6 +9,8 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double kMostSaturation = 0.35;  // amplitude_for() gives no more
+
 void apply_transmission(const Subject& s, double a, const NominalJoint& nominal, Session& session) {
   const std::string_view id = s.kind->id;
   const double sign = s.details.at("sign");
@@ -48,16 +50,16 @@ void apply_transmission(const Subject& s, double a, const NominalJoint& nominal,
     j.drift = sign * a;
     j.drift_time_s = s.details.at("time_s");
   }
-  if (id == "hardening_cable") {
-    // k w sinh(s / w) lags behind k s by the cube's part s^3 / (6 w^2) of the stretch s.
-    const double stretch = 2.0 * std::max(0.3, nominal.joint_friction) / cable.stiffness;
-    cable.stiffening = std::sqrt(std::pow(stretch, 3) / (6.0 * a));
+  if (id == "bending_arm")
+    j.bend = {sign * a, s.from, s.details.at("centre"), s.details.at("centre_from")};
+  if (id == "truth_sway") {
+    j.sway = a;
+    j.sway_hz = s.details.at("frequency_hz");
   }
-  if (id == "asymmetric_stiffness") cable.asymmetry = a;
   if (id == "local_bump") cable.bump = {sign * a, s.details.at("centre"), s.details.at("width")};
 }
 
-void apply_drive(const Subject& s, double a, const NominalJoint& nominal, Session& session) {
+void apply_drive(const Subject& s, double a, Session& session) {
   const std::string_view id = s.kind->id;
   const double sign = s.details.at("sign");
   JointPhysics& p = session.robot.joints[s.joint];
@@ -74,8 +76,12 @@ void apply_drive(const Subject& s, double a, const NominalJoint& nominal, Sessio
   if (id == "load_dependent_friction") dry.load_share += a;
   if (id == "torque_constant") p.torque_ratio = sign * a;
   if (id == "torque_ripple") p.ripple = {a, s.details.at("order"), s.details.at("phase_rad")};
-  if (id == "saturation")
-    p.saturation = (1.0 - a) * 1.3 * (nominal.coulomb + s.details.at("weight"));
+  if (id == "saturation") {
+    // Without bound as the amplitude vanishes: no effort is clipped then.
+    const double slowly =
+        dry.level + dry.stribeck_extra + p.joint_friction.level + s.details.at("weight");
+    p.saturation = 0.75 * slowly * (1.0 + 0.25 * std::log(kMostSaturation / a));
+  }
   if (id == "controller_gain") j.kp *= 1.0 + sign * a;
   if (id == "flexible_mode") {
     const double omega = 2.0 * 3.14159265358979 * s.details.at("frequency_hz");
@@ -104,7 +110,6 @@ void apply_drive(const Subject& s, double a, const NominalJoint& nominal, Sessio
     j.friction_warm_up = a;
     j.warm_up_time_s = s.details.at("time_s");
   }
-  if (id == "square_viscous") p.square_viscous += a;
 }
 
 /// Mass that the plant does not know, at the place of the link's own or at the tool.
@@ -155,7 +160,7 @@ void apply(const Subject& subject, double amplitude, const NominalRobot& nominal
   else if (subject.kind->in_truth)
     apply_transmission(subject, amplitude, joint, session);
   else
-    apply_drive(subject, amplitude, joint, session);
+    apply_drive(subject, amplitude, session);
 }
 
 }  // namespace ravencal::prove

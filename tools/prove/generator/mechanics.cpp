@@ -70,8 +70,9 @@ struct CableState {
 };
 
 double spring(const CablePhysics& c, double stretch) {
-  const double k = c.stiffness * (stretch < 0.0 ? 1.0 - c.asymmetry : 1.0);
-  return c.stiffening > 0.0 ? k * c.stiffening * std::sinh(stretch / c.stiffening) : k * stretch;
+  const double bent =
+      c.stiffening > 0.0 ? c.stiffening * std::sinh(stretch / c.stiffening) : stretch;
+  return c.stiffness * bent;
 }
 
 CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, double length,
@@ -163,8 +164,7 @@ struct Mechanics::Impl {
           friction_of(dry, s + kBristle1, 3, v,
                       sliding_level(dry, v, s[kMotor], tension[i], inputs.friction_scale[i]));
       std::copy(friction.rate.begin(), friction.rate.end(), r + kBristle1);
-      const double viscous = (joint.viscous + joint.square_viscous * std::abs(v)) * v *
-                             (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
+      const double viscous = joint.viscous * v * (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
       const double leak = joint.tension_leak * tension[joint.leak_from];
       r[kMotorVelocity] =
           (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous - reaction[i] - leak) /

@@ -39,7 +39,6 @@ struct CablePhysics {
   double stiffness = 1.0;
   double damping = 0.0;
   double stiffening = 0.0;  ///< stretch w in k w sinh(s / w); 0: straight
-  double asymmetry = 0.0;   ///< stiffness times 1 - asymmetry when pulled the other way
   double gap_half_width = 0.0;
   double hysteresis_stiffness = 0.0;  ///< Bouc-Wen: initial slope and stretch that saturates it
   double hysteresis_yield = 1.0;
@@ -62,9 +61,8 @@ struct JointPhysics {
   CablePhysics cable;
   double torque_ratio = 0.0;  ///< relative error of the motor's torque
   Wave ripple;
-  double saturation = 0.0;      ///< the amplifier clips here; 0: never
-  double square_viscous = 0.0;  ///< effort per squared speed (outside of the vocabulary)
-  double tension_leak = 0.0;    ///< share of another joint's tension that loads this motor
+  double saturation = 0.0;    ///< the amplifier clips here; 0: never
+  double tension_leak = 0.0;  ///< share of another joint's tension that loads this motor
   int leak_from = 0;
   double flexible_inertia = 0.0, flexible_stiffness = 0.0, flexible_damping = 0.0;
 };

@@ -117,7 +117,7 @@ class Runner {
     for (long cycle = -settle; cycle < cycles; ++cycle) {
       RAVENCAL_RETURN_IF_ERROR(step(cycle));
       if (cycle % 1000 == 0 && look && !look())
-        return core::Error{core::ErrorCode::kUsage, "stopped by the user"};
+        return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
     }
     return {};
   }
@@ -141,6 +141,13 @@ class Runner {
     return mechanics_.advance(inputs_, kCycleS);
   }
 
+  /// What the external encoder is carried along by, beside its joint.
+  static double carried(const JointSession& j, const Vector3d& joints, Index i, double t_s) {
+    const double other = joints[static_cast<Index>(j.bend.with)];
+    return j.bend.share * (joints[i] - j.bend.centre) * (other - j.bend.centre_with) +
+           j.sway * std::sin(kTwoPi * j.sway_hz * t_s);
+  }
+
   /// The truth of joints with a delay of their own is what they were that long ago.
   void read_truth(double t_s) {
     const Vector3d joints = mechanics_.joints();
@@ -152,7 +159,7 @@ class Runner {
         const auto back =
             static_cast<std::size_t>(session_.joints[n].truth_delay_s / kCycleS + 0.5);
         const Vector3d& then = history_[history_.size() - 1 - std::min(back, history_.size() - 1)];
-        reading.value[i] = sensors_[n].read(then[i]);
+        reading.value[i] = sensors_[n].read(then[i] + carried(session_.joints[n], then, i, t_s));
       }
       const double latency_s = std::max(
           0.0, session_.truth_latency_s + session_.truth_latency_deviation_s * stamps_.normal());

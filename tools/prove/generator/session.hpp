@@ -29,6 +29,14 @@ struct JointSession {
   double friction_wander = 0.0;  ///< relative deviation of the dry friction's level
   double friction_warm_up = 0.0, warm_up_time_s = 1.0;  ///< level times 1 + a exp(-t / T)
   double hum = 0.0, hum_hz = 1.0;                       ///< effort over time, outside vocabulary
+  double sway = 0.0, sway_hz = 1.0;  ///< of what holds the external encoder, outside vocabulary
+  /// Posture bends the link between encoder and joint: share times both joints' distance from their
+  /// centres. Outside of the vocabulary.
+  struct Bend {
+    double share = 0.0;
+    std::size_t with = 0;
+    double centre = 0.0, centre_with = 0.0;
+  } bend;
   double drift = 0.0, drift_time_s = 1.0;
   std::vector<std::pair<double, double>> slips;      ///< time, size
   std::vector<std::pair<double, long>> lost_counts;  ///< time, counts of the motor encoder

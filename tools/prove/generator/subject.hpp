@@ -42,7 +42,7 @@ struct Subject {
 struct MotionFigures {
   double position_rms = 0.0, travel = 0.0, span = 0.0, centre = 0.0, reversals = 0.0;
   double velocity_rms = 0.0, acceleration_rms = 0.0;
-  double weight_rms = 0.0, weight_span = 0.0;
+  double weight_rms = 0.0, weight_span = 0.0, weight_most = 0.0;
 };
 std::vector<MotionFigures> motion_figures(const NominalRobot& robot, MotionKind motion,
                                           double duration_s, std::uint64_t motion_seed);

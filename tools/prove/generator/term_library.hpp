@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The vocabulary as linear terms, as anybody could write them down from recording and plant: what
+// the baselines select from, and what an effect from outside of the vocabulary is held against. SI
+// units, joint-referred.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "prove/generator/nominal.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::prove {
+
+/// Signals of one joint, thinned; rows with a lost value are left out.
+struct Signals {
+  Eigen::VectorXd t_s, q, v, a, weight;
+  Eigen::VectorXd side;           ///< -1 to 1: direction of motion, through a narrow play
+  Eigen::VectorXd truth, effort;  ///< empty where the recording has none
+  std::vector<Eigen::VectorXd> others;
+  [[nodiscard]] Eigen::Index rows() const { return t_s.size(); }
+};
+Signals signals_of(const record::Recording& recording, const NominalRobot& plant,
+                   std::size_t joint);
+
+/// A linear problem: which of the groups explain y? Columns of `nuisance` are always in.
+struct TermLibrary {
+  struct Group {
+    std::string id;
+    Eigen::MatrixXd columns;
+  };
+  Eigen::VectorXd y;
+  Eigen::MatrixXd nuisance;  ///< the plant's own parameters
+  std::vector<Group> groups;
+  double smallest = 0.0;  ///< RMS below which a term is not worth a name (STLSQ's threshold)
+};
+
+/// Truth minus what plant and motors say; needs `truth`.
+TermLibrary position_library(const Signals& signals, const NominalRobot& plant, std::size_t joint);
+/// Effort minus what the plant says; needs `effort`.
+TermLibrary drive_library(const Signals& signals, const NominalRobot& plant, std::size_t joint);
+
+}  // namespace ravencal::prove
