@@ -159,14 +159,13 @@ Finding encoders_break(const ConditionResults& results) {
   const Figure cost = results.ratio({none, 0}, {all, 0});
   finding.verdict = below(cost, 1.0 + kNothing);
   finding.evidence = fmt::format("without encoders {} before homing", percent(cost));
+  // With and without in the same run: runs differ in what they ask of the arm, homed or not.
   for (std::size_t i = 1; i < tests; ++i) {
-    const Figure with = results.ratio({all, i}, {all, 0});
-    const Figure dropped = results.ratio({none, i}, {none, 0});
-    finding.verdict =
-        both(finding.verdict, both(above(with, kMarkedRatio), below(dropped, kMarkedRatio)));
-    finding.evidence += fmt::format("; after {}: all features {}, without encoders {}", i,
-                                    percent(with), percent(dropped));
+    const Figure harm = results.ratio({all, i}, {none, i});
+    finding.verdict = both(finding.verdict, above(harm, kMarkedRatio));
+    finding.evidence += fmt::format("; after {}: with them {}", i, percent(harm));
   }
+  finding.evidence += ", against the same run without; the limit is +30 %";
   return finding;
 }
 

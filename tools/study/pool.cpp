@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <time.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <map>
 #include <mutex>
 #include <thread>
 
@@ -87,7 +87,14 @@ class Pool {
   std::optional<core::Error> error_;
 };
 
-/// Seconds per multiply-add of one thread's training, by network shape of the plan's base.
+/// CPU time of this thread: what training takes, whatever else the machine does meanwhile.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Seconds per floating-point operation of one thread's training.
 double seconds_per_flop(const Plan& plan, std::uint32_t width) {
   const std::ptrdiff_t outputs = 3;
   const learn::Shape shape(width, plan.settings.hidden, outputs, model::Activation::kSigmoid);
@@ -96,7 +103,7 @@ double seconds_per_flop(const Plan& plan, std::uint32_t width) {
   settings.threads = 1;
   settings.isa = plan.settings.isa;
   learn::Samples<float> samples;
-  constexpr std::ptrdiff_t kBatches = 8;
+  constexpr std::ptrdiff_t kBatches = 4;
   const auto rows = kBatches * static_cast<std::ptrdiff_t>(settings.batch);
   samples.inputs.resize(width, rows);
   samples.targets.setZero(outputs, rows);
@@ -106,9 +113,10 @@ double seconds_per_flop(const Plan& plan, std::uint32_t width) {
   }
   learn::Trainer<float> trainer(shape, settings, learn::initial_parameters(shape, 1));
   trainer.run_epoch(samples);  // warm
-  const Clock::time_point start = Clock::now();
+  const double start = thread_seconds();
   trainer.run_epoch(samples);
-  return seconds_since(start) / (shape.training_flops_per_sample() * static_cast<double>(rows));
+  return (thread_seconds() - start) /
+         (shape.training_flops_per_sample() * static_cast<double>(rows));
 }
 
 }  // namespace
@@ -169,14 +177,13 @@ core::Result<PoolSummary> run_all(const Plan& plan, const std::filesystem::path&
 }
 
 double estimated_seconds(const Plan& plan, const std::vector<std::size_t>& jobs) {
-  std::map<std::uint32_t, double> speeds;  // by width
+  if (jobs.empty()) return 0.0;
+  const double speed = seconds_per_flop(plan, plan.jobs[jobs.front()].width);
   double seconds = 0.0;
   for (const std::size_t index : jobs) {
     const Job& job = plan.jobs[index];
-    const auto [speed, first] = speeds.try_emplace(job.width, 0.0);
-    if (first) speed->second = seconds_per_flop(plan, job.width);
     const learn::Shape shape(job.width, plan.settings.hidden, 3, model::Activation::kSigmoid);
-    seconds += speed->second * shape.training_flops_per_sample() *
+    seconds += speed * shape.training_flops_per_sample() *
                static_cast<double>(training_rows(plan, job)) * plan.settings.epochs;
   }
   return seconds;

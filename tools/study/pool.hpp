@@ -45,8 +45,8 @@ core::Result<PoolSummary> run_all(const Plan& plan, const std::filesystem::path&
                                   RecordingStore& recordings, const PoolOptions& options,
                                   const PoolProgress& progress);
 
-/// Seconds that these jobs' training takes on one thread, from a few batches of made-up samples of
-/// the plan's shape, measured now.
+/// Seconds of one core that these jobs' training takes, from a few batches of made-up samples of
+/// the first one's shape, measured now. Testing comes on top.
 double estimated_seconds(const Plan& plan, const std::vector<std::size_t>& jobs);
 
 }  // namespace ravencal::study
