@@ -8,6 +8,7 @@
 #include "core/result.hpp"
 #include "record/profile.hpp"
 #include "record/recording.hpp"
+#include "record/recording_reader.hpp"
 
 namespace ravencal::record {
 
@@ -15,8 +16,9 @@ struct LoadOptions {
   std::string profile;  ///< name or path; required for .csv, raven2-bag if absent for .bag,
                         ///< ignored for .db
   ProfileOptions profile_options;
-  bool skip_bad = false;  ///< drop unreadable rows, each counted in an event, instead of refusing
-  unsigned threads = 0;   ///< 0 = all cores
+  bool skip_bad = false;    ///< drop unreadable rows, each counted in an event, instead of refusing
+  ChannelFilter keep = {};  ///< .db only: other channels are not read
+  unsigned threads = 0;     ///< 0 = all cores
 };
 
 /// Reads a recording: `.db` as it is, `.csv` and `.bag` through a profile. Errors name file, line,

@@ -21,7 +21,8 @@ constexpr int kBusyTimeoutMs = 2000;
 /// One read transaction, so that all tables are seen at one moment.
 class Reader {
  public:
-  explicit Reader(const fs::path& path) : path_(path) {}
+  explicit Reader(const fs::path& path, ChannelFilter keep = {})
+      : path_(path), keep_(std::move(keep)) {}
   core::Result<Recording> read();
   core::Result<std::vector<Event>> read_events_only();
 
@@ -44,6 +45,7 @@ class Reader {
   core::Status for_each(sqlite3_stmt* statement, OnRow&& on_row) const;
 
   const fs::path& path_;
+  ChannelFilter keep_;
   sqlite::Database database_;
   Recording recording_;
   std::vector<double> to_si_;
@@ -73,9 +75,11 @@ std::string uri_of(const fs::path& path) {
 }
 
 core::Status Reader::open_uri(const std::string& suffix) {
+  // One thread uses this connection: SQLite's own locks around every value would cost half the
+  // time.
   sqlite3* handle = nullptr;
   int code = sqlite3_open_v2((uri_of(path_) + suffix).c_str(), &handle,
-                             SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+                             SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
   database_.reset(handle);
   if (code == SQLITE_OK) {
     sqlite3_busy_timeout(handle, kBusyTimeoutMs);
@@ -126,6 +130,7 @@ core::Status Reader::read_channels() {
     }
     channel.role = *role;
     channel.unit = unit->si_name;
+    if (keep_ && !keep_(channel)) return {};
     to_si_.push_back(unit->to_si);
     recording_.channels.push_back(std::move(channel));
     return {};
@@ -210,6 +215,8 @@ core::Result<std::vector<Event>> read_events(const fs::path& path) {
   return Reader(path).read_events_only();
 }
 
-core::Result<Recording> read_recording(const fs::path& path) { return Reader(path).read(); }
+core::Result<Recording> read_recording(const fs::path& path, const ChannelFilter& keep) {
+  return Reader(path, keep).read();
+}
 
 }  // namespace ravencal::record

@@ -12,6 +12,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/convert.hpp"
+#include "commands/physics_features.hpp"
 #include "conversion/assemble.hpp"
 #include "conversion/window.hpp"
 #include "learn/file_hash.hpp"
@@ -209,6 +210,12 @@ core::Status check_source(const Arguments& arguments, Outcome& outcome) {
 core::Status run(const Arguments& arguments, int& exit_code) {
   Outcome outcome;
   RAVENCAL_RETURN_IF_ERROR(read_model(arguments, outcome));
+  if (outcome.model.provenance.contains(kPhysicsPlant)) {
+    return usage(
+        fmt::format("{}: was trained with --physics; the plugin has no plant to predict "
+                    "with, so train one without it for the robot",
+                    arguments.model));
+  }
   RAVENCAL_RETURN_IF_ERROR(make_blob(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check_source(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check(arguments, outcome));

@@ -11,6 +11,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/commands.hpp"
+#include "core/version.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {
@@ -19,6 +20,8 @@ namespace {
 struct Arguments {
   std::vector<std::string> recordings;
   std::vector<std::string> held_out;
+  std::vector<std::string> simulated;
+  std::string simulated_profile;
   std::string plant;
   std::string profile;
   std::string held_out_profile;
@@ -30,13 +33,24 @@ struct Arguments {
   diagnose::Options options;
 };
 
+/// Channels that diagnose looks at: those of the plant's joints, loads and sensors' efforts. A
+/// robot's recording has hundreds of others.
+bool is_looked_at(const record::Channel& channel, const physics::Plant& plant) {
+  if (channel.role == record::Role::kFeature)
+    return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
+  return channel.joint.empty() || channel.role == record::Role::kLoad ||
+         plant.joint_index(channel.joint).has_value();
+}
+
 core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
-                                                      const std::string& profile, bool skip_bad) {
+                                                      const std::string& profile, bool skip_bad,
+                                                      const physics::Plant& plant) {
   std::vector<record::Recording> recordings;
   for (const std::string& path : paths) {
     record::LoadOptions options;
     options.profile = profile;
     options.skip_bad = skip_bad;
+    options.keep = [&plant](const record::Channel& c) { return is_looked_at(c, plant); };
     RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
     recordings.push_back(std::move(recording));
   }
@@ -64,15 +78,43 @@ core::Status write_json(const diagnose::Report& report, const std::string& path)
   return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path)};
 }
 
+/// File names only: the same recordings give the same report wherever they lie.
+std::string names_of(const std::vector<std::string>& paths) {
+  std::string names;
+  for (const std::string& path : paths)
+    names += (names.empty() ? "" : ", ") + std::filesystem::path(path).filename().string();
+  return names;
+}
+
+void add_provenance(const Arguments& arguments, const physics::Plant& plant,
+                    diagnose::Report& report) {
+  auto& made_from = report.provenance;
+  made_from.emplace_back("recordings", names_of(arguments.recordings));
+  if (!arguments.held_out.empty()) made_from.emplace_back("held_out", names_of(arguments.held_out));
+  if (!arguments.simulated.empty())
+    made_from.emplace_back("simulated", names_of(arguments.simulated));
+  made_from.emplace_back(
+      "plant", fmt::format("{} ({:016x})", std::filesystem::path(plant.source).filename().string(),
+                           plant.hash));
+  made_from.emplace_back("seed", std::to_string(arguments.options.seed));
+  made_from.emplace_back("alpha", fmt::format("{:g}", arguments.options.alpha));
+  made_from.emplace_back("placebo_twins", std::to_string(arguments.options.placebo_twins));
+  made_from.emplace_back("ravencal", core::kVersion);
+}
+
 core::Result<bool> run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto training,
-                            load_all(arguments.recordings, arguments.profile, arguments.skip_bad));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.profile,
+                                                          arguments.skip_bad, plant));
   const std::string& second =
       arguments.held_out_profile.empty() ? arguments.profile : arguments.held_out_profile;
   RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
-                            load_all(arguments.held_out, second, arguments.skip_bad));
+                            load_all(arguments.held_out, second, arguments.skip_bad, plant));
   diagnose::Options options = arguments.options;
+  const std::string& third =
+      arguments.simulated_profile.empty() ? arguments.profile : arguments.simulated_profile;
+  RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
+                            load_all(arguments.simulated, third, arguments.skip_bad, plant));
   if (arguments.held_out_from_s >= 0.0) options.series.held_out_from_s = arguments.held_out_from_s;
   cli::catch_interrupts();
   cli::Progress progress("diagnose");
@@ -80,8 +122,9 @@ core::Result<bool> run(const Arguments& arguments) {
     progress.update(done, what);
     return !cli::interrupted();
   };
-  RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report report,
+  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
                             diagnose::diagnose(training, held_out, plant, options));
+  add_provenance(arguments, plant, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
   if (!arguments.json.empty()) RAVENCAL_RETURN_IF_ERROR(write_json(report, arguments.json));
   print_summary(report, arguments.out);
@@ -109,6 +152,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                       "Recordings that no fit sees; figures are on them");
   command->add_option("--held-out-profile", arguments->held_out_profile,
                       "Profile of the held-out recordings, if another");
+  command->add_option("--simulated", arguments->simulated,
+                      "Another simulator's recordings of the same motion, one per recording, "
+                      "held-out ones last: the baseline instead of the plant's own simulation. The "
+                      "plant then says what that simulator contains and how far its numbers may be "
+                      "off");
+  command->add_option("--simulated-profile", arguments->simulated_profile,
+                      "Profile of the simulations, if another");
   command->add_option("--held-out-from", arguments->held_out_from_s,
                       "Hold out each recording from this time on, s");
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")

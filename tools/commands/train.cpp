@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 
@@ -12,6 +14,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/physics_features.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
@@ -27,6 +30,7 @@ struct Arguments {
   std::vector<std::string> validation;
   std::string out;
   std::string report;
+  std::string physics;
   std::uint32_t networks = 1;
   std::string hidden = "600,500,400";
   std::string activation = "sigmoid";
@@ -93,12 +97,35 @@ core::Status write_report(const Arguments& arguments, const learn::TrainResult& 
   return {};
 }
 
+/// Adds the plant's predictions to the recordings and their channels to the features; returns the
+/// plant's text.
+core::Result<std::string> take_physics(Arguments& arguments,
+                                       std::vector<record::Recording>& training,
+                                       std::vector<record::Recording>& held_out) {
+  std::ifstream file(arguments.physics, std::ios::binary);
+  if (!file) {
+    return core::Error{
+        core::ErrorCode::kIo,
+        fmt::format("--physics {}: cannot be opened; give the plant_improved.toml of "
+                    "`ravencal diagnose`",
+                    arguments.physics)};
+  }
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  RAVENCAL_RETURN_IF_ERROR(add_physics(training, text, arguments.physics));
+  RAVENCAL_RETURN_IF_ERROR(add_physics(held_out, text, arguments.physics));
+  std::string& features = arguments.train.features;
+  features = (features.empty() ? "paper112" : features) + "," + kPhysicsPrefix + "*";
+  return text;
+}
+
 core::Status run(Arguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto training,
-                            load_recordings(arguments.recordings, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
-                            load_recordings(arguments.validation, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
+  std::string plant_text;
+  if (!arguments.physics.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(plant_text, take_physics(arguments, training, held_out));
+  }
   cli::catch_interrupts();
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
@@ -111,7 +138,8 @@ core::Status run(Arguments arguments) {
                                  });
   }();
   if (!trained.ok()) return trained.error();
-  const learn::TrainResult& result = *trained;
+  learn::TrainResult& result = *trained;
+  if (!plant_text.empty()) result.model.provenance[kPhysicsPlant] = plant_text;
   for (const std::string& warning : result.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
@@ -144,6 +172,14 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
       .add_option("--joints", arguments.train.joints,
                   "Joints to correct; without it all that have a truth")
       ->delimiter(',');
+}
+
+void add_physics_option(CLI::App& command, Arguments& arguments) {
+  command.add_option(
+      "--physics", arguments.physics,
+      "A plant (plant_improved.toml of `ravencal diagnose`) whose predicted joint "
+      "errors become features physics.JOINT. The model carries the plant and runs in "
+      "`evaluate`; `convert` refuses it, because the plugin has no plant");
 }
 
 void add_network_options(CLI::App& command, Arguments& arguments) {
@@ -212,6 +248,7 @@ void add_train(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("train", "Learn the joint error from recordings");
   add_data_options(*command, *arguments);
   add_network_options(*command, *arguments);
+  add_physics_option(*command, *arguments);
   add_optimiser_options(*command, arguments->train.trainer);
   command
       ->add_option("--networks", arguments->networks,

@@ -14,6 +14,7 @@
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/free_run_judge.hpp"
+#include "diagnose/simulated.hpp"
 #include "diagnose/verdict.hpp"
 
 namespace ravencal::diagnose {
@@ -42,23 +43,36 @@ ChannelFindings analyse(const Series& series, const physics::Plant& plant,
                                          : analyse_channel(series, plant, options);
 }
 
+/// What twins of a channel are made of.
+struct PlaceboParts {
+  Eigen::VectorXd prediction;  ///< of the plant as refitted, all rows
+  Eigen::VectorXd noise;       ///< held-out residual with everything found, at the training rows
+  Blocks blocks;
+};
+
+PlaceboParts placebo_parts(const Series& series, const physics::Plant& plant,
+                           const ChannelOptions& options) {
+  ChannelFindings unused;
+  ChannelFit fit = fit_channel(series, plant, options, unused);
+  PlaceboParts parts{fit.nominal.prediction, std::move(fit.held_out_residual),
+                     std::move(fit.model.blocks)};
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    parts.prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  }
+  return parts;
+}
+
 /// The channel's own motion and noise with nothing left out: plant as refitted, floor with the
 /// signs of whole blocks drawn anew.
-Series placebo_twin(const Series& series, const physics::Plant& plant,
-                    const ChannelOptions& options, std::uint64_t seed) {
-  ChannelFindings unused;
-  const ChannelFit fit = fit_channel(series, plant, options, unused);
+Series placebo_twin(const Series& series, const PlaceboParts& parts, std::uint64_t seed) {
   Series twin = series;
   std::mt19937_64 engine(seed);
-  const Blocks& blocks = fit.model.blocks;
-  twin.y = fit.nominal.prediction;
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    twin.y += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
-  }
+  const Blocks& blocks = parts.blocks;
+  twin.y = parts.prediction;
   for (std::size_t b = 0; b < blocks.count(); ++b) {
     const double sign = (engine() & 1U) != 0 ? 1.0 : -1.0;
     for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
-      twin.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * fit.held_out_residual[i];
+      twin.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * parts.noise[i];
     }
   }
   return twin;
@@ -68,12 +82,16 @@ Series placebo_twin(const Series& series, const physics::Plant& plant,
 double false_alarm_rate(const std::vector<const Series*>& channels, const physics::Plant& plant,
                         const ChannelOptions& base, const Options& options) {
   const auto twins = static_cast<std::size_t>(options.placebo_twins);
+  std::vector<PlaceboParts> parts(channels.size());
+  in_parallel(parts.size(), options.threads,
+              [&](std::size_t c) { parts[c] = placebo_parts(*channels[c], plant, base); });
   std::vector<char> alarm(channels.size() * twins, 0);
   in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
     ChannelOptions twin_options = base;
     twin_options.details = false;
     twin_options.seed = base.seed + 7919 * (i + 1);
-    const Series twin = placebo_twin(*channels[i / twins], plant, base, twin_options.seed);
+    const std::size_t c = i / twins;
+    const Series twin = placebo_twin(*channels[c], parts[c], twin_options.seed);
     alarm[i] = analyse_channel(twin, plant, twin_options).effects.empty() ? 0 : 1;
   });
   std::size_t alarms = 0;
@@ -186,6 +204,10 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
                               const std::vector<record::Recording>& held_out,
                               const physics::Plant& plant, const Options& options) {
   RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options.series));
+  if (!options.simulated.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(take_simulation_as_baseline(set, training, held_out, options.simulated,
+                                                         plant, options.series));
+  }
   ChannelOptions channel_options;
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
@@ -224,7 +246,8 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
   merge_joint_friction(plant, report);
-  judge_in_free_run(set, findings, plant, options, report);
+  // Another simulator's drive cannot be run here.
+  if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);
   if (options.placebo_twins > 0) {
     std::vector<const Series*> channels;

@@ -18,6 +18,7 @@ struct Protocol {
   std::string_view experiment;
   double minutes;
   std::array<std::string_view, 6> answers;
+  Exercise motion = Exercise::kNone;
 };
 
 /// Ids that one protocol tells from the others: a pair is parted by a protocol that names one of
@@ -25,19 +26,24 @@ struct Protocol {
 constexpr std::array<Protocol, 11> kProtocols = {{
     {"repeat the same motion with 500 g on the tool",
      4,
-     {"compliance", "payload", "gravity", "load_dependent_friction", "hysteresis", "backlash"}},
+     {"compliance", "payload", "gravity", "load_dependent_friction", "hysteresis", "backlash"},
+     Exercise::kLoaded},
     {"repeat the same motion at a third and at three times the speed",
      6,
-     {"delay", "viscous_friction", "stribeck_friction", "torque_constant", "inertia_error", ""}},
+     {"delay", "viscous_friction", "stribeck_friction", "torque_constant", "inertia_error", ""},
+     Exercise::kSpeeds},
     {"hold a loaded pose for three minutes, then the opposite one",
      7,
-     {"creep", "", "", "", "", ""}},
+     {"creep", "", "", "", "", ""},
+     Exercise::kHolds},
     {"reversals of 0.05, 0.2, 1 and 5 degrees around three poses, slowly",
      5,
-     {"presliding", "hysteresis", "joint_friction", "backlash", "coulomb_friction", ""}},
+     {"presliding", "hysteresis", "joint_friction", "backlash", "coulomb_friction", ""},
+     Exercise::kReversals},
     {"move every other joint alone over its range while this one holds",
      4,
-     {"coupling", "", "", "", "", ""}},
+     {"coupling", "", "", "", "", ""},
+     Exercise::kOneByOne},
     {"home twice more and record a minute each time",
      4,
      {"homing_offset", "slip", "lost_counts", "", "", ""}},
@@ -47,7 +53,8 @@ constexpr std::array<Protocol, 11> kProtocols = {{
      {"backlash", "joint_friction", "", "", "", ""}},
     {"pass the whole range slowly both ways ten times, at 1 kHz",
      8,
-     {"eccentricity", "torque_ripple", "gain_error", "", "", ""}},
+     {"eccentricity", "torque_ripple", "gain_error", "", "", ""},
+     Exercise::kWholeRange},
     {"torque pulses and fast stops, recorded at 1 kHz",
      3,
      {"flexible_mode", "saturation", "input_disturbance", "controller_gain", "", ""}},
@@ -84,13 +91,23 @@ void add_ties(const Json& report, std::vector<Suggestion>& out) {
     for (const Json& rival : effect.at("ambiguous_with")) {
       const std::string other = rival;
       if (const Protocol* p = parting(id, other)) {
-        out.push_back({0, effect.at("joint"), std::string(p->experiment), p->minutes,
+        out.push_back({0,
+                       effect.at("joint"),
+                       std::string(p->experiment),
+                       p->minutes,
                        fmt::format("joint {}: parts {} from {}",
-                                   effect.at("joint").get<std::string>(), id, other)});
+                                   effect.at("joint").get<std::string>(), id, other),
+                       p->motion,
+                       {id, other}});
       } else {
-        out.push_back({0, effect.at("joint"), effect.at("separate_by"), 10.0,
+        out.push_back({0,
+                       effect.at("joint"),
+                       effect.at("separate_by"),
+                       10.0,
                        fmt::format("joint {}: parts {} from {}",
-                                   effect.at("joint").get<std::string>(), id, other)});
+                                   effect.at("joint").get<std::string>(), id, other),
+                       Exercise::kNone,
+                       {id, other}});
       }
     }
   }
@@ -100,14 +117,17 @@ void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
   for (const Json& u : report.at("unexplained")) {
     const auto depends = u.at("depends_on").get<std::vector<std::string>>();
     const std::string joint = u.at("joint");
-    out.push_back({1, joint,
+    out.push_back({1,
+                   joint,
                    depends.empty()
                        ? std::string("repeat the same motion twice: what does not repeat is noise")
                        : fmt::format("vary {} alone, everything else held", depends.front()),
                    5.0,
                    fmt::format("joint {}, {}: {:.0f} % of the excess has no name", joint,
                                u.at("stage").get<std::string>(),
-                               100.0 * u.at("share_of_excess").get<double>())});
+                               100.0 * u.at("share_of_excess").get<double>()),
+                   Exercise::kNone,
+                   {}});
   }
 }
 
@@ -116,10 +136,15 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
     if (!n.contains("not_testable_because")) continue;
     const std::string id = n.at("id");
     if (const Protocol* p = testing(id)) {
-      out.push_back({2, n.at("joint"), std::string(p->experiment), p->minutes,
+      out.push_back({2,
+                     n.at("joint"),
+                     std::string(p->experiment),
+                     p->minutes,
                      fmt::format("joint {}: tests {}, not testable so far: {}",
                                  n.at("joint").get<std::string>(), id,
-                                 n.at("not_testable_because").get<std::string>())});
+                                 n.at("not_testable_because").get<std::string>()),
+                     p->motion,
+                     {id}});
     }
   }
 }

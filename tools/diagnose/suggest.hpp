@@ -12,12 +12,25 @@
 
 namespace ravencal::diagnose {
 
+/// Motions that the digital twin can make, so that a recording's power can be predicted.
+enum class Exercise {
+  kNone,
+  kLoaded,      ///< the same motion with 500 g
+  kSpeeds,      ///< a third of the speed and three times
+  kHolds,       ///< two poses, three minutes each
+  kReversals,   ///< growing reversals around three poses
+  kOneByOne,    ///< every joint alone
+  kWholeRange,  ///< the whole range slowly both ways
+};
+
 struct Suggestion {
   int urgency = 0;  ///< 0: parts a tie; 1: gives the unexplained a name; 2: tests what was untested
   std::string joint;
   std::string experiment;
   double minutes = 0.0;
   std::string why;
+  Exercise motion = Exercise::kNone;
+  std::vector<std::string> ids;  ///< effects that it asks for; of a tie the effect and its rival
 };
 
 /// From the text of a report.json; `source` stands for it in messages. Errors: not such a report
