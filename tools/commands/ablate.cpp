@@ -41,11 +41,13 @@ core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::m
 
 core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
   std::vector<std::uint32_t> hidden;
+  constexpr std::uint32_t kWidest = 16384;
   for (const std::string& word : CLI::detail::split(text, ',')) {
     std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0) {
+    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
       return usage(
-          fmt::format("--hidden {}: '{}' is no layer width; write e.g. 128,64,32", text, word));
+          fmt::format("--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32",
+                      text, word, kWidest));
     }
     hidden.push_back(width);
   }
