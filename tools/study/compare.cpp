@@ -276,16 +276,18 @@ std::string key_of(const CompareOptions& options, std::string_view method) {
       "{}; features {}; play {}; joints {}; shares {}; poses {}; seed {}; hidden {} activation {}; "
       "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {} {}; lstm {} {}; inducing "
       "{}; "
-      "trees {}; physics {}; loop {}",
+      "trees {}; loop {}",
       method, options.features, fmt::join(options.play, ","), fmt::join(options.joints, ","),
       fmt::join(options.shares, ","), options.poses, s.seed, fmt::join(s.hidden, ","),
       static_cast<int>(s.activation), s.epochs, s.batch, s.networks, s.learning_rate,
       s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.gru_iterations, s.lstm_units,
-      s.lstm_iterations, s.inducing, s.trees, s.physics.string(),
-      static_cast<bool>(options.measure));
+      s.lstm_iterations, s.inducing, s.trees, static_cast<bool>(options.measure));
   for (const auto& [joint, features] : options.features_of)
     key += fmt::format("; {}={}", joint, features);
-  for (const auto& [name, value] : options.facts) key += "; " + name + " " + value;
+  for (const auto& [name, value] : options.facts) {
+    if (name.starts_with("physics") && !method.starts_with("physics")) continue;
+    key += "; " + name + " " + value;
+  }
   return key;
 }
 

@@ -39,7 +39,7 @@ std::vector<double> error_map_of(std::span<const methods::Series> series,
                                  const std::vector<Eigen::MatrixXd>& left, Eigen::Index output,
                                  double per_si, Eigen::Index x, Eigen::Index y, std::size_t cells);
 
-/// Times single steps over `series`, for about two seconds at most.
+/// Processor time of single steps over `series`, two seconds in all at most.
 StepTime time_steps(methods::Predictor& predictor, const methods::Series& series);
 
 }  // namespace ravencal::study

@@ -161,15 +161,15 @@ std::string maps_html(const Comparison& c) {
 
 std::string methods_html(const Comparison& c) {
   std::string html =
-      "<h2 id=\"methods\">Methods</h2><div "
-      "class=\"scroll\"><table><thead><tr><th>method</th><th>after</th>"
-      "<th>what training chose, or why there is nothing</th></tr></thead><tbody>";
+      "<h2 id=\"methods\">Methods</h2><div class=\"scroll\"><table class=\"facts\"><thead><tr>"
+      "<th>method</th><th>after</th><th>what training chose, or why there is nothing</th>"
+      "<th>why not in the loop</th></tr></thead><tbody>";
   for (const MethodResult& m : c.methods) {
-    html += fmt::format(
-        "<tr><th scope=\"row\">{}</th><td style=\"text-align:left\">{}</td><td "
-        "style=\"text-align:left\">{}</td></tr>",
-        html_escape(m.title), html_escape(m.source),
-        html_escape(m.status == CompareStatus::kDone ? m.remark : m.reason));
+    const std::string& why = m.loop.loadable ? m.loop.why_not_measured : m.loop.why_not;
+    html += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>",
+                        html_escape(m.title), html_escape(m.source),
+                        html_escape(m.status == CompareStatus::kDone ? m.remark : m.reason),
+                        html_escape(why));
   }
   return html + "</tbody></table></div>";
 }

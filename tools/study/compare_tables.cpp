@@ -114,7 +114,7 @@ Cell words(std::string text) {
 
 Table cost_table(const Comparison& c) {
   Table table{"cost", "What a method costs", "method", "", "", {}, {}};
-  table.columns = {{"training", "s", "", -1},   {"data needed", "min", "", 1},
+  table.columns = {{"training", "s", "", 2},    {"data needed", "min", "", 1},
                    {"parameters", "", "", 0},   {"step p50", "µs", "", 1},
                    {"step p99.9", "µs", "", 1}, {"1 kHz loop", "", "", -1}};
   for (std::size_t i = 0; i < c.methods.size(); ++i) {
@@ -135,8 +135,8 @@ Table cost_table(const Comparison& c) {
   table.note = fmt::format(
       "Data needed: least part of the {:.1f} min of training recordings whose error is within 1.1 "
       "times that of all (geometric mean over joints; parts 1/8, 1/4, 1/2, 1). Step: in the host's "
-      "1 kHz loop where the last column says so, else the method's own code by itself. Budget of "
-      "the loop: {:.0f} µs.",
+      "1 kHz loop where the last column says so, else the processor time of the method's own code "
+      "by itself. Budget of the loop: {:.0f} µs.",
       c.training_minutes, c.loop_budget_us);
   return table;
 }
@@ -191,9 +191,8 @@ std::string loop_words(const MethodResult& m, double budget_us) {
   const LoopFitness& loop = m.loop;
   const std::string fits = loop.step.p999_us <= budget_us ? "fits" : "too slow";
   if (loop.measured)
-    return fits + (loop.real_time ? ", in the loop" : ", in the loop, not real time");
-  if (loop.loadable) return fits + " by itself; not in the loop: " + loop.why_not_measured;
-  return fits + " by itself; cannot be loaded: " + loop.why_not;
+    return fits + (loop.real_time ? ", in the loop" : ", in the loop (not real time)");
+  return fits + (loop.loadable ? " by itself" : " by itself; cannot be loaded");
 }
 
 std::string verdict_text(const Comparison& c) {
