@@ -89,7 +89,7 @@ TEST_F(Recorded, GoesOnWithoutEncodersAndLeavesOutWhatDoesNotMove) {
   for (std::int64_t ms = 0; ms <= 2000; ++ms) {
     ASSERT_TRUE(recorder.take(state_at(ms), ms < 500 || ms >= 1500).ok());
     if (ms == 500) {
-      ASSERT_TRUE(recorder.note("pause", "the pedal is up").ok());
+      ASSERT_TRUE(recorder.note(state_at(ms).stamp_ns, "pause", "the pedal is up").ok());
     }
   }
   ASSERT_TRUE(recorder.finish().ok());
@@ -102,6 +102,7 @@ TEST_F(Recorded, GoesOnWithoutEncodersAndLeavesOutWhatDoesNotMove) {
   }
   ASSERT_EQ(run.events.size(), 1U);
   EXPECT_EQ(run.events[0].kind, "pause");
+  EXPECT_EQ(run.events[0].t_ns, kStart + 500 * kMs);
 }
 
 TEST_F(Recorded, RefusesToReplaceAFileUnlessToldTo) {

@@ -108,8 +108,9 @@ core::Status RunRecorder::write_ready(bool all) {
   return {};
 }
 
-core::Status RunRecorder::note(const std::string& kind, const std::string& detail) {
-  return writer_.append_event({last_ns_, kind, detail});
+core::Status RunRecorder::note(std::int64_t stamp_ns, const std::string& kind,
+                               const std::string& detail) {
+  return writer_.append_event({stamp_ns == 0 ? last_ns_ : stamp_ns, kind, detail});
 }
 
 core::Status RunRecorder::finish() {

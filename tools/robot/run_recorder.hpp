@@ -36,8 +36,8 @@ class RunRecorder {
   core::Status take(const record::RavenStateMessage& state, bool moving);
   /// One reading of the external encoders: rad, rad, m. A stamp before the last one's is dropped.
   void take_truth(std::int64_t stamp_ns, const std::array<double, 3>& joints_ji);
-  /// At the time of the last state.
-  core::Status note(const std::string& kind, const std::string& detail);
+  /// At the time of a state, or with 0 at that of the last one taken.
+  core::Status note(std::int64_t stamp_ns, const std::string& kind, const std::string& detail);
   /// Writes what waits and closes the file.
   core::Status finish();
 

@@ -166,7 +166,7 @@ void RunWatch::drive(std::chrono::milliseconds longest_wait) {
 void RunWatch::follow(const record::RavenStateMessage& state) {
   const Phase before = follower_->phase();
   if (const auto command = follower_->take(view_of(state))) send(*command, state);
-  note_phase(before);
+  note_phase(before, state.stamp_ns);
 }
 
 void RunWatch::send(const robot::Command& command, const record::RavenStateMessage& state) {
@@ -185,15 +185,15 @@ void RunWatch::send(const robot::Command& command, const record::RavenStateMessa
   publish(commands_, record::joint_state_type(), record::encode_joint_state(message));
 }
 
-void RunWatch::note_phase(Phase before) {
+void RunWatch::note_phase(Phase before, std::int64_t stamp_ns) {
   const Phase now = follower_->phase();
   if (now == before || recording_error_) return;
   const std::string at = fmt::format("{{\"progress\":{:.4f}}}", follower_->progress());
-  if (now == Phase::kPaused) note_failure(recorder_->note("pause", at));
+  if (now == Phase::kPaused) note_failure(recorder_->note(stamp_ns, "pause", at));
   if (now == Phase::kMoving) {
-    note_failure(recorder_->note(before == Phase::kPaused ? "resume" : "start", at));
+    note_failure(recorder_->note(stamp_ns, before == Phase::kPaused ? "resume" : "start", at));
   }
-  if (now == Phase::kDone) note_failure(recorder_->note("end", at));
+  if (now == Phase::kDone) note_failure(recorder_->note(stamp_ns, "end", at));
 }
 
 void RunWatch::note_failure(const core::Status& status) {
@@ -220,7 +220,7 @@ core::Status RunWatch::finish() {
   if (follower_->phase() == Phase::kStopped && needs_brakes(stop.reason))
     publish(state_command_, string_stamped_type(), encode_string_stamped({0, "pause"}));
   if (recording_error_) return *recording_error_;
-  if (follower_->phase() == Phase::kStopped) note_failure(recorder_->note("stop", stop.text));
+  if (follower_->phase() == Phase::kStopped) note_failure(recorder_->note(0, "stop", stop.text));
   const core::Status closed = recorder_->finish();
   return recording_error_ ? core::Status(*recording_error_) : closed;
 }

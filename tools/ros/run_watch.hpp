@@ -78,7 +78,7 @@ class RunWatch {
   robot::RobotView view_of(const record::RavenStateMessage& state) const;
   void follow(const record::RavenStateMessage& state);
   void send(const robot::Command& command, const record::RavenStateMessage& state);
-  void note_phase(robot::Phase before);
+  void note_phase(robot::Phase before, std::int64_t stamp_ns);
   void note_failure(const core::Status& status);
   double since_s(Clock::time_point then) const;
 
