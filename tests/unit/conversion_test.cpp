@@ -204,6 +204,11 @@ TEST_F(Files, OfOnnxAreRefusedWithTheNodeThatIsWrong) {
        }),
        "activation");
   says(refusal([](auto& graph) { graph.mutable_initializer(0)->set_dims(0, 7); }), "values");
+  says(refusal([](auto& graph) {  // 8 TB, if it were believed
+         graph.mutable_initializer(0)->set_dims(0, 1 << 20);
+         graph.mutable_initializer(0)->set_dims(1, 1 << 20);
+       }),
+       "values");
   says(refusal([](auto& graph) {
          graph.mutable_initializer(0)->set_data_location(onnx::TensorProto::EXTERNAL);
        }),

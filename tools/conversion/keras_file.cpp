@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,6 +17,7 @@ using exchange::Hdf5Handle;
 using nlohmann::json;
 
 constexpr hsize_t kLargestDimension = 1 << 20;  // far above any network for a 1 kHz loop
+constexpr hsize_t kMostWeights = 1 << 26;
 constexpr hsize_t kMostNames = 1024;
 
 core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
@@ -71,7 +73,8 @@ core::Result<Eigen::MatrixXd> tensor_of(hid_t group, const std::string& path) {
     return bad(fmt::format("weights '{}' have {} dimensions; 1 or 2 are read", path, rank));
   }
   (void)H5Sget_simple_extent_dims(space.get(), rank == 2 ? dims : dims + 1, nullptr);
-  if (dims[0] < 1 || dims[1] < 1 || dims[0] > kLargestDimension || dims[1] > kLargestDimension) {
+  if (dims[0] < 1 || dims[1] < 1 || dims[0] > kLargestDimension || dims[1] > kLargestDimension ||
+      dims[0] * dims[1] > kMostWeights) {
     return bad(fmt::format("weights '{}' have the shape {} x {}", path, dims[0], dims[1]));
   }
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -127,7 +130,8 @@ core::Result<KerasLayer> layer_of(const json& item) {
   layer.go_backwards = flag_at(config, "go_backwards", false);
   layer.stateful = flag_at(config, "stateful", false);
   if (config.contains("units") && config["units"].is_number_unsigned()) {
-    layer.units = config["units"].get<Eigen::Index>();
+    layer.units =
+        std::min(config["units"].get<Eigen::Index>(), static_cast<Eigen::Index>(kLargestDimension));
   }
   for (const char* key : {"batch_input_shape", "batch_shape"}) {  // Keras 2, Keras 3
     if (!config.contains(key) || !config[key].is_array() || config[key].empty()) continue;

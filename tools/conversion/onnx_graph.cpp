@@ -15,17 +15,19 @@ constexpr std::int64_t kLargestDimension = 1 << 20;  // far above any network fo
 
 core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
 
+/// False where the file holds another number of values than the shape; then nothing is allocated.
 template <typename T>
-bool copy_values(const std::string& raw, const auto& fields, OnnxTensor& tensor) {
+bool copy_values(const std::string& raw, const auto& fields, Eigen::Index rows,
+                 Eigen::Index columns, OnnxTensor& tensor) {
   using RowMajor = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto count = static_cast<std::size_t>(tensor.values.size());
-  RowMajor values(tensor.values.rows(), tensor.values.cols());
-  if (raw.size() == count * sizeof(T)) {
+  const auto count = static_cast<std::size_t>(rows * columns);
+  const bool is_raw = raw.size() == count * sizeof(T);
+  if (!is_raw && static_cast<std::size_t>(fields.size()) != count) return false;
+  RowMajor values(rows, columns);
+  if (is_raw) {
     std::memcpy(values.data(), raw.data(), raw.size());
-  } else if (static_cast<std::size_t>(fields.size()) == count) {
-    std::copy(fields.begin(), fields.end(), values.data());
   } else {
-    return false;
+    std::copy(fields.begin(), fields.end(), values.data());
   }
   tensor.values = values.template cast<double>();
   return true;
@@ -49,12 +51,11 @@ core::Result<OnnxTensor> tensor_of(const onnx::TensorProto& proto, const std::st
   if (rows < 1 || columns < 1 || rows > kLargestDimension || columns > kLargestDimension) {
     return bad(fmt::format("tensor '{}' has shape {} x {}", name, rows, columns));
   }
-  tensor.values.resize(rows, columns);
   bool whole = false;
   if (proto.data_type() == onnx::TensorProto::FLOAT) {
-    whole = copy_values<float>(proto.raw_data(), proto.float_data(), tensor);
+    whole = copy_values<float>(proto.raw_data(), proto.float_data(), rows, columns, tensor);
   } else if (proto.data_type() == onnx::TensorProto::DOUBLE) {
-    whole = copy_values<double>(proto.raw_data(), proto.double_data(), tensor);
+    whole = copy_values<double>(proto.raw_data(), proto.double_data(), rows, columns, tensor);
   } else {
     return bad(fmt::format("tensor '{}' has elements of type {}; export the model in float32", name,
                            onnx::TensorProto::DataType_Name(proto.data_type())));
