@@ -235,7 +235,7 @@ std::string real_html(const Json& proof) {
     const bool named = h["named"], in_set = h["in_a_set"];
     rows += fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{} / {}</td><td class=\"{}\">{}</td><td "
-        "class=\"n\">{}</td></tr>",
+        "class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
         html_escape(r["track"].get<std::string>()), html_escape(r["recording"].get<std::string>()),
         html_escape(h["joint"].get<std::string>()), html_escape(h["id"].get<std::string>()),
         named || in_set ? "met" : "not",
@@ -244,12 +244,17 @@ std::string real_html(const Json& proof) {
                  : "missed",
         h["parameter_error"].is_null()
             ? "&ndash;"
-            : fmt::format("{:.0f} %", 100.0 * h["parameter_error"].get<double>()));
+            : fmt::format("{:.1f} %", 100.0 * h["parameter_error"].get<double>()),
+        h["interval_overlap"].is_null()
+            ? "&ndash;"
+            : fmt::format("{:.2f}", h["interval_overlap"].get<double>()));
   }
   return "<h2>On real recordings</h2><p class=\"quiet\">Ablated: the plant lacks a term that the "
-         "robot has. Injected: an effect was added to the recording.</p><div "
+         "robot has. Injected: an effect was added to the recording, on top of what the "
+         "robot has of it.</p><div "
          "class=\"scroll\"><table><thead><tr><th>track</th><th>recording</th><th>joint / "
-         "effect</th><th>verdict</th><th>value off by</th></tr></thead><tbody>" +
+         "effect</th><th>verdict</th><th>value off by</th><th>overlap in "
+         "time</th></tr></thead><tbody>" +
          rows + "</tbody></table></div>";
 }
 

@@ -299,7 +299,8 @@ Json real_json(const std::vector<CaseScore>& scores) {
                         {"named", e.named},
                         {"in_a_set", e.in_a_set},
                         {"parameter_error", e.parameter_error ? Json(*e.parameter_error) : Json()},
-                        {"covered", e.covered ? Json(*e.covered) : Json()}});
+                        {"covered", e.covered ? Json(*e.covered) : Json()},
+                        {"interval_overlap", e.overlap ? Json(*e.overlap) : Json()}});
     }
     out.push_back({{"case", s.number},
                    {"track", s.track},
