@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The loop closes through a file: plant_improved.toml of several plants runs in `simulate` as it is
+// and is nearer to the robot than the plant that was diagnosed, on a motion that no fit saw.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "diagnose/diagnose.hpp"
+#include "record/load.hpp"
+#include "simulation/session.hpp"
+#include "trajectory/trajectory.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace ravencal;
+
+struct Change {
+  const char* name;
+  const char* joint;
+  const char* from;  ///< in the robot's plant, first after the joint's name
+  const char* to;    ///< in the plant that is diagnosed
+};
+
+class Improved : public ::testing::TestWithParam<Change> {
+ protected:
+  static std::string robot_text() {
+    std::ifstream file(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  static physics::Plant saved(const std::string& text, const std::string& name) {
+    const fs::path path = fs::path(::testing::TempDir()) / ("improved_" + name + ".toml");
+    std::ofstream(path) << text;
+    auto plant = physics::load_plant(path);
+    EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+    return plant.value();
+  }
+
+  static record::Recording simulated(const physics::Plant& plant,
+                                     const trajectory::Trajectory& motion) {
+    const fs::path path = fs::path(::testing::TempDir()) /
+                          fmt::format("improved_{}_{}.db", GetParam().name, plant.hash);
+    simulation::SessionOptions options;
+    options.overwrite = true;
+    const auto done =
+        simulation::record_session(plant, motion, path, options, [](double) { return true; });
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
+    auto recording = record::load_recording(path, {});
+    EXPECT_TRUE(recording.ok()) << (recording.ok() ? "" : recording.error().message);
+    fs::remove(path);
+    return std::move(recording).value();
+  }
+};
+
+/// How far the joint's error (truth - estimate) is from the robot's, RMS.
+double distance(const record::Recording& a, const record::Recording& b, const std::string& joint) {
+  const auto error = [&](const record::Recording& r, Eigen::Index i) {
+    return r.samples(i, *r.column(record::Role::kJointTruth, joint)) -
+           r.samples(i, *r.column(record::Role::kJointEstimate, joint));
+  };
+  double sum = 0.0;
+  const Eigen::Index rows = std::min(a.rows(), b.rows());
+  for (Eigen::Index i = 0; i < rows; ++i) sum += std::pow(error(a, i) - error(b, i), 2);
+  return std::sqrt(sum / static_cast<double>(rows));
+}
+
+TEST_P(Improved, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
+  const Change& change = GetParam();
+  std::string text = robot_text();
+  const physics::Plant robot = saved(text, std::string(change.name) + "_robot");
+  const auto joint_at = text.find(fmt::format("name = \"{}\"", change.joint));
+  const auto at = text.find(change.from, joint_at);
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, std::string(change.from).size(), change.to);
+  const physics::Plant nominal = saved(text, change.name);
+  trajectory::RandomOptions training;
+  training.duration_s = 90.0;
+  const auto motion = trajectory::make_random(training);
+  ASSERT_TRUE(motion.ok());
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report = diagnose::diagnose({simulated(robot, *motion)}, {}, nominal, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const auto improved_text = diagnose::improved_plant(nominal, *report);
+  ASSERT_TRUE(improved_text.ok()) << improved_text.error().message;
+  const physics::Plant improved = saved(*improved_text, std::string(change.name) + "_improved");
+  trajectory::RandomOptions unseen;
+  unseen.duration_s = 40.0;
+  unseen.seed = 5;
+  const auto test_motion = trajectory::make_random(unseen);
+  ASSERT_TRUE(test_motion.ok());
+  const record::Recording real = simulated(robot, *test_motion);
+  const double before = distance(simulated(nominal, *test_motion), real, change.joint);
+  const double after = distance(simulated(improved, *test_motion), real, change.joint);
+  EXPECT_LT(after, 0.7 * before) << report->verdict.text << "\n" << *improved_text;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Plants, Improved,
+    ::testing::Values(Change{"shoulder_ratio", "shoulder", "ratio = 0.053", "ratio = 0.02"},
+                      Change{"insertion_ratio", "insertion", "ratio = -0.0135", "ratio = -0.03"},
+                      Change{"elbow_ratio", "elbow", "ratio = 0.056", "ratio = 0.02"}),
+    [](const auto& instance) { return std::string(instance.param.name); });
+
+}  // namespace

@@ -1,0 +1,5 @@
+ravencal_test(NAME diagnose_show_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_show_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/diagnose_improved_test.cpp
+  LIBS ravencal_diagnose ravencal_simulation ravencal_trajectory fmt::fmt LABELS unit)
+target_include_directories(diagnose_show_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})

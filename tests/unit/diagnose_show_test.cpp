@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The second half of diagnose: free run, servo law, combinations, another simulator's baseline,
+// predictions for training, the page.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "diagnose/combinations.hpp"
+#include "diagnose/diagnose.hpp"
+#include "diagnose/free_run_fit.hpp"
+#include "diagnose/physics_prediction.hpp"
+#include "diagnose_generator.hpp"
+
+namespace {
+
+using namespace ravencal;
+using Eigen::Index;
+using Eigen::VectorXd;
+using generator::HiddenPhysics;
+using generator::Scene;
+
+/// A plant in a file, as users have it: the improved one is made from it.
+physics::Plant plant_file(const std::string& text, const std::string& name) {
+  const std::string path = ::testing::TempDir() + "diagnose_show_" + name + ".toml";
+  std::ofstream(path) << text;
+  auto plant = physics::load_plant(path);
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  return plant.value();
+}
+
+const diagnose::NamedEffect* find(const diagnose::Report& report, const std::string& id) {
+  for (const auto& e : report.effects) {
+    if (e.id == id) return &e;
+  }
+  return nullptr;
+}
+
+const diagnose::HeldOut* figure(const diagnose::Report& report, const std::string& metric) {
+  for (const auto& h : report.held_out) {
+    if (h.metric == metric) return &h;
+  }
+  return nullptr;
+}
+
+/// A drive that obeys physics::step_drive under a swept effort, and its series.
+diagnose::Series drive_series(const physics::DriveNumbers<double>& truth) {
+  constexpr Index kRows = 20000;
+  diagnose::Series s;
+  s.joint = "one";
+  s.stage = diagnose::Stage::kDrive;
+  s.unit = "N_m";
+  s.t_s.resize(kRows);
+  s.recorded.resize(kRows);
+  s.motion.q.resize(kRows);
+  s.motion.v.resize(kRows);
+  physics::DriveState<double> state;
+  for (Index i = 0; i < kRows; ++i) {
+    const double t = 1e-3 * static_cast<double>(i);
+    s.t_s[i] = t;
+    s.recorded[i] = 3.0 * std::sin(2.1 * t) + 2.0 * std::sin(0.7 * t);
+    s.motion.q[i] = state.position;
+    s.motion.v[i] = state.velocity;
+    const double next = 3.0 * std::sin(2.1 * (t + 1e-3)) + 2.0 * std::sin(0.7 * (t + 1e-3));
+    physics::step_drive(truth, 0.5 * (s.recorded[i] + next), 0.0, 1e-3, state);
+  }
+  s.recording.assign(kRows, 0);
+  s.fresh.assign(kRows, 0);
+  s.fresh[0] = 1;
+  s.held_out.assign(kRows, 0);
+  s.valid.assign(kRows, 1);
+  s.y = s.recorded;
+  s.motion.noise = 1e-6;
+  return s;
+}
+
+constexpr const char* kFriction =
+    "\n[[joint.effect]]\nid = \"coulomb_friction\"\nlevel_n_m = 0.5\n"
+    "\n[[joint.effect]]\nid = \"viscous_friction\"\ndamping_n_m_s_per_rad = 1.0\n";
+
+TEST(FreeRunFit, FindsTheNumbersOfTheDriveThatMadeTheMotion) {
+  physics::DriveNumbers<double> truth;
+  truth.inertia = 2.0;
+  truth.level = 0.8;
+  truth.viscous = 1.4;
+  truth.presliding = 1e-4;
+  const diagnose::Series series = drive_series(truth);
+  auto plant = physics::parse_plant(generator::plant_text(kFriction), "friction");
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  const diagnose::FreeRun run(series, *plant);
+  const physics::DriveNumbers<double> start = run.numbers(*plant);
+  const auto fit = diagnose::fit_drive(
+      run, start,
+      diagnose::drive_handles(start, start, plant->joints.front(), false,
+                              {"coulomb_friction.level", "viscous_friction.damping"}),
+      1);
+  EXPECT_TRUE(fit.better());
+  EXPECT_LT(fit.judged_after, 0.2 * fit.judged_before);
+  EXPECT_NEAR(fit.numbers.level, 0.8, 0.04);
+  EXPECT_NEAR(fit.numbers.viscous, 1.4, 0.07);
+  // 95 % intervals: the truth lies within, and they are no wider than they need be.
+  for (std::size_t h = 0; h < fit.handles.size(); ++h) {
+    if (fit.handles[h].parameter != "damping") continue;
+    const VectorXd draws = fit.draws.col(static_cast<Index>(h));
+    const double spread = std::sqrt((draws.array() - draws.mean()).square().mean());
+    EXPECT_LT(spread, 0.2);
+  }
+}
+
+TEST(FreeRunFit, LeavesARightPlantAlone) {
+  physics::DriveNumbers<double> truth;
+  truth.inertia = 2.0;
+  truth.level = 0.5;
+  truth.viscous = 1.0;
+  truth.presliding = 1e-3;
+  const diagnose::Series series = drive_series(truth);
+  const auto plant = physics::parse_plant(generator::plant_text(kFriction), "friction");
+  const diagnose::FreeRun run(series, *plant);
+  const auto fit = diagnose::fit_drive(
+      run, truth, diagnose::drive_handles(truth, truth, plant->joints.front(), false, {}), 1);
+  EXPECT_FALSE(fit.better());
+  EXPECT_DOUBLE_EQ(fit.numbers.level, 0.5);
+}
+
+TEST(Diagnose, WritesBackWhatTheFreeRunFoundAndThePlantRunsBetter) {
+  HiddenPhysics hidden;
+  hidden.coulomb_n_m = 1.5;
+  hidden.viscous_n_m_s = 3.0;
+  Scene scene;
+  scene.rate_hz = 100.0;
+  scene.duration_s = 200.0;
+  Scene other = scene;
+  other.seed = 7;
+  const physics::Plant plant = plant_file(generator::plant_text(), "bare");
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report =
+      diagnose::diagnose({generator::make_recording(hidden, scene)},
+                         {generator::make_recording(hidden, other)}, plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const auto* row = figure(*report, "free_run_1s_rmse");
+  ASSERT_NE(row, nullptr);
+  EXPECT_LT(row->after, 0.5 * row->before);
+  const auto text = diagnose::improved_plant(plant, *report);
+  ASSERT_TRUE(text.ok()) << text.error().message;
+  const auto improved = physics::parse_plant(*text, "improved");
+  ASSERT_TRUE(improved.ok()) << improved.error().message;
+  const auto* coulomb = find(*report, "coulomb_friction");
+  ASSERT_NE(coulomb, nullptr) << report->verdict.text;
+  EXPECT_DOUBLE_EQ(improved->joints.front().parameter("coulomb_friction", "level"),
+                   coulomb->parameters.front().value);
+  EXPECT_LE(coulomb->parameters.front().ci95.first, coulomb->parameters.front().value);
+  EXPECT_GE(coulomb->parameters.front().ci95.second, coulomb->parameters.front().value);
+}
+
+TEST(Diagnose, MeasuresAgainstAnotherSimulatorThatCountsItsTimeFromZero) {
+  HiddenPhysics hidden;
+  hidden.gap_half_rad = 0.01;
+  const record::Recording real = generator::make_recording(hidden, {});
+  // The simulator knows all but the gap, has no noise of its own and another clock. Without load a
+  // gap and a yielding cable make the same loop.
+  Scene quiet;
+  quiet.noise = 0.0;
+  record::Recording simulated = generator::make_recording({}, quiet);
+  for (std::int64_t& t : simulated.t_ns) t += 3'600'000'000'000;
+  const physics::Plant plant = plant_file(generator::plant_text(), "simulated");
+  diagnose::Options options;
+  options.threads = 1;
+  options.simulated = {simulated};
+  const auto report = diagnose::diagnose({real}, {}, plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const bool named = std::any_of(report->effects.begin(), report->effects.end(), [](const auto& e) {
+    return e.id == "backlash" || e.id == "hysteresis" ||
+           std::find(e.ambiguous_with.begin(), e.ambiguous_with.end(), "backlash") !=
+               e.ambiguous_with.end();
+  });
+  EXPECT_TRUE(named) << report->verdict.text;
+}
+
+TEST(Diagnose, FindsNothingWhereTheOtherSimulatorHasTheEffect) {
+  HiddenPhysics hidden;
+  hidden.gap_half_rad = 0.01;
+  Scene quiet;
+  quiet.noise = 0.0;
+  const physics::Plant plant = plant_file(generator::plant_text(), "simulated");
+  diagnose::Options options;
+  options.threads = 1;
+  options.simulated = {generator::make_recording(hidden, quiet)};
+  const auto report =
+      diagnose::diagnose({generator::make_recording(hidden, {})}, {}, plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(find(*report, "backlash"), nullptr) << report->verdict.text;
+}
+
+TEST(Diagnose, RefusesASimulationOfAnotherLength) {
+  Scene brief;
+  brief.duration_s = 40.0;
+  const physics::Plant plant = plant_file(generator::plant_text(), "simulated");
+  diagnose::Options options;
+  options.simulated = {generator::make_recording({}, brief)};
+  const auto report = diagnose::diagnose({generator::make_recording({}, {})}, {}, plant, options);
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.error().message.find("covers"), std::string::npos) << report.error().message;
+}
+
+TEST(Combinations, AreFoundWhereOnlyAProductIsKnown) {
+  std::mt19937_64 engine(3);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd draws(400, 3);
+  for (Index d = 0; d < draws.rows(); ++d) {
+    const double apart = 0.5 * normal(engine);
+    draws.row(d) << apart, -apart + 0.01 * normal(engine), 0.02 * normal(engine);
+  }
+  const auto found = diagnose::combinations_of(
+      {{"compliance", "stiffness"}, {"backlash", "half_width"}, {"creep", "time"}}, draws);
+  ASSERT_EQ(found.size(), 1U);
+  ASSERT_EQ(found.front().parameters.size(), 2U);
+  EXPECT_DOUBLE_EQ(found.front().parameters[0].power, found.front().parameters[1].power);
+  EXPECT_NEAR(found.front().value, 1.0, 0.01);
+  EXPECT_GT(found.front().parameters[0].relative_deviation, 0.3);
+}
+
+TEST(Combinations, AreNotFoundWhereEachParameterIsKnown) {
+  std::mt19937_64 engine(4);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd draws(400, 2);
+  for (Index d = 0; d < draws.rows(); ++d)
+    draws.row(d) << 0.3 * normal(engine), 0.3 * normal(engine);
+  EXPECT_TRUE(
+      diagnose::combinations_of({{"compliance", "stiffness"}, {"creep", "time"}}, draws).empty());
+}
+
+TEST(PhysicsPrediction, SaysTheErrorWithoutLookingAtTheTruth) {
+  HiddenPhysics hidden;
+  hidden.gain = 0.05;
+  record::Recording recording = generator::make_recording(hidden, {});
+  const physics::Plant plant = plant_file(
+      generator::plant_text("\n[[joint.effect]]\nid = \"gain_error\"\nratio = 0.05\n"), "gain");
+  const auto predicted = diagnose::predict_errors(recording, plant);
+  ASSERT_TRUE(predicted.ok()) << predicted.error().message;
+  ASSERT_EQ(predicted->size(), 1U);
+  const auto truth = *recording.column(record::Role::kJointTruth, "one");
+  const auto estimate = *recording.column(record::Role::kJointEstimate, "one");
+  const VectorXd error = recording.samples.col(truth) - recording.samples.col(estimate);
+  ASSERT_EQ(predicted->front().error.size(), error.size());
+  const auto spread = [](const VectorXd& x) { return (x.array() - x.mean()).matrix().norm(); };
+  EXPECT_LT(spread(error - predicted->front().error), 0.3 * spread(error));
+  recording.samples.col(truth).array() += 1.0;
+  const auto again = diagnose::predict_errors(recording, plant);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->front().error, predicted->front().error);
+}
+
+TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
+  HiddenPhysics hidden;
+  hidden.gap_half_rad = 0.01;
+  const physics::Plant plant = plant_file(generator::plant_text(), "page");
+  diagnose::Options options;
+  options.threads = 1;
+  options.placebo_twins = 2;
+  const auto report =
+      diagnose::diagnose({generator::make_recording(hidden, {})}, {}, plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const std::string page = diagnose::report_html(*report);
+  for (const char* part :
+       {"What is left out", "On data that no fit saw", "What each part of the model takes away",
+        "What the plant does not predict", "too little data", "The same size in every circumstance",
+        "On rows that the fit did not see", "Candidates and their gates",
+        "would have been seen from", "Not testable with this recording",
+        "On twins of this recording"}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+  for (const char* foreign : {"<script", "http://", "https://", "src="})
+    EXPECT_EQ(page.find(foreign), std::string::npos) << foreign;
+  const std::string json = diagnose::report_json(*report);
+  EXPECT_NE(json.find("\"out_of_tolerance\": false"), std::string::npos);
+  EXPECT_NE(json.find("\"known_together\""), std::string::npos);
+}
+
+}  // namespace
