@@ -299,6 +299,8 @@ TEST(ProveScore, CountsANameInASetAndAWrongOne) {
 
 TEST(ProveScore, TellsAParameterOutOfToleranceFromPhysicsAndSilenceFromBoth) {
   Json verdict = verdict_of("parameter_out_of_tolerance", "gain_error", 0.1);
+  EXPECT_EQ(scored(manifest_of("control", nullptr, 0.0), verdict).top1_id, "parameter");
+  verdict["report"]["verdict"]["kind"] = "named";
   verdict["report"]["effects"][0]["out_of_tolerance"] = true;
   const CaseScore s = scored(manifest_of("control", nullptr, 0.0), verdict);
   EXPECT_TRUE(s.alarm);

@@ -27,12 +27,14 @@ const Json& list(const Json& json, const char* key) {
 }
 
 std::vector<Name> names_in(const Json& report) {
+  const std::string kind = report.contains("verdict") ? text(report["verdict"], "kind") : "";
   std::vector<Name> names;
   for (const Json& e : list(report, "effects")) {
     Name name{text(e, "id"), text(e, "joint"), text(e, "stage"), {}, false, 0.0};
     for (const Json& other : list(e, "ambiguous_with"))
       if (other.is_string()) name.ambiguous_with.push_back(other.get<std::string>());
-    name.parameter = e.value("out_of_tolerance", false);
+    // A report without the key still says it by its verdict: physics would have been that.
+    name.parameter = e.value("out_of_tolerance", kind == "parameter_out_of_tolerance");
     const Json evidence = e.value("evidence", Json::object());
     const double before = number(evidence, "held_out_before"),
                  after = number(evidence, "held_out_after");
