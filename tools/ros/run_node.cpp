@@ -23,6 +23,7 @@ constexpr auto kPoll = std::chrono::milliseconds(5);
 constexpr auto kLook = std::chrono::milliseconds(20);
 constexpr double kReadingsStaleS = 2.0;  // of the external encoders, by the caller's clock
 constexpr std::int64_t kEnoughStates = 20;
+constexpr double kSilentWaitS = 2.0;                         // before it says what it waits for
 constexpr auto kLastWords = std::chrono::milliseconds(100);  // for the last message to leave
 
 core::Error device(const std::string& why) { return {core::ErrorCode::kDevice, why}; }
@@ -67,7 +68,14 @@ class Run {
 core::Status Run::connect() {
   ros::init(ros::M_string(), "ravencal_run",
             ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
-  if (!wait_for_master([&] { return may_wait(); })) {
+  const auto keep_waiting = [&] {
+    if (waited_s() > kSilentWaitS && shown_.empty()) {
+      shown_ = fmt::format("no ROS master at {}", ros::master::getURI());
+      fmt::print(stderr, "ravencal run: {}; waiting\n", shown_);
+    }
+    return may_wait();
+  };
+  if (!wait_for_master(keep_waiting)) {
     return device(
         fmt::format("no ROS master at {}; start roscore and the robot, or set "
                     "ROS_MASTER_URI",
@@ -104,7 +112,7 @@ core::Status Run::wait_for_messages() {
     const std::string why = missing(heard);
     if (why.empty()) return {};
     if (!heard.refused.empty() || !may_wait()) return device(why);
-    if (waited_s() > 2.0 && why != shown_) {
+    if (waited_s() > kSilentWaitS && why != shown_) {
       fmt::print(stderr, "ravencal run: {}; waiting\n", why);
       shown_ = why;
     }

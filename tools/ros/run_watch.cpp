@@ -191,7 +191,10 @@ void RunWatch::note_phase(Phase before, std::int64_t stamp_ns) {
   const std::string at = fmt::format("{{\"progress\":{:.4f}}}", follower_->progress());
   if (now == Phase::kPaused) note_failure(recorder_->note(stamp_ns, "pause", at));
   if (now == Phase::kMoving) {
-    note_failure(recorder_->note(stamp_ns, before == Phase::kPaused ? "resume" : "start", at));
+    const bool resumed = before == Phase::kPaused;
+    note_failure(recorder_->note(stamp_ns, resumed ? "resume" : "start", at));
+    // Features with memory begin afresh: no rows were recorded meanwhile.
+    if (resumed) note_failure(recorder_->note(stamp_ns, "episode", "after a pause"));
   }
   if (now == Phase::kDone) note_failure(recorder_->note(stamp_ns, "end", at));
 }
