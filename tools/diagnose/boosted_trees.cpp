@@ -16,7 +16,7 @@ constexpr int kBins = 32;
 constexpr int kTrees = 60;
 constexpr int kDepth = 3;
 constexpr double kRate = 0.15;
-constexpr std::size_t kMostRows = 8000;
+constexpr std::size_t kMostRows = 4000;
 
 /// Features as bin numbers by quantiles, [f][rows].
 std::vector<std::vector<std::uint8_t>> binned(const Eigen::MatrixXd& features) {

@@ -30,21 +30,89 @@ Forms candidates_for(const Series& series, const physics::Plant& plant, const No
   return forms;
 }
 
+void append_step(ChannelFit& fit, const Step& step) {
+  ChannelModel& model = fit.model;
+  fit.steps.push_back(step);
+  model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
+  model.base.rightCols(1) = model.blocks.gather(step_column(*model.series, step));
+  model.free_base.conservativeResize(Eigen::NoChange, model.base.cols());
+  model.free_base.rightCols(1) = model.base.rightCols(1);
+  model.precision.conservativeResize(model.precision.size() + 1);
+  model.precision[model.precision.size() - 1] = 0.0;
+}
+
+/// Where a step takes most off the error of the plant with its tolerances; share of that error.
+std::pair<Step, double> likeliest_step(const ChannelModel& model) {
+  constexpr Index kPlaces = 160;
+  const MatrixXd normal = model.free_base.transpose() * model.free_base;
+  MatrixXd weighted = normal;
+  weighted.diagonal() += model.precision;
+  weighted.diagonal() += 1e-9 * normal.diagonal();
+  const Eigen::LDLT<MatrixXd> solver(weighted);
+  const VectorXd b = solver.solve(model.free_base.transpose() * model.free_target);
+  const VectorXd rest = model.free_target - model.free_base * b;
+  std::pair<Step, double> best;
+  const auto consider = [&](Index n) {
+    Step step;
+    step.row = model.blocks.rows[static_cast<std::size_t>(n)];
+    const VectorXd z = model.blocks.gather(step_column(*model.series, step)).col(0);
+    const VectorXd cross = model.free_base.transpose() * z;
+    const double unique = z.squaredNorm() - cross.dot(solver.solve(cross));
+    if (unique < 1e-6 * z.squaredNorm()) return;
+    const double score = z.dot(rest);
+    const double share = score * score / unique / std::max(rest.squaredNorm(), 1e-300);
+    if (share <= best.second) return;
+    step.t_s = model.series->t_s[step.row];
+    step.size = score / unique;
+    best = {step, share};
+  };
+  const Index count = rest.size();
+  const Index stride = std::max<Index>(1, count / kPlaces);
+  for (Index n = 4 * stride; n + 4 * stride < count; n += stride) consider(n);
+  return best;
+}
+
+/// A large step bends everything that is fitted beside it, so that none of it is left to be seen.
+/// The likeliest one is taken into the model, which gives honest noise; put back onto that noise
+/// it must be found where it is.
+void adopt_hidden_steps(ChannelFit& fit) {
+  constexpr double kSuspicious = 0.15;
+  ChannelModel& model = fit.model;
+  for (int round = 0; round < 2; ++round) {
+    const std::pair<Step, double> likeliest = likeliest_step(model);
+    const Step& suspect = likeliest.first;
+    if (likeliest.second < kSuspicious) return;
+    ChannelFit trial;
+    trial.model = model;
+    append_step(trial, suspect);
+    trial.model.hold_nominal();
+    const VectorXd noise = saturated_noise(trial.model);
+    const VectorXd coefficients = joint_fit(trial.model);
+    const double size = coefficients[coefficients.size() - 1];
+    const double memory = noise_memory(trial.model, noise);
+    const auto found = find_steps(*model.series, model.blocks,
+                                  noise + size * trial.model.base.rightCols(1), memory);
+    const auto same = std::find_if(found.begin(), found.end(), [&](const Step& step) {
+      return std::abs(step.row - suspect.row) <= 2 * step.window && step.size * size > 0.0;
+    });
+    if (same == found.end()) return;
+    append_step(fit, *same);
+    model.hold_nominal();
+    model.noise = noise;
+    model.correlation_rows = memory;
+    model.floor = std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size()));
+  }
+}
+
 /// Steps are found in what the saturated model leaves, and then belong to the base.
 void adopt_steps(ChannelFit& fit) {
   ChannelModel& model = fit.model;
   const Series& series = *model.series;
   if (series.stage != Stage::kTransmission) return;
-  fit.steps = find_steps(series, model.blocks, model.noise, model.correlation_rows);
-  std::erase_if(fit.steps, [&](const Step& step) { return std::abs(step.size) < model.floor; });
-  for (const Step& step : fit.steps) {
-    model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
-    model.base.rightCols(1) = model.blocks.gather(step_column(series, step));
-    model.free_base.conservativeResize(Eigen::NoChange, model.base.cols());
-    model.free_base.rightCols(1) = model.base.rightCols(1);
-    model.precision.conservativeResize(model.precision.size() + 1);
-    model.precision[model.precision.size() - 1] = 0.0;
-  }
+  auto steps = find_steps(series, model.blocks, model.noise, model.correlation_rows);
+  std::erase_if(steps, [&](const Step& step) { return std::abs(step.size) < model.floor; });
+  for (const Step& step : steps) append_step(fit, step);
+  if (steps.empty()) adopt_hidden_steps(fit);
 }
 
 /// A size that changes with circumstances is evidence of one more effect. Looks for the one whose
@@ -78,10 +146,14 @@ bool completed(ChannelFit& fit, const ChannelOptions& options) {
 void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
   for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    // A number of the plant that the others' company turned into none.
+    const bool consistent =
+        !form.nominal_term() ||
+        form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
     // Of several columns no single one need be certain.
-    if (fit.model.chosen[i].columns.cols() > 1) continue;
+    if (consistent && fit.model.chosen[i].columns.cols() > 1) continue;
     const auto parameters = parameters_of(fit, i, options.seed + 200 + i);
-    if (parameters.empty()) continue;
+    if (consistent && parameters.empty()) continue;
     const NamedParameter& first = parameters.front();
     double least = 0.0;
     double from = first.ci95.first;
@@ -93,7 +165,7 @@ void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
       to = (to - nominal.value) / nominal.value;
       if (from > to) std::swap(from, to);
     }
-    if (from > least || to < -least) continue;
+    if (consistent && (from > least || to < -least)) continue;
     fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
     fit.model.hold_nominal();
     fit.coefficients = joint_fit(fit.model);
@@ -146,20 +218,6 @@ void predict(ChannelFit& fit) {
       fit.model.precision, fit.model.base, fit.model.target);
 }
 
-/// Effort of the weights that the drive's channel found beyond the plant's.
-VectorXd found_load(const ChannelFit& fit) {
-  const Series& s = *fit.model.series;
-  VectorXd found;
-  if (s.stage != Stage::kDrive || s.weight.size() == 0) return found;
-  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    if (form.id() == "payload") found = coefficients_of(fit, i)[0] * s.payload_per_kg;
-    if (form.id() == "gravity" && form.nominal_term())
-      found = coefficients_of(fit, i)[0] * s.weight;
-  }
-  return found;
-}
-
 /// Effort that depends on posture, where the plant has no links to carry it.
 VectorXd posture_effort(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
@@ -172,6 +230,35 @@ VectorXd posture_effort(const ChannelFit& fit) {
       found = form.columns(s, chosen.shape) * coefficients_of(fit, i);
   }
   return found;
+}
+
+/// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
+constexpr double kLeastWeightDeviation = 0.05;
+
+/// What the drive's channel says of the joint's load: effort beyond the plant's weight, and how
+/// well all of it is known.
+void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findings) {
+  const Series& s = *fit.model.series;
+  if (s.stage != Stage::kDrive) return;
+  if (s.weight.size() == 0) {
+    findings.found_load = posture_effort(fit);
+    if (findings.found_load.size() > 0) findings.weight_deviation = kLeastWeightDeviation;
+    return;
+  }
+  findings.found_load = VectorXd::Zero(s.rows());
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    if (fit.nominal.terms[t].id != "gravity") continue;
+    findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
+    const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
+    findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);
+  }
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    if (form.id() == "payload")
+      findings.found_load += coefficients_of(fit, i)[0] * s.payload_per_kg;
+    if (form.id() == "gravity" && form.nominal_term())
+      findings.found_load += coefficients_of(fit, i)[0] * s.weight;
+  }
 }
 
 Index first_column(const ChannelModel& model, std::size_t chosen) {
@@ -202,6 +289,7 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   fit.coefficients = joint_fit(fit.model);
   drop_uncertain(fit, options);
   withdraw_proxies(fit, options, findings);
+  if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
   predict(fit);
   return fit;
 }
@@ -223,7 +311,7 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
     add_candidates(fit, options, findings);
   }
   findings.floor = fit.model.floor;
-  findings.found_load = found_load(fit);
+  add_load(fit, options.seed + 560, findings);
   findings.offset = fit.coefficients[0];
   findings.posture = posture_effort(fit);
   if (options.details) name_refitted(fit, findings);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,12 @@ struct ChannelFit {
   ChannelModel model;
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;
-  std::vector<Step> steps;            ///< each a column of the base, after the nominal terms
-  Eigen::VectorXd coefficients;       ///< of model.columns()
-  Eigen::VectorXd prediction;         ///< of series.y, all rows: nominal + base + effects
-  Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
-  Eigen::VectorXd base_residual;      ///< the same without any effect
+  std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
+  std::vector<Step> steps;             ///< each a column of the base, after the nominal terms
+  Eigen::VectorXd coefficients;        ///< of model.columns()
+  Eigen::VectorXd prediction;          ///< of series.y, all rows: nominal + base + effects
+  Eigen::VectorXd held_out_residual;   ///< at the training rows, each under a fit without its fold
+  Eigen::VectorXd base_residual;       ///< the same without any effect
 };
 
 struct ChannelFindings {
@@ -40,6 +42,7 @@ struct ChannelFindings {
   std::vector<std::string> notes;  ///< sentences for the verdict: proxies, prior knowledge used
   Eigen::VectorXd
       found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
+  std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
   Eigen::VectorXd
       posture;          ///< drive stage: effort found without a place in the plant; may be empty
   double offset = 0.0;  ///< constant that the fit found
@@ -103,6 +106,15 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
 
 /// Where the residual before any effect exceeds what a learner without physics can predict.
 void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Least size of a remainder: friction and cables of a simulation follow the real ones to some
+/// percent of what they do at best.
+double least_remainder(const ChannelFit& fit);
+
+/// What a shape without a name explains beyond the effects; names that it beats by far are
+/// withdrawn. The share is of the error that the effects leave.
+std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
+                                        ChannelFindings& findings);
 
 /// What the effects leave that is still predictable.
 void add_remainder(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);

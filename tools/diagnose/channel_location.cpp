@@ -24,6 +24,9 @@ MatrixXd features_of(const ChannelModel& model, std::vector<std::string>& names)
     features.col(static_cast<Index>(f)) = model.blocks.gather(all[f].value).col(0);
     names.push_back(all[f].name);
   }
+  features.conservativeResize(Eigen::NoChange, features.cols() + 1);
+  features.rightCols(1) = model.blocks.gather(model.series->t_s);
+  names.emplace_back("time");
   return features;
 }
 
@@ -182,9 +185,17 @@ void add_remainder(const ChannelFit& fit, const ChannelOptions& options,
   // A share alone is fooled by the small predictable structure that every simulator's friction
   // leaves: the remainder must also be as large as what is called an effect, in the same place.
   const double share_left = gain.sum() / fit.held_out_residual.squaredNorm();
-  if (gain.sum() <= 0.0 || p > options.gates.alpha || share_left < 0.2 ||
-      size < options.gates.size_per_floor * left)
-    return;
+  const bool predictable =
+      gain.sum() > 0.0 && p <= options.gates.alpha && share_left >= 0.2 &&
+      size >= std::max(options.gates.size_per_floor * left, least_remainder(fit));
+  if (!predictable && fit.unnamed) {
+    Unexplained u = *fit.unnamed;
+    u.share_of_excess = std::clamp(
+        u.share_of_excess * fit.held_out_residual.squaredNorm() / fit.base_residual.squaredNorm(),
+        0.0, 1.0);
+    findings.unexplained.push_back(std::move(u));
+  }
+  if (!predictable) return;
   const double excess = fit.base_residual.squaredNorm() - rows * left * left;
   Unexplained u;
   u.joint = findings.joint;
@@ -199,6 +210,9 @@ void add_remainder(const ChannelFit& fit, const ChannelOptions& options,
   for (std::size_t i = 0; i < order.size() && i < 3; ++i) {
     if (rest.importance[order[i]] > 0.1) u.depends_on.push_back(names[order[i]]);
   }
+  if (fit.unnamed && std::find(u.depends_on.begin(), u.depends_on.end(),
+                               fit.unnamed->depends_on.front()) == u.depends_on.end())
+    u.depends_on.insert(u.depends_on.begin(), fit.unnamed->depends_on.front());
   findings.unexplained.push_back(std::move(u));
 }
 

@@ -98,6 +98,8 @@ constexpr std::size_t kTooManyRivals = 4;
 
 void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
   if (fit.steps.empty()) return;
+  // Beside structure that has no name a step is part of that structure.
+  if (fit.unnamed && fit.unnamed->depends_on.front() != "time") return;
   const ChannelModel& model = fit.model;
   // Everything but the steps, for what they explain.
   ChannelModel without = model;
@@ -111,6 +113,10 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
   };
   const VectorXd before = errors(without);
   const VectorXd after = errors(model);
+  // The size gate of all effects: what the steps take off the held-out error, not their height.
+  const double gained = std::sqrt(std::max(0.0, (before - after).sum()) /
+                                  static_cast<double>(std::max<Index>(1, model.target.size())));
+  if (gained < Gates{}.size_per_floor * model.floor) return;
   for (std::size_t k = 0; k < fit.steps.size(); ++k) {
     const Step& step = fit.steps[k];
     NamedEffect effect;
@@ -199,10 +205,12 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   const auto joint = plant.joint_index(series.joint).value_or(0);
   const double expected = 3.0 * plant.joints[joint].parameter("homing_offset", "deviation");
   const double offset = fit.coefficients[0];
+  double passed_on = 0.0;
+  for (const Inherited& part : series.inherited) passed_on += std::abs(part.offset);
   const Evidence& e = tested.evidence;
   if (!repeats(options.gates, e.z, e.block_p) || e.p_value > options.gates.alpha ||
       e.share < options.gates.least_share ||
-      std::abs(offset) < std::max(expected, fit.model.floor)) {
+      std::abs(offset) < std::max({expected, fit.model.floor, 1.25 * passed_on})) {
     return;
   }
   NamedEffect effect;

@@ -98,7 +98,8 @@ void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
                                                               : "position_rmse";
   // The same against the effort as recorded, noise above the motion's band included.
   double recorded_before = 0.0, recorded_after = 0.0, recorded_signal = 0.0;
-  for (Index i = 0; i < series.recorded.size() && series.any_held_out(); ++i) {
+  const Index recorded_rows = series.any_held_out() ? series.recorded.size() : 0;
+  for (Index i = 0; i < recorded_rows; ++i) {
     const auto n = static_cast<std::size_t>(i);
     if (series.held_out[n] == 0 || series.valid[n] == 0) continue;
     recorded_before += std::pow(series.recorded[i] - fit.nominal.prediction[i], 2);

@@ -117,8 +117,10 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
     if (set.series[d].stage != Stage::kDrive || found.size() == 0) continue;
     for (Series& series : set.series) {
       if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
+      if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
       if (series.weight.size() != found.size()) continue;
       series.weight += found;
+      series.weight_deviation = findings[d].weight_deviation;
       series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
                                          series.inertial, series.fresh, series.rest_width()},
                                         series.cable)

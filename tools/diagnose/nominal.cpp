@@ -86,6 +86,7 @@ class NominalBuilder {
           nominal_.terms.back().from = other.name;
       }
     }
+    inherited();
     const double order = joint_.parameter("eccentricity", "order");
     const double phase = joint_.parameter("eccentricity", "phase");
     linear("eccentricity", "amplitude", s_.unit, joint_.parameter("eccentricity", "amplitude"),
@@ -129,6 +130,18 @@ class NominalBuilder {
         [](CableNumbers& n, double f) { n.compliance *= f; });
   }
 
+  /// Half of what other joints may pass on is expected, none and all of it are as likely.
+  void inherited() {
+    for (const Inherited& part : s_.inherited) {
+      for (const VectorXd* column : {&part.stretch, &part.rest}) {
+        if (column->isZero(0.0)) continue;
+        nominal_.prediction += 0.5 * *column;
+        nominal_.terms.push_back(
+            {"coupling", "inherited_share", "1", 0.5, 1.0, 0.5 * *column, true, part.from});
+      }
+    }
+  }
+
   /// How friction turns over a reversal is a matter of its microphysics, which no simulation has
   /// exactly: edges from half to four times the width are all the same friction.
   void friction_edges(const std::string& id, const std::string& parameter, double level,
@@ -156,9 +169,14 @@ class NominalBuilder {
     uncertain("compliance", "stiffness", stiffness_unit,
               c.compliance > 0.0 ? 1.0 / c.compliance : 0.0, stretch,
               [](CableNumbers& n, double f) { n.compliance /= f; });
-    if (s_.weight.size() > 0)
+    if (s_.weight.size() > 0) {
       uncertain("gravity", "weight_scale", "1", 1.0, stretch,
                 [](CableNumbers& n, double f) { n.weight_scale *= f; });
+      if (s_.weight_deviation) {
+        nominal_.terms.back().tolerance = *s_.weight_deviation;
+        nominal_.terms.back().form_only = true;
+      }
+    }
     uncertain("joint_friction", "level", effort_unit(s_), c.friction_level, stretch,
               [](CableNumbers& n, double f) { n.friction_level *= f; });
     uncertain("hysteresis", "stiffness", stiffness_unit, c.strand_stiffness, stretch,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace ravencal::diagnose {
 namespace {
@@ -68,8 +69,38 @@ VectorXd noise_of(const ChannelModel& model) {
   return rich.squaredNorm() < residual.squaredNorm() ? rich : residual;
 }
 
+/// Without its mean over a twelfth of the recording around each row: a drift or a step is no noise,
+/// and would make blocks of a few minutes out of noise that remembers a second.
+VectorXd without_trend(const Series& series, const Blocks& blocks, const VectorXd& x) {
+  VectorXd out = x;
+  const Index count = x.size();
+  const auto recording_of = [&](Index n) {
+    const Index row = blocks.rows[static_cast<std::size_t>(n)];
+    return series.recording[static_cast<std::size_t>(row)];
+  };
+  for (Index first = 0, last = 0; first < count; first = last) {
+    while (last < count && recording_of(last) == recording_of(first)) ++last;
+    const Index reach = (last - first) / 24;
+    if (reach < 25) continue;
+    VectorXd sum = VectorXd::Zero(last - first + 1);
+    for (Index n = first; n < last; ++n) sum[n - first + 1] = sum[n - first] + x[n];
+    for (Index n = first; n < last; ++n) {
+      const Index from = std::max(first, n - reach) - first;
+      const Index to = std::min(last, n + reach + 1) - first;
+      out[n] -= (sum[to] - sum[from]) / static_cast<double>(to - from);
+    }
+  }
+  return out;
+}
+
 double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
+}
+
+VectorXd errors_of(const ChannelModel& model) {
+  const MatrixXd columns = model.columns();
+  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
+                        model.column_precision(columns.cols()));
 }
 
 bool admissible(const TestedCandidate& tested, const ChannelModel& model, const Gates& gates) {
@@ -78,65 +109,14 @@ bool admissible(const TestedCandidate& tested, const ChannelModel& model, const 
          e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
 }
 
-Index freedom(const Chosen& chosen) {
-  return chosen.columns.cols() + static_cast<Index>(chosen.shape.size());
-}
-
-/// True if `a` and `b` cannot be told apart over the blocks.
-bool tied(const VectorXd& a, const VectorXd& b) {
-  const VectorXd difference = a - b;
-  const auto count = static_cast<double>(difference.size());
-  const double mean = difference.mean();
-  const double deviation =
-      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
-  return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
-}
-
-/// True if a number of the plant would have to be off by more than twice its tolerance.
-bool far_off(const TestedCandidate& t, const ChannelModel& model) {
-  const auto term = model.candidates[t.candidate]->form->nominal_term();
-  if (!term) return false;
-  return std::abs(t.coefficients[0] + model.held[*term]) >
-         2.0 * model.limit[*term] / kBeyondTolerance;
-}
-
-/// Between physics and a number of the plant that say the same: the number if it is off by little,
-/// physics if it would have to be far off.
-const TestedCandidate* likelier(const TestedCandidate& best, const ScreenResult& result,
-                                const ChannelModel& model, const Gates& gates) {
-  const auto is_number = [&](const TestedCandidate& t) {
-    return model.candidates[t.candidate]->form->nominal_term().has_value();
-  };
-  if (is_number(best) && !far_off(best, model)) return &best;
-  const TestedCandidate* other = nullptr;
-  for (const TestedCandidate& t : result.tested) {
-    if (is_number(t) == is_number(best) || !admissible(t, model, gates)) continue;
-    if (is_number(t) && far_off(t, model)) continue;
-    if (!tied(t.errors, best.errors) && t.errors.sum() > 1.02 * best.errors.sum()) continue;
-    if (t.evidence.share < 0.9 * best.evidence.share) continue;
-    if (other == nullptr || t.errors.sum() < other->errors.sum()) other = &t;
+/// The likeliest admissible candidate.
+std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
+                              const Gates& gates) {
+  std::optional<Contender> best;
+  for (Contender& contender : contenders(model, result, gates)) {
+    if (!best || contender.score < best->score) best = std::move(contender);
   }
-  return other != nullptr ? other : &best;
-}
-
-/// The admissible candidate with the largest held-out gain, or a simpler one that is tied with it.
-const TestedCandidate* pick(const ScreenResult& result, const ChannelModel& model,
-                            const Gates& gates) {
-  const TestedCandidate* best = nullptr;
-  for (const TestedCandidate& tested : result.tested) {
-    if (!admissible(tested, model, gates)) continue;
-    if (best == nullptr || tested.errors.sum() < best->errors.sum()) best = &tested;
-  }
-  if (best == nullptr) return nullptr;
-  const TestedCandidate* simplest = likelier(*best, result, model, gates);
-  if (simplest != best) return simplest;
-  for (const TestedCandidate& tested : result.tested) {
-    if (admissible(tested, model, gates) && freedom(tested.best) < freedom(simplest->best) &&
-        tied(tested.errors, best->errors) && tested.evidence.share > 0.9 * best->evidence.share) {
-      simplest = &tested;
-    }
-  }
-  return simplest;
+  return best;
 }
 
 void refine_all(ChannelModel& model) {
@@ -155,10 +135,11 @@ void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
     const auto own = std::find_if(
         without.tested.begin(), without.tested.end(),
         [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
-    const TestedCandidate* rival = pick(without, model, gates);
-    if (rival == nullptr || own == without.tested.end() || rival == &*own) continue;
-    if (rival->errors.sum() < own->errors.sum() && !tied(rival->errors, own->errors)) {
-      model.chosen[i] = rival->best;
+    const auto rival = pick(without, model.without(i), gates);
+    if (!rival || own == without.tested.end() || rival->tested == &*own) continue;
+    const VectorXd present = errors_of(model);
+    if (rival->errors.sum() < present.sum() && !tied(rival->errors, present)) {
+      model.chosen[i] = rival->tested->best;
       model.hold_nominal();
     }
   }
@@ -186,7 +167,57 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
   }
 }
 
+/// Cost of missing physics, as of a number that is off by 2.4 times its tolerance; a number that is
+/// further off costs little more: its owner was wrong about it, not unlucky.
+constexpr double kPhysicsCost = 6.0;
+constexpr double kMostNumberCost = 9.0;
+/// Per free coefficient and shape (Akaike).
+constexpr double kFreedomCost = 2.0;
+
+double prior_cost(const ChannelModel& model) {
+  const VectorXd b = joint_fit(model);
+  double cost = 0.0;
+  for (std::size_t term = 0; term < model.tolerance.size(); ++term) {
+    const double change = b[static_cast<Index>(term) + 1] / model.tolerance[term];
+    cost += change * change;
+  }
+  const Chosen& last = model.chosen.back();
+  if (const auto term = model.candidates[last.candidate]->form->nominal_term()) {
+    const double change = b[b.size() - 1] / model.tolerance[*term];
+    return cost + std::min(change * change, kMostNumberCost) + kFreedomCost;
+  }
+  return cost + kPhysicsCost +
+         kFreedomCost *
+             static_cast<double>(last.columns.cols() + static_cast<Index>(last.shape.size()));
+}
+
 }  // namespace
+
+bool tied(const VectorXd& a, const VectorXd& b) {
+  const VectorXd difference = a - b;
+  const auto count = static_cast<double>(difference.size());
+  const double mean = difference.mean();
+  const double deviation =
+      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
+  return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
+}
+
+std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
+                                  const Gates& gates) {
+  const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
+  const double unit = std::max(variance * model.correlation_rows, 1e-300);
+  std::vector<Contender> out;
+  for (const TestedCandidate& tested : result.tested) {
+    if (!admissible(tested, model, gates)) continue;
+    ChannelModel with = model;
+    with.chosen.push_back(tested.best);
+    with.hold_nominal();
+    Contender contender{&tested, errors_of(with), 0.0};
+    contender.score = contender.errors.sum() / unit + prior_cost(with);
+    out.push_back(std::move(contender));
+  }
+  return out;
+}
 
 MatrixXd ChannelModel::columns() const {
   Index count = base.cols();
@@ -290,6 +321,7 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
     base.col(i + 1) = nominal.terms[static_cast<std::size_t>(i)].column;
   for (const NominalTerm& term : nominal.terms) {
     model.limit.push_back(kBeyondTolerance * term.tolerance);
+    model.tolerance.push_back(std::max(term.tolerance, 1e-6));
     model.held.push_back(0.0);
   }
   model.base = model.blocks.gather(base);
@@ -301,13 +333,20 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
     model.candidates.push_back(candidate_of(series, model.blocks, *form));
   for (int round = 0; round < 2; ++round) {
     model.noise = noise_of(model);
-    model.correlation_rows = correlation_length(series, model.blocks, model.noise);
+    model.correlation_rows = noise_memory(model, model.noise);
     set_precision(model, nominal.terms);
     if (round == 0) model.blocks = make_blocks(series, model.correlation_rows);
     model.hold_nominal();
   }
   model.floor = rms(model.noise);
   return model;
+}
+
+VectorXd saturated_noise(const ChannelModel& model) { return noise_of(model); }
+
+double noise_memory(const ChannelModel& model, const VectorXd& noise) {
+  return correlation_length(*model.series, model.blocks,
+                            without_trend(*model.series, model.blocks, noise));
 }
 
 Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,
@@ -335,9 +374,9 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
     std::erase_if(result.tested, [&](const TestedCandidate& tested) {
       return std::find(dropped.begin(), dropped.end(), tested.candidate) != dropped.end();
     });
-    const TestedCandidate* next = pick(result, model, gates);
-    if (next == nullptr) break;
-    model.chosen.push_back(next->best);
+    const auto next = pick(result, model, gates);
+    if (!next) break;
+    model.chosen.push_back(next->tested->best);
     refine_all(model);
     swap_pass(model, gates, seed);
     std::vector<std::size_t> before;

@@ -66,6 +66,7 @@ struct ChannelModel {
   /// Nominal parameters stay within their tolerance: a term whose change would exceed it stands at
   /// its limit (`held`, 0 where free), its column is zero and its part is out of the target.
   std::vector<double> limit;
+  std::vector<double> tolerance;
   std::vector<double> held;
   Eigen::MatrixXd free_base;    ///< base before any term was held
   Eigen::VectorXd free_target;  ///< target before any term was held
@@ -113,8 +114,29 @@ struct ScreenResult {
 };
 ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed);
 
+/// An admissible candidate in the model, nominal parameters held anew beside it.
+struct Contender {
+  const TestedCandidate* tested = nullptr;
+  Eigen::VectorXd errors;  ///< held-out squared error per block
+  /// Twice the negative log of what data and prior say of it, up to a constant; least is likeliest.
+  double score = 0.0;
+};
+/// All admissible candidates of a screen of that model, in its order.
+std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
+                                  const Gates& gates);
+
+/// True if held-out errors per block cannot be told apart by two standard errors.
+bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
+
 /// Blocks, noise and prior weights for a channel; `forms` must outlive the model.
 ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms);
+
+/// Residual at the training rows of a model with every candidate in it, held out; or of the model
+/// itself, if that predicts better.
+Eigen::VectorXd saturated_noise(const ChannelModel& model);
+
+/// Rows over which that noise resembles itself, drifts and steps aside.
+double noise_memory(const ChannelModel& model, const Eigen::VectorXd& noise);
 
 /// Adds effects until no candidate passes its gates.
 void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed);

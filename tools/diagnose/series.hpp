@@ -37,6 +37,16 @@ struct Companion {
   Eigen::VectorXd value;
 };
 
+/// What another joint's error may add to this one through the plant's coupling. How much of it
+/// arrives is the mechanism's matter: cables wound on the other joint's pulley follow its drive,
+/// those that wrap its link follow the link itself, stretch included.
+struct Inherited {
+  std::string from;
+  Eigen::VectorXd stretch;  ///< coupling times minus the other's cable stretch; zero mean
+  Eigen::VectorXd rest;     ///< coupling times what else parts its truth from its estimate
+  double offset = 0.0;      ///< mean of both together before it was removed
+};
+
 struct Series {
   std::string joint;
   Stage stage = Stage::kTransmission;
@@ -52,13 +62,17 @@ struct Series {
   Eigen::VectorXd y;           ///< the residual before any nominal term
   Eigen::VectorXd recorded;    ///< drive stage: the effort before it was filtered like the motion
 
-  Motion motion;                  ///< of this joint: motor side, or desired (tracking)
-  std::vector<Companion> others;  ///< positions of the other joints, same side
-  std::vector<Companion> loads;   ///< recorded loads that act on this joint
-  Eigen::VectorXd weight;         ///< effort that holds the plant's links; empty: plant has none
-  double free_offset = 0.0;       ///< drive stage, after the fit: constant effort that it found
-  double nominal_mass_kg = 0.0;   ///< of this joint's link, that `weight` was computed with
-  double inertia = 0.0;           ///< nominal, at the joint: kg m^2 or kg
+  Motion motion;                     ///< of this joint: motor side, or desired (tracking)
+  std::vector<Companion> others;     ///< positions of the other joints, same side
+  std::vector<Companion> loads;      ///< recorded loads that act on this joint
+  std::vector<Inherited> inherited;  ///< transmission stage
+  Eigen::VectorXd weight;            ///< effort that holds the plant's links; empty: plant has none
+  double free_offset = 0.0;          ///< drive stage, after the fit: constant effort that it found
+  /// Relative deviation of `weight` where the drive's own channel measured it; else the plant's
+  /// tolerance holds.
+  std::optional<double> weight_deviation;
+  double nominal_mass_kg = 0.0;  ///< of this joint's link, that `weight` was computed with
+  double inertia = 0.0;          ///< nominal, at the joint: kg m^2 or kg
   /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
   /// acceleration and friction behind the cable. Empty where the plant has none of them.
   Eigen::VectorXd transmitted;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "diagnose/plant_effort.hpp"
 #include "diagnose/series.hpp"
@@ -49,6 +50,7 @@ class Builder {
     }
     drive_weights_ = through_coupling(weights_);
     drive_payloads_ = through_coupling(payloads_);
+    stretches_.resize(positions_.size());
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
     return set;
   }
@@ -121,7 +123,7 @@ class Builder {
     }
   }
 
-  [[nodiscard]] Series basis(std::size_t j, Stage stage, const VectorXd& position) const {
+  [[nodiscard]] Series basis(std::size_t j, Stage stage, const VectorXd& position) {
     const physics::Joint& joint = plant_.joints[j];
     Series series;
     series.joint = joint.name;
@@ -152,10 +154,11 @@ class Builder {
     }
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
-    series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight, series.inertial,
-                                       series.fresh, series.rest_width()},
-                                      series.cable)
-                             .tension;
+    const CableMotion cable = replay_cable({series.t_s, series.motion.q, series.weight,
+                                            series.inertial, series.fresh, series.rest_width()},
+                                           series.cable);
+    series.transmitted = cable.tension;
+    if (!drive && !series.cable.rigid()) stretches_[j] = cable.stretch;
     for (const record::Channel& channel : table_.channels()) {
       // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
       const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&
@@ -207,28 +210,57 @@ class Builder {
     }
   }
 
-  /// A controller that takes a joint's error for motion passes it on through the plant's coupling;
-  /// that part is known where the other joint's truth is, and belongs to the other joint.
-  void subtract_inherited(std::size_t j, VectorXd& error) const {
+  /// Without the mean of each recording's valid rows: offsets are set at each homing, by joint.
+  void centre(VectorXd& x) const {
+    const auto& recording = table_.recording();
+    std::map<int, std::pair<double, double>> sums;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (!std::isfinite(x[i])) continue;
+      auto& [sum, count] = sums[recording[static_cast<std::size_t>(i)]];
+      sum += x[i];
+      count += 1.0;
+    }
+    double last = 0.0;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (std::isfinite(x[i])) {
+        const auto& [sum, count] = sums[recording[static_cast<std::size_t>(i)]];
+        last = x[i] - sum / count;
+      }
+      x[i] = last;
+    }
+  }
+
+  /// `stretches_` of the joints before this one must be known.
+  [[nodiscard]] std::vector<Inherited> inherited(std::size_t j) const {
+    std::vector<Inherited> out;
     for (std::size_t k = 0; k < j; ++k) {
       const Positions& other = positions_[k];
       const double factor = plant_.coupling[j][k];
       if (factor == 0.0 || other.truth.size() == 0 || other.estimate.size() == 0) continue;
-      error -= factor * (other.truth - other.estimate);
+      const VectorXd stretch = stretches_[k].size() > 0 ? VectorXd(-factor * stretches_[k])
+                                                        : VectorXd(VectorXd::Zero(table_.rows()));
+      const VectorXd whole = factor * (other.truth - other.estimate);
+      const double finite = std::max(1.0, whole.array().isFinite().cast<double>().sum());
+      const double mean = whole.array().isFinite().select(whole.array(), 0.0).sum() / finite;
+      Inherited part{plant_.joints[k].name, stretch, whole - stretch, mean};
+      centre(part.stretch);
+      centre(part.rest);
+      out.push_back(std::move(part));
     }
+    return out;
   }
 
   [[nodiscard]] Series position_series(std::size_t j, Stage stage, const VectorXd& measured,
-                                       const VectorXd& believed) const {
+                                       const VectorXd& believed) {
     Series series = basis(j, stage, believed);
     series.unit = series.prismatic ? "m" : "rad";
     series.y = measured - believed;
-    if (stage == Stage::kTransmission) subtract_inherited(j, series.y);
+    if (stage == Stage::kTransmission) series.inherited = inherited(j);
     mark_valid(series);
     return series;
   }
 
-  [[nodiscard]] Series drive_series(std::size_t j) const {
+  [[nodiscard]] Series drive_series(std::size_t j) {
     const Positions& p = positions_[j];
     Series series = basis(j, Stage::kDrive, p.motor.size() > 0 ? p.motor : best_position(p));
     series.unit = series.prismatic ? "N" : "N_m";
@@ -252,7 +284,7 @@ class Builder {
   }
 
   /// The control law works on motor angles; everything here is already divided by the reduction.
-  [[nodiscard]] Series command_series(std::size_t j) const {
+  [[nodiscard]] Series command_series(std::size_t j) {
     const Positions& p = positions_[j];
     const VectorXd& measured = best_position(p);  // desired joints are met by joints, not motors
     Series series = basis(j, Stage::kCommand, p.desired);
@@ -286,6 +318,7 @@ class Builder {
   std::vector<VectorXd> drive_weights_;  ///< at the motors
   std::vector<VectorXd> payloads_;       ///< per kg
   std::vector<VectorXd> drive_payloads_;
+  std::vector<VectorXd> stretches_;  ///< of the plant's cables, once their transmission was built
 };
 
 }  // namespace

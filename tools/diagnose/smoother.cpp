@@ -159,28 +159,63 @@ Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position
   return motion;
 }
 
+namespace {
+
+double biweight(double u) { return (1.0 - u * u) * (1.0 - u * u); }
+
+/// Row `i` of the filter with the rows of its stretch as they are spaced.
+double filtered_at(const Eigen::VectorXd& t_s, const Eigen::VectorXd& y,
+                   const std::vector<char>& fresh, double half_width_s, Index i) {
+  double sum = y[i];
+  double weights = 1.0;
+  const auto add = [&](Index k) {
+    const double w = biweight((t_s[k] - t_s[i]) / half_width_s);
+    sum += w * y[k];
+    weights += w;
+  };
+  for (Index k = i;
+       k > 0 && fresh[static_cast<std::size_t>(k)] == 0 && t_s[i] - t_s[k - 1] < half_width_s; --k)
+    add(k - 1);
+  for (Index k = i + 1;
+       k < y.size() && fresh[static_cast<std::size_t>(k)] == 0 && t_s[k] - t_s[i] < half_width_s;
+       ++k)
+    add(k);
+  return sum / weights;
+}
+
+/// Spacing of rows [first, last) if it is even to a hundredth, else 0.
+double even_spacing(const Eigen::VectorXd& t_s, Index first, Index last) {
+  if (last - first < 3) return 0.0;
+  const double dt = (t_s[last - 1] - t_s[first]) / static_cast<double>(last - 1 - first);
+  for (Index i = first + 1; i < last; ++i) {
+    if (std::abs(t_s[i] - t_s[i - 1] - dt) > 0.01 * dt) return 0.0;
+  }
+  return dt;
+}
+
+}  // namespace
+
 Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen::VectorXd& y,
                                          const std::vector<char>& fresh, double half_width_s) {
-  Eigen::VectorXd out = y;
-  for (Index i = 0; i < y.size(); ++i) {
-    double sum = 0.0;
-    double weights = 0.0;
-    const auto add = [&](Index k) {
-      const double u = (t_s[k] - t_s[i]) / half_width_s;
-      const double w = (1.0 - u * u) * (1.0 - u * u);
-      sum += w * y[k];
-      weights += w;
-    };
-    add(i);
-    for (Index k = i;
-         k > 0 && fresh[static_cast<std::size_t>(k)] == 0 && t_s[i] - t_s[k - 1] < half_width_s;
-         --k)
-      add(k - 1);
-    for (Index k = i + 1;
-         k < y.size() && fresh[static_cast<std::size_t>(k)] == 0 && t_s[k] - t_s[i] < half_width_s;
-         ++k)
-      add(k);
-    out[i] = sum / weights;
+  Eigen::VectorXd out(y.size());
+  for (Index first = 0, last = 0; first < y.size(); first = last) {
+    for (last = first + 1; last < y.size() && fresh[static_cast<std::size_t>(last)] == 0;) ++last;
+    const double dt = even_spacing(t_s, first, last);
+    const Index reach =
+        dt > 0.0 ? static_cast<Index>(std::ceil(half_width_s / dt - 1e-6)) - 1 : last - first;
+    const Index inner_first = std::min(first + std::max<Index>(reach, 0), last);
+    const Index inner_last = std::max(inner_first, last - std::max<Index>(reach, 0));
+    for (Index i = first; i < inner_first; ++i)
+      out[i] = filtered_at(t_s, y, fresh, half_width_s, i);
+    if (inner_last > inner_first) {
+      Eigen::VectorXd weights(2 * reach + 1);
+      for (Index k = -reach; k <= reach; ++k)
+        weights[k + reach] = biweight(static_cast<double>(k) * dt / half_width_s);
+      weights /= weights.sum();
+      for (Index i = inner_first; i < inner_last; ++i)
+        out[i] = weights.dot(y.segment(i - reach, 2 * reach + 1));
+    }
+    for (Index i = inner_last; i < last; ++i) out[i] = filtered_at(t_s, y, fresh, half_width_s, i);
   }
   return out;
 }

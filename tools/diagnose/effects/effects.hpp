@@ -42,6 +42,10 @@ std::unique_ptr<EffectForm> tolerance_form(const NominalTerm& term, std::size_t 
 /// Candidates for one series; `nominal` must outlive them.
 Forms forms_for(const Series& series, const Nominal& nominal);
 
+/// Any smooth shape over one circumstance, for what no effect of the vocabulary explains: id
+/// "unknown", `from` names the circumstance.
+Forms unnamed_forms(const Series& series);
+
 /// An id of the vocabulary and the stage in which it belongs.
 struct VocabularyEntry {
   std::string_view id;

@@ -11,7 +11,7 @@ class ThermalDriftForm final : public EffectForm {
  public:
   ThermalDriftForm() : EffectForm("thermal_drift") {}
   std::string untestable(const Series& s) const override {
-    if (duration(s) < 240.0) return "the recording is shorter than four minutes";
+    if (duration(s) < 120.0) return "the recording is shorter than two minutes";
     return {};
   }
   std::vector<Shape> grid(const Series& s) const override {

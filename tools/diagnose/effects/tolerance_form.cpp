@@ -23,7 +23,7 @@ class ToleranceForm final : public EffectForm {
     return {{term_.parameter, term_.value * (1.0 + b[0]), term_.unit}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
-    return b[0] > -1.2 ? "" : "the number would change its sign";
+    return b[0] > -0.95 ? "" : "the number would vanish or change its sign";
   }
   std::string separate_by() const override { return "check the plant's number against its source"; }
 

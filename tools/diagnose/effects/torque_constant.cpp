@@ -3,6 +3,9 @@
 // The motor gives more or less effort than commanded: the recorded effort is the needed one over
 // 1 + ratio. The needed effort is the plant's, friction included, so that recorded noise does not
 // explain itself.
+#include <algorithm>
+#include <cmath>
+
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -22,12 +25,13 @@ class TorqueConstant final : public EffectForm {
   bool as_seen_already() const override { return true; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
-    return {{"ratio", b[0], "1"}};
+    return {{"ratio", ratio_of(b[0]), "1"}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     // The drive's gain is a number of the plant like any other, good to a tenth and a margin.
-    if (std::abs(b[0]) <= 0.125) return "within the drive's own tolerance";
-    return std::abs(b[0]) < 0.3 ? "" : "no motor is that far from its data sheet";
+    const double ratio = ratio_of(b[0]);
+    if (std::abs(ratio) <= 0.125) return "within the drive's own tolerance";
+    return b[0] < 0.5 && ratio > -0.5 ? "" : "no motor is that far from its data sheet";
   }
   std::string separate_by() const override {
     return "the same motion with a known weight on the tool: a wrong torque constant scales it, a "
@@ -35,6 +39,9 @@ class TorqueConstant final : public EffectForm {
   }
 
  private:
+  /// Recorded effort is the needed one over 1 + ratio, and 1 - b times it.
+  static double ratio_of(double b) { return 1.0 / std::max(1.0 - b, 1e-6) - 1.0; }
+
   const Eigen::VectorXd& needed_;
 };
 

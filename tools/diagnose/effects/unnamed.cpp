@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Shapes without a name: any smooth dependence on one circumstance, the same in both directions or
+// turning with the direction of motion as friction does. What such a shape explains and no effect
+// of the vocabulary does is real and unknown; what it explains far better than a named effect is
+// no proof of that name.
+#include <algorithm>
+
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+#include "diagnose/regimes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Index kKnots = 7;
+/// What happens at a place (a dent, a knot in the cable) is local.
+constexpr Index kPlaceKnots = 13;
+
+/// Quantiles of the training rows that move, strictly rising: what friction does while it holds is
+/// no shape of anything.
+std::vector<double> knots_of(const Series& s, const VectorXd& x, Index count) {
+  const double least = 0.1 * s.training_rms(s.motion.v);
+  std::vector<double> sorted;
+  for (Index i = 0; i < s.rows(); ++i) {
+    if (s.trains(i) && std::abs(s.motion.v[i]) > least) sorted.push_back(x[i]);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> knots;
+  for (Index k = 0; k < count && !sorted.empty(); ++k) {
+    const auto at =
+        (sorted.size() - 1) * static_cast<std::size_t>(k) / static_cast<std::size_t>(count - 1);
+    if (knots.empty() || sorted[at] > knots.back()) knots.push_back(sorted[at]);
+  }
+  return knots;
+}
+
+/// Piecewise linear between the knots, level beyond them: one column per knot.
+MatrixXd hats(const VectorXd& x, const std::vector<double>& knots) {
+  const auto count = static_cast<Index>(knots.size());
+  MatrixXd out = MatrixXd::Zero(x.size(), count);
+  for (Index i = 0; i < x.size(); ++i) {
+    const auto next = std::upper_bound(knots.begin(), knots.end(), x[i]) - knots.begin();
+    if (next == 0 || next == count) {
+      out(i, next == 0 ? 0 : count - 1) = 1.0;
+      continue;
+    }
+    const auto k = static_cast<std::size_t>(next);
+    const double share = (x[i] - knots[k - 1]) / (knots[k] - knots[k - 1]);
+    out(i, next - 1) = 1.0 - share;
+    out(i, next) = share;
+  }
+  return out;
+}
+
+class Unnamed final : public EffectForm {
+ public:
+  Unnamed(const Circumstance& circumstance, bool directed)
+      : EffectForm("unknown", circumstance.name),
+        value_(circumstance.value),
+        count_(circumstance.name == "position" ? kPlaceKnots : kKnots),
+        directed_(directed) {}
+
+  std::string untestable(const Series& s) const override {
+    return knots_of(s, value_, count_).size() >= 3 ? "" : from() + " hardly changes";
+  }
+  MatrixXd columns(const Series& s, const Shape&) const override {
+    MatrixXd out = hats(value_, knots_of(s, value_, count_));
+    if (directed_) out = direction(s).asDiagonal() * out;
+    return out;
+  }
+  std::vector<FormParameter> parameters(const Series&, const Shape&,
+                                        const VectorXd&) const override {
+    return {};
+  }
+  std::string separate_by() const override { return "vary " + from() + " alone"; }
+
+ private:
+  VectorXd value_;
+  Index count_;
+  bool directed_;
+};
+
+}  // namespace
+
+Forms unnamed_forms(const Series& series) {
+  Forms forms;
+  const bool drive = series.stage == Stage::kDrive;
+  if (!drive && series.stage != Stage::kTransmission) return forms;
+  auto all = circumstances(series);
+  all.push_back({"time", "s", series.t_s});
+  for (const Circumstance& c : all) {
+    if (c.name == "direction" || c.name == "memory") continue;
+    if (c.name == "speed" && !drive) continue;  // a lag of the streams, not of the cable
+    const bool plain = c.name != "time" && c.name != "speed" && c.name != "since_reversal";
+    const bool other = c.name.starts_with("position of");
+    if (plain) forms.push_back(std::make_unique<Unnamed>(c, false));
+    if (!other && (drive || !plain) && (drive || c.name != "time"))
+      forms.push_back(std::make_unique<Unnamed>(c, true));
+  }
+  return forms;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the named effects leave, against shapes that have no name; and names that such a shape beats
+// by far, which are proxies of something that the vocabulary does not hold.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// A shape must take this share off the error that is left: simulators of friction and cables all
+/// leave some percent of structure.
+constexpr double kLeastShare = 0.2;
+constexpr double kLeastTimeShare = 0.5;
+/// A name that gains less than this share of its gain beside the shape said nothing of its own...
+constexpr double kOwnGain = 0.3;
+/// ...and the shape must explain this much more of the excess than the name did.
+constexpr double kBetter = 0.15;
+
+/// The model with the shapes as its only candidates, the chosen effects aside.
+ChannelModel probe_of(const ChannelModel& model, const Forms& shapes) {
+  ChannelModel probe = model;
+  probe.candidates.clear();
+  for (Chosen& chosen : probe.chosen) {
+    probe.candidates.push_back(model.candidates[chosen.candidate]);
+    chosen.candidate = probe.candidates.size() - 1;
+  }
+  for (const auto& form : shapes) {
+    auto candidate = std::make_shared<Candidate>();
+    candidate->form = form.get();
+    candidate->untestable = form->untestable(*model.series);
+    if (candidate->untestable.empty()) {
+      candidate->shapes = {{}};
+      candidate->columns = {model.blocks.gather(seen_columns(*form, *model.series, {}))};
+    }
+    probe.candidates.push_back(std::move(candidate));
+  }
+  return probe;
+}
+
+bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& gates,
+            double least_size) {
+  const Evidence& e = t.evidence;
+  const double left = model.rms_of(t.errors);
+  const bool large = e.size >= std::max(gates.size_per_floor * left, least_size);
+  // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
+  // a curve of a few knots that halves the error of blocks that it never saw is no chance.
+  if (model.candidates[t.candidate]->form->from() == "time")
+    return e.share >= kLeastTimeShare && large;
+  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha && e.share >= kLeastShare &&
+         large;
+}
+
+VectorXd errors_of(const ChannelModel& model) {
+  const Eigen::MatrixXd columns = model.columns();
+  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
+                        model.column_precision(columns.cols()));
+}
+
+/// True if the shape says what the effect said, and much more.
+bool is_proxy(const ChannelModel& with_shape, std::size_t effect, double with_effect) {
+  const double both = errors_of(with_shape).sum();
+  const double shape_alone = errors_of(with_shape.without(effect)).sum();
+  ChannelModel neither = with_shape;
+  neither.chosen.pop_back();
+  const double none = errors_of(neither.without(effect)).sum();
+  const double own = shape_alone - both;
+  return own < kOwnGain * (none - with_effect) &&
+         with_effect - shape_alone > kBetter * (none - shape_alone);
+}
+
+/// Share of what the plant predicts: LuGre's and Maxwell's friction differ by as much from a
+/// slip element, a stiffening cable from a straight one.
+constexpr double kModelForm = 0.04;
+
+}  // namespace
+
+double least_remainder(const ChannelFit& fit) {
+  VectorXd prediction = fit.model.blocks.gather(fit.nominal.prediction);
+  if (prediction.size() == 0) return 0.0;
+  prediction.array() -= prediction.mean();
+  return kModelForm * std::sqrt(prediction.squaredNorm() / static_cast<double>(prediction.size()));
+}
+
+std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
+                                        ChannelFindings& findings) {
+  const Forms shapes = unnamed_forms(*fit.model.series);
+  if (shapes.empty()) return std::nullopt;
+  const double least_size = least_remainder(fit);
+  std::optional<Unexplained> found;
+  for (int round = 0; round < 3; ++round) {
+    const ChannelModel probe = probe_of(fit.model, shapes);
+    const ScreenResult result = screen(probe, options.gates, options.seed + 900);
+    const TestedCandidate* best = nullptr;
+    for (const TestedCandidate& t : result.tested) {
+      if (!counts(t, probe, options.gates, least_size)) continue;
+      if (best == nullptr || t.errors.sum() < best->errors.sum()) best = &t;
+    }
+    if (best == nullptr) return found;
+    const EffectForm& shape = *probe.candidates[best->candidate]->form;
+    found = Unexplained{findings.joint,       std::string(stage_word(findings.stage)),
+                        best->evidence.share, best->evidence.size,
+                        findings.unit,        {shape.from()}};
+    ChannelModel with = probe;
+    with.chosen.push_back(best->best);
+    bool withdrawn = false;
+    for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+      if (!is_proxy(with, i, result.errors.sum())) continue;
+      const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+      findings.notes.push_back(fmt::format(
+          "something in joint {} ({}) behaves like {}, but depends on {} in another way, so the "
+          "name is withdrawn",
+          findings.joint, stage_word(findings.stage), form.key(), shape.from()));
+      fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+      withdrawn = true;
+      break;
+    }
+    if (!withdrawn) return found;
+    fit.model.hold_nominal();
+    fit.coefficients = joint_fit(fit.model);
+  }
+  return found;
+}
+
+}  // namespace ravencal::diagnose
