@@ -88,8 +88,8 @@ class Adam {
     ++steps_;
     first_ = kBeta1 * first_ + (1.0F - kBeta1) * gradient;
     second_ = kBeta2 * second_ + (1.0F - kBeta2) * gradient.square();
-    const double correction = std::sqrt(1.0 - std::pow(double{kBeta2}, steps_)) /
-                              (1.0 - std::pow(double{kBeta1}, steps_));
+    const double correction = std::sqrt(1.0 - std::pow(static_cast<double>(kBeta2), steps_)) /
+                              (1.0 - std::pow(static_cast<double>(kBeta1), steps_));
     parameters -= static_cast<float>(rate * correction) * first_ / (second_.sqrt() + 1e-7F);
   }
 

@@ -134,7 +134,8 @@ Table cost_table(const Comparison& c) {
   }
   table.note = fmt::format(
       "Data needed: least part of the {:.1f} min of training recordings whose error is within 1.1 "
-      "times that of all (geometric mean over joints; parts 1/8, 1/4, 1/2, 1). Step: in the host's "
+      "times that of all (geometric mean over joints; among the parts of the curve). Step: in the "
+      "host's "
       "1 kHz loop where the last column says so, else the processor time of the method's own code "
       "by itself. Budget of the loop: {:.0f} µs.",
       c.training_minutes, c.loop_budget_us);
