@@ -230,7 +230,6 @@ void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
           std::clamp(share / std::max(1e-300, std::pow(it->held_out_before, 2)), 0.0, 1.0);
       u.size = it->size;
       u.unit = it->unit;
-      u.depends_on = {"something that behaves like " + id + " in the effort but not in free run"};
       report.unexplained.push_back(std::move(u));
     }
     report.effects.erase(it);
