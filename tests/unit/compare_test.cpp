@@ -148,7 +148,7 @@ TEST_F(Compare, NamesAMethodThatDoesNotExist) {
 }
 
 TEST_F(Compare, WritesAPageThatLoadsNothingAndEscapesWhatItShows) {
-  options_.methods = {"raw", "linear", "network", "ukf", "lstm", "physics"};
+  options_.methods = {"raw", "linear", "network", "lstm", "physics"};
   options_.settings.hidden = {4};
   options_.settings.epochs = 2;
   options_.settings.lstm_iterations = 2;
