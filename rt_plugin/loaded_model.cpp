@@ -39,7 +39,7 @@ LoadedModel::Prediction LoadedModel::predict() noexcept {
   if (is_warming_up()) prediction.doubts |= RAVENCAL_DOUBT_WARMING_UP;
 
   const bool inputs_finite = (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0;
-  prediction.doubts |= fill_window(inputs_finite);
+  prediction.doubts |= fill_window(inputs_finite && !is_warming_up());
   // The network runs whatever the inputs are, so that its time does not depend on them.
   std::array<float, RAVENCAL_JOINTS> outputs{};
   run_network(outputs);
@@ -53,9 +53,9 @@ LoadedModel::Prediction LoadedModel::predict() noexcept {
   return prediction;
 }
 
-std::uint32_t LoadedModel::fill_window(bool inputs_finite) noexcept {
+std::uint32_t LoadedModel::fill_window(bool inputs_whole) noexcept {
   const bool is_whole = window_ticks_seen_ >= window_ticks_;
-  window_ticks_seen_ = !inputs_finite ? 0 : window_ticks_seen_ + (is_whole ? 0 : 1);
+  window_ticks_seen_ = !inputs_whole ? 0 : window_ticks_seen_ + (is_whole ? 0 : 1);
   return is_whole ? 0U : RAVENCAL_DOUBT_WARMING_UP;
 }
 

@@ -59,9 +59,9 @@ class LoadedModel {
   friend class ModelSwap;
   friend void free_model(LoadedModel* model) noexcept;
 
-  /// Counts this pass into a GRU's window: a doubt until it holds finite samples only, without a
-  /// gap.
-  std::uint32_t fill_window(bool inputs_finite) noexcept;
+  /// Counts this pass into a GRU's window: a doubt until it holds only samples whose inputs were
+  /// all there, without a gap.
+  std::uint32_t fill_window(bool inputs_whole) noexcept;
 
   [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
 

@@ -123,6 +123,22 @@ TEST_F(GruPlugin, IsInDoubtUntilALostSampleHasLeftTheWindow) {
   }
 }
 
+TEST_F(GruPlugin, BeginsItsWindowWhenTheOldestInputIsThere) {
+  constexpr std::size_t kLagRows = 5;
+  model::CalibrationModel lagging = model_;
+  lagging.features =
+      make_model({lagged("jpos.shoulder", kLagRows), plain("jpos.elbow"), plain("jpos.insertion")},
+                 {4})
+          .features;
+  rig_.load(lagging, Precision::kFloat32);
+  ASSERT_FALSE(HasFatalFailure());
+  rig_.enable();
+  for (std::size_t i = 0; i < kLagRows * kTicksPerRow + 2 * kSpan; ++i) {
+    tick();
+    EXPECT_EQ(warms_up(), i < kLagRows * kTicksPerRow + kSpan) << i;
+  }
+}
+
 TEST_F(GruPlugin, ComesBackFromItsBlobAsItWas) {
   const auto path = write_weights(model_, "gru");
   const auto read = model::read_blob(path);
