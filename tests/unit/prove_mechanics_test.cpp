@@ -107,6 +107,22 @@ TEST(ProveMechanics, SticksBelowBreakawayWithinTheBristles) {
   EXPECT_NEAR(mechanics.motors()[0], held, 2e-6);
 }
 
+TEST(ProveMechanics, GoesOnWhereFrictionThatFollowsTheLoadLosesIt) {
+  RobotPhysics robot = bare_axis();
+  robot.joints[0].motor_friction.load_share = 0.6;
+  robot.joints[0].motor_friction.displacement = 1e-4;
+  robot.joints[0].cable.damping = 4.0;
+  Mechanics mechanics = started(robot);
+  CycleInputs push;
+  // The integrator says there that its steps have shrunk to nothing.
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3000; ++i) {
+    push.effort[0] = 3.0 * std::sin(0.02 * i);
+    ASSERT_TRUE(mechanics.advance(push, kMs).ok()) << i;
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(ProveMechanics, HasTheFrequencyOfItsCable) {
   RobotPhysics robot = bare_axis();
   Mechanics mechanics = started(robot);

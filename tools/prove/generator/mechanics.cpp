@@ -51,7 +51,10 @@ Friction friction_of(const DryFriction& f, const double* bristles, int elements,
                      double level) {
   Friction result;
   const double whole = bristle_slope(f);
-  if (!(level > 1e-12) || whole <= 0.0) return result;
+  if (whole <= 0.0) return result;
+  // Friction that goes with a load does not vanish where the load changes sign: bristles without a
+  // level would be infinitely stiff.
+  level = std::max(level, 0.01 * whole * f.displacement);
   const double share = 1.0 / elements;
   for (int e = 0; e < elements; ++e) {
     const double slope = share * whole / (1.0 + f.spread * (e - (elements - 1) / 2.0));
@@ -240,7 +243,7 @@ core::Result<Mechanics> Mechanics::create(const RobotPhysics& robot, double tole
                      ERKStepSStolerances(impl->solver, tolerance, tolerance) == 0 &&
                      ERKStepSVtolerances(impl->solver, tolerance, impl->absolute) == 0 &&
                      ERKStepSetUserData(impl->solver, impl.get()) == 0 &&
-                     ERKStepSetMaxNumSteps(impl->solver, 20000) == 0 &&
+                     ERKStepSetMaxNumSteps(impl->solver, 200000) == 0 &&
                      ERKStepSetTableNum(impl->solver, ARKODE_BOGACKI_SHAMPINE_4_2_3) == 0;
   if (!ready) return core::Error{core::ErrorCode::kData, "SUNDIALS refused the robot's equations"};
   return Mechanics(std::move(impl));
