@@ -148,8 +148,21 @@ TEST_F(FollowerOnRobot, StopsOnATrackingErrorThatLasts) {
 
 TEST_F(FollowerOnRobot, StopsWhenItsCommandsAreIgnored) {
   // The commands go to the arm that is parked, as if the other arm were the calibrated one.
-  run_together(robot_, follower_, 5000, robot::ArmName::kGreen);
+  run_together(robot_, follower_, 8000, robot::ArmName::kGreen);
   EXPECT_EQ(follower_.stopped().reason, StopReason::kIgnored);
+}
+
+TEST_F(FollowerOnRobot, GoesOnAfterASpellInWhichNothingCameThrough) {
+  std::optional<robot::RobotView> held;
+  const auto freeze = [&](robot::RobotView& view) {
+    constexpr std::int64_t kSpellNs = 4'500'000'000;
+    if (held && view.stamp_ns - held->stamp_ns > kSpellNs) return;
+    if (!held) held = view;
+    view.joints_ji = held->joints_ji;
+    view.desired_ji = held->desired_ji;
+  };
+  run_together(robot_, follower_, 9000, robot::ArmName::kGold, {}, freeze);
+  EXPECT_EQ(follower_.stopped().reason, StopReason::kNone) << follower_.stopped().text;
 }
 
 TEST_F(FollowerOnRobot, StopsWhenTheArmIsFarOutsideItsLimits) {

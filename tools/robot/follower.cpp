@@ -23,6 +23,7 @@ constexpr std::int64_t kTrackingTimeNs = 200'000'000;  // so long away from the 
 constexpr std::int64_t kWindowNs = 3'000'000'000;      // in which commands must have shown
 constexpr std::int64_t kSettleNs = 2'000'000'000;      // at the end, even if friction keeps it off
 constexpr double kTakenShare = 0.2;                    // of the commands in a window
+constexpr std::int64_t kPatienceNs = 6'000'000'000;  // or in twice that: a network may stand still
 // Lag at which the place on the path stands still, and what still counts as arrived.
 const Vector3d kLongestLag{0.0175, 0.0175, 0.002};  // 1 deg, 1 deg, 2 mm
 const Vector3d kArrived{0.0017, 0.0017, 2e-4};      // 0.1 deg, 0.1 deg, 0.2 mm
@@ -155,9 +156,7 @@ void Follower::begin_moving(const RobotView& view) {
   last_command_ns_ = view.stamp_ns;
   tracked_ns_ = view.stamp_ns;
   near_end_since_ns_ = 0;
-  window_ns_ = view.stamp_ns;
-  window_commanded_ji_.setZero();
-  window_desired_ji_ = view.desired_ji;
+  open_window(view);
 }
 
 bool Follower::check_motion(const RobotView& view) {
@@ -209,14 +208,19 @@ void Follower::check_commands_are_taken(const RobotView& view) {
     const double commanded = window_commanded_ji_[joint];
     if (std::abs(commanded) < kCommandSeen[joint]) continue;
     if (taken[joint] / commanded >= kTakenShare) continue;
+    if (view.stamp_ns - window_ns_ < kPatienceNs) return;
     stop(StopReason::kIgnored,
          fmt::format("the controller does not take the commands on {}: {} was told to move by {} "
-                     "within 3 s, its desired position moved by {}; is it the {} arm that "
+                     "within 6 s, its desired position moved by {}; is it the {} arm that "
                      "these topics drive?",
                      options_.command_topic, name_of_joint(joint), joint_text(joint, commanded),
                      joint_text(joint, taken[joint]), options_.arm));
     return;
   }
+  open_window(view);
+}
+
+void Follower::open_window(const RobotView& view) {
   window_ns_ = view.stamp_ns;
   window_commanded_ji_.setZero();
   window_desired_ji_ = view.desired_ji;

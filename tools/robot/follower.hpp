@@ -102,6 +102,7 @@ class Follower {
   bool check_run_state(const RobotView& view);
   bool check_motion(const RobotView& view);
   void check_commands_are_taken(const RobotView& view);
+  void open_window(const RobotView& view);
   void begin_moving(const RobotView& view);
   Command step(const RobotView& view, double dt_s);
 
