@@ -62,13 +62,14 @@ for name in wakeup step cycle; do
 done
 echo "late cycles: $(figure overruns)"
 
-# One wake-up in three thousand compares who was unlucky, not the loops. An ordinary kernel even
-# finishes first what the load asked of it (up to 15 ms).
-if [ "$kernel" = rt ]; then judged=0.999 key=p999; else judged=0.99 key=p99; fi
-check "wake-up, $key, ns" "$(figure wakeup_ns $key)" -le "$(($(quantile $judged) + 10000))"
-# The step itself: all but interrupts is the same every time.
-check "step, p99 - p50, ns" \
-  "$(($(figure step_ns p99) - $(figure step_ns p50)))" -le 20000
-[ "$kernel" = rt ] && check "late cycles" "$(figure overruns)" -eq 0
+# On an ordinary kernel the load comes first (up to 15 ms): its figures are there to compare.
+if [ "$kernel" = rt ]; then
+  # One wake-up in three thousand compares who was unlucky, not the loops.
+  check "wake-up, p99.9, ns" "$(figure wakeup_ns p999)" -le "$(($(quantile 0.999) + 10000))"
+  # The step itself: all but interrupts is the same every time.
+  check "step, p99 - p50, ns" \
+    "$(($(figure step_ns p99) - $(figure step_ns p50)))" -le 20000
+  check "late cycles" "$(figure overruns)" -eq 0
+fi
 [ "$failures" = 0 ] && echo "all checks passed" || echo "$failures checks failed"
 exit $((failures > 0))
