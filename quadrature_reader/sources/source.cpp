@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/sources/source.hpp"
 
-#include <ctime>
-
 #include "quadrature_reader/sources/can.hpp"
 #include "quadrature_reader/sources/counter.hpp"
 #include "quadrature_reader/sources/gpio_source.hpp"
@@ -22,12 +20,6 @@ core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings
       return std::unique_ptr<Source>(std::make_unique<CounterSource>(settings));
   }
   return core::Error{core::ErrorCode::kUsage, "there is no such kind of source"};
-}
-
-std::int64_t monotonic_now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace ravencal::quadrature_reader

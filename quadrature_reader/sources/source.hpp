@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/monotonic_clock.hpp"
 #include "core/result.hpp"
 #include "quadrature_reader/config.hpp"
 #include "quadrature_reader/reading.hpp"
@@ -38,7 +39,6 @@ class Source {
 /// The source that `settings` describe, not opened yet.
 core::Result<std::unique_ptr<Source>> make_source(const SourceSettings& settings);
 
-/// CLOCK_MONOTONIC in ns.
-std::int64_t monotonic_now_ns();
+using core::monotonic_now_ns;
 
 }  // namespace ravencal::quadrature_reader

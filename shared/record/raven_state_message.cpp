@@ -10,7 +10,6 @@ namespace {
 
 using core::RavenField;
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::size_t kArms = 2;
 
 enum class Number { kInt32, kFloat32 };
@@ -142,22 +141,6 @@ void write_fields(const RavenStateMessage& message, const std::array<MessageFiel
   });
 }
 
-/// Header without sequence number and frame; both are unused by these messages.
-std::int64_t read_header(RosReader& reader) {
-  (void)reader.number<std::uint32_t>();
-  const auto seconds = reader.number<std::uint32_t>();
-  const auto nanoseconds = reader.number<std::uint32_t>();
-  (void)reader.text();
-  return std::int64_t{seconds} * kSecondNs + nanoseconds;
-}
-
-void write_header(std::int64_t stamp_ns, RosWriter& writer) {
-  writer.number(std::uint32_t{0});
-  writer.number(static_cast<std::uint32_t>(stamp_ns / kSecondNs));
-  writer.number(static_cast<std::uint32_t>(stamp_ns % kSecondNs));
-  writer.text("");
-}
-
 std::vector<double> read_numbers(RosReader& reader) {
   std::vector<double> values(reader.count(sizeof(double)));
   for (double& value : values) value = reader.number<double>();
@@ -189,24 +172,24 @@ std::optional<RavenStateMessage> decode_raven_state(std::span<const std::uint8_t
                                                     bool gold) {
   RosReader reader(bytes);
   RavenStateMessage message;
-  message.stamp_ns = read_header(reader);
+  message.stamp_ns = reader.header();
   read_fields(reader, kBeforeDt, gold, message);
   const auto dt_s = reader.number<std::int32_t>();
   const auto dt_ns = reader.number<std::int32_t>();
-  message.dt_ns = std::int64_t{dt_s} * kSecondNs + dt_ns;
+  message.dt_ns = std::int64_t{dt_s} * kRosSecondNs + dt_ns;
   read_fields(reader, kAfterDt, gold, message);
   message.values[core::catalogue_index(RavenField::kTime, 0)] =
       1e-9 * static_cast<double>(message.stamp_ns);
-  if (reader.failed() || reader.left() != 0) return std::nullopt;
+  if (!reader.whole()) return std::nullopt;
   return message;
 }
 
 std::vector<std::uint8_t> encode_raven_state(const RavenStateMessage& message, bool gold) {
   RosWriter writer;
-  write_header(message.stamp_ns, writer);
+  writer.header(message.stamp_ns);
   write_fields(message, kBeforeDt, gold, writer);
-  writer.number(static_cast<std::int32_t>(message.dt_ns / kSecondNs));
-  writer.number(static_cast<std::int32_t>(message.dt_ns % kSecondNs));
+  writer.number(static_cast<std::int32_t>(message.dt_ns / kRosSecondNs));
+  writer.number(static_cast<std::int32_t>(message.dt_ns % kRosSecondNs));
   write_fields(message, kAfterDt, gold, writer);
   return writer.take();
 }
@@ -214,19 +197,19 @@ std::vector<std::uint8_t> encode_raven_state(const RavenStateMessage& message, b
 std::optional<JointStateMessage> decode_joint_state(std::span<const std::uint8_t> bytes) {
   RosReader reader(bytes);
   JointStateMessage message;
-  message.stamp_ns = read_header(reader);
+  message.stamp_ns = reader.header();
   message.names.resize(reader.count(sizeof(std::uint32_t)));
   for (std::string& name : message.names) name = reader.text();
   message.positions = read_numbers(reader);
   message.velocities = read_numbers(reader);
   (void)read_numbers(reader);
-  if (reader.failed() || reader.left() != 0) return std::nullopt;
+  if (!reader.whole()) return std::nullopt;
   return message;
 }
 
 std::vector<std::uint8_t> encode_joint_state(const JointStateMessage& message) {
   RosWriter writer;
-  write_header(message.stamp_ns, writer);
+  writer.header(message.stamp_ns);
   writer.number(static_cast<std::uint32_t>(message.names.size()));
   for (const std::string& name : message.names) writer.text(name);
   write_numbers(message.positions, writer);

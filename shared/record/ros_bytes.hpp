@@ -18,6 +18,8 @@ namespace ravencal::record {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
+inline constexpr std::int64_t kRosSecondNs = 1'000'000'000;
+
 /// Reads past the end give zeros and fail().
 class RosReader {
  public:
@@ -42,6 +44,16 @@ class RosReader {
     failed_ = true;
     return 0;
   }
+  /// std_msgs/Header: its stamp in ns; sequence number and frame are left out.
+  std::int64_t header() {
+    (void)number<std::uint32_t>();
+    const auto seconds = number<std::uint32_t>();
+    const auto nanoseconds = number<std::uint32_t>();
+    (void)text();
+    return std::int64_t{seconds} * kRosSecondNs + nanoseconds;
+  }
+  /// True if the bytes were exactly what was read.
+  [[nodiscard]] bool whole() const { return !failed_ && left() == 0; }
 
   [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
   [[nodiscard]] bool failed() const { return failed_; }
@@ -74,6 +86,13 @@ class RosWriter {
   void text(std::string_view value) {
     number(static_cast<std::uint32_t>(value.size()));
     bytes_.insert(bytes_.end(), value.begin(), value.end());
+  }
+  /// std_msgs/Header; its sequence number is zero, as publishers leave it.
+  void header(std::int64_t stamp_ns, std::string_view frame = {}) {
+    number(std::uint32_t{0});
+    number(static_cast<std::uint32_t>(stamp_ns / kRosSecondNs));
+    number(static_cast<std::uint32_t>(stamp_ns % kRosSecondNs));
+    text(frame);
   }
 
   std::vector<std::uint8_t> take() { return std::move(bytes_); }

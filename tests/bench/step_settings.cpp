@@ -2,7 +2,8 @@
 #include "bench/step_settings.hpp"
 
 #include <algorithm>
-#include <ctime>
+
+#include "core/monotonic_clock.hpp"
 
 namespace ravencal::bench {
 namespace {
@@ -10,17 +11,6 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr std::size_t kOtherBytes = std::size_t{64} << 20U;
 constexpr std::size_t kOtherBytesPerTick = std::size_t{4} << 20U;
-
-std::int64_t now_ns() {
-  timespec t = {};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
-
-void sleep_until(std::int64_t t_ns) {
-  const timespec wake = {t_ns / 1'000'000'000LL, t_ns % 1'000'000'000LL};
-  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr);
-}
 
 /// What the rest of a control process does to the caches.
 class OtherWork {
@@ -62,9 +52,9 @@ Quantiles quantiles_of(std::vector<Samples>& bursts) {
 
 double time_step(Peer& peer) {
   std::array<float, 16> outputs;
-  const std::int64_t before_ns = now_ns();
+  const std::int64_t before_ns = core::monotonic_now_ns();
   peer.step(outputs.data());
-  return static_cast<double>(now_ns() - before_ns);
+  return static_cast<double>(core::monotonic_now_ns() - before_ns);
 }
 
 void prepare(Peer& peer) {
@@ -86,11 +76,11 @@ Samples burst(Peer& peer, Setting setting, const Effort& effort, OtherWork& othe
       samples.push_back(time_step(peer));
     }
   } else {
-    std::int64_t next_ns = now_ns() + kPeriodNs;
+    std::int64_t next_ns = core::monotonic_now_ns() + kPeriodNs;
     for (int i = -1; i < effort.loop_ticks; ++i, next_ns += kPeriodNs) {
       prepare(peer);
       other.one_tick();
-      sleep_until(next_ns);
+      core::sleep_until(next_ns);
       const double ns = time_step(peer);
       if (i >= 0) samples.push_back(ns);
     }

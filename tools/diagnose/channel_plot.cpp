@@ -147,26 +147,15 @@ Index trace_stride(const Series& s, const std::vector<Index>& rows) {
 Trace held_out_trace(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
   Trace trace;
+  trace.cross_validated = !s.any_held_out();
+  std::vector<Index> rows = fit.model.blocks.rows;
   if (s.any_held_out()) {
-    std::vector<Index> rows;
+    rows.clear();
     for (Index i = 0; i < s.rows(); ++i) {
       const auto n = static_cast<std::size_t>(i);
       if (s.held_out[n] != 0 && s.valid[n] != 0) rows.push_back(i);
     }
-    const auto count = static_cast<Index>(rows.size());
-    const Index stride = trace_stride(s, rows);
-    const Index first = std::max<Index>(0, (count - stride * kTraceRows) / 2);
-    for (Index k = first; k < std::min(count, first + stride * kTraceRows); k += stride) {
-      const Index i = rows[static_cast<std::size_t>(k)];
-      trace.t_s.push_back(s.t_s[i]);
-      trace.measured.push_back(s.y[i]);
-      trace.nominal.push_back(fit.nominal.prediction[i]);
-      trace.refitted.push_back(fit.prediction[i]);
-    }
-    return trace;
   }
-  trace.cross_validated = true;
-  const auto& rows = fit.model.blocks.rows;
   const auto count = static_cast<Index>(rows.size());
   const Index stride = trace_stride(s, rows);
   const Index first = std::max<Index>(0, (count - stride * kTraceRows) / 2);
@@ -175,7 +164,8 @@ Trace held_out_trace(const ChannelFit& fit) {
     trace.t_s.push_back(s.t_s[i]);
     trace.measured.push_back(s.y[i]);
     trace.nominal.push_back(fit.nominal.prediction[i]);
-    trace.refitted.push_back(s.y[i] - fit.held_out_residual[k]);
+    trace.refitted.push_back(trace.cross_validated ? s.y[i] - fit.held_out_residual[k]
+                                                   : fit.prediction[i]);
   }
   return trace;
 }

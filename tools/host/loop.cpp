@@ -5,7 +5,6 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,23 +12,14 @@
 #include <cstring>
 #include <thread>
 
+#include "core/monotonic_clock.hpp"
+
 namespace ravencal::host {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+using core::monotonic_now_ns;
+
 constexpr int kPriority = 80;  // below the kernel's own real-time threads, above everything else
-
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kNsPerS + now.tv_nsec;
-}
-
-void sleep_until(std::int64_t deadline_ns) {
-  const timespec deadline{deadline_ns / kNsPerS, deadline_ns % kNsPerS};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
-  }
-}
 
 std::uint32_t to_u32(std::int64_t ns) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, UINT32_MAX));
@@ -52,9 +42,9 @@ Tick run_cycle(Work& work, ravencal_state& state, ravencal_output& output) {
   work.source.begin(state);
   tick.truth_ji = work.source.truth_ji();
 
-  const std::int64_t before_ns = now_ns();
+  const std::int64_t before_ns = monotonic_now_ns();
   work.plugin.api().step(work.plugin.get(), &state, &output);
-  tick.step_ns = to_u32(now_ns() - before_ns);
+  tick.step_ns = to_u32(monotonic_now_ns() - before_ns);
 
   tick.state = output.state;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
@@ -70,9 +60,9 @@ void loop(Work& work) {
   ravencal_state state{};
   ravencal_output output{};
   output.struct_size = sizeof output;
-  std::int64_t deadline_ns = now_ns();
+  std::int64_t deadline_ns = monotonic_now_ns();
   for (std::int64_t i = 0; i < work.ticks && !work.stop.load(std::memory_order_relaxed); ++i) {
-    std::int64_t woke_ns = now_ns();
+    std::int64_t woke_ns = monotonic_now_ns();
     std::uint32_t wakeup_ns = 0;
     if (work.period_ns > 0) {
       deadline_ns += work.period_ns;
@@ -81,14 +71,14 @@ void loop(Work& work) {
         deadline_ns +=
             (woke_ns - deadline_ns + work.period_ns - 1) / work.period_ns * work.period_ns;
       }
-      sleep_until(deadline_ns);
-      woke_ns = now_ns();
+      core::sleep_until(deadline_ns);
+      woke_ns = monotonic_now_ns();
       wakeup_ns = to_u32(woke_ns - deadline_ns);
     }
     Tick& tick = work.result.ticks[static_cast<std::size_t>(i)];
     tick = run_cycle(work, state, output);
     tick.wakeup_ns = wakeup_ns;
-    tick.cycle_ns = to_u32(now_ns() - woke_ns);
+    tick.cycle_ns = to_u32(monotonic_now_ns() - woke_ns);
     work.done.store(i + 1, std::memory_order_relaxed);
   }
   work.finished.store(true, std::memory_order_release);
@@ -122,7 +112,7 @@ LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSou
   result.ticks.resize(static_cast<std::size_t>(ticks));
   const bool waits = options.rate_hz > 0.0;
   const std::int64_t period_ns =
-      waits ? std::llround(static_cast<double>(kNsPerS) / options.rate_hz) : 0;
+      waits ? std::llround(static_cast<double>(core::kSecondNs) / options.rate_hz) : 0;
   Work work{period_ns, ticks, plugin, source, result};
   std::thread thread([&] {
     if (waits) {

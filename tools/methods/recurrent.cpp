@@ -287,15 +287,19 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
       std::make_unique<RecurrentPredictor>(plan, std::move(frame), std::move(parameters)));
 }
 
-class Gru final : public Method {
+class Recurrent : public Method {
  public:
-  std::string_view id() const override { return "gru"; }
-  std::string_view title() const override { return "GRU, 8 steps of 50 ms"; }
-  std::string_view source() const override { return "Peng et al., T-ASE 2025"; }
   std::string unsuited(const Problem& problem, std::span<const Series>,
                        const Settings&) const override {
     return problem.order == Order::kPoses ? "needs rows in order of time" : "";
   }
+};
+
+class Gru final : public Recurrent {
+ public:
+  std::string_view id() const override { return "gru"; }
+  std::string_view title() const override { return "GRU, 8 steps of 50 ms"; }
+  std::string_view source() const override { return "Peng et al., T-ASE 2025"; }
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> series,
                                                const Settings& settings) const override {
@@ -315,16 +319,12 @@ class Gru final : public Method {
   }
 };
 
-class Lstm final : public Method {
+class Lstm final : public Recurrent {
  public:
   std::string_view id() const override { return "lstm"; }
   std::string_view title() const override { return "LSTM, 4 rows"; }
   std::string_view source() const override { return "Hwang et al., RA-L 2020"; }
   std::string why_not_loadable() const override { return "the plugin runs GRUs, not LSTMs"; }
-  std::string unsuited(const Problem& problem, std::span<const Series>,
-                       const Settings&) const override {
-    return problem.order == Order::kPoses ? "needs rows in order of time" : "";
-  }
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> series,
                                                const Settings& settings) const override {

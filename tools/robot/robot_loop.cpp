@@ -4,35 +4,22 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
-#include <time.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
+#include "core/monotonic_clock.hpp"
+
 namespace ravencal::robot {
 namespace {
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::int64_t kShortestWakeNs = 1'000'000;  // several cycles a wake-up above real time
 constexpr std::size_t kInputs = 4096;
 constexpr std::size_t kOutputs = 2048;
 constexpr int kPriority = 80;  // below the kernel's own real-time threads
-
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kSecondNs + now.tv_nsec;
-}
-
-void sleep_until(std::int64_t deadline_ns) {
-  const timespec deadline{deadline_ns / kSecondNs, deadline_ns % kSecondNs};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
-  }
-}
 
 }  // namespace
 
@@ -71,17 +58,17 @@ void RobotLoop::run() {
   const auto cycles_per_wake =
       std::max<std::int64_t>(1, std::llround(static_cast<double>(kShortestWakeNs) / cycle_ns));
   const auto period_ns = std::llround(cycle_ns * static_cast<double>(cycles_per_wake));
-  std::int64_t deadline_ns = now_ns();
+  std::int64_t deadline_ns = core::monotonic_now_ns();
   RobotInput input;
   while (!stop_.load(std::memory_order_relaxed)) {
     deadline_ns += period_ns;
-    const std::int64_t awake_ns = now_ns();
+    const std::int64_t awake_ns = core::monotonic_now_ns();
     if (awake_ns > deadline_ns) {
       // As the robot's own loop, it leaves out what it missed: robot time stands still meanwhile.
       overruns_.fetch_add(1, std::memory_order_relaxed);
       deadline_ns = awake_ns;
     } else {
-      sleep_until(deadline_ns);
+      core::sleep_until(deadline_ns);
     }
     while (inputs_.try_pop(input)) apply(input);
     for (std::int64_t i = 0; i < cycles_per_wake; ++i) run_cycle();

@@ -11,8 +11,6 @@ namespace {
 using record::RosReader;
 using record::RosWriter;
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
-
 constexpr std::string_view kHeader =
     "================================================================================\n"
     "MSG: std_msgs/Header\n"
@@ -59,23 +57,6 @@ std::string joined(std::string_view fields, std::string_view more = {}) {
   return text;
 }
 
-void write_header(std::int64_t stamp_ns, std::string_view frame, RosWriter& writer) {
-  writer.number(std::uint32_t{0});
-  writer.number(static_cast<std::uint32_t>(stamp_ns / kSecondNs));
-  writer.number(static_cast<std::uint32_t>(stamp_ns % kSecondNs));
-  writer.text(frame);
-}
-
-std::int64_t read_header(RosReader& reader) {
-  (void)reader.number<std::uint32_t>();
-  const auto seconds = reader.number<std::uint32_t>();
-  const auto nanoseconds = reader.number<std::uint32_t>();
-  (void)reader.text();
-  return std::int64_t{seconds} * kSecondNs + nanoseconds;
-}
-
-bool whole(const RosReader& reader) { return !reader.failed() && reader.left() == 0; }
-
 }  // namespace
 
 const record::RosMessageType& operating_state_type() {
@@ -101,7 +82,7 @@ const record::RosMessageType& transform_stamped_type() {
 
 std::vector<std::uint8_t> encode_operating_state(const OperatingStateMessage& message) {
   RosWriter writer;
-  write_header(message.stamp_ns, "", writer);
+  writer.header(message.stamp_ns);
   writer.text(message.state);
   writer.number(static_cast<std::uint8_t>(message.is_homed));
   writer.number(static_cast<std::uint8_t>(message.is_busy));
@@ -111,16 +92,16 @@ std::vector<std::uint8_t> encode_operating_state(const OperatingStateMessage& me
 std::optional<OperatingStateMessage> decode_operating_state(std::span<const std::uint8_t> bytes) {
   RosReader reader(bytes);
   OperatingStateMessage message;
-  message.stamp_ns = read_header(reader);
+  message.stamp_ns = reader.header();
   message.state = reader.text();
   message.is_homed = reader.number<std::uint8_t>() != 0;
   message.is_busy = reader.number<std::uint8_t>() != 0;
-  return whole(reader) ? std::optional(message) : std::nullopt;
+  return reader.whole() ? std::optional(message) : std::nullopt;
 }
 
 std::vector<std::uint8_t> encode_string_stamped(const StringMessage& message) {
   RosWriter writer;
-  write_header(message.stamp_ns, "", writer);
+  writer.header(message.stamp_ns);
   writer.text(message.text);
   return writer.take();
 }
@@ -128,16 +109,16 @@ std::vector<std::uint8_t> encode_string_stamped(const StringMessage& message) {
 std::optional<StringMessage> decode_string_stamped(std::span<const std::uint8_t> bytes) {
   RosReader reader(bytes);
   StringMessage message;
-  message.stamp_ns = read_header(reader);
+  message.stamp_ns = reader.header();
   message.text = reader.text();
-  return whole(reader) ? std::optional(message) : std::nullopt;
+  return reader.whole() ? std::optional(message) : std::nullopt;
 }
 
 std::vector<std::uint8_t> encode_transform_stamped(const PoseMessage& message) {
   const Eigen::Quaterniond turned(Eigen::Matrix3d(
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(message.rotation.data())));
   RosWriter writer;
-  write_header(message.stamp_ns, "", writer);
+  writer.header(message.stamp_ns);
   writer.text(message.child_frame);
   for (const double value : message.position_m) writer.number(value);
   for (const double value : {turned.x(), turned.y(), turned.z(), turned.w()}) writer.number(value);
