@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
 
@@ -14,6 +15,10 @@ using Eigen::VectorXd;
 
 /// Two streams of one recorder are rarely aligned better.
 constexpr double kAlignment_s = 0.003;
+/// Cosines over a recording that stand for a wander; faster ones are noise like any other.
+constexpr int kWanderCosines = 8;
+/// A plant knows its wander to a factor of two.
+constexpr double kWanderFactor = 2.0;
 
 double tolerance_of(const physics::Joint& joint, const std::string& id,
                     const std::string& parameter) {
@@ -92,9 +97,15 @@ class NominalBuilder {
     linear("eccentricity", "amplitude", s_.unit, joint_.parameter("eccentricity", "amplitude"),
            (order * s_.motion.q.array() + phase).sin().matrix());
     cable();
+    wander();
   }
 
-  Nominal take() { return std::move(nominal_); }
+  Nominal take() {
+    for (NominalTerm& term : nominal_.terms) {
+      if (term.parameter == "level") term.variation = joint_.parameter(term.id, "variation");
+    }
+    return std::move(nominal_);
+  }
 
  private:
   [[nodiscard]] VectorXd friction_column(double width) const {
@@ -191,6 +202,33 @@ class NominalBuilder {
                 [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
       nominal_.terms.back().form_only = true;
       nominal_.terms.back().tolerance = 1.0;
+    }
+  }
+
+  /// A wander that the plant admits is no finding: per recording its slow cosines, each with the
+  /// deviation that an Ornstein-Uhlenbeck process has there, 2 S(w) / length with
+  /// S(w) = 2 deviation^2 time / (1 + (w time)^2). Held-out rows have their own, which nobody
+  /// knows.
+  void wander() {
+    const double deviation = joint_.parameter("thermal_drift", "wander");
+    const double time_s = std::max(1.0, joint_.parameter("thermal_drift", "wander_time"));
+    if (deviation <= 0.0) return;
+    for (Index first = 0, last = 0; first < s_.rows(); first = last) {
+      const auto recording = s_.recording[static_cast<std::size_t>(first)];
+      while (last < s_.rows() && s_.recording[static_cast<std::size_t>(last)] == recording) ++last;
+      const double length_s = s_.t_s[last - 1] - s_.t_s[first];
+      if (s_.held_out[static_cast<std::size_t>(first)] != 0 || length_s <= 0.0) continue;
+      for (int k = 1; k <= kWanderCosines; ++k) {
+        const double w = std::numbers::pi * k / length_s;
+        const double spread = std::sqrt(4.0 * deviation * deviation * time_s /
+                                        (1.0 + w * w * time_s * time_s) / length_s);
+        VectorXd column = VectorXd::Zero(s_.rows());
+        column.segment(first, last - first) =
+            kWanderFactor * spread *
+            (w * (s_.t_s.segment(first, last - first).array() - s_.t_s[first])).cos();
+        nominal_.terms.push_back(
+            {"thermal_drift", "wander", s_.unit, 0.0, 1.0, std::move(column), true});
+      }
     }
   }
 

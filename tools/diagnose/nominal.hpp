@@ -23,7 +23,8 @@ struct NominalTerm {
   /// Form of the simulation rather than a number of the plant (how a friction edge is rounded, how
   /// streams are stamped): never named, whatever its refitted value.
   bool form_only = false;
-  std::string from = {};  ///< the other joint, for couplings
+  std::string from = {};   ///< the other joint, for couplings
+  double variation = 0.0;  ///< relative deviation over time that the plant admits
 };
 
 struct Nominal {

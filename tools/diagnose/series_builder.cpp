@@ -36,12 +36,12 @@ class Builder {
 
   SeriesSet build() {
     SeriesSet set;
-    std::vector<VectorXd> believed;
-    for (const Positions& p : positions_) believed.push_back(best_position(p));
-    weights_ = holding_efforts(plant_, believed);
+    std::vector<VectorXd> posture;
+    for (const Positions& p : positions_) posture.push_back(homed_position(p));
+    weights_ = holding_efforts(plant_, posture);
     physics::Plant loaded = plant_;
     loaded.payload.mass_kg += 1.0;
-    payloads_ = holding_efforts(loaded, believed);
+    payloads_ = holding_efforts(loaded, posture);
     for (std::size_t j = 0; j < payloads_.size(); ++j) {
       if (payloads_[j].size() == 0 || weights_[j].size() == 0)
         payloads_[j].resize(0);
@@ -96,6 +96,24 @@ class Builder {
   static const VectorXd& best_position(const Positions& p) {
     if (p.estimate.size() > 0) return p.estimate;
     return p.truth.size() > 0 ? p.truth : p.desired;
+  }
+
+  /// Where the joint is as far as its weight is concerned: degrees of homing offset, which the
+  /// encoder sees, turn the arm against gravity. The rest of the encoder's signal stays out, so that
+  /// its noise is in no prediction.
+  [[nodiscard]] VectorXd homed_position(const Positions& p) const {
+    VectorXd position = best_position(p);
+    if (p.truth.size() == 0 || p.estimate.size() == 0) return position;
+    VectorXd varying = p.truth - p.estimate;
+    const VectorXd whole = varying;
+    centre(varying);
+    const VectorXd offset = whole - varying;
+    double last = 0.0;
+    for (Index i = 0; i < position.size(); ++i) {
+      if (std::isfinite(offset[i])) last = offset[i];
+      position[i] += last;
+    }
+    return position;
   }
 
   void add_joint(std::size_t j, SeriesSet& set) {

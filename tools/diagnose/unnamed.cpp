@@ -87,7 +87,12 @@ double least_remainder(const ChannelFit& fit) {
   VectorXd prediction = fit.model.blocks.gather(fit.nominal.prediction);
   if (prediction.size() == 0) return 0.0;
   prediction.array() -= prediction.mean();
-  return kModelForm * std::sqrt(prediction.squaredNorm() / static_cast<double>(prediction.size()));
+  double squares = kModelForm * kModelForm * prediction.squaredNorm();
+  for (const NominalTerm& term : fit.nominal.terms) {
+    if (term.variation > 0.0)
+      squares += (term.variation * fit.model.blocks.gather(term.column)).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(prediction.size()));
 }
 
 std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
