@@ -15,10 +15,13 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/physics_features.hpp"
+#include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
+#include "model/feature_matrix.hpp"
+#include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
 
@@ -97,39 +100,69 @@ core::Status write_report(const Arguments& arguments, const learn::TrainResult& 
   return {};
 }
 
-/// Adds the plant's predictions to the recordings and their channels to the features; returns the
-/// plant's text.
-core::Result<std::string> take_physics(Arguments& arguments,
-                                       std::vector<record::Recording>& training,
-                                       std::vector<record::Recording>& held_out) {
-  std::ifstream file(arguments.physics, std::ios::binary);
-  if (!file) {
-    return core::Error{
-        core::ErrorCode::kIo,
-        fmt::format("--physics {}: cannot be opened; give the plant_improved.toml of "
-                    "`ravencal diagnose`",
-                    arguments.physics)};
+core::Result<std::string> text_of_plant(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (file)
+    return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return core::Error{core::ErrorCode::kIo,
+                     fmt::format("--physics {}: cannot be opened; give the plant_improved.toml of "
+                                 "`ravencal diagnose`",
+                                 path)};
+}
+
+/// What the plant knows: recordings of its simulation where the twin can run it, else channels of
+/// its predictions in the recordings.
+struct Physics {
+  std::vector<record::Recording> simulated;
+  std::string said;         ///< for the model's provenance
+  std::string as_features;  ///< the plant's text, if its predictions became features
+};
+
+core::Result<Physics> take_physics(Arguments& arguments, std::vector<record::Recording>& training,
+                                   std::vector<record::Recording>& held_out) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, text_of_plant(arguments.physics));
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
+                            physics::parse_plant(text, arguments.physics));
+  Physics physics;
+  if (simulation_runs(plant)) {
+    cli::Progress progress("simulate");
+    RAVENCAL_ASSIGN_OR_RETURN(
+        physics.simulated,
+        simulated_over_workspace(plant, model::row_period_s(training.front()), [&](double done) {
+          progress.update(done, arguments.physics);
+          return !cli::interrupted();
+        }));
+    physics.said = fmt::format("base: {}, simulated over the workspace under {} loads",
+                               arguments.physics, physics.simulated.size());
+    return physics;
   }
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  fmt::print(stderr,
+             "ravencal: warning: {}: the twin cannot run this plant, so its predictions become "
+             "features and the model runs in `evaluate` only\n",
+             arguments.physics);
   RAVENCAL_RETURN_IF_ERROR(add_physics(training, text, arguments.physics));
   RAVENCAL_RETURN_IF_ERROR(add_physics(held_out, text, arguments.physics));
   std::string& features = arguments.train.features;
   features = (features.empty() ? "paper112" : features) + "," + kPhysicsPrefix + "*";
-  return text;
+  physics.as_features = text;
+  return physics;
 }
 
 core::Status run(Arguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
-  std::string plant_text;
-  if (!arguments.physics.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(plant_text, take_physics(arguments, training, held_out));
-  }
   cli::catch_interrupts();
+  Physics physics;
+  if (!arguments.physics.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(physics, take_physics(arguments, training, held_out));
+  }
+  arguments.train.simulated = pointers_to(physics.simulated);
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
-    const double epochs = static_cast<double>(arguments.train.trainer.epochs) * arguments.networks;
+    std::uint32_t each = arguments.train.trainer.epochs;
+    if (!physics.simulated.empty()) each += arguments.train.simulated_trainer.epochs;
+    const double epochs = static_cast<double>(each) * arguments.networks;
     double finished = 0.0;
     return learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
                                  arguments.networks, [&](const learn::EpochReport& epoch) {
@@ -139,7 +172,8 @@ core::Status run(Arguments arguments) {
   }();
   if (!trained.ok()) return trained.error();
   learn::TrainResult& result = *trained;
-  if (!plant_text.empty()) result.model.provenance[kPhysicsPlant] = plant_text;
+  if (!physics.as_features.empty()) result.model.provenance[kPhysicsPlant] = physics.as_features;
+  if (!physics.said.empty()) result.model.provenance["physics"] = physics.said;
   for (const std::string& warning : result.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
@@ -177,9 +211,11 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
 void add_physics_option(CLI::App& command, Arguments& arguments) {
   command.add_option(
       "--physics", arguments.physics,
-      "A plant (plant_improved.toml of `ravencal diagnose`) whose predicted joint "
-      "errors become features physics.JOINT. The model carries the plant and runs in "
-      "`evaluate`; `convert` refuses it, because the plugin has no plant");
+      "A plant (plant_improved.toml of `ravencal diagnose`). It is simulated over the whole "
+      "workspace with 0, 250 and 500 g; a first network learns that, the one of --hidden what it "
+      "leaves of the recorded error, and their sum is one model that converts and runs as any. "
+      "Where the twin cannot run the plant, its predictions become features physics.JOINT and the "
+      "model runs in `evaluate` only");
 }
 
 void add_network_options(CLI::App& command, Arguments& arguments) {

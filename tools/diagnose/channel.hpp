@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/invariance.hpp"
 #include "diagnose/report.hpp"
 #include "diagnose/selection.hpp"
 #include "diagnose/slip.hpp"
@@ -94,9 +95,14 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings);
 void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings);
 
-/// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order.
+/// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order, nominal
+/// numbers drawn from their tolerances.
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed);
+
+/// The first parameter's interval, wider by what the effect's size does between circumstances: the
+/// form is not the physics to the last percent, and which value is meant is open by that much.
+void widen_by_circumstances(const Invariance& invariance, std::vector<NamedParameter>& parameters);
 
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);

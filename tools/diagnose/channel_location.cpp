@@ -8,6 +8,7 @@
 
 #include "diagnose/boosted_trees.hpp"
 #include "diagnose/channel.hpp"
+#include "diagnose/interval_scan.hpp"
 #include "diagnose/regimes.hpp"
 
 namespace ravencal::diagnose {
@@ -113,55 +114,93 @@ std::vector<Cell> regime_cells(const ChannelModel& model, const VectorXd& gain,
   return cells;
 }
 
-/// Significant cells along an axis, merged into intervals.
-std::vector<Interval> intervals_along(const ChannelModel& model, const VectorXd& x,
-                                      const VectorXd& gain, int bins, std::uint64_t seed) {
-  const double low = x.minCoeff();
-  const double width = (x.maxCoeff() - low) / bins;
-  std::vector<Cell> cells;
-  for (int b = 0; b < bins; ++b) {
-    cells.push_back(
-        make_cell(model, "", where(x, low + b * width, low + (b + 1) * width), gain, seed));
+/// The plant with its tolerances, no effect and no step taken in, and what it leaves to explain.
+class Null {
+ public:
+  Null(const ChannelFit& fit, const VectorXd& best)
+      : blocks_(fit.model.blocks),
+        precision_(fit.model.precision.head(static_cast<Index>(1 + fit.nominal.terms.size()))),
+        best_(best),
+        noise_{best.squaredNorm() / static_cast<double>(best.size()), fit.model.correlation_rows} {
+    joined_.resize(best.size(), precision_.size() + 1);
+    joined_ << fit.model.free_base.leftCols(precision_.size()), fit.model.free_target;
   }
-  double mean = 0.0;
-  for (const Cell& cell : cells) mean += std::max(0.0, cell.mean) / bins;
-  const double threshold = discovery_threshold(cells, 0.05);
-  std::vector<Interval> out;
-  for (int b = 0; b < bins; ++b) {
-    const Cell& cell = cells[static_cast<std::size_t>(b)];
-    if (cell.p_value > threshold || cell.mean < 0.25 * mean) continue;
-    const Interval bin{low + b * width, low + (b + 1) * width};
-    if (!out.empty() &&
-        std::abs(out.back().second - bin.first) < 1e-9 * (1.0 + std::abs(bin.first))) {
-      out.back().second = bin.second;
-    } else {
-      out.push_back(bin);
+
+  /// Stretch of cells; `cell` says in which one each training row lies, of `count`.
+  [[nodiscard]] std::optional<std::pair<std::size_t, std::size_t>> stretch(
+      const std::vector<std::size_t>& cell, std::size_t count, bool prefer_later) const {
+    const Index width = joined_.cols();
+    ScanAxis axis{std::vector<MatrixXd>(count, MatrixXd::Zero(width, width)),
+                  std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
+    for (Index i = 0; i < best_.size(); ++i) {
+      const std::size_t c = cell[static_cast<std::size_t>(i)];
+      axis.moments[c].selfadjointView<Eigen::Lower>().rankUpdate(joined_.row(i).transpose());
+      axis.best[c] += best_[i] * best_[i];
+      axis.rows[c] += 1.0;
     }
+    for (MatrixXd& m : axis.moments) m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
+    return scan(axis, precision_, noise_, prefer_later);
   }
-  return out;
+
+  [[nodiscard]] const Blocks& blocks() const { return blocks_; }
+
+ private:
+  const Blocks& blocks_;
+  VectorXd precision_;
+  const VectorXd& best_;
+  ScanNoise noise_;
+  MatrixXd joined_;
+};
+
+/// What the plant leaves at the training rows, each under a fit without its fold: neither effects
+/// nor steps are taken in.
+VectorXd residual_of_plant(const ChannelFit& fit) {
+  if (fit.steps.empty()) return fit.base_residual;
+  const ChannelModel& model = fit.model;
+  const auto own = static_cast<Index>(1 + fit.nominal.terms.size());
+  const MatrixXd base = model.base.leftCols(own);
+  return held_out_residual(model.blocks, moments_of(model.blocks, base, model.target),
+                           model.precision.head(own), base, model.target);
 }
 
-/// Times in which the gain is not negligible: whole blocks, which are one observation each.
-std::vector<Interval> times_of(const ChannelModel& model, const VectorXd& gain) {
-  const Blocks& blocks = model.blocks;
-  const double mean = gain.mean();
+std::vector<Interval> positions_of(const Null& null, const VectorXd& q) {
+  constexpr std::size_t kCells = 40;
+  const double low = q.minCoeff();
+  const double width = (q.maxCoeff() - low) / static_cast<double>(kCells);
+  if (!(width > 0.0)) return {};
+  std::vector<std::size_t> cell;
+  for (Index i = 0; i < q.size(); ++i)
+    cell.push_back(std::min(kCells - 1, static_cast<std::size_t>((q[i] - low) / width)));
+  const auto found = null.stretch(cell, kCells, false);
+  if (!found) return {};
+  return {{low + static_cast<double>(found->first) * width,
+           low + static_cast<double>(found->second + 1) * width}};
+}
+
+/// In whole blocks, which are one observation each; a step that was found tells its time better.
+std::vector<Interval> times_of(const Null& null, const ChannelFit& fit) {
+  const Blocks& blocks = null.blocks();
+  const Series& series = *fit.model.series;
+  std::vector<std::size_t> cell;
+  for (std::size_t b = 0; b < blocks.count(); ++b)
+    cell.insert(cell.end(), static_cast<std::size_t>(blocks.size(b)), b);
+  const auto found = null.stretch(cell, blocks.count(), true);
+  if (!found) return {};
   std::vector<Interval> out;
-  bool open = false;
-  for (std::size_t b = 0; b < blocks.count(); ++b) {
+  for (std::size_t b = found->first; b <= found->second; ++b) {
     const Index first = blocks.rows[static_cast<std::size_t>(blocks.first(b))];
     const Index last = blocks.rows[static_cast<std::size_t>(blocks.first(b) + blocks.size(b) - 1)];
-    if (gain.segment(blocks.first(b), blocks.size(b)).mean() < 0.1 * mean) {
-      open = false;
-      continue;
-    }
-    const double from = model.series->t_s[first];
-    const double to = model.series->t_s[last];
-    if (open && from >= out.back().second) {
+    const double from = series.t_s[first];
+    const double to = series.t_s[last];
+    // Recordings each begin at zero.
+    if (!out.empty() && from >= out.back().second)
       out.back().second = to;
-    } else {
+    else
       out.emplace_back(from, to);
+    if (b != found->first || b == 0) continue;
+    for (const Step& step : fit.steps) {
+      if (std::abs(step.t_s - from) <= to - from) out.back().first = step.t_s;
     }
-    open = true;
   }
   return out;
 }
@@ -221,10 +260,11 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
   const auto rows = static_cast<double>(model.target.size());
   std::vector<std::string> names;
   const MatrixXd features = features_of(model, names);
-  const HeldOutPrediction learnt = boosted_held_out(model.blocks, features, fit.base_residual);
-  VectorXd best = fit.base_residual - learnt.value;
+  const VectorXd plain = residual_of_plant(fit);
+  const HeldOutPrediction learnt = boosted_held_out(model.blocks, features, plain);
+  VectorXd best = plain - learnt.value;
   if (fit.held_out_residual.squaredNorm() < best.squaredNorm()) best = fit.held_out_residual;
-  const VectorXd gain = fit.base_residual.array().square() - best.array().square();
+  const VectorXd gain = plain.array().square() - best.array().square();
   const std::vector<char> everywhere(static_cast<std::size_t>(gain.size()), 1);
   Mismatch m;
   m.joint = findings.joint;
@@ -247,9 +287,9 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     for (const Cell& cell : cells) {
       if (cell.p_value <= threshold && cell.mean > 1.5 * gain.mean()) m.regime.push_back(cell.name);
     }
-    m.position = intervals_along(model, model.blocks.gather(model.series->motion.q).col(0), gain,
-                                 12, options.seed + 900);
-    m.interval_s = times_of(model, gain);
+    const Null null(fit, best);
+    m.position = positions_of(null, model.blocks.gather(model.series->motion.q).col(0));
+    m.interval_s = times_of(null, fit);
   }
   if (m.regime.empty()) m.regime.emplace_back("everywhere");
   findings.mismatch.push_back(std::move(m));

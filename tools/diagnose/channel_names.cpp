@@ -157,7 +157,9 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.unit = findings.unit;
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
-    effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
+    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+    widen_by_circumstances(invariance, effect.parameters);
+    effect.invariance_spread = invariance.spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
     if (effect.ambiguous_with.size() >= kTooManyRivals) {
       findings.notes.push_back(fmt::format(

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "diagnose/channel.hpp"
+#include "diagnose/invariance.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -13,7 +14,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kResamples = 200;
+constexpr int kResamples = 400;
+constexpr double kNormal95 = 1.96;
+
+double standard_normal(std::mt19937_64& engine) {
+  const double uniform = static_cast<double>((engine() >> 11U) + 1) * 0x1p-53;
+  const double angle = 6.283185307179586 * static_cast<double>(engine() >> 11U) * 0x1p-53;
+  return std::sqrt(-2.0 * std::log(uniform)) * std::cos(angle);
+}
 
 /// Moments of the blocks drawn with replacement.
 MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {
@@ -26,51 +34,102 @@ MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {
 
 }  // namespace
 
+namespace {
+
+/// The chosen effect's columns, moved along its shape to first order where that is free.
+struct Tangent {
+  MatrixXd columns;  ///< of the whole model, the shape's own last
+  bool with_shape = false;
+  Index at = 0;  ///< of the effect's first coefficient
+  Index width = 0;
+};
+
+Tangent tangent_of(const ChannelFit& fit, std::size_t chosen) {
+  const ChannelModel& model = fit.model;
+  const Chosen& own = model.chosen[chosen];
+  const EffectForm& form = *model.candidates[own.candidate]->form;
+  Tangent t{model.columns(), false, model.base.cols(), own.columns.cols()};
+  for (std::size_t i = 0; i < chosen; ++i) t.at += model.chosen[i].columns.cols();
+  t.with_shape = form.continuous() && !own.shape.empty() && !form.unit_coefficient(*model.series);
+  if (!t.with_shape) return t;
+  constexpr double kStep = 0.02;
+  const MatrixXd moved =
+      model.blocks.gather(seen_columns(form, *model.series, {own.shape[0] * (1.0 + kStep)}));
+  t.columns.conservativeResize(Eigen::NoChange, t.columns.cols() + 1);
+  t.columns.rightCols(1) = (moved - own.columns) * fit.coefficients.segment(t.at, t.width) / kStep;
+  return t;
+}
+
+/// One bootstrap draw of the coefficients: blocks with replacement, and each nominal number from
+/// its own tolerance, which the fit takes for known.
+VectorXd drawn_coefficients(const ChannelFit& fit, const Moments& moments,
+                            const VectorXd& precision, std::mt19937_64& engine) {
+  MatrixXd sum = resampled(moments, engine);
+  const Index last = sum.cols() - 1;
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    const double centre = fit.model.tolerance[t] * standard_normal(engine);
+    const Index column = static_cast<Index>(t) + 1;
+    sum(column, last) += precision[column] * centre;
+    sum(last, column) = sum(column, last);
+  }
+  return solve(sum, precision, 1e-6);
+}
+
+/// Factor of a bootstrap's deviations: with few blocks it knows less of the spread between them
+/// than it says (Efron 1982, Student's quantile after Cornish and Fisher).
+double few_blocks(std::size_t blocks, Index free) {
+  const double degrees = std::max(3.0, static_cast<double>(blocks) - static_cast<double>(free));
+  const double z2 = kNormal95 * kNormal95;
+  return std::sqrt((degrees + 1.0) / degrees) * (1.0 + (z2 + 1.0) / (4.0 * degrees));
+}
+
+}  // namespace
+
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
-  Index at = model.base.cols();
-  for (std::size_t i = 0; i < chosen; ++i) at += model.chosen[i].columns.cols();
-  const Index width = own.columns.cols();
-  const VectorXd b = fit.coefficients.segment(at, width);
-
-  MatrixXd columns = model.columns();
-  const bool with_shape =
-      form.continuous() && !own.shape.empty() && !form.unit_coefficient(*model.series);
-  constexpr double kStep = 0.02;
-  if (with_shape) {
-    const MatrixXd moved =
-        model.blocks.gather(seen_columns(form, *model.series, {own.shape[0] * (1.0 + kStep)}));
-    columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
-    columns.rightCols(1) = (moved - own.columns) * b / kStep;
-  }
-  const Moments moments = moments_of(model.blocks, columns, model.target);
-  const VectorXd precision = model.column_precision(columns.cols());
-
-  const auto central = form.parameters(*model.series, own.shape, b);
+  const Tangent tangent = tangent_of(fit, chosen);
+  const Moments moments = moments_of(model.blocks, tangent.columns, model.target);
+  const VectorXd precision = model.column_precision(tangent.columns.cols());
+  const auto central = form.parameters(*model.series, own.shape,
+                                       fit.coefficients.segment(tangent.at, tangent.width));
   std::vector<std::vector<double>> draws(central.size());
   std::mt19937_64 engine(seed);
   for (int r = 0; r < kResamples; ++r) {
-    const VectorXd drawn = solve(resampled(moments, engine), precision, 1e-6);
+    const VectorXd drawn = drawn_coefficients(fit, moments, precision, engine);
     Shape shape = own.shape;
-    if (with_shape) shape[0] *= std::exp(std::clamp(drawn[drawn.size() - 1], -0.7, 0.7));
-    const auto values = form.parameters(*model.series, shape, drawn.segment(at, width));
+    if (tangent.with_shape) shape[0] *= std::exp(std::clamp(drawn[drawn.size() - 1], -0.7, 0.7));
+    const auto values =
+        form.parameters(*model.series, shape, drawn.segment(tangent.at, tangent.width));
     for (std::size_t p = 0; p < values.size() && p < draws.size(); ++p)
       draws[p].push_back(values[p].value);
   }
+  const double wider =
+      few_blocks(model.blocks.count(), tangent.width + (tangent.with_shape ? 1 : 0));
   std::vector<NamedParameter> out;
   for (std::size_t p = 0; p < central.size(); ++p) {
     std::sort(draws[p].begin(), draws[p].end());
+    const double value = central[p].value;
     const double low = draws[p][static_cast<std::size_t>(0.025 * kResamples)];
     const double high = draws[p][static_cast<std::size_t>(0.975 * kResamples) - 1];
     out.push_back({central[p].name,
-                   central[p].value,
+                   value,
                    central[p].unit,
-                   {std::min(low, central[p].value), std::max(high, central[p].value)}});
+                   {value - wider * std::max(0.0, value - low),
+                    value + wider * std::max(0.0, high - value)}});
   }
   return out;
+}
+
+void widen_by_circumstances(const Invariance& invariance, std::vector<NamedParameter>& parameters) {
+  if (parameters.empty()) return;
+  const double relative = kNormal95 * invariance.deviation();
+  NamedParameter& size = parameters.front();
+  const double more = relative * std::abs(size.value);
+  size.ci95 = {size.value - std::hypot(size.value - size.ci95.first, more),
+               size.value + std::hypot(size.ci95.second - size.value, more)};
 }
 
 void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {

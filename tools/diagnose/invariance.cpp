@@ -68,6 +68,16 @@ double median_of(VectorXd x) {
 
 }  // namespace
 
+double Invariance::deviation() const {
+  double most = 0.0;
+  for (std::size_t i = 0; i + 1 < scales.size(); i += 2) {
+    const double difference = scales[i].scale - scales[i + 1].scale;
+    const double chance = std::hypot(scales[i].error, scales[i + 1].error);
+    most = std::max(most, 0.5 * (difference * difference - chance * chance));
+  }
+  return std::sqrt(most);
+}
+
 Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients,
                          std::size_t chosen) {
   const MatrixXd columns = model.columns();

@@ -24,6 +24,11 @@ struct Invariance {
   std::string worst;     ///< circumstance of that difference
   std::vector<SplitScale> scales;
 
+  /// By how much the scale differs between circumstances beyond what chance makes of it: one
+  /// standard deviation (DerSimonian and Laird 1986, two halves), of the circumstance with the
+  /// most.
+  [[nodiscard]] double deviation() const;
+
   /// A name is withdrawn at a spread above one half that is more than chance
   /// (z > 3, Student's equivalent with few blocks): in trials that flagged 86 % of wrong names and
   /// 5 % of right ones.

@@ -11,6 +11,7 @@
 #include "learn/dataset.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/linear.hpp"
+#include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/layers.hpp"
 #include "model/trust_fit.hpp"
@@ -93,15 +94,16 @@ void describe(const TrainOptions& options, TrainResult& result) {
 }
 
 /// Everything of the model but its layers.
-void fit_borders(const Dataset& data, TrainResult& result) {
+/// The bias is that of the recordings; `all` has the simulated rows as well.
+void fit_borders(const Dataset& recorded, const Dataset& all, TrainResult& result) {
   CalibrationModel& model = result.model;
-  Scaling inputs = fit_scaling(data.features);
-  Scaling outputs = fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(data.errors));
+  Scaling inputs = fit_scaling(all.features);
+  Scaling outputs = fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(recorded.errors));
   model.input = std::move(inputs.standardiser);
   model.output = std::move(outputs.standardiser);
-  model.input_min = data.features.colwise().minCoeff().transpose().cast<double>();
-  model.input_max = data.features.colwise().maxCoeff().transpose().cast<double>();
-  model.trust = model::fit_trust_region(model.input, data.features);
+  model.input_min = all.features.colwise().minCoeff().transpose().cast<double>();
+  model.input_max = all.features.colwise().maxCoeff().transpose().cast<double>();
+  model.trust = model::fit_trust_region(model.input, all.features);
   if (!inputs.constant.empty()) {
     result.warnings.push_back(fmt::format(
         "{} feature(s) never change in training and keep scale 1: {}", inputs.constant.size(),
@@ -145,29 +147,30 @@ bool has_every_cycle(const Recording& recording) {
   return period_s > 0.5 * model::kControlCycleS && period_s < 1.5 * model::kControlCycleS;
 }
 
-core::Status fit_layers(const Dataset& data, std::span<const Recording* const> validation,
-                        const TrainOptions& options,
-                        const std::function<bool(const EpochReport&)>& keep_going,
-                        TrainResult& result) {
-  CalibrationModel& model = result.model;
-  const Samples<float> samples = scaled_samples(model, data);
+/// Layers fitted to data in units of its own; epochs only where there are hidden layers.
+struct Fitted {
+  std::vector<model::DenseLayer> layers;
+  FitResult course;
+};
+
+core::Result<Fitted> fitted_to(const Dataset& data, const Dataset* held_out,
+                               const TrainOptions& options, const TrainerSettings& settings,
+                               const std::function<bool(const EpochReport&)>& keep_going,
+                               const CalibrationModel& units) {
+  const Samples<float> samples = scaled_samples(units, data);
   if (options.hidden.empty()) {
-    model.layers = {fit_linear(samples.inputs.transpose().cast<double>(),
-                               samples.targets.transpose().cast<double>(), options.ridge)};
-    return {};
+    return Fitted{{fit_linear(samples.inputs.transpose().cast<double>(),
+                              samples.targets.transpose().cast<double>(), options.ridge)},
+                  {}};
   }
-  Samples<float> held_out;
-  if (!validation.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(
-        const Dataset held_out_data,
-        make_dataset(model.features, model.outputs, validation, model.row_period_s));
-    held_out = scaled_samples(model, held_out_data);
-  }
+  Samples<float> held_out_samples;
+  if (held_out != nullptr) held_out_samples = scaled_samples(units, *held_out);
   const Shape shape(samples.inputs.rows(), options.hidden, samples.targets.rows(),
                     options.activation);
-  FitResult fitted =
-      fit(shape, options.trainer, samples, validation.empty() ? nullptr : &held_out, keep_going);
-  for (const float parameter : fitted.parameters) {
+  Fitted fitted;
+  fitted.course =
+      fit(shape, settings, samples, held_out != nullptr ? &held_out_samples : nullptr, keep_going);
+  for (const float parameter : fitted.course.parameters) {
     if (!std::isfinite(parameter)) {
       return core::Error{
           core::ErrorCode::kData,
@@ -175,10 +178,69 @@ core::Status fit_layers(const Dataset& data, std::span<const Recording* const> v
           "for outliers with `ravencal info`"};
     }
   }
-  model.layers = layers_from(shape, fitted.parameters);
-  result.epochs = std::move(fitted.epochs);
-  result.kept_epoch = fitted.kept_epoch;
-  result.interrupted = fitted.interrupted;
+  fitted.layers = layers_from(shape, fitted.course.parameters);
+  return fitted;
+}
+
+model::Standardiser units_of(const Dataset& data) {
+  return fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(data.errors)).standardiser;
+}
+
+/// The network of the simulated rows, in the model's units. A simulation's constant is that of its
+/// homing: only how the error varies is learnt from it.
+core::Result<Fitted> fit_simulated(const Dataset& simulated, const TrainOptions& options,
+                                   const std::function<bool(const EpochReport&)>& keep_going,
+                                   const CalibrationModel& model) {
+  CalibrationModel units = model;
+  units.output = units_of(simulated);
+  TrainerSettings settings = options.simulated_trainer;
+  settings.seed = options.trainer.seed;
+  settings.threads = options.trainer.threads;
+  settings.isa = options.trainer.isa;
+  RAVENCAL_ASSIGN_OR_RETURN(Fitted fitted,
+                            fitted_to(simulated, nullptr, options, settings, keep_going, units));
+  units.output.mean = model.output.mean;
+  fitted.layers = in_units_of(model.output, units.output, std::move(fitted.layers));
+  return fitted;
+}
+
+void take(Fitted fitted, TrainResult& result) {
+  result.model.layers = std::move(fitted.layers);
+  result.epochs = std::move(fitted.course.epochs);
+  result.kept_epoch = fitted.course.kept_epoch;
+  result.interrupted = fitted.course.interrupted;
+}
+
+core::Status fit_layers(const Dataset& data, const Dataset* held_out, const TrainOptions& options,
+                        const std::function<bool(const EpochReport&)>& keep_going,
+                        TrainResult& result) {
+  RAVENCAL_ASSIGN_OR_RETURN(
+      Fitted fitted, fitted_to(data, held_out, options, options.trainer, keep_going, result.model));
+  take(std::move(fitted), result);
+  return {};
+}
+
+/// What the simulation's network leaves of the recorded error is learnt beside it.
+core::Status fit_beside_simulated(const Dataset& data, const Dataset& simulated,
+                                  const Dataset* held_out, const TrainOptions& options,
+                                  const std::function<bool(const EpochReport&)>& keep_going,
+                                  TrainResult& result) {
+  CalibrationModel& model = result.model;
+  RAVENCAL_ASSIGN_OR_RETURN(Fitted base, fit_simulated(simulated, options, keep_going, model));
+  model.layers = base.layers;
+  const Dataset left = left_by(model, data);
+  Dataset held_out_left;
+  if (held_out != nullptr) held_out_left = left_by(model, *held_out);
+  CalibrationModel units = model;
+  units.output = units_of(left);
+  RAVENCAL_ASSIGN_OR_RETURN(Fitted beside,
+                            fitted_to(left, held_out != nullptr ? &held_out_left : nullptr, options,
+                                      options.trainer, keep_going, units));
+  const model::Standardiser added{Eigen::VectorXd::Zero(model.output.mean.size()),
+                                  model.output.scale};
+  beside.layers = sum_of(base.layers, in_units_of(added, units.output, std::move(beside.layers)));
+  beside.course.interrupted = beside.course.interrupted || base.course.interrupted;
+  take(std::move(beside), result);
   return {};
 }
 
@@ -207,8 +269,25 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   result.rows = static_cast<std::size_t>(data.features.rows());
   result.rows_without_truth = data.rows_without_truth;
   result.rows_without_feature = data.rows_without_feature;
-  fit_borders(data, result);
-  RAVENCAL_RETURN_IF_ERROR(fit_layers(data, validation, options, keep_going, result));
+  const Seen seen_simulated(options.simulated, at_hook);
+  Dataset simulated, held_out;
+  if (!options.simulated.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(simulated, make_dataset(model.features, model.outputs,
+                                                      seen_simulated.get(), model.row_period_s));
+  }
+  if (!validation.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(
+        held_out, make_dataset(model.features, model.outputs, validation, model.row_period_s));
+  }
+  const Dataset* chooses = validation.empty() ? nullptr : &held_out;
+  if (options.simulated.empty()) {
+    fit_borders(data, data, result);
+    RAVENCAL_RETURN_IF_ERROR(fit_layers(data, chooses, options, keep_going, result));
+  } else {
+    fit_borders(data, joined(data, simulated), result);
+    RAVENCAL_RETURN_IF_ERROR(
+        fit_beside_simulated(data, simulated, chooses, options, keep_going, result));
+  }
   describe(options, result);
   if (at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = files_text(training);

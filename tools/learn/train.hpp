@@ -25,6 +25,16 @@ enum class Latched {
   kOff
 };
 
+/// For simulated rows, which have no noise: many steps, and penalties of a hundredth.
+inline TrainerSettings for_simulated() {
+  TrainerSettings settings;
+  settings.adam.learning_rate = 1e-3;
+  settings.penalties = {1e-7, 1e-6, 1e-6, 1e-7};
+  settings.batch = 256;
+  settings.epochs = 20;
+  return settings;
+}
+
 struct TrainOptions {
   std::string features;             ///< grammar: model::select_features
   std::vector<std::string> joints;  ///< outputs; empty: every joint that has a truth
@@ -36,6 +46,11 @@ struct TrainOptions {
   Latched latched = Latched::kAuto;
   double ridge = 0.0;  ///< linear regression only, on scaled inputs
   TrainerSettings trainer;
+  /// Recordings of a simulation of the arm; may be empty. One network learns them and stays as it
+  /// is; the one of `hidden` learns what it leaves of the recorded error. The model is their sum,
+  /// which is one network of twice the width.
+  std::vector<const record::Recording*> simulated;
+  TrainerSettings simulated_trainer = for_simulated();  ///< its seed, threads, isa: of `trainer`
 };
 
 struct TrainResult {

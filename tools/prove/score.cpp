@@ -81,15 +81,28 @@ Intervals intervals_of(const Json& array) {
   return out;
 }
 
+/// Intervals of one kind that the joint's mismatches were located in: those of the channel that
+/// shows the effect, or of all channels if that one says nothing.
+Intervals located(const Json& report, const Json& subject, const char* kind) {
+  const std::string own = text(subject, "stage") == "command"      ? "command"
+                          : text(subject, "channel") == "position" ? "transmission"
+                                                                   : "drive";
+  Intervals there, anywhere;
+  for (const Json& m : list(report, "mismatch")) {
+    if (!right_joint(subject, text(m, "joint"))) continue;
+    for (const auto& i : intervals_of(list(m.value("where", Json::object()), kind))) {
+      anywhere.push_back(i);
+      if (text(m, "stage") == own) there.push_back(i);
+    }
+  }
+  return there.empty() ? anywhere : there;
+}
+
 void score_place(const Json& report, const Json& subject, SubjectScore& score) {
-  Intervals times, positions;
   for (const Json& m : list(report, "mismatch")) {
     if (!right_joint(subject, text(m, "joint"))) continue;
     score.joint_hit = true;
     if (text(m, "stage") == score.stage) score.stage_hit = true;
-    const Json where = m.value("where", Json::object());
-    for (const auto& i : intervals_of(list(where, "interval_s"))) times.push_back(i);
-    for (const auto& i : intervals_of(list(where, "position"))) positions.push_back(i);
   }
   for (const Json& e : list(report, "effects")) {
     if (!right_joint(subject, text(e, "joint"))) continue;
@@ -98,8 +111,9 @@ void score_place(const Json& report, const Json& subject, SubjectScore& score) {
   }
   const Intervals time = intervals_of(list(subject, "interval_s"));
   const Intervals position = intervals_of(list(subject, "position"));
-  if (!time.empty()) score.overlap = interval_overlap(time, times);
-  if (!position.empty()) score.overlap = interval_overlap(position, positions);
+  if (!time.empty()) score.overlap = interval_overlap(time, located(report, subject, "interval_s"));
+  if (!position.empty())
+    score.overlap = interval_overlap(position, located(report, subject, "position"));
 }
 
 void score_limit(const Json& report, const Json& subject, SubjectScore& score) {
