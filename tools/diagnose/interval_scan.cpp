@@ -19,6 +19,8 @@ constexpr double kFringe = 0.05;
 constexpr double kCellPrice = 2.0;
 /// Costs of two places that differ by less cannot be told apart.
 constexpr double kSame = 6.0;
+/// Share of the rows that the plant must account for elsewhere: fitted to a corner it fits always.
+constexpr double kLeastOutside = 0.2;
 
 using Range = std::pair<std::size_t, std::size_t>;
 
@@ -40,7 +42,7 @@ class Scan {
     double least = data_cost(best) + price(best);
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = i; j < count; ++j) {
-        if (i == 0 && j + 1 == count) continue;
+        if (outside_rows({i, j}) < kLeastOutside * outside_rows({1, 0})) continue;
         const double cost = data_cost({i, j}) + price({i, j});
         if (cost >= least) continue;
         least = cost;
@@ -80,6 +82,14 @@ class Scan {
   }
 
  private:
+  /// Rows of the cells before and after; an empty range leaves all of them.
+  [[nodiscard]] double outside_rows(const Range& in) const {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < axis_.rows.size(); ++c)
+      sum += c >= in.first && c <= in.second ? 0.0 : axis_.rows[c];
+    return sum;
+  }
+
   [[nodiscard]] double price(const Range& in) const {
     double sum = 0.0;
     for (std::size_t c = in.first; c <= in.second; ++c)
