@@ -23,6 +23,26 @@ TEST(Suggest, PartsATieFirstThenTheUnexplainedThenTheUntested) {
   EXPECT_LT(list->at(0).urgency, list->at(2).urgency);
 }
 
+TEST(Suggest, SaysOnceWhatOneReasonKeptFromBeingTested) {
+  const auto list = diagnose::suggest(
+      R"({"schema":1,"effects":[],"unexplained":[],"not_found":[
+ {"id":"slip","joint":"elbow","not_testable_because":"no truth"},
+ {"id":"lost_counts","joint":"elbow","not_testable_because":"no truth"},
+ {"id":"slip","joint":"wrist","not_testable_because":"no truth"}]})",
+      "test");
+  ASSERT_TRUE(list.ok());
+  ASSERT_EQ(list->size(), 1U);
+  EXPECT_EQ(list->front().why,
+            "joint elbow, wrist: tests slip, lost_counts, not testable so far: no truth");
+}
+
+TEST(Suggest, KnowsTheCheapestExperimentOfAPairAndOfNoOther) {
+  const auto parted = diagnose::cheapest_parting("backlash", "creep");
+  ASSERT_TRUE(parted.has_value());
+  EXPECT_EQ(parted->minutes, 3.0);
+  EXPECT_FALSE(diagnose::cheapest_parting("slip", "lost_counts").has_value());
+}
+
 TEST(Suggest, HasNothingToSayWhereAllIsKnown) {
   const auto list =
       diagnose::suggest(R"({"schema":1,"effects":[],"unexplained":[],"not_found":[]})", "test");

@@ -7,6 +7,7 @@
 #include <array>
 #include <filesystem>
 
+#include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
@@ -149,9 +150,7 @@ bool is_testable(const diagnose::Report& report, const Suggestion& s) {
 }  // namespace
 
 bool can_try(const Suggestion& s, const physics::Plant& plant) {
-  return s.motion != Exercise::kNone && !s.ids.empty() && plant.joints.size() == 3 &&
-         std::all_of(plant.joints.begin(), plant.joints.end(),
-                     [](const physics::Joint& j) { return j.controller && j.homing; });
+  return s.motion != Exercise::kNone && !s.ids.empty() && simulation_runs(plant);
 }
 
 core::Result<PredictedPower> predict_power(const Suggestion& s, const physics::Plant& nominal,

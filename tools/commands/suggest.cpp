@@ -16,6 +16,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/experiment.hpp"
+#include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
 #include "record/load.hpp"
 
@@ -161,6 +162,15 @@ core::Status run(const Arguments& arguments) {
     const diagnose::Suggestion& s = entries[i].suggestion;
     fmt::print("{}. {} ({:.0f} min)\n   {}\n", i + 1, s.experiment, s.minutes, s.why);
     if (entries[i].power) print_power(*entries[i].power);
+  }
+  if (diagnosis.nominal && arguments.tried > 0 && !simulation_runs(*diagnosis.nominal)) {
+    fmt::print(
+        "How likely these answer was not predicted: the twin runs arms of three joints with "
+        "[joint.controller] and [joint.homing], which this plant lacks.\n");
+  } else if (diagnosis.nominal && arguments.tried > 0 && !diagnosis.improved) {
+    fmt::print(
+        "How likely these answer was not predicted: there is no plant_improved.toml beside {}.\n",
+        arguments.source);
   }
   return {};
 }

@@ -11,6 +11,7 @@
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report_figures.hpp"
+#include "diagnose/suggest.hpp"
 #include "diagnose/svg.hpp"
 #include "diagnose/verdict.hpp"
 #include "report/escape.hpp"
@@ -39,15 +40,6 @@ svg{background:transparent;max-width:100%;height:auto}svg text{fill:var(--soft);
 details{margin:.6rem 0}summary{cursor:pointer;color:var(--soft)}
 @media print{details{display:block}}
 </style>)";
-
-/// A quantity with its unit as people write it: "N_m_s_per_rad" is "N m s/rad".
-std::string words(double value, const std::string& unit) {
-  std::string text = quantity(value, unit);
-  for (std::size_t at = text.find("_per_"); at != std::string::npos; at = text.find("_per_"))
-    text.replace(at, 5, "/");
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
-}
 
 /// Sentences of the verdict as a list; a full stop inside a number ends none.
 std::string verdict_html(const Report& report) {
@@ -80,8 +72,8 @@ std::string parameters_html(const NamedEffect& e) {
       continue;
     }
     html += fmt::format("{} = {} <span class=\"soft\">[{}, {}]</span><br>", html_escape(p.name),
-                        words(p.value, p.unit), words(p.ci95.first, p.unit),
-                        words(p.ci95.second, p.unit));
+                        quantity(p.value, p.unit), quantity(p.ci95.first, p.unit),
+                        quantity(p.ci95.second, p.unit));
   }
   if (begins > 0)
     html += fmt::format("<span class=\"soft\">{} times in report.json</span>", begins);
@@ -95,6 +87,18 @@ std::string chip_of(const NamedEffect& e) {
   return "<span class=\"chip yes\">named</span>";
 }
 
+/// The cheapest recording of the menu that parts an effect from each of its rivals.
+std::string experiments_html(const NamedEffect& e) {
+  std::string html;
+  for (const std::string& rival : e.ambiguous_with) {
+    const auto cheapest = cheapest_parting(e.id, rival);
+    if (!cheapest) continue;
+    html += fmt::format("<br>Cheapest against {}: {}, {:.0f} min.", html_escape(rival),
+                        html_escape(cheapest->experiment), cheapest->minutes);
+  }
+  return html;
+}
+
 std::string effects_html(const Report& report) {
   if (report.effects.empty()) return "";
   std::string rows, cards;
@@ -104,16 +108,16 @@ std::string effects_html(const Report& report) {
         "<td class=\"num\">{:.4f}</td><td class=\"num\">{:.0f} %</td></tr>",
         html_escape(e.joint), e.stage, html_escape(e.id),
         e.from.empty() ? "" : " from " + html_escape(e.from), chip_of(e), parameters_html(e),
-        words(e.held_out_before, e.unit), words(e.held_out_after, e.unit), e.p_value,
+        quantity(e.held_out_before, e.unit), quantity(e.held_out_after, e.unit), e.p_value,
         100.0 * e.invariance_spread);
     if (e.ambiguous_with.empty()) continue;
     cards += fmt::format(
         "<div class=\"card\"><b>{}: {} or {}</b><br>This recording cannot tell them apart. To part "
-        "them: {}. <span class=\"soft\"><code>ravencal suggest</code> says how long and how "
-        "likely.</span></div>",
+        "them: {}.{} <span class=\"soft\"><code>ravencal suggest</code> says how likely that "
+        "is.</span></div>",
         html_escape(e.joint), html_escape(e.id),
         html_escape(fmt::format("{}", fmt::join(e.ambiguous_with, " or "))),
-        html_escape(e.separate_by));
+        html_escape(e.separate_by), experiments_html(e));
   }
   return "<h2>What is left out</h2><table><tr><th>joint</th><th>stage</th><th>effect</th>"
          "<th>parameters, 95 %</th><th>held-out error without &rarr; with</th><th>p</th>"
@@ -149,13 +153,21 @@ std::string mismatch_html(const Report& report) {
       intervals +=
           fmt::format("{:.1f}&ndash;{:.1f} s ", m.interval_s[i].first, m.interval_s[i].second);
     if (m.interval_s.size() > 6) intervals += fmt::format("and {} more", m.interval_s.size() - 6);
+    std::string positions;
+    const std::string unit = m.stage == "drive" && m.unit == "N"     ? "m"
+                             : m.stage == "drive" || m.unit == "rad" ? "rad"
+                                                                     : "m";
+    for (const Interval& p : m.position)
+      positions += quantity(p.first, unit) + " to " + quantity(p.second, unit) + " ";
     rows += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"num\">{}</td><td "
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"num\">{}</td><td "
         "class=\"num\">{}</td><td class=\"num\">{:.4f}</td></tr>",
         html_escape(m.joint), m.stage, html_escape(fmt::format("{}", fmt::join(m.regime, "; "))),
-        intervals, words(m.excess_rmse, m.unit), words(m.floor, m.unit), m.p_value);
+        intervals, positions, quantity(m.excess_rmse, m.unit), quantity(m.floor, m.unit),
+        m.p_value);
   }
   return "<h2>Where</h2><table><tr><th>joint</th><th>stage</th><th>circumstances</th><th>times</th>"
+         "<th>positions</th>"
          "<th>excess</th><th>floor</th><th>p</th></tr>" +
          rows + "</table>";
 }
@@ -166,8 +178,8 @@ std::string held_out_html(const Report& report) {
     rows += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td><td "
         "class=\"num\">{}</td></tr>",
-        html_escape(h.joint), h.metric, words(h.before, h.unit), words(h.after, h.unit),
-        words(h.floor, h.unit));
+        html_escape(h.joint), h.metric, quantity(h.before, h.unit), quantity(h.after, h.unit),
+        quantity(h.floor, h.unit));
   }
   return rows.empty() ? ""
                       : "<h2>On data that no fit saw</h2><table><tr><th>joint</th><th>metric</th>"
@@ -205,7 +217,7 @@ std::string candidates_html(const Report& report) {
         "class=\"num\">{:.4f}</td><td class=\"num\">{}</td><td class=\"num\">{:.0f} %</td>"
         "<td>{}</td></tr>",
         html_escape(e.joint), e.stage, html_escape(e.id), 100.0 * share, e.p_value,
-        words(e.size, e.unit), 100.0 * e.invariance_spread, chip_of(e));
+        quantity(e.size, e.unit), 100.0 * e.invariance_spread, chip_of(e));
   }
   for (const CandidateRow& c : report.candidates) {
     rows += fmt::format(
@@ -213,7 +225,7 @@ std::string candidates_html(const Report& report) {
         "class=\"num\">{:.1f}</td><td class=\"num\">{:.4f}</td><td class=\"num\">{}</td><td></td>"
         "<td>{}</td></tr>",
         html_escape(c.joint), c.stage, html_escape(c.id), 100.0 * c.gain_share, c.z, c.p_value,
-        words(c.size, c.unit), html_escape(c.outcome));
+        quantity(c.size, c.unit), html_escape(c.outcome));
   }
   return rows.empty()
              ? ""
@@ -244,7 +256,7 @@ std::string limits_html(const Report& report) {
     rows += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"bar\"><span class=\"floor\" "
         "style=\"width:{:.0f}%\"></span></td><td class=\"num\">{}</td></tr>",
-        html_escape(n.joint), html_escape(n.id), width, words(*n.detection_limit, n.unit));
+        html_escape(n.joint), html_escape(n.id), width, quantity(*n.detection_limit, n.unit));
   }
   std::string html = "<h2>Not found</h2>";
   if (!rows.empty()) {

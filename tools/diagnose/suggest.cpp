@@ -131,21 +131,40 @@ void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
   }
 }
 
+/// Effects that one experiment would test and that one reason kept from being tested.
+struct Untested {
+  const Protocol* protocol;
+  std::string why;
+  std::vector<std::string> ids, joints;
+};
+
+void add_once(std::vector<std::string>& list, const std::string& item) {
+  if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
 void add_untested(const Json& report, std::vector<Suggestion>& out) {
+  std::vector<Untested> groups;
   for (const Json& n : report.at("not_found")) {
     if (!n.contains("not_testable_because")) continue;
     const std::string id = n.at("id");
-    if (const Protocol* p = testing(id)) {
-      out.push_back({2,
-                     n.at("joint"),
-                     std::string(p->experiment),
-                     p->minutes,
-                     fmt::format("joint {}: tests {}, not testable so far: {}",
-                                 n.at("joint").get<std::string>(), id,
-                                 n.at("not_testable_because").get<std::string>()),
-                     p->motion,
-                     {id}});
-    }
+    const std::string why = n.at("not_testable_because");
+    const Protocol* p = testing(id);
+    if (p == nullptr) continue;
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const Untested& g) { return g.protocol == p && g.why == why; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {p, why, {}, {}});
+    add_once(group->ids, id);
+    add_once(group->joints, n.at("joint"));
+  }
+  for (const Untested& g : groups) {
+    out.push_back({2,
+                   g.joints.front(),
+                   std::string(g.protocol->experiment),
+                   g.protocol->minutes,
+                   fmt::format("joint {}: tests {}, not testable so far: {}",
+                               fmt::join(g.joints, ", "), fmt::join(g.ids, ", "), g.why),
+                   g.protocol->motion,
+                   {g.ids.front()}});
   }
 }
 
@@ -169,6 +188,12 @@ std::vector<Suggestion> merged(std::vector<Suggestion> all) {
 }
 
 }  // namespace
+
+std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival) {
+  const Protocol* p = parting(id, rival);
+  if (p == nullptr) return std::nullopt;
+  return Experiment{std::string(p->experiment), p->minutes};
+}
 
 core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
                                               const std::string& source) {

@@ -4,6 +4,7 @@
 // what is unexplained, or test what could not be tested. Cheapest first within each urgency.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,15 @@ struct Suggestion {
   Exercise motion = Exercise::kNone;
   std::vector<std::string> ids;  ///< effects that it asks for; of a tie the effect and its rival
 };
+
+/// A recording of the menu.
+struct Experiment {
+  std::string experiment;
+  double minutes = 0.0;
+};
+
+/// The cheapest one that one of the two effects answers to and the other does not.
+std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival);
 
 /// From the text of a report.json; `source` stands for it in messages. Errors: not such a report
 /// (kData).

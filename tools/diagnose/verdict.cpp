@@ -78,7 +78,11 @@ std::string quantity(double value, const std::string& unit) {
   if (unit == "rad") return fmt::format("{:.3g} deg", value * kDegree);
   if (unit == "m") return fmt::format("{:.3g} mm", value * 1e3);
   if (unit == "1" || unit.empty()) return fmt::format("{:.3g}", value);
-  return fmt::format("{:.3g} {}", value, unit);
+  std::string words = unit;
+  for (std::size_t at = words.find("_per_"); at != std::string::npos; at = words.find("_per_"))
+    words.replace(at, 5, "/");
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return fmt::format("{:.3g} {}", value, words);
 }
 
 void decide(Report& report, const std::vector<std::string>& notes) {

@@ -12,7 +12,8 @@ namespace ravencal::diagnose {
 /// `unknown` where something real has no name.
 void decide(Report& report, const std::vector<std::string>& notes);
 
-/// A number with its unit for people: degrees and millimetres instead of rad and m.
+/// A number with its unit for people: degrees and millimetres instead of rad and m, "N m/rad"
+/// instead of N_m_per_rad.
 std::string quantity(double value, const std::string& unit);
 
 }  // namespace ravencal::diagnose
