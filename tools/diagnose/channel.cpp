@@ -306,6 +306,7 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   name_steps(fit, findings);
   if (options.details) {
     add_remainder(fit, options, findings);
+    add_tone(fit, options, findings);
     add_location(fit, options, findings);
     add_limits(fit, options, findings);
     add_candidates(fit, options, findings);

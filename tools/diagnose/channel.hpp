@@ -122,6 +122,9 @@ double least_remainder(const ChannelFit& fit);
 std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
                                         ChannelFindings& findings);
 
+/// A tone that goes through the whole recording: nothing of the vocabulary makes one.
+void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
 /// What the effects leave that is still predictable.
 void add_remainder(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
 

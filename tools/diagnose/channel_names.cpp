@@ -52,6 +52,12 @@ StepKind kind_of(const Step& step, const Series& s) {
   return visible ? StepKind::kSlip : StepKind::kEither;
 }
 
+VectorXd errors_of(const ChannelModel& model) {
+  const MatrixXd columns = model.columns();
+  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
+                        model.column_precision(columns.cols()));
+}
+
 /// Rivals that explain the data as well in the place of an effect.
 std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
                                    const ChannelOptions& options) {
@@ -60,20 +66,22 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
   const EffectForm& form = *model.candidates[own.candidate]->form;
   std::vector<std::string> rivals = form.twins(*model.series);
   const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
-  const auto mine =
-      std::find_if(result.tested.begin(), result.tested.end(),
-                   [&](const TestedCandidate& t) { return t.candidate == own.candidate; });
-  if (mine == result.tested.end()) return rivals;
+  const VectorXd present = errors_of(model);
   const VectorXd part = own.columns * coefficients_of(fit, chosen);
   for (const TestedCandidate& t : result.tested) {
     const EffectForm& other = *model.candidates[t.candidate]->form;
-    if (t.candidate == own.candidate || !t.consistent || other.id() == form.id()) continue;
-    const VectorXd difference = t.errors - mine->errors;
+    if (t.candidate == own.candidate || other.id() == form.id()) continue;
+    if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
+    ChannelModel with = model.without(chosen);
+    with.chosen.push_back(t.best);
+    with.hold_nominal();
+    if (!last_is_consistent(with)) continue;
+    const VectorXd difference = errors_of(with) - present;
     const auto count = static_cast<double>(difference.size());
     const double mean = difference.mean();
     const double error =
         std::sqrt((difference.array() - mean).square().sum() / (count - 1.0) / count);
-    if (mean > 2.0 * error || !repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
+    if (mean > 2.0 * error) continue;
     // A richer form that contains this one explains as much by necessity.
     const MatrixXd& z = t.best.columns;
     const VectorXd imitation =
@@ -106,13 +114,8 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
   const auto kept = static_cast<Index>(1 + fit.nominal.terms.size());
   without.base = model.base.leftCols(kept).eval();
   without.precision = model.precision.head(kept).eval();
-  const auto errors = [](const ChannelModel& m) {
-    const MatrixXd columns = m.columns();
-    return held_out_error(m.blocks, moments_of(m.blocks, columns, m.target),
-                          m.column_precision(columns.cols()));
-  };
-  const VectorXd before = errors(without);
-  const VectorXd after = errors(model);
+  const VectorXd before = errors_of(without);
+  const VectorXd after = errors_of(model);
   // The size gate of all effects: what the steps take off the held-out error, not their height.
   const double gained = std::sqrt(std::max(0.0, (before - after).sum()) /
                                   static_cast<double>(std::max<Index>(1, model.target.size())));

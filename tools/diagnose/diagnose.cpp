@@ -187,14 +187,13 @@ void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& repor
           std::any_of(report.not_found.begin(), report.not_found.end(), same)) {
         continue;
       }
-      std::string why(entry.no_form);
-      if (why.empty()) {
-        const auto reason = set.not_possible.find(joint.name);
-        why = entry.stage == Stage::kCommand     ? "the recording or the plant lacks the command's "
-                                                   "inputs, its output or its control law"
-              : reason != set.not_possible.end() ? reason->second
-                                                 : "no channel of this joint shows it";
-      }
+      const auto reason = set.not_possible.find(joint.name);
+      const std::string why = entry.stage == Stage::kCommand
+                                  ? "the recording or the plant lacks the command's inputs, its "
+                                    "output or its control law"
+                              : reason != set.not_possible.end()
+                                  ? reason->second
+                                  : "no channel of this joint shows it";
       report.not_found.push_back({std::string(entry.id), joint.name, std::nullopt, "", why});
     }
   }

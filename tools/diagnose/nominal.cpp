@@ -54,7 +54,7 @@ class NominalBuilder {
     linear("coulomb_friction", "level", s_.unit, level, friction_column(edge));
     friction_edges("presliding", "displacement", level, edge, displacement > 0.0);
     linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"),
-           s_.motion.v);
+           s_.as_seen(s_.motion.v));
     const double velocity = joint_.parameter("stribeck_friction", "velocity");
     if (velocity > 0.0) {
       const VectorXd shape =

@@ -105,7 +105,7 @@ VectorXd errors_of(const ChannelModel& model) {
 
 bool admissible(const TestedCandidate& tested, const ChannelModel& model, const Gates& gates) {
   const Evidence& e = tested.evidence;
-  return tested.consistent && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
          e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
 }
 
@@ -167,12 +167,14 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
   }
 }
 
-/// Cost of missing physics, as of a number that is off by 2.4 times its tolerance; a number that is
-/// further off costs little more: its owner was wrong about it, not unlucky.
+/// Cost of missing physics: one candidate out of some twenty (2 ln 20).
 constexpr double kPhysicsCost = 6.0;
-constexpr double kMostNumberCost = 9.0;
 /// Per free coefficient and shape (Akaike).
 constexpr double kFreedomCost = 2.0;
+
+/// A number beyond its tolerance: its owner was wrong about it, not unlucky, and errors of that
+/// kind have long tails (Cauchy, tolerances as unit).
+double out_of_tolerance_cost(double change) { return 2.0 * std::log1p(change * change); }
 
 double prior_cost(const ChannelModel& model) {
   const VectorXd b = joint_fit(model);
@@ -184,7 +186,7 @@ double prior_cost(const ChannelModel& model) {
   const Chosen& last = model.chosen.back();
   if (const auto term = model.candidates[last.candidate]->form->nominal_term()) {
     const double change = b[b.size() - 1] / model.tolerance[*term];
-    return cost + std::min(change * change, kMostNumberCost) + kFreedomCost;
+    return cost + out_of_tolerance_cost(change) + kFreedomCost;
   }
   return cost + kPhysicsCost +
          kFreedomCost *
@@ -202,6 +204,15 @@ bool tied(const VectorXd& a, const VectorXd& b) {
   return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
 }
 
+bool last_is_consistent(const ChannelModel& model) {
+  const Chosen& last = model.chosen.back();
+  const EffectForm& form = *model.candidates[last.candidate]->form;
+  const VectorXd b = joint_fit(model).tail(last.columns.cols());
+  if (const auto term = form.nominal_term(); term && std::abs(b[0]) <= model.limit[*term])
+    return false;
+  return form.inconsistency(*model.series, last.shape, b).empty();
+}
+
 std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
                                   const Gates& gates) {
   const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
@@ -212,6 +223,7 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     ChannelModel with = model;
     with.chosen.push_back(tested.best);
     with.hold_nominal();
+    if (!last_is_consistent(with)) continue;
     Contender contender{&tested, errors_of(with), 0.0};
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));

@@ -125,6 +125,10 @@ struct Contender {
 std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
                                   const Gates& gates);
 
+/// True if the last of the chosen effects has numbers that it can have, the plant's own held anew
+/// beside it: a screen sees only what they had not yet bent towards it.
+bool last_is_consistent(const ChannelModel& model);
+
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 

@@ -47,6 +47,13 @@ struct Inherited {
   double offset = 0.0;      ///< mean of both together before it was removed
 };
 
+/// The plant's control law of one joint, referred to the joint.
+struct ServoGains {
+  double position = 0.0;  ///< effort per position error
+  double rate = 0.0;      ///< effort per velocity
+  double limit = 0.0;     ///< greatest command; 0: none
+};
+
 struct Series {
   std::string joint;
   Stage stage = Stage::kTransmission;
@@ -71,8 +78,10 @@ struct Series {
   /// Relative deviation of `weight` where the drive's own channel measured it; else the plant's
   /// tolerance holds.
   std::optional<double> weight_deviation;
-  double nominal_mass_kg = 0.0;  ///< of this joint's link, that `weight` was computed with
-  double inertia = 0.0;          ///< nominal, at the joint: kg m^2 or kg
+  std::optional<ServoGains> servo;  ///< the plant's; none without a controller
+  double removable_mass_kg = 0.0;   ///< of the last link and its payload: no more can be missing
+  double nominal_mass_kg = 0.0;     ///< of this joint's link, that `weight` was computed with
+  double inertia = 0.0;             ///< nominal, at the joint: kg m^2 or kg
   /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
   /// acceleration and friction behind the cable. Empty where the plant has none of them.
   Eigen::VectorXd transmitted;

@@ -170,6 +170,8 @@ class Builder {
            plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
            smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
+    series.servo = servo_gains(joint);
+    series.removable_mass_kg = plant_.joints.back().link.mass_kg + plant_.payload.mass_kg;
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
     const CableMotion cable = replay_cable({series.t_s, series.motion.q, series.weight,
@@ -188,6 +190,17 @@ class Builder {
       }
     }
     return series;
+  }
+
+  static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {
+    if (!joint.controller) return std::nullopt;
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    const double counts = std::abs(joint.drive.dac_counts_per_n_m);
+    ServoGains gains;
+    gains.position = joint.controller->kp_n_m_per_rad * joint.reduction * to_joint;
+    gains.rate = joint.controller->kd_n_m_s_per_rad * joint.reduction * to_joint;
+    if (counts > 0.0) gains.limit = joint.controller->dac_limit_counts / counts * to_joint;
+    return gains;
   }
 
   /// Efforts of the joints as the motors feel them: a joint that others' motors move loads those

@@ -147,15 +147,18 @@ Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position
   motion.v = Eigen::VectorXd::Zero(x.size());
   motion.a = motion.v;
   if (x.size() < 8) return motion;
-  motion.half_width_s = chosen_half_width(t_s, x, fresh, unseen, need);
+  const double fine_s = chosen_half_width(t_s, x, fresh, unseen, 1);
+  motion.half_width_s = need == 1 ? fine_s : chosen_half_width(t_s, x, fresh, unseen, need);
   std::vector<double> noise2;
-  for_each_fit(t_s, x, fresh, {motion.half_width_s, 3}, 1, [&](Index i, const LocalFit& fit) {
-    if (need == 2) motion.q[i] = fit.q;
+  for_each_fit(t_s, x, fresh, {fine_s, 3}, 1, [&](Index i, const LocalFit& fit) {
     motion.v[i] = fit.v;
     motion.a[i] = fit.a;
     noise2.push_back(fit.residual2);
   });
   motion.noise = std::sqrt(median(noise2));
+  if (motion.half_width_s == fine_s) return motion;
+  for_each_fit(t_s, x, fresh, {motion.half_width_s, 3}, 1,
+               [&](Index i, const LocalFit& fit) { motion.a[i] = fit.a; });
   return motion;
 }
 

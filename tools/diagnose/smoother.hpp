@@ -7,14 +7,14 @@
 namespace ravencal::diagnose {
 
 /// Position with its derivatives, from a recorded position by local cubic least squares over
-/// +-half_width_s (Savitzky and Golay, Anal. Chem. 1964, for uneven stamps). Zero phase, so that a
+/// a window (Savitzky and Golay, Anal. Chem. 1964, for uneven stamps). Zero phase, so that a
 /// regressor is aligned with the sample it belongs to.
 struct Motion {
-  Eigen::VectorXd q;
-  Eigen::VectorXd v;
-  Eigen::VectorXd a;
-  double half_width_s = 0.0;
-  double noise = 0.0;  ///< standard deviation of the position about its local cubic
+  Eigen::VectorXd q;          ///< as recorded: operators with memory need its true extremes
+  Eigen::VectorXd v;          ///< over the shortest window that its noise allows
+  Eigen::VectorXd a;          ///< over +-half_width_s
+  double half_width_s = 0.0;  ///< of the derivative of order `need`
+  double noise = 0.0;         ///< standard deviation of the position about its local cubic
 };
 
 /// Filters `y` with the kernel that the acceleration of smooth_motion() has been through: the
@@ -28,8 +28,8 @@ Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen
 /// The window is chosen on the rows that are not in `unseen`: from the shortest of 5 ms to 1.3 s
 /// (and at least 7 samples) whose noise in the derivative of order `need` (1 or 2) stays below 1 %
 /// of that derivative; for accelerations then on, as far as the motion keeps 95 % of them: all of
-/// the motion's band and little above it. With need = 1 the position itself stays as recorded:
-/// operators with memory need its true extremes.
+/// the motion's band and little above it. Velocities keep their own, shorter window: what friction
+/// makes of them is not linear, so that it must be computed before any filter of efforts.
 Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
                      const std::vector<char>& fresh, const std::vector<char>& unseen, int need);
 

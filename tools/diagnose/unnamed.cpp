@@ -9,6 +9,7 @@
 
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/spectral_line.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -20,6 +21,8 @@ using Eigen::VectorXd;
 /// leave some percent of structure.
 constexpr double kLeastShare = 0.2;
 constexpr double kLeastTimeShare = 0.5;
+/// Tolerance of plants that state none, with the margin that their numbers have.
+constexpr double kWeightTolerance = 0.125;
 /// A name that gains less than this share of its gain beside the shape said nothing of its own...
 constexpr double kOwnGain = 0.3;
 /// ...and the shape must explain this much more of the excess than the name did.
@@ -49,12 +52,16 @@ ChannelModel probe_of(const ChannelModel& model, const Forms& shapes) {
 bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& gates,
             double least_size) {
   const Evidence& e = t.evidence;
+  const Series& s = *model.series;
+  const EffectForm& form = *model.candidates[t.candidate]->form;
   const double left = model.rms_of(t.errors);
-  const bool large = e.size >= std::max(gates.size_per_floor * left, least_size);
+  // Each link's weight is off within its own tolerance, and together they make shapes.
+  const double weight = form.twins(s).empty() ? 0.0 : kWeightTolerance * s.training_rms(s.weight);
+  const bool large =
+      e.size >= std::max(gates.size_per_floor * left, std::hypot(least_size, weight));
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
   // a curve of a few knots that halves the error of blocks that it never saw is no chance.
-  if (model.candidates[t.candidate]->form->from() == "time")
-    return e.share >= kLeastTimeShare && large;
+  if (form.from() == "time") return e.share >= kLeastTimeShare && large;
   return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha && e.share >= kLeastShare &&
          large;
 }
@@ -102,7 +109,9 @@ std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& o
   const double least_size = least_remainder(fit);
   std::optional<Unexplained> found;
   for (int round = 0; round < 3; ++round) {
-    const ChannelModel probe = probe_of(fit.model, shapes);
+    ChannelModel probe = probe_of(fit.model, shapes);
+    // A null that still holds what is looked for would hide it.
+    probe.noise = saturated_noise(probe);
     const ScreenResult result = screen(probe, options.gates, options.seed + 900);
     const TestedCandidate* best = nullptr;
     for (const TestedCandidate& t : result.tested) {
@@ -133,6 +142,33 @@ std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& o
     fit.coefficients = joint_fit(fit.model);
   }
   return found;
+}
+
+void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  const Series& s = *fit.model.series;
+  const auto& rows = fit.model.blocks.rows;
+  // The filter that efforts are seen through would take the tone away.
+  const VectorXd& measured = s.recorded.size() > 0 ? s.recorded : s.y;
+  VectorXd t_s(static_cast<Index>(rows.size())), rest(t_s.size()), motion(t_s.size());
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    const auto i = static_cast<Index>(n);
+    if (n > 0 && s.recording[static_cast<std::size_t>(rows[n])] !=
+                     s.recording[static_cast<std::size_t>(rows[n - 1])])
+      return;
+    t_s[i] = s.t_s[rows[n]];
+    rest[i] = measured[rows[n]] - fit.prediction[rows[n]];
+    motion[i] = s.motion.q[rows[n]];
+  }
+  const auto line = find_line(t_s, rest, motion, options.gates.alpha);
+  if (!line || line->share < kLeastShare) return;
+  const double left = line->rms * std::sqrt(std::max(0.0, 1.0 / line->share - 1.0));
+  if (line->rms < std::max(options.gates.size_per_floor * left, least_remainder(fit))) return;
+  findings.unexplained.push_back({findings.joint,
+                                  std::string(stage_word(findings.stage)),
+                                  line->share,
+                                  line->rms,
+                                  findings.unit,
+                                  {fmt::format("time, at {:.3g} Hz", line->hz)}});
 }
 
 }  // namespace ravencal::diagnose

@@ -35,6 +35,10 @@ std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed);
 std::unique_ptr<EffectForm> payload();
 std::unique_ptr<EffectForm> torque_ripple();
 std::unique_ptr<EffectForm> gravity();
+/// `needed` as for torque_constant().
+std::unique_ptr<EffectForm> saturation(const Eigen::VectorXd& needed);
+std::unique_ptr<EffectForm> flexible_mode();
+std::unique_ptr<EffectForm> quantisation();
 
 /// The nominal term beyond its tolerance; `term` must outlive the form.
 std::unique_ptr<EffectForm> tolerance_form(const NominalTerm& term, std::size_t index);
@@ -50,7 +54,6 @@ Forms unnamed_forms(const Series& series);
 struct VocabularyEntry {
   std::string_view id;
   Stage stage;
-  std::string_view no_form;  ///< why diagnose has no form for it yet; empty if it has one
 };
 std::span<const VocabularyEntry> vocabulary();
 

@@ -2,12 +2,17 @@
 //
 // Friction grows with the effort that passes through gears or over pulleys (Euler and Eytelwein;
 // Duclusaud et al., ICRA 2025, model M3). The effort is the one that the plant's mass and weight
-// ask for, never the recorded one.
+// ask for and the friction behind the cable adds to, never the recorded one.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
 namespace {
+
+/// The motor's own inertia is on the other side of the gears.
+const Eigen::VectorXd& passed_on(const Series& s) {
+  return s.transmitted.size() > 0 ? s.transmitted : s.weight;
+}
 
 class LoadDependentFriction final : public EffectForm {
  public:
@@ -18,7 +23,7 @@ class LoadDependentFriction final : public EffectForm {
     return change > 0.2 * s.weight.cwiseAbs().maxCoeff() ? "" : "the load hardly changes";
   }
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    return direction(s).cwiseProduct(known_effort(s).cwiseAbs());
+    return direction(s).cwiseProduct(passed_on(s).cwiseAbs());
   }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {

@@ -20,6 +20,10 @@ class Payload final : public EffectForm {
                                         const Eigen::VectorXd& b) const override {
     return {{"mass", b[0], "kg"}};
   }
+  std::string inconsistency(const Series& s, const Shape&,
+                            const Eigen::VectorXd& b) const override {
+    return b[0] > -s.removable_mass_kg ? "" : "less than nothing would hang on the last link";
+  }
   std::string separate_by() const override {
     return "the same motion with the tool taken off, or with a known weight added";
   }

@@ -8,38 +8,36 @@ namespace ravencal::diagnose {
 namespace {
 
 constexpr std::array<VocabularyEntry, 30> kVocabulary = {{
-    {"homing_offset", Stage::kTransmission, ""},
-    {"gain_error", Stage::kTransmission, ""},
-    {"coupling", Stage::kTransmission, ""},
-    {"compliance", Stage::kTransmission, ""},
-    {"backlash", Stage::kTransmission, ""},
-    {"joint_friction", Stage::kTransmission, ""},
-    {"hysteresis", Stage::kTransmission, ""},
-    {"creep", Stage::kTransmission, ""},
-    {"eccentricity", Stage::kTransmission, ""},
-    {"slip", Stage::kTransmission, ""},
-    {"coulomb_friction", Stage::kDrive, ""},
-    {"viscous_friction", Stage::kDrive, ""},
-    {"stribeck_friction", Stage::kDrive, ""},
-    {"presliding", Stage::kDrive, ""},
-    {"asymmetric_friction", Stage::kDrive, ""},
-    {"load_dependent_friction", Stage::kDrive, ""},
-    {"torque_constant", Stage::kDrive, ""},
-    {"torque_ripple", Stage::kDrive, ""},
-    {"saturation", Stage::kDrive,
-     "a command beyond the drive's limit cannot be told from noise of the recorded command: record "
-     "the drive's current as well"},
-    {"controller_gain", Stage::kCommand, ""},
-    {"inertia_error", Stage::kDrive, ""},
-    {"gravity", Stage::kDrive, ""},
-    {"payload", Stage::kDrive, ""},
-    {"flexible_mode", Stage::kDrive, "the response after sharp edges is not analysed yet"},
-    {"delay", Stage::kTransmission, ""},
-    {"lost_counts", Stage::kTransmission, ""},
-    {"quantisation", Stage::kTransmission, "steps of one count are far below the noise floor here"},
-    {"thermal_drift", Stage::kTransmission, ""},
-    {"input_disturbance", Stage::kCommand, ""},
-    {"unknown", Stage::kDrive, ""},
+    {"homing_offset", Stage::kTransmission},
+    {"gain_error", Stage::kTransmission},
+    {"coupling", Stage::kTransmission},
+    {"compliance", Stage::kTransmission},
+    {"backlash", Stage::kTransmission},
+    {"joint_friction", Stage::kTransmission},
+    {"hysteresis", Stage::kTransmission},
+    {"creep", Stage::kTransmission},
+    {"eccentricity", Stage::kTransmission},
+    {"slip", Stage::kTransmission},
+    {"coulomb_friction", Stage::kDrive},
+    {"viscous_friction", Stage::kDrive},
+    {"stribeck_friction", Stage::kDrive},
+    {"presliding", Stage::kDrive},
+    {"asymmetric_friction", Stage::kDrive},
+    {"load_dependent_friction", Stage::kDrive},
+    {"torque_constant", Stage::kDrive},
+    {"torque_ripple", Stage::kDrive},
+    {"saturation", Stage::kDrive},
+    {"controller_gain", Stage::kCommand},
+    {"inertia_error", Stage::kDrive},
+    {"gravity", Stage::kDrive},
+    {"payload", Stage::kDrive},
+    {"flexible_mode", Stage::kDrive},
+    {"delay", Stage::kTransmission},
+    {"lost_counts", Stage::kTransmission},
+    {"quantisation", Stage::kTransmission},
+    {"thermal_drift", Stage::kTransmission},
+    {"input_disturbance", Stage::kCommand},
+    {"unknown", Stage::kDrive},
 }};
 
 void add_transmission(const Series& series, Forms& forms) {
@@ -54,6 +52,7 @@ void add_transmission(const Series& series, Forms& forms) {
   forms.push_back(eccentricity());
   forms.push_back(delay());
   forms.push_back(thermal_drift());
+  forms.push_back(quantisation());
 }
 
 void add_drive(const Series& series, const Eigen::VectorXd& needed, Forms& forms) {
@@ -65,6 +64,8 @@ void add_drive(const Series& series, const Eigen::VectorXd& needed, Forms& forms
   forms.push_back(load_dependent_friction());
   forms.push_back(torque_constant(needed));
   forms.push_back(torque_ripple());
+  forms.push_back(saturation(needed));
+  forms.push_back(flexible_mode());
   forms.push_back(payload());
   // A plant with links knows the shape of their weight; the posture's shape is then no candidate.
   if (series.weight.size() == 0) forms.push_back(gravity());

@@ -16,7 +16,7 @@ class StribeckFriction final : public EffectForm {
   }
   std::vector<Shape> grid(const Series& s) const override {
     const double v = s.training_rms(s.motion.v);
-    return log_grid(0.02 * v, 0.3 * v, 5);
+    return log_grid(0.02 * v, v, 7);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {

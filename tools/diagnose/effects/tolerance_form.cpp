@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -23,7 +24,17 @@ class ToleranceForm final : public EffectForm {
     return {{term_.parameter, term_.value * (1.0 + b[0]), term_.unit}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
-    return b[0] > -0.95 ? "" : "the number would vanish or change its sign";
+    // A number that its owner has wrong by more than a factor of three stands for something else.
+    constexpr double kMostFactor = 3.0;
+    const double factor = 1.0 + b[0];
+    return factor > 1.0 / kMostFactor && factor < kMostFactor
+               ? ""
+               : "the number would be wrong by more than a factor of three";
+  }
+  std::vector<std::string> twins(const Series& s) const override {
+    const bool friction = s.stage == Stage::kDrive && term_.id == "coulomb_friction";
+    if (!friction || load_tells(s, range_of(s, term_.column))) return {};
+    return {"torque_constant"};
   }
   std::string separate_by() const override { return "check the plant's number against its source"; }
 

@@ -59,9 +59,11 @@ MatrixXd hats(const VectorXd& x, const std::vector<double>& knots) {
 
 class Unnamed final : public EffectForm {
  public:
-  Unnamed(const Circumstance& circumstance, bool directed)
+  /// `beside`: one more column; may be empty.
+  Unnamed(const Circumstance& circumstance, bool directed, VectorXd beside = {})
       : EffectForm("unknown", circumstance.name),
         value_(circumstance.value),
+        beside_(std::move(beside)),
         count_(circumstance.name == "position" ? kPlaceKnots : kKnots),
         directed_(directed) {}
 
@@ -71,16 +73,25 @@ class Unnamed final : public EffectForm {
   MatrixXd columns(const Series& s, const Shape&) const override {
     MatrixXd out = hats(value_, knots_of(s, value_, count_));
     if (directed_) out = direction(s).asDiagonal() * out;
+    if (beside_.size() == 0) return out;
+    out.conservativeResize(Eigen::NoChange, out.cols() + 1);
+    out.rightCols(1) = beside_;
     return out;
   }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const VectorXd&) const override {
     return {};
   }
+  /// What keeps its sign when the motion turns may be a weight.
+  std::vector<std::string> twins(const Series& s) const override {
+    if (directed_ || s.weight.size() == 0) return {};
+    return {"gravity"};
+  }
   std::string separate_by() const override { return "vary " + from() + " alone"; }
 
  private:
   VectorXd value_;
+  VectorXd beside_;
   Index count_;
   bool directed_;
 };
@@ -98,7 +109,11 @@ Forms unnamed_forms(const Series& series) {
     if (c.name == "speed" && !drive) continue;  // a lag of the streams, not of the cable
     const bool plain = c.name != "time" && c.name != "speed" && c.name != "since_reversal";
     const bool other = c.name.starts_with("position of");
-    if (plain) forms.push_back(std::make_unique<Unnamed>(c, false));
+    // What another joint's drive leaks into this one turns with that joint's friction too.
+    const double turn = other && drive ? 2e-3 * range_of(series, c.value) : 0.0;
+    if (plain)
+      forms.push_back(std::make_unique<Unnamed>(
+          c, false, turn > 0.0 ? direction_memory(c.value, turn, series.fresh) : VectorXd()));
     if (!other && (drive || !plain) && (drive || c.name != "time"))
       forms.push_back(std::make_unique<Unnamed>(c, true));
   }

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The drive gives no more than a limit: the joint lags or stalls while its controller asks for
+// more. The column is what the plant's control law asks for beyond the limit, from recorded
+// positions alone, never from the recorded effort. Friction that is higher than the plant's looks
+// alike for a moment; but a servo overcomes it and follows again, whereas a drive at its limit
+// never delivers more, wherever it is asked to.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The law must ask for this much more than the plant needs: its numbers are good to a tenth each.
+constexpr double kExcess = 1.3;
+/// Share of the usual speed below which a joint stands, or by which it must fall behind.
+constexpr double kSlow = 0.1;
+constexpr double kLeastTime_s = 1.0;
+/// Share of the rows beyond the limit in which a limited drive may seem to follow.
+constexpr double kMostFollowing = 0.2;
+
+struct Limit {
+  double value = 0.0;  ///< 0: none found
+  std::string why;     ///< then
+};
+
+/// Change per second over some rows to either side.
+VectorXd rate_of(const Series& s, const VectorXd& x) {
+  VectorXd rate = VectorXd::Zero(x.size());
+  constexpr double kReach_s = 0.05;
+  for (Index i = 1; i + 1 < x.size(); ++i) {
+    Index a = i;
+    Index b = i;
+    while (a > 0 && s.fresh[static_cast<std::size_t>(a)] == 0 &&
+           (a == i || s.t_s[i] - s.t_s[a - 1] < kReach_s))
+      --a;
+    while (b + 1 < x.size() && s.fresh[static_cast<std::size_t>(b + 1)] == 0 &&
+           (b == i || s.t_s[b + 1] - s.t_s[i] < kReach_s))
+      ++b;
+    const double dt_s = s.t_s[b] - s.t_s[a];
+    if (b > a && dt_s > 0.0 && std::isfinite(x[b] - x[a])) rate[i] = (x[b] - x[a]) / dt_s;
+  }
+  return rate;
+}
+
+/// What the controller asks for at these positions; with the desired rate fed forward if that is
+/// nearer to what the motion needs.
+VectorXd law_of(const Series& s, const VectorXd& needed, const VectorXd& lag_rate) {
+  const ServoGains& gains = *s.servo;
+  VectorXd error = s.tracking_error;
+  for (Index i = 0; i < error.size(); ++i)
+    if (!std::isfinite(error[i])) error[i] = 0.0;
+  VectorXd damped = gains.position * error - gains.rate * s.motion.v;
+  VectorXd fed = gains.position * error + gains.rate * lag_rate;
+  if (gains.limit > 0.0) {
+    damped = damped.cwiseMax(-gains.limit).cwiseMin(gains.limit);
+    fed = fed.cwiseMax(-gains.limit).cwiseMin(gains.limit);
+  }
+  return s.training_rms(s.as_seen(fed) - needed) < s.training_rms(s.as_seen(damped) - needed)
+             ? fed
+             : damped;
+}
+
+class Saturation final : public EffectForm {
+ public:
+  explicit Saturation(const VectorXd& needed) : EffectForm("saturation"), needed_(needed) {}
+
+  std::string untestable(const Series& s) const override { return limit_of(s).why; }
+  std::vector<Shape> grid(const Series& s) const override {
+    const double limit = limit_of(s).value;
+    return log_grid(0.75 * limit, 1.33 * limit, 7);
+  }
+  bool continuous() const override { return true; }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    const VectorXd law = law_of(s, needed_, rate_of(s, s.tracking_error));
+    return law - law.cwiseMax(-shape[0]).cwiseMin(shape[0]);
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
+                                        const VectorXd&) const override {
+    return {{"limit", shape.empty() ? 0.0 : shape[0], effort_unit(s)}};
+  }
+  std::string inconsistency(const Series&, const Shape&, const VectorXd& b) const override {
+    return b[0] > 0.6 && b[0] < 1.6 ? "" : "what the law asks beyond a limit is missing in full";
+  }
+  std::string separate_by() const override {
+    return "record the drive's current as well, or repeat the motion at a third of the speed with "
+           "the weight taken off: friction stays, the limit is not reached";
+  }
+
+ private:
+  /// The effort that moved the joint wherever its controller asked for clearly more.
+  Limit limit_of(const Series& s) const {
+    if (!s.servo || s.tracking_error.size() == 0)
+      return {0.0, "what the controller asks for is not known: record the desired position"};
+    const VectorXd lag = rate_of(s, s.tracking_error);
+    const VectorXd asked = s.as_seen(law_of(s, needed_, lag));
+    const double speed = s.training_rms(s.motion.v);
+    const auto counts = [&](Index i) {
+      const auto n = static_cast<std::size_t>(i);
+      return s.valid[n] != 0 && s.held_out[n] == 0;
+    };
+    const auto follows = [&](Index i) {
+      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
+      return std::abs(s.motion.v[i]) > kSlow * speed && side * lag[i] < kSlow * speed;
+    };
+    std::vector<double> moved;
+    double time_s = 0.0;
+    for (Index i = 1; i < s.rows(); ++i) {
+      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
+      if (!counts(i) || follows(i) || side * s.motion.v[i] < 0.0) continue;
+      if (std::abs(asked[i]) < kExcess * std::abs(needed_[i])) continue;
+      if (side * lag[i] < kSlow * speed) continue;
+      const double effort = side * needed_[i];
+      if (side * s.motion.v[i] > kSlow * speed && effort > 0.0) moved.push_back(effort);
+      if (s.fresh[static_cast<std::size_t>(i)] == 0) time_s += s.t_s[i] - s.t_s[i - 1];
+    }
+    if (moved.size() < 10 || time_s < kLeastTime_s)
+      return {0.0, "the drive was never asked for clearly more than it gave"};
+    const auto middle = moved.begin() + static_cast<std::ptrdiff_t>(moved.size() / 2);
+    std::nth_element(moved.begin(), middle, moved.end());
+    const double limit = *middle;
+    double beyond = 0.0;
+    double following = 0.0;
+    for (Index i = 0; i < s.rows(); ++i) {
+      if (!counts(i) || std::abs(asked[i]) < kExcess * limit) continue;
+      beyond += 1.0;
+      following += follows(i) ? 1.0 : 0.0;
+    }
+    if (beyond < 10.0 || following > kMostFollowing * beyond)
+      return {0.0, "where the controller asked for more, the joint followed"};
+    return {limit, ""};
+  }
+
+  const VectorXd& needed_;
+};
+
+}  // namespace
+
+std::unique_ptr<EffectForm> saturation(const VectorXd& needed) {
+  return std::make_unique<Saturation>(needed);
+}
+
+}  // namespace ravencal::diagnose
