@@ -66,6 +66,8 @@ class EffectForm {
   [[nodiscard]] virtual bool unit_coefficient(const Series&) const { return false; }
   /// True if the column depends on time alone: slow noise looks like it.
   [[nodiscard]] virtual bool time_only() const { return false; }
+  /// Circumstance whose halves the effect is a difference between: neither half shows it alone.
+  [[nodiscard]] virtual std::string compares() const { return {}; }
   /// Effect that must be in the model or in the plant before this one makes sense; empty if none.
   [[nodiscard]] virtual std::string prerequisite() const { return {}; }
   /// Recording that would part the effect from those that look like it.

@@ -88,10 +88,11 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
   VectorXd part = own * coefficients.segment(at, own.cols());
   part.array() -= part.mean();
 
+  const std::string compared = model.candidates[model.chosen[chosen].candidate]->form->compares();
   Invariance out;
   std::vector<std::pair<std::string, VectorXd>> cuts;
   for (const Circumstance& c : circumstances(*model.series)) {
-    if (c.name == "memory" || c.name.starts_with("position of")) continue;
+    if (c.name == "memory" || c.name.starts_with("position of") || c.name == compared) continue;
     cuts.emplace_back(c.name, model.blocks.gather(c.value).col(0));
   }
   cuts.emplace_back("time", VectorXd::LinSpaced(part.size(), 0.0, 1.0));
