@@ -110,13 +110,13 @@ Servoed servoed(double limit, double extra) {
 }
 
 TEST(Saturation, IsFoundWhereTheJointLagsAndNothingMoreIsDelivered) {
-  const Servoed run = servoed(2.4, 0.0);
+  const Servoed run = servoed(2.65, 0.0);
   const auto form = diagnose::saturation(run.needed);
   ASSERT_EQ(form->untestable(run.series), "");
   const auto grid = form->grid(run.series);
-  EXPECT_LT(grid.front()[0], 2.4);
-  EXPECT_GT(grid.back()[0], 2.4);
-  const Eigen::MatrixXd beyond = form->columns(run.series, {2.4});
+  EXPECT_LT(grid.front()[0], 2.65);
+  EXPECT_GT(grid.back()[0], 2.65);
+  const Eigen::MatrixXd beyond = form->columns(run.series, {2.65});
   EXPECT_GT(beyond.cwiseAbs().maxCoeff(), 1.0) << "the law asked for much more";
 }
 
@@ -131,7 +131,7 @@ TEST(Saturation, IsNotAPlaceWithMoreFrictionThatTheServoOvercomes) {
 }
 
 TEST(Saturation, NeedsAControllerWhoseLawIsKnown) {
-  Servoed run = servoed(2.4, 0.0);
+  Servoed run = servoed(2.65, 0.0);
   run.series.servo.reset();
   EXPECT_NE(diagnose::saturation(run.needed)->untestable(run.series), "");
 }
@@ -295,9 +295,9 @@ diagnose::Report with_more(const std::function<double(double t_s, double two, do
 TEST(Unknown, IsAToneThatGoesThroughTheWholeRecording) {
   const auto report = with_more(
       [](double t_s, double, double) { return 0.8 * std::sin(2.0 * 3.14159265 * 0.9 * t_s); });
-  ASSERT_FALSE(report.unexplained.empty()) << report.verdict.text;
-  EXPECT_EQ(report.unexplained.front().depends_on.front().substr(0, 11), "time, at 0.")
-      << report.verdict.text;
+  EXPECT_TRUE(std::any_of(report.unexplained.begin(), report.unexplained.end(), [](const auto& u) {
+    return !u.depends_on.empty() && u.depends_on.front() == "time, at 0.9 Hz";
+  })) << report.verdict.text;
   for (const auto& e : report.effects) EXPECT_EQ(e.id, "unknown") << report.verdict.text;
 }
 

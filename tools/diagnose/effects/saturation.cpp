@@ -105,9 +105,9 @@ class Saturation final : public EffectForm {
       const auto n = static_cast<std::size_t>(i);
       return s.valid[n] != 0 && s.held_out[n] == 0;
     };
+    // Neither falling behind nor still catching up.
     const auto follows = [&](Index i) {
-      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
-      return std::abs(s.motion.v[i]) > kSlow * speed && side * lag[i] < kSlow * speed;
+      return std::abs(s.motion.v[i]) > kSlow * speed && std::abs(lag[i]) < kSlow * speed;
     };
     std::vector<double> moved;
     double time_s = 0.0;
