@@ -143,13 +143,6 @@ double unique_size(const ChannelModel& model, const VectorXd& gains) {
   return std::sqrt(std::max(0.0, gains.sum()) / static_cast<double>(model.target.size()));
 }
 
-double z_score(const VectorXd& gains) {
-  const auto count = static_cast<double>(gains.size());
-  const double mean = gains.mean();
-  const double variance = (gains.array() - mean).square().sum() / std::max(1.0, count - 1.0);
-  return variance > 0.0 ? mean / std::sqrt(variance / count) : 0.0;
-}
-
 /// Variance of a sum of block scores over what independent blocks would give: noise slower than a
 /// block makes neighbouring scores agree, and flipping their signs one by one overlooks that
 /// (Newey and West, Econometrica 1987, Bartlett weights; never below 1).
@@ -168,6 +161,13 @@ double slow_noise_inflation(const MatrixXd& scores) {
 }
 
 }  // namespace
+
+double z_score(const VectorXd& gains) {
+  const auto count = static_cast<double>(gains.size());
+  const double mean = gains.mean();
+  const double variance = (gains.array() - mean).square().sum() / std::max(1.0, count - 1.0);
+  return variance > 0.0 ? mean / std::sqrt(variance / count) : 0.0;
+}
 
 ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   const Screen view(model);

@@ -103,10 +103,24 @@ VectorXd errors_of(const ChannelModel& model) {
                         model.column_precision(columns.cols()));
 }
 
-bool admissible(const TestedCandidate& tested, const ChannelModel& model, const Gates& gates) {
-  const Evidence& e = tested.evidence;
+bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates) {
   return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
          e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
+}
+
+/// What a candidate gains with the plant's numbers held anew beside it. A screen holds them where
+/// they were without it, bent as far towards it as their tolerances let them.
+Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double rows,
+              std::uint64_t seed) {
+  const VectorXd gains = before - after;
+  const double gain = gains.sum();
+  e.held_out_before = std::sqrt(before.sum() / rows);
+  e.held_out_after = std::sqrt(after.sum() / rows);
+  e.z = z_score(gains);
+  e.block_p = sign_flip_p(gains, seed, 999);
+  e.share = gain / std::max(before.sum(), 1e-300);
+  e.size = std::sqrt(std::max(0.0, gain) / rows);
+  return e;
 }
 
 /// The likeliest admissible candidate.
@@ -218,13 +232,15 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
   const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
   const double unit = std::max(variance * model.correlation_rows, 1e-300);
   std::vector<Contender> out;
+  const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
   for (const TestedCandidate& tested : result.tested) {
-    if (!admissible(tested, model, gates)) continue;
+    if (tested.evidence.p_value > gates.alpha) continue;
     ChannelModel with = model;
     with.chosen.push_back(tested.best);
     with.hold_nominal();
-    if (!last_is_consistent(with)) continue;
     Contender contender{&tested, errors_of(with), 0.0};
+    const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
+    if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));
   }
@@ -372,7 +388,9 @@ Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates&
   alone.candidates[index] = fixed;
   const ScreenResult result = screen(alone, gates, seed);
   for (const TestedCandidate& tested : result.tested) {
-    if (tested.candidate == index) return tested.evidence;
+    if (tested.candidate != index) continue;
+    const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
+    return anew(tested.evidence, result.errors, errors_of(model), rows, seed);
   }
   return {};
 }

@@ -129,6 +129,9 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
 /// beside it: a screen sees only what they had not yet bent towards it.
 bool last_is_consistent(const ChannelModel& model);
 
+/// Mean of the blocks' gains over its standard error.
+double z_score(const Eigen::VectorXd& gains);
+
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
