@@ -22,6 +22,7 @@ constexpr std::size_t kMostWindows = 80;
 constexpr int kSamplesPerWindow = 25;
 constexpr int kStarts = 4;
 constexpr int kDraws = 400;
+constexpr std::size_t kGroups = 20;
 
 template <typename T>
 T& field_of(physics::DriveNumbers<T>& n, DriveField field) {
@@ -197,7 +198,21 @@ Solution best_solution(const FreeRun& run, const physics::DriveNumbers<double>& 
   return solve(run, start, handles, windows, scale, best.x, 30);
 }
 
-/// Draws of x: windows with replacement, one Gauss-Newton step each.
+/// Neighbouring windows share their noise: sums over groups of them, about kGroups in number.
+template <typename T>
+std::vector<T> grouped(const std::vector<T>& parts) {
+  const std::size_t size = std::max<std::size_t>(1, parts.size() / kGroups);
+  std::vector<T> sums;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (k % size == 0 && (k + size <= parts.size() || sums.empty()))
+      sums.push_back(parts[k]);
+    else
+      sums.back() += parts[k];
+  }
+  return sums;
+}
+
+/// Draws of x: groups of windows with replacement, one Gauss-Newton step each.
 MatrixXd bootstrap(const FreeRun& run, const physics::DriveNumbers<double>& start,
                    const std::vector<DriveHandle>& handles,
                    const std::vector<FreeRunWindow>& windows, double scale,
@@ -216,6 +231,8 @@ MatrixXd bootstrap(const FreeRun& run, const physics::DriveNumbers<double>& star
     curvature.push_back(weight * j.transpose() * j);
     slope.push_back(weight * j.transpose() * r);
   }
+  curvature = grouped(curvature);
+  slope = grouped(slope);
   MatrixXd draws(kDraws, width);
   std::mt19937_64 engine(seed);
   const VectorXd centre = Eigen::Map<const VectorXd>(x.data(), width);

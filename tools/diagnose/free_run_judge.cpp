@@ -193,6 +193,26 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
   return verdict;
 }
 
+namespace {
+
+/// Takes the value of the free run. Screening looks at the same number through other errors of the
+/// model: by how much the two differ beyond their chance belongs to the interval (DerSimonian and
+/// Laird 1986, two estimates).
+void adopt(const NamedParameter& refitted, NamedParameter& p) {
+  const auto variance = [](const Interval& ci) {
+    return std::pow((ci.second - ci.first) / (2.0 * 1.96), 2);
+  };
+  const double difference = refitted.value - p.value;
+  const double between =
+      std::max(0.0, 0.5 * (difference * difference - variance(refitted.ci95) - variance(p.ci95)));
+  const double more = 1.96 * std::sqrt(between);
+  p.value = refitted.value;
+  p.ci95 = {refitted.value - std::hypot(refitted.value - refitted.ci95.first, more),
+            refitted.value + std::hypot(refitted.ci95.second - refitted.value, more)};
+}
+
+}  // namespace
+
 void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
   report.held_out.insert(report.held_out.end(), verdict.held_out.begin(), verdict.held_out.end());
   report.combinations.insert(report.combinations.end(), verdict.combinations.begin(),
@@ -205,8 +225,7 @@ void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
         if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
         for (NamedParameter& p : e.parameters) {
           if (p.name != refitted.name) continue;
-          p.value = refitted.value;
-          p.ci95 = refitted.ci95;
+          adopt(refitted, p);
           known = true;
         }
       }
