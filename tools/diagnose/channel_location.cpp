@@ -184,14 +184,23 @@ std::vector<Interval> times_of(const Null& null, const ChannelFit& fit) {
   std::vector<std::size_t> cell;
   for (std::size_t b = 0; b < blocks.count(); ++b)
     cell.insert(cell.end(), static_cast<std::size_t>(blocks.size(b)), b);
-  const auto found = null.stretch(cell, blocks.count(), true);
+  auto found = null.stretch(cell, blocks.count(), true);
   if (!found) return {};
+  const auto time_at = [&](Index n) {
+    return series.t_s[blocks.rows[static_cast<std::size_t>(n)]];
+  };
+  // Up to a step the recording is as it was calibrated: the mismatch is what comes after.
+  for (const Step& step : fit.steps) {
+    const double from = time_at(blocks.first(found->second));
+    const double to = time_at(blocks.begin[found->second + 1] - 1);
+    const bool at_step = std::abs(step.t_s - to) <= to - from;
+    if (found->first == 0 && found->second + 1 < blocks.count() && at_step)
+      found = {found->second, blocks.count() - 1};
+  }
   std::vector<Interval> out;
   for (std::size_t b = found->first; b <= found->second; ++b) {
-    const Index first = blocks.rows[static_cast<std::size_t>(blocks.first(b))];
-    const Index last = blocks.rows[static_cast<std::size_t>(blocks.first(b) + blocks.size(b) - 1)];
-    const double from = series.t_s[first];
-    const double to = series.t_s[last];
+    const double from = time_at(blocks.first(b));
+    const double to = time_at(blocks.begin[b + 1] - 1);
     // Recordings each begin at zero.
     if (!out.empty() && from >= out.back().second)
       out.back().second = to;
