@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+#include "physics/plant.hpp"
+
 namespace ravencal::physics {
 
 template <typename T>
@@ -27,6 +29,10 @@ struct DriveNumbers {
   T ripple_phase{0.0};
   T offset{0.0};  ///< constant part of the effort asked that moves nothing
 };
+
+/// Numbers of a plant's joint; `inertia` of motor and link at the joint. Where the plant does not
+/// say over which displacement friction builds up, it is `least_presliding`.
+DriveNumbers<double> drive_numbers(const Joint& joint, double inertia, double least_presliding);
 
 template <typename T>
 struct DriveState {

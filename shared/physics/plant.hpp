@@ -26,8 +26,9 @@ enum class JointKind { kRevolute, kPrismatic };
 /// parameters, keyed by their names without the unit suffix, in SI units.
 struct Effect {
   std::string id;
-  std::string from;  ///< effect `coupling` only: the joint that disturbs this one
+  std::string from;  ///< coupling, hysteresis: the other joint; compliance: the recorded load
   std::map<std::string, double, std::less<>> parameters;
+  std::string posture{};  ///< compliance to a recorded load: the joint on whose position it depends
 };
 
 /// Rigid link that the joint moves. Frame: the joint's, after Craig's Denavit-Hartenberg
@@ -79,6 +80,7 @@ struct Joint {
   std::vector<Effect> effects;
   std::map<std::string, double, std::less<>> tolerance;  ///< relative; absent: 0.10
 
+  /// The joint's own effect of that id (not one that comes from elsewhere, but any coupling).
   [[nodiscard]] const Effect* find_effect(std::string_view id) const;
   /// Parameter of an effect; 0 if the joint does not have the effect, or the effect not the value.
   [[nodiscard]] double parameter(std::string_view effect_id, std::string_view name) const;

@@ -133,6 +133,34 @@ std::string known_effect_ids() {
   return ids;
 }
 
+/// Effects with two ways of being described: by what happens at the cable, or by the loop or
+/// stretch that positions alone show. One of the two must be whole.
+struct Alternatives {
+  std::string_view id;
+  std::array<std::string_view, 2> by_effort, by_position;
+};
+constexpr std::array<Alternatives, 3> kAlternatives = {{
+    {"compliance", {"stiffness", "damping"}, {"stretch_per_load", "stretch_per_load"}},
+    {"joint_friction", {"level", "presliding"}, {"stretch", "width"}},
+    {"hysteresis", {"stiffness", "yield"}, {"half_loop", "width"}},
+}};
+
+void check_alternatives(TomlTable& table, const Effect& effect) {
+  for (const Alternatives& a : kAlternatives) {
+    if (a.id != effect.id) continue;
+    const auto whole = [&](const std::array<std::string_view, 2>& names) {
+      return std::all_of(names.begin(), names.end(), [&](std::string_view name) {
+        return effect.parameters.find(name) != effect.parameters.end();
+      });
+    };
+    const bool named_load = effect.id != "compliance" || effect.from.empty() == whole(a.by_effort);
+    if (named_load && (whole(a.by_position) || (whole(a.by_effort) && effect.from.empty()))) return;
+    table.fail("id", fmt::format("effect '{}' needs {} and {}, or {} and {}", effect.id,
+                                 a.by_effort[0], a.by_effort[1], a.by_position[0],
+                                 effect.id == "compliance" ? "from" : a.by_position[1]));
+  }
+}
+
 core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
   Effect effect;
   effect.id = table.text("id");
@@ -142,11 +170,15 @@ core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
     return table.finish().error();
   }
   if (effect.id == "coupling") effect.from = table.text("from");
+  if (effect.id == "hysteresis" || effect.id == "compliance")
+    effect.from = table.text_or("from", "");
+  if (effect.id == "compliance") effect.posture = table.text_or("posture", "");
   for (const ParameterSpec& parameter : spec->parameters) {
     const std::string key = key_of(parameter, joint.kind);
     if (!parameter.required && !table.has(key)) continue;
     effect.parameters.emplace(parameter.name, table.number(key));
   }
+  check_alternatives(table, effect);
   RAVENCAL_RETURN_IF_ERROR(table.finish());
   return effect;
 }
@@ -154,7 +186,12 @@ core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
 core::Status read_effects(TomlTable& table, Joint& joint) {
   for (TomlTable& effect_table : table.tables("effect")) {
     RAVENCAL_ASSIGN_OR_RETURN(Effect effect, read_effect(effect_table, joint));
-    if (effect.id != "coupling" && joint.find_effect(effect.id) != nullptr) {
+    const bool twice =
+        std::any_of(joint.effects.begin(), joint.effects.end(), [&](const Effect& other) {
+          return effect.id != "coupling" && other.id == effect.id && other.from == effect.from &&
+                 other.posture == effect.posture;
+        });
+    if (twice) {
       effect_table.fail("id",
                         fmt::format("joint '{}' has effect '{}' twice", joint.name, effect.id));
       return effect_table.finish();
@@ -225,10 +262,11 @@ core::Status check_names(const Plant& plant) {
                          fmt::format("{}: two joints are called '{}'", plant.source, joint.name)};
     }
     for (const Effect& effect : joint.effects) {
-      if (effect.id == "coupling" && plant.joint_index(effect.from).value_or(i) >= i) {
+      const bool of_joint = effect.id == "coupling" || effect.id == "hysteresis";
+      if (of_joint && !effect.from.empty() && plant.joint_index(effect.from).value_or(i) == i) {
         return core::Error{core::ErrorCode::kData,
-                           fmt::format("{}: joint '{}': coupling from '{}': name a joint before it",
-                                       plant.source, joint.name, effect.from)};
+                           fmt::format("{}: joint '{}': {} from '{}': name another joint",
+                                       plant.source, joint.name, effect.id, effect.from)};
       }
     }
   }
@@ -238,8 +276,9 @@ core::Status check_names(const Plant& plant) {
 }  // namespace
 
 const Effect* Joint::find_effect(std::string_view id) const {
-  const auto it = std::find_if(effects.begin(), effects.end(),
-                               [&](const Effect& effect) { return effect.id == id; });
+  const auto it = std::find_if(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return effect.id == id && (id == "coupling" || effect.from.empty());
+  });
   return it == effects.end() ? nullptr : &*it;
 }
 

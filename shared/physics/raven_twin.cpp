@@ -53,6 +53,15 @@ core::Status check_plant(const Plant& plant) {
                       "(drive.dac_counts_per_n_m)",
                       joint.name));
     }
+    for (const Effect& effect : joint.effects) {
+      if (effect.id == "delay" || (effect.id != "coupling" && !effect.from.empty()) ||
+          effect.parameters.contains("half_loop") || effect.parameters.contains("stretch")) {
+        return fail(
+            fmt::format("joint '{}': {} in a form that holds without a cable; the twin has "
+                        "cables (simulate --follow runs it)",
+                        joint.name, effect.id));
+      }
+    }
     if (!(joint.link.mass_kg > 0.0) || !(joint.joint_encoder_resolution_ji > 0.0)) {
       return fail(
           fmt::format("joint '{}': link.mass_kg and the joint encoder's resolution must be "

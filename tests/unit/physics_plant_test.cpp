@@ -114,6 +114,64 @@ TEST(Plant, IsDescribedWithEveryEffectItHas) {
   }
 }
 
+constexpr const char* kTwoJoints = R"(
+[robot]
+name = "two"
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+tool_joints_rad = [0.0, 0.0, 0.0, 0.0]
+[[joint]]
+name = "one"
+kind = "revolute"
+motor_inertia_kg_m2 = 1e-5
+gearbox_ratio = 1.0
+reduction = 1.0
+joint_encoder_resolution_rad = 1e-5
+  [[joint.effect]]
+%s
+[[joint]]
+name = "two"
+kind = "revolute"
+motor_inertia_kg_m2 = 1e-5
+gearbox_ratio = 1.0
+reduction = 1.0
+joint_encoder_resolution_rad = 1e-5
+)";
+
+core::Result<Plant> with_effect(const std::string& effect) {
+  std::string text = kTwoJoints;
+  return parse_plant(text.replace(text.find("%s"), 2, effect), "two.toml");
+}
+
+TEST(Plant, LetsALaterJointDisturbAnEarlierOneButNoJointItself) {
+  const std::string coupling = "id = \"coupling\"\nerror_rad_per_rad = 0.1\nfrom = ";
+  const auto later = with_effect(coupling + "\"two\"");
+  ASSERT_TRUE(later.ok()) << later.error().message;
+  EXPECT_EQ(later->joints[0].find_effect("coupling")->from, "two");
+  EXPECT_FALSE(with_effect(coupling + "\"one\"").ok());
+}
+
+TEST(Plant, TakesALoopByItsStrandsOrByItsShapeButWholeEitherWay) {
+  const std::string id = "id = \"hysteresis\"\n";
+  const auto shape = with_effect(id + "half_loop_rad = 0.1\nwidth_rad = 0.2\nfrom = \"two\"");
+  ASSERT_TRUE(shape.ok()) << shape.error().message;
+  EXPECT_EQ(shape->joints[0].find_effect("hysteresis"), nullptr)
+      << "a loop over another joint's motion is not the joint's own strands";
+  EXPECT_TRUE(with_effect(id + "stiffness_n_m_per_rad = 3.0\nyield_rad = 0.01").ok());
+  const auto half = with_effect(id + "half_loop_rad = 0.1\nyield_rad = 0.2");
+  ASSERT_FALSE(half.ok());
+  EXPECT_NE(half.error().message.find("half_loop and width"), std::string::npos)
+      << half.error().message;
+}
+
+TEST(Plant, TakesStretchPerRecordedLoadOnlyWithTheLoadsName) {
+  const std::string id = "id = \"compliance\"\n";
+  EXPECT_TRUE(with_effect(id + "from = \"force\"\nstretch_per_load_rad = 0.1").ok());
+  EXPECT_FALSE(with_effect(id + "stretch_per_load_rad = 0.1").ok());
+  EXPECT_FALSE(with_effect(id + "from = \"force\"\nstiffness_n_m_per_rad = 3.0\n"
+                                "damping_n_m_s_per_rad = 1.0")
+                   .ok());
+}
+
 TEST(EffectSpecs, GiveUnitsByTheKindOfJoint) {
   const EffectSpec* spec = find_effect_spec("compliance");
   ASSERT_NE(spec, nullptr);

@@ -10,6 +10,9 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "physics/plant.hpp"
+#include "record/load.hpp"
+#include "record/recording_writer.hpp"
+#include "simulation/follow.hpp"
 #include "simulation/session.hpp"
 
 namespace ravencal::commands {
@@ -18,13 +21,51 @@ namespace {
 struct Arguments {
   std::string plant;
   std::string trajectory;
+  std::string follow;
+  std::string profile;
   std::string out;
   std::string edges;
   double payload_g = -1.0;  // negative: as the plant says
   double rate_hz = 0.0;     // 0: as the plant says
   bool json = false;
   simulation::SessionOptions session;
+  simulation::FollowOptions following;
 };
+
+void print_followed(const simulation::Followed& followed, const Arguments& arguments) {
+  if (arguments.json) {
+    nlohmann::json joints = nlohmann::json::array();
+    for (const auto& joint : followed.joints)
+      joints.push_back({{"joint", joint.joint}, {"how", joint.how}, {"rmse", joint.rmse_ji}});
+    const nlohmann::json json = {
+        {"file", arguments.out}, {"rows", followed.recording.rows()}, {"joints", joints}};
+    fmt::print("{}\n", json.dump());
+    return;
+  }
+  fmt::print("{}: {} rows\n", arguments.out, followed.recording.rows());
+  for (const auto& joint : followed.joints) {
+    fmt::print("  {:<12} {}; {:.4g} (rad or m) from the recording\n", joint.joint, joint.how,
+               joint.rmse_ji);
+  }
+}
+
+/// Any plant along a recording of its robot.
+core::Status follow(const Arguments& arguments, const physics::Plant& plant) {
+  if (!arguments.session.overwrite && std::filesystem::exists(arguments.out)) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: exists already; use --force to replace it", arguments.out)};
+  }
+  record::LoadOptions load;
+  load.profile = arguments.profile;
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+                            record::load_recording(arguments.follow, load));
+  RAVENCAL_ASSIGN_OR_RETURN(const simulation::Followed followed,
+                            simulation::follow_recording(plant, recording, arguments.following));
+  RAVENCAL_RETURN_IF_ERROR(
+      record::write_recording(followed.recording, arguments.out, arguments.session.overwrite));
+  print_followed(followed, arguments);
+  return {};
+}
 
 void print_summary(const simulation::SessionSummary& summary, const Arguments& arguments,
                    double wall_s) {
@@ -48,9 +89,14 @@ void print_summary(const simulation::SessionSummary& summary, const Arguments& a
 
 core::Status run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
+  if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
+  if (!arguments.follow.empty()) return follow(arguments, plant);
+  if (arguments.trajectory.empty()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       "give --trajectory (RAVEN arms) or --follow (any robot's recording)"};
+  }
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
                             trajectory::read_csv(arguments.trajectory));
-  if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
   simulation::SessionOptions session = arguments.session;
   if (arguments.rate_hz > 0.0) session.rate_hz = arguments.rate_hz;
   if (!arguments.edges.empty()) session.edges = arguments.edges;
@@ -75,12 +121,31 @@ core::Status run(const Arguments& arguments) {
 void add_simulate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   simulation::SessionOptions& session = arguments->session;
-  CLI::App* command = app.add_subcommand("simulate", "Record the digital twin along a trajectory");
+  CLI::App* command = app.add_subcommand("simulate",
+                                         "Simulate a plant: a RAVEN arm along a "
+                                         "trajectory, any robot along a recording");
   command
       ->add_option("--plant", arguments->plant, "The robot (.toml), e.g. tools/plants/raven2.toml")
       ->required();
-  command->add_option("--trajectory", arguments->trajectory, "CSV of `ravencal trajectory`")
-      ->required();
+  CLI::Option* trajectory = command->add_option("--trajectory", arguments->trajectory,
+                                                "CSV of `ravencal trajectory`: RAVEN arms");
+  CLI::Option* recording = command->add_option("--follow", arguments->follow,
+                                               "Recording whose commands (desired positions, "
+                                               "efforts, believed positions, loads) go into any "
+                                               "plant; OUT has the same channels, simulated");
+  recording->excludes(trajectory);
+  command->add_option("--profile", arguments->profile, "Which column of a .csv is which channel")
+      ->needs(recording);
+  command
+      ->add_option("--restart-s", arguments->following.restart_s,
+                   "A drive under recorded efforts starts from the recording so often")
+      ->check(CLI::Range(0.01, 1e6))
+      ->needs(recording)
+      ->capture_default_str();
+  command
+      ->add_flag("--open-loop", arguments->following.open_loop,
+                 "Recorded efforts even where the plant's controller could close the loop")
+      ->needs(recording);
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   command->add_option("--edges", arguments->edges,
                       "Every edge of the external encoders (.db) for `ravencal-encoders --replay`, "
@@ -110,7 +175,9 @@ void add_simulate(CLI::App& app, int& exit_code) {
   command->footer(
       "The twin is a stand-in: its cables are tuned to published error sizes, see the plant file.\n"
       "Example: ravencal simulate --plant tools/plants/raven2.toml --trajectory zigzag3.csv --out "
-      "zigzag3.db");
+      "zigzag3.db\n"
+      "         ravencal simulate --plant diagnosis/plant_improved.toml --follow run.csv --profile "
+      "emps --out again.db");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

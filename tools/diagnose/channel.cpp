@@ -9,6 +9,7 @@
 
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/invariance.hpp"
+#include "diagnose/settling.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -284,6 +285,8 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   fit.nominal = nominal_of(series, plant);
   fit.forms = candidates_for(series, plant, fit.nominal);
   fit.model = prepare_channel(series, fit.nominal, fit.forms);
+  const std::string gross = temper_gross_rows(fit.model);
+  if (!gross.empty()) findings.notes.push_back(gross);
   adopt_steps(fit);
   select_effects(fit.model, options.gates, options.seed);
   fit.coefficients = joint_fit(fit.model);
@@ -291,6 +294,11 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   withdraw_proxies(fit, options, findings);
   if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
   predict(fit);
+  const auto share = settle_at_rest(fit);
+  if (share && *share < 0.9) {
+    findings.notes.push_back(fmt::format("at rest, joint {} carries {:.0f} % of its friction",
+                                         series.joint, 100.0 * *share));
+  }
   return fit;
 }
 

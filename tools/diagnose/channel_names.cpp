@@ -259,6 +259,16 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
     effect.parameters = {{term.parameter, value, term.unit, {value, value}}};
     findings.refitted.push_back(std::move(effect));
   }
+  const Stage stage = fit.model.series->stage;
+  if (stage != Stage::kTransmission && stage != Stage::kTracking) return;
+  // A constant too small or too uncertain for a name still belongs to the prediction.
+  NamedEffect offset;
+  offset.id = "homing_offset";
+  offset.joint = findings.joint;
+  offset.stage = stage_word(findings.stage);
+  const double value = fit.coefficients[0];
+  offset.parameters = {{"offset", value, findings.unit, {value, value}}};
+  findings.refitted.push_back(std::move(offset));
 }
 
 void add_candidates(const ChannelFit& fit, const ChannelOptions& options,

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
-#include "diagnose/plant_effort.hpp"
+#include "physics/plant_effort.hpp"
 
 namespace ravencal::diagnose {
 
@@ -55,23 +55,10 @@ FreeRun::FreeRun(const Series& drive, const physics::Plant& plant) : series_(&dr
 physics::DriveNumbers<double> FreeRun::numbers(const physics::Plant& plant) const {
   const std::size_t index = plant.joint_index(series_->joint).value_or(0);
   const physics::Joint& joint = plant.joints[index];
-  physics::DriveNumbers<double> n;
-  n.inertia = std::max(1e-12, joint_inertia(plant, index));
+  physics::DriveNumbers<double> n =
+      physics::drive_numbers(joint, physics::joint_inertia(plant, index), series_->rest_width());
   if (joint.link.mass_kg > 0.0 && series_->nominal_mass_kg > 0.0)
     n.weight_scale = joint.link.mass_kg / series_->nominal_mass_kg;
-  n.torque_ratio = joint.parameter("torque_constant", "ratio");
-  n.level =
-      joint.parameter("coulomb_friction", "level") + joint.parameter("joint_friction", "level");
-  n.load_share = joint.parameter("load_dependent_friction", "load_share");
-  n.stribeck_extra = joint.parameter("stribeck_friction", "extra");
-  n.stribeck_velocity = std::max(1e-9, joint.parameter("stribeck_friction", "velocity"));
-  const double displacement = joint.parameter("presliding", "displacement");
-  n.presliding = displacement > 0.0 ? displacement : std::max(1e-6, series_->rest_width());
-  n.viscous = joint.parameter("viscous_friction", "damping");
-  n.asymmetry = 0.5 * joint.parameter("asymmetric_friction", "damping_difference");
-  n.ripple = joint.parameter("torque_ripple", "amplitude");
-  n.ripple_order = joint.parameter("torque_ripple", "order");
-  n.ripple_phase = joint.parameter("torque_ripple", "phase");
   n.offset = series_->free_offset;
   return n;
 }

@@ -20,13 +20,28 @@ double parameter(const NamedEffect& effect, std::string_view name) {
   return 0.0;
 }
 
+bool has(const NamedEffect& effect, std::string_view name) {
+  return std::any_of(effect.parameters.begin(), effect.parameters.end(),
+                     [&](const NamedParameter& p) { return p.name == name; });
+}
+
+/// Loops that positions alone show, for joints without a cable in the plant.
+std::map<std::string, double> loop_values(const NamedEffect& e) {
+  const std::string suffix = e.from.empty() ? "" : "_from_" + e.from;
+  std::map<std::string, double> values;
+  for (const char* name : {"half_loop", "half_loop_narrow", "half_loop_wide", "width", "stretch"}) {
+    if (has(e, name + suffix)) values[name] = parameter(e, name + suffix);
+  }
+  return values;
+}
+
 /// Values of the plant's effect, by parameter name without unit; empty if `simulate` has no such
 /// effect or the report does not fix all that it needs.
 std::map<std::string, double> plant_values(const NamedEffect& e, const physics::Joint& joint) {
   if (e.id == "gain_error" || e.id == "torque_constant") return {{"ratio", parameter(e, "ratio")}};
   if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
   if (e.id == "backlash") return {{"half_width", parameter(e, "half_width")}};
-  if (e.id == "coulomb_friction") return {{"level", parameter(e, "level")}};
+  if (e.id == "coulomb_friction" && has(e, "level")) return {{"level", parameter(e, "level")}};
   if (e.id == "viscous_friction") return {{"damping", parameter(e, "damping")}};
   if (e.id == "stribeck_friction")
     return {{"extra", parameter(e, "extra")}, {"velocity", parameter(e, "velocity")}};
@@ -60,6 +75,11 @@ std::map<std::string, double> plant_values(const NamedEffect& e, const physics::
     return {{"offset", parameter(e, "offset")},
             {"deviation", joint.parameter("homing_offset", "deviation")}};
   }
+  const bool cable = joint.find_effect("compliance") != nullptr;
+  if (!cable && (has(e, "stretch") || e.parameters.front().name.starts_with("half_loop")))
+    return loop_values(e);
+  if (e.id == "delay" && !cable && parameter(e, "delay") > 0.0)
+    return {{"delay", parameter(e, "delay")}};
   if (e.id == "hysteresis" && parameter(e, "stiffness") > 0.0)
     return {{"stiffness", parameter(e, "stiffness")}, {"yield", parameter(e, "yield")}};
   if (e.id == "joint_friction" && parameter(e, "level") > 0.0) {
@@ -83,8 +103,7 @@ toml::table& effect_table(toml::table& joint, const NamedEffect& effect) {
   toml::array& effects = *joint["effect"].as_array();
   for (toml::node& node : effects) {
     toml::table& table = *node.as_table();
-    const bool same_source =
-        effect.from.empty() || table["from"].value_or(std::string()) == effect.from;
+    const bool same_source = table["from"].value_or(std::string()) == effect.from;
     if (table["id"].value_or(std::string()) == effect.id && same_source) return table;
   }
   toml::table made{{"id", effect.id}};
@@ -148,6 +167,60 @@ bool add_to_robot(toml::table& root, const physics::Plant& plant, const NamedEff
   return false;
 }
 
+/// Compliance to recorded loads: a table for each load and each posture on which it depends. Those
+/// that the plant had are replaced.
+bool add_load_compliance(toml::table& joint_table, const physics::Joint& joint,
+                         const NamedEffect& e) {
+  constexpr std::string_view kLoad = "compliance_to_", kPosture = "centre_of_";
+  if (e.id != "compliance" || !e.parameters.front().name.starts_with(kLoad)) return false;
+  if (!joint_table.contains("effect")) joint_table.insert("effect", toml::array{});
+  toml::array& effects = *joint_table["effect"].as_array();
+  for (std::size_t i = effects.size(); i-- > 0;) {
+    const toml::table& table = *effects[i].as_table();
+    if (table["id"].value_or(std::string()) == e.id && table.contains("from"))
+      effects.erase(effects.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  const std::string unit(physics::unit_suffix(physics::Dimension::kPosition, joint.kind));
+  for (const NamedParameter& p : e.parameters) {
+    if (!p.name.starts_with(kLoad)) continue;
+    const std::string load = p.name.substr(kLoad.size());
+    toml::table plain{{"id", e.id}, {"from", load}};
+    double at_zero = p.value;
+    for (const NamedParameter& centre : e.parameters) {
+      if (!centre.name.starts_with(kPosture)) continue;
+      const std::string posture = centre.name.substr(kPosture.size());
+      const double slope = parameter(e, "slope_to_" + load + "_by_" + posture);
+      at_zero -= slope * centre.value;
+      toml::table table{{"id", e.id}, {"from", load}, {"posture", posture}};
+      table.insert("stretch_per_load" + unit, 0.0);
+      table.insert("stretch_per_load_and_posture" + unit, slope);
+      effects.push_back(std::move(table));
+    }
+    plain.insert("stretch_per_load" + unit, at_zero);
+    const double stiffening = parameter(e, "stiffening_to_" + load);
+    if (stiffening != 0.0) plain.insert("stiffening_per_load2" + unit, stiffening);
+    effects.push_back(std::move(plain));
+  }
+  return true;
+}
+
+/// The law's gain, where all recordings agree on it.
+bool set_controller_gain(toml::table& joint_table, const physics::Joint& joint,
+                         const Report& report) {
+  double least = 1e300, most = 0.0;
+  for (const NamedEffect& e : report.effects) {
+    if (e.id != "controller_gain" || e.joint != joint.name) continue;
+    least = std::min(least, e.parameters.front().value);
+    most = std::max(most, e.parameters.front().value);
+  }
+  toml::table* controller = joint_table["controller"].as_table();
+  if (controller == nullptr || !joint.controller || !(least > 0.0) || most > 1.1 * least)
+    return false;
+  controller->insert_or_assign("kp_n_m_per_rad",
+                               joint.controller->kp_n_m_per_rad * 0.5 * (least + most));
+  return true;
+}
+
 bool add_effect(toml::table& joint_table, const physics::Joint& joint, const NamedEffect& e) {
   const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
   const auto values = plant_values(e, joint);
@@ -184,7 +257,10 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
   for (const NamedEffect& e : report.refitted) {
     const auto index = plant.joint_index(e.joint);
     if (!index || e.id == "delay") continue;
-    set_nominal(*(*root["joint"].as_array())[*index].as_table(), plant.joints[*index], e);
+    // A robot that homes finds its own offset each time.
+    const physics::Joint& joint = plant.joints[*index];
+    if (e.id == "homing_offset" && (joint.homing || joint.find_effect(e.id) != nullptr)) continue;
+    set_nominal(*(*root["joint"].as_array())[*index].as_table(), joint, e);
   }
   std::string comments;
   for (const NamedEffect& e : report.effects) {
@@ -194,7 +270,10 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
     const physics::Joint& joint = plant.joints[*index];
     if (add_to_robot(root, plant, e)) continue;
     const bool written =
-        e.out_of_tolerance ? set_nominal(joint_table, joint, e) : add_effect(joint_table, joint, e);
+        e.out_of_tolerance ? set_nominal(joint_table, joint, e)
+        : e.id == "controller_gain"
+            ? set_controller_gain(joint_table, joint, report)
+            : add_load_compliance(joint_table, joint, e) || add_effect(joint_table, joint, e);
     if (!written) comments += comment_for(e);
   }
   std::ostringstream text;

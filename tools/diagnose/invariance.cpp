@@ -61,6 +61,21 @@ Half scale_in(const ChannelModel& model, const VectorXd& part, const VectorXd& r
   return half;
 }
 
+/// Share of each recording's own time: the order in which recordings are given is no time.
+VectorXd time_of(const ChannelModel& model) {
+  const std::vector<int>& recording = model.series->recording;
+  const auto& rows = model.blocks.rows;
+  VectorXd share(static_cast<Index>(rows.size()));
+  for (std::size_t first = 0, last = 0; first < rows.size(); first = last) {
+    const auto of = [&](std::size_t n) { return recording[static_cast<std::size_t>(rows[n])]; };
+    while (last < rows.size() && of(last) == of(first)) ++last;
+    for (std::size_t n = first; n < last; ++n)
+      share[static_cast<Index>(n)] =
+          static_cast<double>(n - first) / static_cast<double>(last - first);
+  }
+  return share;
+}
+
 double median_of(VectorXd x) {
   std::nth_element(x.data(), x.data() + x.size() / 2, x.data() + x.size());
   return x[x.size() / 2];
@@ -95,7 +110,7 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
     if (c.name == "memory" || c.name.starts_with("position of") || c.name == compared) continue;
     cuts.emplace_back(c.name, model.blocks.gather(c.value).col(0));
   }
-  cuts.emplace_back("time", VectorXd::LinSpaced(part.size(), 0.0, 1.0));
+  cuts.emplace_back("time", time_of(model));
   for (const auto& [name, value] : cuts) {
     const double middle = name == "direction" ? 0.0 : median_of(value);
     std::vector<char> low(static_cast<std::size_t>(part.size()));

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
+#include "physics/joint_error.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -67,6 +68,19 @@ class NominalBuilder {
     if (ratio == 0.0) return;
     nominal_.prediction /= 1.0 + ratio;
     for (NominalTerm& term : nominal_.terms) term.column /= 1.0 + ratio;
+  }
+
+  /// Effects that the plant describes by their shape alone; nobody says how far they may be off.
+  void shapes() {
+    const auto other = [this](const std::string& name) {
+      if (name == s_.joint) return s_.motion.q;
+      for (const std::vector<Companion>* list : {&s_.others, &s_.loads}) {
+        for (const Companion& companion : *list)
+          if (companion.name == name) return companion.value;
+      }
+      return VectorXd();
+    };
+    nominal_.prediction += physics::shape_error(joint_, {s_.t_s, s_.fresh, s_.motion.q, other});
   }
 
   void transmission() {
@@ -267,6 +281,7 @@ Nominal nominal_of(const Series& series, const physics::Plant& plant) {
   NominalBuilder builder(series, plant, index.value_or(0));
   if (series.stage == Stage::kDrive) builder.drive();
   if (series.stage == Stage::kTransmission) builder.transmission();
+  if (series.stage == Stage::kTransmission || series.stage == Stage::kTracking) builder.shapes();
   return builder.take();
 }
 

@@ -143,6 +143,22 @@ double unique_size(const ChannelModel& model, const VectorXd& gains) {
   return std::sqrt(std::max(0.0, gains.sum()) / static_cast<double>(model.target.size()));
 }
 
+/// The shape with the fewest columns whose held-out error is within one standard error of the best
+/// one's (Breiman et al. 1984): many columns follow the few postures of one recording.
+std::size_t simplest_as_good(const Candidate& candidate, const std::vector<VectorXd>& errors,
+                             std::size_t best) {
+  std::size_t simplest = best;
+  for (std::size_t s = 0; s < errors.size(); ++s) {
+    if (candidate.columns[s].cols() >= candidate.columns[simplest].cols()) continue;
+    const VectorXd worse = errors[s] - errors[best];
+    const auto count = static_cast<double>(worse.size());
+    const double mean = worse.mean();
+    const double variance = (worse.array() - mean).square().sum() / std::max(1.0, count - 1.0);
+    if (mean <= std::sqrt(variance / count)) simplest = s;
+  }
+  return simplest;
+}
+
 /// Variance of a sum of block scores over what independent blocks would give: noise slower than a
 /// block makes neighbouring scores agree, and flipping their signs one by one overlooks that
 /// (Newey and West, Econometrica 1987, Bartlett weights; never below 1).
@@ -184,10 +200,12 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     double least_error = 0.0;
     double least_rank = 0.0;
     const bool sized_by_coefficient = candidate.form->unit_coefficient(*model.series);
+    std::vector<VectorXd> shape_errors;
     for (std::size_t s = 0; s < candidate.shapes.size(); ++s) {
       const VectorXd errors = view.errors_with(candidate.columns[s]);
       const auto unique = view.unique_part(candidate.columns[s]);
       flip.options.push_back(view.flip_option(candidate.columns[s], unique));
+      shape_errors.push_back(errors);
       // A replayed effect counts at the size that its own coefficient asks for.
       double rank = errors.sum();
       if (sized_by_coefficient) {
@@ -201,6 +219,12 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
         tested.best = {c, candidate.shapes[s], candidate.columns[s]};
         tested.errors = errors;
       }
+    }
+    const std::size_t simplest = simplest_as_good(candidate, shape_errors, flip.found_option);
+    if (simplest != flip.found_option) {
+      flip.found_option = simplest;
+      tested.best = {c, candidate.shapes[simplest], candidate.columns[simplest]};
+      tested.errors = shape_errors[simplest];
     }
     best_gain = std::max(best_gain, result.errors.sum() - least_error);
     flips.push_back(std::move(flip));

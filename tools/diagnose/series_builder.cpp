@@ -6,9 +6,9 @@
 #include <limits>
 #include <map>
 
-#include "diagnose/plant_effort.hpp"
 #include "diagnose/series.hpp"
 #include "diagnose/series_table.hpp"
+#include "physics/plant_effort.hpp"
 
 namespace ravencal::diagnose {
 namespace {

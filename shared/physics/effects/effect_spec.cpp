@@ -9,21 +9,31 @@ namespace {
 
 constexpr ParameterSpec kGainError[] = {{"ratio", Dimension::kRatio, true}};
 constexpr ParameterSpec kCouplingError[] = {{"error", Dimension::kCoupling, true}};
-constexpr ParameterSpec kCompliance[] = {{"stiffness", Dimension::kStiffness, true},
-                                         {"damping", Dimension::kDamping, true}};
+constexpr ParameterSpec kCompliance[] = {
+    {"stiffness", Dimension::kStiffness, false},
+    {"damping", Dimension::kDamping, false},
+    {"stretch_per_load", Dimension::kPosition, false},
+    {"stretch_per_load_and_posture", Dimension::kPosition, false},
+    {"stiffening_per_load2", Dimension::kPosition, false}};
 constexpr ParameterSpec kBacklash[] = {{"half_width", Dimension::kPosition, true}};
 constexpr ParameterSpec kJointFriction[] = {
-    {"level", Dimension::kEffort, true},     {"presliding", Dimension::kPosition, true},
-    {"damping", Dimension::kDamping, false}, {"load_share", Dimension::kRatio, false},
-    {"variation", Dimension::kRatio, false}, {"variation_time", Dimension::kTime, false}};
-constexpr ParameterSpec kHysteresis[] = {{"stiffness", Dimension::kStiffness, true},
-                                         {"yield", Dimension::kPosition, true}};
+    {"level", Dimension::kEffort, false},     {"presliding", Dimension::kPosition, false},
+    {"stretch", Dimension::kPosition, false}, {"width", Dimension::kPosition, false},
+    {"damping", Dimension::kDamping, false},  {"load_share", Dimension::kRatio, false},
+    {"variation", Dimension::kRatio, false},  {"variation_time", Dimension::kTime, false}};
+constexpr ParameterSpec kHysteresis[] = {{"stiffness", Dimension::kStiffness, false},
+                                         {"yield", Dimension::kPosition, false},
+                                         {"half_loop", Dimension::kPosition, false},
+                                         {"half_loop_narrow", Dimension::kPosition, false},
+                                         {"half_loop_wide", Dimension::kPosition, false},
+                                         {"width", Dimension::kPosition, false}};
+constexpr ParameterSpec kDelay[] = {{"delay", Dimension::kTime, true}};
 constexpr ParameterSpec kCreep[] = {{"compliance", Dimension::kCompliance, true},
                                     {"time", Dimension::kTime, true}};
 constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, true},
                                            {"order", Dimension::kOrder, true},
                                            {"phase", Dimension::kAngle, false}};
-constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, true},
+constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, false},
                                            {"offset", Dimension::kPosition, false}};
 constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, true},
                                       {"variation", Dimension::kRatio, false},
@@ -45,7 +55,7 @@ constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false
                                            {"wander", Dimension::kPosition, false},
                                            {"wander_time", Dimension::kTime, false}};
 
-constexpr std::array<EffectSpec, 19> kSpecs = {{
+constexpr std::array<EffectSpec, 20> kSpecs = {{
     {"homing_offset", "the seat at the hard stop differs at each homing", kHomingOffset},
     {"gain_error", "the transmission ratio is not the one that the controller knows", kGainError},
     {"coupling", "another joint moves this one more than the controller knows", kCouplingError},
@@ -65,6 +75,7 @@ constexpr std::array<EffectSpec, 19> kSpecs = {{
      kLoadFriction},
     {"torque_constant", "the motor gives more or less torque than commanded", kTorqueConstant},
     {"torque_ripple", "the drive's effort waves over its position", kTorqueRipple},
+    {"delay", "the joint follows late", kDelay},
     {"saturation", "the drive gives no more than its limit", kSaturation},
     {"thermal_drift", "cable length wanders slowly, without load", kThermalDrift},
 }};

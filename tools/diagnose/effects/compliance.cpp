@@ -2,7 +2,7 @@
 //
 // Cable and arm stretch under load: position = motor - load * compliance. The load is recorded, or
 // the weight that the plant's links put on the joint. With recorded loads, variants let the
-// compliance depend on posture (free cable length) and on the load itself (cables stiffen).
+// compliance depend on posture (free cable length, levers) and on the load itself (cables stiffen).
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -32,8 +32,15 @@ class Compliance final : public EffectForm {
       const double load = s.training_rms(s.transmitted);
       return log_grid(0.3 * s.rest_width() / load, 0.1 * range_of(s, s.motion.q) / load, 6);
     }
-    if (s.loads.empty()) return {{0.0}};
-    return {{0.0}, {1.0}, {2.0}, {3.0}};
+    if (s.loads.empty()) return {{0.0, 0.0}};
+    // Plain, with one joint's posture, with all of them; each also with stiffening. Simplest first.
+    std::vector<Shape> grid;
+    const std::size_t postures = 2 + s.others.size();
+    for (std::size_t posture = 0; posture <= postures; ++posture) {
+      for (const double stiffening : {0.0, 1.0})
+        grid.push_back({static_cast<double>(posture), stiffening});
+    }
+    return grid;
   }
   bool unit_coefficient(const Series& s) const override { return replayed(s); }
   MatrixXd columns(const Series& s, const Shape& shape) const override {
@@ -43,18 +50,15 @@ class Compliance final : public EffectForm {
       return cable_change(s, changed);
     }
     if (s.loads.empty()) return -s.transmitted;
-    const bool with_posture = shape[0] == 1.0 || shape[0] == 3.0;
-    const bool with_stiffening = shape[0] >= 2.0;
     std::vector<Eigen::VectorXd> columns;
     for (const Companion& load : s.loads) columns.emplace_back(-load.value);
     for (const Companion& load : s.loads) {
-      if (with_posture) {
-        columns.emplace_back(-load.value.cwiseProduct(scaled(s, s.motion.q)));
-        for (const Companion& other : s.others) {
-          columns.emplace_back(-load.value.cwiseProduct(scaled(s, other.value)));
-        }
-      }
-      if (with_stiffening) columns.emplace_back(-load.value.cwiseProduct(load.value.cwiseAbs()));
+      for (const Companion& posture : postures(s, shape))
+        columns.emplace_back(-load.value.cwiseProduct(scaled(s, posture.value)));
+    }
+    if (shape[1] > 0.0) {
+      for (const Companion& load : s.loads)
+        columns.emplace_back(-load.value.cwiseProduct(load.value.cwiseAbs()));
     }
     MatrixXd out(s.rows(), static_cast<Index>(columns.size()));
     for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
@@ -70,6 +74,14 @@ class Compliance final : public EffectForm {
       out.push_back({"compliance_to_" + s.loads[n].name, b[static_cast<Index>(n)],
                      per(amplitude_unit(s), s.loads[n].unit)});
     }
+    const auto loads = static_cast<Index>(s.loads.size());
+    add_posture(s, shape, b, out);
+    if (shape[1] <= 0.0) return out;
+    for (Index n = 0; n < loads; ++n) {
+      const Companion& load = s.loads[static_cast<std::size_t>(n)];
+      out.push_back({"stiffening_to_" + load.name, b[b.size() - loads + n],
+                     per(amplitude_unit(s), load.unit + "2")});
+    }
     return out;
   }
   std::string inconsistency(const Series& s, const Shape&,
@@ -80,6 +92,34 @@ class Compliance final : public EffectForm {
   std::string separate_by() const override {
     return "repeat the same motion with 0.5 kg on the tool: stretch grows with the load, a wrong "
            "ratio does not";
+  }
+
+ private:
+  /// Positions on which the compliance depends: none, own, one other joint's, all.
+  static std::vector<Companion> postures(const Series& s, const Shape& shape) {
+    std::vector<Companion> all = {{s.joint, position_unit(s), s.motion.q}};
+    all.insert(all.end(), s.others.begin(), s.others.end());
+    const auto which = static_cast<std::size_t>(shape[0]);
+    if (which == 0) return {};
+    if (which > all.size()) return all;
+    return {all[which - 1]};
+  }
+
+  /// Where the plain compliance holds, and its slope over each posture.
+  static void add_posture(const Series& s, const Shape& shape, const Eigen::VectorXd& b,
+                          std::vector<FormParameter>& out) {
+    const std::vector<Companion> used = postures(s, shape);
+    for (std::size_t p = 0; p < used.size(); ++p) {
+      out.push_back({"centre_of_" + used[p].name, s.training_mean(used[p].value), used[p].unit});
+      const double spread = s.training_rms(centred(s, used[p].value));
+      for (std::size_t n = 0; n < s.loads.size(); ++n) {
+        // As columns() has them: after the plain ones, load by load.
+        const auto at = static_cast<Index>(s.loads.size() + n * used.size() + p);
+        out.push_back({"slope_to_" + s.loads[n].name + "_by_" + used[p].name,
+                       spread > 0.0 ? b[at] / spread : 0.0,
+                       per(per(amplitude_unit(s), s.loads[n].unit), used[p].unit)});
+      }
+    }
   }
 };
 

@@ -52,7 +52,9 @@ class HysteresisForm final : public EffectForm {
     }
     const std::string suffix = from().empty() ? "" : "_from_" + from();
     return {{"half_loop" + suffix, b.sum(), amplitude_unit(s)},
-            {"width" + suffix, shape[0], position_unit(s)}};
+            {"width" + suffix, shape[0], position_unit(s)},
+            {"half_loop_narrow" + suffix, b[0], amplitude_unit(s)},
+            {"half_loop_wide" + suffix, b[2], amplitude_unit(s)}};
   }
   std::string inconsistency(const Series& s, const Shape&,
                             const Eigen::VectorXd& b) const override {

@@ -6,19 +6,19 @@
 
 #include "physics/plant.hpp"
 
-namespace ravencal::diagnose {
+namespace ravencal::physics {
 
 /// Effort that holds the plant's links against their weight, per joint and sample (N m or N), at
 /// these joint positions ([joints][samples], NaN where unknown). A vector is empty where the plant
 /// describes no weight or the positions are not known.
-std::vector<Eigen::VectorXd> holding_efforts(const physics::Plant& plant,
+std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
 /// The link's inertia about its joint (kg m^2 or kg): its own moment and its mass about the axis z;
 /// other links are left to the drive's tolerance.
-double link_inertia(const physics::Joint& joint);
+double link_inertia(const Joint& joint);
 
 /// Inertia of motor and link, referred to the joint (kg m^2 or kg).
-double joint_inertia(const physics::Plant& plant, std::size_t joint);
+double joint_inertia(const Plant& plant, std::size_t joint);
 
-}  // namespace ravencal::diagnose
+}  // namespace ravencal::physics

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/plant_effort.hpp"
+#include "physics/plant_effort.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "physics/arm_dynamics.hpp"
 
-namespace ravencal::diagnose {
+namespace ravencal::physics {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-bool has_weight(const physics::Plant& plant) {
+bool has_weight(const Plant& plant) {
   double mass_kg = plant.payload.mass_kg;
-  for (const physics::Joint& joint : plant.joints) mass_kg += joint.link.mass_kg;
+  for (const Joint& joint : plant.joints) mass_kg += joint.link.mass_kg;
   const auto& g = plant.robot.gravity_m_per_s2;
   return mass_kg > 0.0 && std::hypot(g[0], g[1], g[2]) > 0.0;
 }
 
 /// A pendulum about z: effort = -(r x m g)_z with r turned by q.
-VectorXd pendulum_effort(const physics::Plant& plant, const VectorXd& q) {
-  const physics::Link& link = plant.joints.front().link;
+VectorXd pendulum_effort(const Plant& plant, const VectorXd& q) {
+  const Link& link = plant.joints.front().link;
   const auto& g = plant.robot.gravity_m_per_s2;
   // A payload without a place of its own hangs at the link's centre of mass.
   const auto& at = plant.payload.com_m;
@@ -41,19 +41,17 @@ VectorXd pendulum_effort(const physics::Plant& plant, const VectorXd& q) {
 
 }  // namespace
 
-std::vector<VectorXd> holding_efforts(const physics::Plant& plant,
-                                      const std::vector<VectorXd>& positions) {
+std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<VectorXd>& positions) {
   std::vector<VectorXd> efforts(positions.size());
   const bool known = std::all_of(positions.begin(), positions.end(),
                                  [](const VectorXd& q) { return q.size() > 0; });
   if (!known || !has_weight(plant)) return efforts;
-  if (plant.joints.size() == 1 && plant.joints.front().kind == physics::JointKind::kRevolute) {
+  if (plant.joints.size() == 1 && plant.joints.front().kind == JointKind::kRevolute) {
     efforts[0] = pendulum_effort(plant, positions[0]);
     return efforts;
   }
   if (plant.joints.size() != 3) return efforts;
-  physics::ArmDynamics dynamics(
-      plant, plant.robot.arm == "green" ? physics::Arm::kGreen : physics::Arm::kGold, true);
+  ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
   for (VectorXd& effort : efforts) effort = VectorXd::Zero(positions.front().size());
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
   for (Index i = 0; i < positions.front().size(); ++i) {
@@ -64,15 +62,15 @@ std::vector<VectorXd> holding_efforts(const physics::Plant& plant,
   return efforts;
 }
 
-double link_inertia(const physics::Joint& j) {
-  if (j.kind == physics::JointKind::kPrismatic) return j.link.mass_kg;
+double link_inertia(const Joint& j) {
+  if (j.kind == JointKind::kPrismatic) return j.link.mass_kg;
   const double arm2 = j.link.com_m[0] * j.link.com_m[0] + j.link.com_m[1] * j.link.com_m[1];
   return j.link.inertia_kg_m2[2] + j.link.mass_kg * arm2;
 }
 
-double joint_inertia(const physics::Plant& plant, std::size_t joint) {
-  const physics::Joint& j = plant.joints[joint];
+double joint_inertia(const Plant& plant, std::size_t joint) {
+  const Joint& j = plant.joints[joint];
   return j.motor_inertia_kg_m2 * j.reduction * j.reduction + link_inertia(j);
 }
 
-}  // namespace ravencal::diagnose
+}  // namespace ravencal::physics

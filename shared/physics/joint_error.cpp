@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/joint_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::physics {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double value(const Effect& effect, std::string_view name) {
+  const auto it = effect.parameters.find(name);
+  return it == effect.parameters.end() ? 0.0 : it->second;
+}
+
+/// Elastic-slip element over `width`, -1 to 1: the side on which the motion left the joint.
+VectorXd side(const VectorXd& x, double width, const std::vector<char>& fresh) {
+  VectorXd out = VectorXd::Zero(x.size());
+  for (Index i = 1; i < x.size(); ++i) {
+    const double moved = 2.0 * (x[i] - x[i - 1]) / width;
+    if (fresh[static_cast<std::size_t>(i)] == 0 && std::isfinite(moved))
+      out[i] = std::clamp(out[i - 1] + moved, -1.0, 1.0);
+  }
+  return out;
+}
+
+/// Three elements, a third, once and three times the width.
+VectorXd loop(const Effect& e, const VectorXd& x, const std::vector<char>& fresh) {
+  const double width = value(e, "width");
+  const double narrow = value(e, "half_loop_narrow");
+  const double wide = value(e, "half_loop_wide");
+  const double middle = value(e, "half_loop") - narrow - wide;
+  return -narrow * side(x, width / 3.0, fresh) - middle * side(x, width, fresh) -
+         wide * side(x, 3.0 * width, fresh);
+}
+
+/// Speed over some samples to either side of the same episode, times the delay.
+VectorXd late(const JointSignals& s, double delay_s) {
+  constexpr Index kReach = 4;
+  const Index rows = s.position.size();
+  VectorXd error = VectorXd::Zero(rows);
+  const auto starts = [&](Index i) {
+    return i < rows && s.fresh[static_cast<std::size_t>(i)] != 0;
+  };
+  for (Index i = 0; i < rows; ++i) {
+    Index from = i, to = i;
+    while (from > 0 && i - from < kReach && !starts(from)) --from;
+    while (to + 1 < rows && to - i < kReach && !starts(to + 1)) ++to;
+    const double dt_s = s.t_s[to] - s.t_s[from];
+    if (dt_s > 0.0) error[i] = -delay_s * (s.position[to] - s.position[from]) / dt_s;
+  }
+  return error;
+}
+
+VectorXd signal(const JointSignals& s, const std::string& name) {
+  return name.empty() ? VectorXd() : s.other(name);
+}
+
+/// What an effect adds that is described by its shape; empty for others.
+VectorXd shape_of(const Effect& e, const JointSignals& s) {
+  const VectorXd& q = s.position;
+  if (e.id == "homing_offset") return VectorXd::Constant(q.size(), value(e, "offset"));
+  if (e.id == "delay") return late(s, value(e, "delay"));
+  if (e.id == "joint_friction" && value(e, "width") > 0.0)
+    return -value(e, "stretch") * side(q, value(e, "width"), s.fresh);
+  const VectorXd other = signal(s, e.from);
+  const bool named = !e.from.empty() && other.size() == q.size();
+  if (e.id == "hysteresis" && value(e, "width") > 0.0 && (named || e.from.empty()))
+    return loop(e, named ? other : q, s.fresh);
+  if (e.id != "compliance" || !named) return {};
+  VectorXd per_load = VectorXd::Constant(q.size(), value(e, "stretch_per_load"));
+  const VectorXd posture = signal(s, e.posture);
+  if (posture.size() == q.size()) per_load += value(e, "stretch_per_load_and_posture") * posture;
+  return -per_load.cwiseProduct(other) -
+         value(e, "stiffening_per_load2") * other.cwiseProduct(other.cwiseAbs());
+}
+
+/// What the other effects add; zero for those that need an effort to be known.
+VectorXd motion_part(const Effect& e, const JointSignals& s) {
+  const VectorXd& q = s.position;
+  if (e.id == "gain_error") return value(e, "ratio") * q;
+  if (e.id == "coupling") return value(e, "error") * signal(s, e.from);
+  if (e.id == "eccentricity") {
+    return value(e, "amplitude") *
+           (value(e, "order") * q.array() + value(e, "phase")).sin().matrix();
+  }
+  if (e.id == "thermal_drift" && value(e, "time") > 0.0) {
+    return value(e, "final") * (1.0 - (-(s.t_s.array() - s.t_s[0]) / value(e, "time")).exp());
+  }
+  if (e.id == "backlash" && value(e, "half_width") > 0.0)
+    return -value(e, "half_width") * side(q, 2.0 * value(e, "half_width"), s.fresh);
+  return VectorXd::Zero(q.size());
+}
+
+}  // namespace
+
+VectorXd shape_error(const Joint& joint, const JointSignals& s) {
+  VectorXd error = VectorXd::Zero(s.position.size());
+  for (const Effect& effect : joint.effects) {
+    const VectorXd part = shape_of(effect, s);
+    if (part.size() > 0) error += part;
+  }
+  return error;
+}
+
+core::Result<VectorXd> joint_error(const Joint& joint, const JointSignals& s) {
+  VectorXd error = VectorXd::Zero(s.position.size());
+  for (const Effect& effect : joint.effects) {
+    for (const std::string& name : {effect.from, effect.posture}) {
+      if (name.empty() || s.other(name).size() > 0) continue;
+      return core::Error{core::ErrorCode::kData,
+                         fmt::format("joint '{}': {} from '{}', which was not recorded", joint.name,
+                                     effect.id, name)};
+    }
+    const VectorXd part = shape_of(effect, s);
+    error += part.size() > 0 ? part : motion_part(effect, s);
+  }
+  return error;
+}
+
+}  // namespace ravencal::physics

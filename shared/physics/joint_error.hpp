@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where a joint goes when its drive, or its command, is somewhere: the plant's transmission effects
+// as far as positions and recorded loads alone decide them. Cables that need an effort through them
+// belong to the arm's physics (physics/cable.hpp).
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::physics {
+
+/// Signals that a joint's error depends on, one value per row.
+struct JointSignals {
+  Eigen::VectorXd t_s;
+  std::vector<char> fresh;   ///< 1 where a recording or an episode starts
+  Eigen::VectorXd position;  ///< asked of the joint, rad or m
+  /// Position of another joint, or a recorded load; empty if there is none of that name.
+  std::function<Eigen::VectorXd(const std::string&)> other;
+};
+
+/// Joint minus `position`, rad or m, by every effect of the joint that needs no effort to be known.
+/// Errors (kData): a signal that an effect names is missing.
+core::Result<Eigen::VectorXd> joint_error(const Joint& joint, const JointSignals& signals);
+
+/// The part of it that effects described by their shape alone make: offset, loops and stretch given
+/// in positions, stretch per recorded load. Signals that are missing count as zero.
+Eigen::VectorXd shape_error(const Joint& joint, const JointSignals& signals);
+
+}  // namespace ravencal::physics

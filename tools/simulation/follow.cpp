@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation/follow.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "physics/drive_model.hpp"
+#include "physics/joint_error.hpp"
+#include "physics/plant_effort.hpp"
+
+namespace ravencal::simulation {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using record::Role;
+
+constexpr double kStep_s = 1e-3;      ///< longest step of the integration
+constexpr double kBristle_ji = 1e-5;  ///< over which friction builds up where the plant is silent
+
+/// One joint's recorded signals at the joint; empty where not recorded.
+struct Recorded {
+  VectorXd estimate, motor, desired, truth, effort;
+
+  [[nodiscard]] const VectorXd& measured() const { return motor.size() > 0 ? motor : estimate; }
+  [[nodiscard]] const VectorXd& believed() const {
+    if (estimate.size() > 0) return estimate;
+    return motor.size() > 0 ? motor : desired;
+  }
+};
+
+class Follower {
+ public:
+  Follower(const physics::Plant& plant, const record::Recording& recording,
+           const FollowOptions& options)
+      : plant_(plant), options_(options), out_{recording, {}} {
+    t_s_.resize(recording.rows());
+    for (Index i = 0; i < t_s_.size(); ++i) {
+      t_s_[i] = 1e-9 * static_cast<double>(recording.t_ns[static_cast<std::size_t>(i)] -
+                                           recording.t_ns.front());
+    }
+    mark_episodes();
+    find_power_channel();
+    for (const physics::Joint& joint : plant.joints) recorded_.push_back(signals_of(joint));
+    out_.recording.meta["source"] = "ravencal simulate --follow: simulated, not a robot";
+  }
+
+  core::Result<Followed> run() {
+    std::vector<VectorXd> positions;
+    for (const Recorded& r : recorded_) positions.push_back(r.believed());
+    weights_ = physics::holding_efforts(plant_, positions);
+    for (std::size_t j = 0; j < recorded_.size(); ++j) {
+      const Recorded& r = recorded_[j];
+      const bool controlled = r.desired.size() > 0 && law(j).has_value() && !options_.open_loop;
+      const bool driven = r.measured().size() > 0 && (r.effort.size() > 0 || controlled);
+      if (driven && r.truth.size() == 0) {
+        drive(j, controlled);
+      } else if (r.truth.size() > 0 && r.believed().size() > 0) {
+        RAVENCAL_RETURN_IF_ERROR(place(j, Role::kJointTruth, r.believed(), r.truth, "joint"));
+      } else if (r.desired.size() > 0 && r.estimate.size() > 0) {
+        RAVENCAL_RETURN_IF_ERROR(
+            place(j, Role::kJointEstimate, r.desired, r.estimate, "followed its desired position"));
+      }
+    }
+    if (!out_.joints.empty()) return std::move(out_);
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: no joint of {} can be simulated along it: record an effort or a desired "
+                    "position with a measured one, or an estimate with a truth",
+                    out_.recording.source, plant_.source)};
+  }
+
+ private:
+  struct Law {
+    double position, rate;
+  };
+
+  void mark_episodes() {
+    fresh_.assign(static_cast<std::size_t>(t_s_.size()), 0);
+    if (!fresh_.empty()) fresh_.front() = 1;
+    for (const record::Event& event : out_.recording.events) {
+      if (event.kind != "episode") continue;
+      const auto at =
+          std::lower_bound(out_.recording.t_ns.begin(), out_.recording.t_ns.end(), event.t_ns);
+      if (at != out_.recording.t_ns.end())
+        fresh_[static_cast<std::size_t>(at - out_.recording.t_ns.begin())] = 1;
+    }
+  }
+
+  [[nodiscard]] VectorXd column(Role role, const std::string& joint) const {
+    const auto index = out_.recording.column(role, joint);
+    return index ? VectorXd(out_.recording.samples.col(*index)) : VectorXd();
+  }
+
+  [[nodiscard]] static double to_joint(const physics::Joint& joint) {
+    return joint.reduction / joint.gearbox_ratio;
+  }
+  [[nodiscard]] static double per_input(const physics::Joint& joint) {
+    const double counts = joint.drive.dac_counts_per_n_m;
+    return (counts != 0.0 ? 1.0 / counts : joint.drive.gain) * to_joint(joint);
+  }
+
+  [[nodiscard]] Recorded signals_of(const physics::Joint& joint) const {
+    Recorded r;
+    r.estimate = column(Role::kJointEstimate, joint.name);
+    r.motor = column(Role::kMotorPosition, joint.name) / joint.reduction;
+    r.desired = column(Role::kDesiredPosition, joint.name);
+    r.truth = column(Role::kJointTruth, joint.name);
+    const bool torque = out_.recording.column(Role::kDriveTorque, joint.name).has_value();
+    r.effort = torque ? VectorXd(column(Role::kDriveTorque, joint.name) * to_joint(joint))
+                      : VectorXd(column(Role::kDriveInput, joint.name) * per_input(joint));
+    return r;
+  }
+
+  /// The plant's servo at the joint.
+  [[nodiscard]] std::optional<Law> law(std::size_t j) const {
+    const physics::Joint& joint = plant_.joints[j];
+    if (!joint.controller || joint.controller->kp_n_m_per_rad <= 0.0) return std::nullopt;
+    const double factor = joint.reduction * to_joint(joint);
+    return Law{joint.controller->kp_n_m_per_rad * factor,
+               joint.controller->kd_n_m_s_per_rad * factor};
+  }
+
+  /// Motor and link under effort; windows start from the recorded state.
+  void drive(std::size_t j, bool controlled) {
+    const physics::Joint& joint = plant_.joints[j];
+    const Recorded& r = recorded_[j];
+    const auto numbers =
+        physics::drive_numbers(joint, physics::joint_inertia(plant_, j), kBristle_ji);
+    VectorXd position = r.measured();
+    VectorXd velocity = VectorXd::Zero(position.size());
+    VectorXd effort = r.effort.size() > 0 ? r.effort : VectorXd(VectorXd::Zero(position.size()));
+    physics::DriveState<double> state;
+    double since_s = 0.0;
+    for (Index i = 0; i < position.size(); ++i) {
+      const bool restart = !controlled && t_s_[i] - since_s >= options_.restart_s;
+      if (fresh_[static_cast<std::size_t>(i)] != 0 || restart || !std::isfinite(state.position)) {
+        state = recorded_state(r.measured(), i);
+        since_s = t_s_[i];
+      }
+      position[i] = state.position;
+      velocity[i] = state.velocity;
+      if (i + 1 == position.size()) break;
+      const double dt_s = t_s_[i + 1] - t_s_[i];
+      const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kStep_s - 1e-6)));
+      for (int k = 0; k < steps; ++k) {
+        const double share = (k + 0.5) / steps;
+        const double asked = controlled ? servo(j, state, i, share)
+                                        : (1.0 - share) * r.effort[i] + share * r.effort[i + 1];
+        const double given = powered(i) ? limited(joint, asked) : 0.0;
+        if (k == 0 && controlled) effort[i] = given;
+        physics::step_drive(numbers, given, load(j, state.position, i), dt_s / steps, state);
+      }
+    }
+    write_drive(j, position, velocity, effort, controlled);
+  }
+
+  [[nodiscard]] double servo(std::size_t j, const physics::DriveState<double>& state, Index i,
+                             double share) const {
+    const VectorXd& desired = recorded_[j].desired;
+    const double wanted = (1.0 - share) * desired[i] + share * desired[i + 1];
+    return law(j)->position * (wanted - state.position) - law(j)->rate * state.velocity;
+  }
+
+  [[nodiscard]] static double limited(const physics::Joint& joint, double effort) {
+    const double limit = joint.parameter("saturation", "limit");
+    return limit > 0.0 ? std::clamp(effort, -limit, limit) : effort;
+  }
+
+  /// False where a status channel says that the drive was switched off.
+  [[nodiscard]] bool powered(Index row) const {
+    return !power_column_ || out_.recording.samples(row, *power_column_) >= 0.5;
+  }
+
+  void find_power_channel() {
+    for (std::size_t c = 0; c < out_.recording.channels.size(); ++c) {
+      const record::Channel& channel = out_.recording.channels[c];
+      if (channel.role == Role::kStatus && channel.name.find("torque_on") != std::string::npos)
+        power_column_ = static_cast<Index>(c);
+    }
+  }
+
+  /// Effort that holds the link: of a lone pendulum where it is, else where the recording was.
+  [[nodiscard]] double load(std::size_t j, double position, Index i) const {
+    if (weights_[j].size() == 0) return 0.0;
+    if (plant_.joints.size() > 1 || plant_.joints[j].kind != physics::JointKind::kRevolute)
+      return std::isfinite(weights_[j][i]) ? weights_[j][i] : 0.0;
+    if (!pendulum_) {
+      const VectorXd quarter = (VectorXd(2) << 0.5 * std::numbers::pi, 0.0).finished();
+      const VectorXd effort = physics::holding_efforts(plant_, {quarter}).front();
+      pendulum_ = {effort[0], effort[1]};
+    }
+    return pendulum_->first * std::sin(position) + pendulum_->second * std::cos(position);
+  }
+
+  /// Position, speed over some samples to either side, friction on the side of that speed.
+  [[nodiscard]] physics::DriveState<double> recorded_state(const VectorXd& position,
+                                                           Index i) const {
+    constexpr Index kReach = 5;
+    const Index before = std::max<Index>(0, i - kReach);
+    const Index after = std::min<Index>(position.size() - 1, i + kReach);
+    const double dt_s = t_s_[after] - t_s_[before];
+    const double speed = dt_s > 0.0 ? (position[after] - position[before]) / dt_s : 0.0;
+    return {position[i], speed, speed > 0.0 ? 1.0 : (speed < 0.0 ? -1.0 : 0.0)};
+  }
+
+  void write_drive(std::size_t j, const VectorXd& position, const VectorXd& velocity,
+                   const VectorXd& effort, bool controlled) {
+    const physics::Joint& joint = plant_.joints[j];
+    const Recorded& r = recorded_[j];
+    set(Role::kMotorPosition, joint.name, position * joint.reduction);
+    set(Role::kMotorVelocity, joint.name, velocity * joint.reduction);
+    if (r.estimate.size() > 0)
+      set(Role::kJointEstimate, joint.name, r.estimate + position - r.measured());
+    if (controlled) {
+      set(Role::kDriveTorque, joint.name, effort / to_joint(joint));
+      set(Role::kDriveInput, joint.name, effort / per_input(joint));
+    }
+    const std::string how =
+        controlled
+            ? "drive with its controller"
+            : fmt::format("drive under recorded efforts, {:g} s at a time", options_.restart_s);
+    report(joint.name, how, position - r.measured());
+  }
+
+  core::Status place(std::size_t j, Role role, const VectorXd& asked, const VectorXd& measured,
+                     const std::string& how) {
+    const physics::Joint& joint = plant_.joints[j];
+    physics::JointSignals signals{t_s_, fresh_, asked,
+                                  [this](const std::string& name) { return named(name); }};
+    RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error, physics::joint_error(joint, signals));
+    VectorXd position = asked + error;
+    // What was not measured, say of joints that are held, is not simulated either.
+    for (Index i = 0; i < position.size(); ++i)
+      if (!std::isfinite(measured[i])) position[i] = measured[i];
+    set(role, joint.name, position);
+    report(joint.name, how, position - measured);
+    return {};
+  }
+
+  /// A joint's position, or a recorded load of that name.
+  [[nodiscard]] VectorXd named(const std::string& name) const {
+    if (const auto joint = plant_.joint_index(name)) return recorded_[*joint].believed();
+    const auto index = out_.recording.column(name);
+    return index ? VectorXd(out_.recording.samples.col(*index)) : VectorXd();
+  }
+
+  void set(Role role, const std::string& joint, const VectorXd& values) {
+    if (const auto index = out_.recording.column(role, joint))
+      out_.recording.samples.col(*index) = values;
+  }
+
+  void report(const std::string& joint, const std::string& how, const VectorXd& error) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double e : error) {
+      if (!std::isfinite(e)) continue;
+      sum += e * e;
+      count += 1.0;
+    }
+    out_.joints.push_back({joint, how, std::sqrt(sum / std::max(1.0, count))});
+  }
+
+  const physics::Plant& plant_;
+  FollowOptions options_;
+  Followed out_;
+  VectorXd t_s_;
+  std::vector<char> fresh_;
+  std::optional<Index> power_column_;
+  std::vector<Recorded> recorded_;
+  std::vector<VectorXd> weights_;
+  mutable std::optional<std::pair<double, double>> pendulum_;  ///< sine, cosine of its effort
+};
+
+}  // namespace
+
+core::Result<Followed> follow_recording(const physics::Plant& plant,
+                                        const record::Recording& recording,
+                                        const FollowOptions& options) {
+  if (recording.rows() < 2) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: nothing to follow", recording.source)};
+  }
+  return Follower(plant, recording, options).run();
+}
+
+}  // namespace ravencal::simulation

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Any plant along a recording of its robot: one joint or seven, with drive or with positions only.
+// What commanded the robot goes in (desired positions, efforts, believed positions, loads), what
+// the plant makes of it comes out in the same channels, so that the result may stand beside the
+// recording (`ravencal diagnose --simulated`). RAVEN arms on a motion of one's own: session.hpp.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::simulation {
+
+struct FollowOptions {
+  /// A drive under recorded efforts starts from the recorded state so often: without a controller
+  /// nothing calls it back. Not used where the plant's controller closes the loop. > 0.
+  double restart_s = 1.0;
+  /// Take recorded efforts even where the plant has a controller and desired positions are known.
+  bool open_loop = false;
+};
+
+/// How a joint was simulated.
+struct FollowedJoint {
+  std::string joint;
+  std::string how;       ///< a few words for people
+  double rmse_ji = 0.0;  ///< of the simulated position against the recorded one, rad or m
+};
+
+struct Followed {
+  record::Recording recording;
+  std::vector<FollowedJoint> joints;
+};
+
+/// Errors (kData): no joint of the plant has what is needed in the recording.
+core::Result<Followed> follow_recording(const physics::Plant& plant,
+                                        const record::Recording& recording,
+                                        const FollowOptions& options);
+
+}  // namespace ravencal::simulation
