@@ -76,7 +76,7 @@ struct Arm {
   double motor = 0.0, motor_rate = 0.0, joint = 0.0, joint_rate = 0.0, creep = 0.0, strand = 0.0;
   LuGre motor_side, joint_side;
 
-  void step(const ArmTruth& t, double effort, double slip, double wander) {
+  void step(const ArmTruth& t, double effort, double slip, double wander, double mount_rad) {
     constexpr double kStep = kTick_s / kInner;
     const double hill = (motor - 0.1) / 0.06;
     const double drive = motor * (1.0 + t.gain) + t.run_out_rad * std::sin(9.92 * motor + 1.0) +
@@ -97,7 +97,8 @@ struct Arm {
         t.viscous * motor_rate;
     const double behind = joint_side.step(joint_rate, kStep, t.joint_friction,
                                           std::max(1.0, t.joint_friction / 4e-4));
-    const double weight = (t.weight_n_m + t.payload_kg * 9.81 * kLinkArm_m) * std::sin(joint);
+    const double weight =
+        (t.weight_n_m + t.payload_kg * 9.81 * kLinkArm_m) * std::sin(joint + mount_rad);
     const double inertia = kLinkInertia + (kLinkMass + t.payload_kg) * kLinkArm_m * kLinkArm_m;
     motor_rate += kStep * (effort - friction - tension + wander) / kMotorInertia;
     joint_rate += kStep * (tension - behind - weight) / inertia;
@@ -165,15 +166,19 @@ record::Recording record_arm(const ArmTruth& nominal, const ArmScene& scene) {
               2.1e-4 * fast.step(draw, dt_s, 3.0) + 1.5e-4 * slow.step(draw, dt_s, 120.0),
           effort * kGearbox / kReduction;
     }
-    for (int k = 0; k < kInner; ++k) arm.step(truth, effort, late ? truth.slip_rad : 0.0, wander);
+    for (int k = 0; k < kInner; ++k)
+      arm.step(truth, effort, late ? truth.slip_rad : 0.0, wander, scene.mount_rad);
   }
   return recording;
 }
 
-std::string arm_plant(const std::string& concealed) {
+std::string arm_plant(const std::string& concealed, double mount_rad) {
+  const std::string gravity = "[" + std::to_string(9.81 * std::cos(mount_rad)) + ", " +
+                              std::to_string(-9.81 * std::sin(mount_rad)) + ", 0.0]";
   std::string text = R"([robot]
 name = "one joint"
-gravity_m_per_s2 = [9.81, 0.0, 0.0]
+gravity_m_per_s2 = )" +
+                     gravity + R"(
 tool_joints_rad = [0.0, 0.0, 0.0, 0.0]
 
 [[joint]]

@@ -28,12 +28,13 @@ struct ArmScene {
   double rate_hz = 100.0;
   bool rich = false;        ///< holds, nested reversals and a tenfold of speeds, or a slow zig-zag
   double deviation = 0.05;  ///< of the truth's numbers from the plant's, one sigma
+  double mount_rad = 0.0;   ///< from hanging to the joint's zero: loads the cable to one side
 };
 
 /// Desired position, motor position, joint truth and drive torque of the joint "elbow".
 record::Recording record_arm(const ArmTruth& truth, const ArmScene& scene);
 
 /// The plant as its owner knows it, without the effect `concealed`.
-std::string arm_plant(const std::string& concealed = {});
+std::string arm_plant(const std::string& concealed = {}, double mount_rad = 0.0);
 
 }  // namespace ravencal::generator

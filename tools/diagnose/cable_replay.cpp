@@ -29,7 +29,7 @@ class Cable {
   void start(double motor, double load) {
     joint_ = motor;
     bristle_ = 0.0;
-    creep_ = n_.creep_compliance * load;
+    creep_ = n_.creep_start * n_.creep_compliance * load;
     strands_.fill(0.0);
     stretch_ = 0.0;
     // The cable carries the load from the start; which side friction was left on is not known.

@@ -20,6 +20,7 @@ struct CableNumbers {
   double strand_yield = 0.0;      ///< stretch at which the last of them slips
   double creep_compliance = 0.0;
   double creep_time_s = 1.0;
+  double creep_start = 1.0;          ///< share of its equilibrium that creep has where a start is
   double friction_level = 0.0;       ///< behind the cable
   double friction_load_share = 0.0;  ///< of the load, on top
   double friction_presliding = 0.0;  ///< deflection over which it builds up

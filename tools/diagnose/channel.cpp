@@ -26,7 +26,9 @@ Forms candidates_for(const Series& series, const physics::Plant& plant, const No
     if (!in_plant) forms.push_back(std::move(form));
   }
   for (std::size_t t = 0; t < nominal.terms.size(); ++t) {
-    if (!nominal.terms[t].form_only) forms.push_back(tolerance_form(nominal.terms[t], t));
+    // A stream that is later than its recorder says is the delay that the vocabulary means.
+    if (!nominal.terms[t].form_only && nominal.terms[t].id != "delay")
+      forms.push_back(tolerance_form(nominal.terms[t], t));
   }
   return forms;
 }
@@ -205,9 +207,11 @@ void predict(ChannelFit& fit) {
   }
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
-    prediction +=
-        seen_columns(*fit.model.candidates[chosen.candidate]->form, series, chosen.shape) *
-        coefficients_of(fit, i);
+    const MatrixXd columns =
+        chosen.everywhere.size() > 0
+            ? MatrixXd(chosen.everywhere)
+            : seen_columns(*fit.model.candidates[chosen.candidate]->form, series, chosen.shape);
+    prediction += columns * coefficients_of(fit, i);
   }
   fit.prediction = prediction;
   const MatrixXd columns = fit.model.columns();
@@ -287,8 +291,12 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   fit.model = prepare_channel(series, fit.nominal, fit.forms);
   const std::string gross = temper_gross_rows(fit.model);
   if (!gross.empty()) findings.notes.push_back(gross);
+  const ChannelModel without_steps = fit.model;
   adopt_steps(fit);
   select_effects(fit.model, options.gates, options.seed);
+  keep_proven_steps(fit, without_steps, options);
+  settle_offset(fit, options);
+  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
   fit.coefficients = joint_fit(fit.model);
   drop_uncertain(fit, options);
   withdraw_proxies(fit, options, findings);

@@ -81,7 +81,17 @@ Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
 /// Chosen effects; those that too many others could stand for become unexplained.
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
 
-/// A constant error is an effect of its own in the transmission; everywhere else it is free.
+/// Steps whose gain is repeated in held-out blocks stay; and none, where the model without any
+/// step, its effects chosen anew, is as likely.
+void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
+                       const ChannelOptions& options);
+
+/// A free constant hides the mean of what loads do to the cable. Where an effect with its own mean
+/// and no constant is clearly likelier than the constant, the effect takes its place.
+void settle_offset(ChannelFit& fit, const ChannelOptions& options);
+
+/// A constant error is an effect of its own in the transmission; everywhere else it is free. It is
+/// named where neither the plant's numbers within their tolerance nor an effect explain it.
 void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                  ChannelFindings& findings);
 
@@ -112,6 +122,10 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
 
 /// Where the residual before any effect exceeds what a learner without physics can predict.
 void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Share of what the plant predicts: LuGre's and Maxwell's friction differ by as much from a
+/// slip element, a stiffening cable from a straight one.
+inline constexpr double kModelForm = 0.04;
 
 /// Least size of a remainder: friction and cables of a simulation follow the real ones to some
 /// percent of what they do at best.

@@ -55,8 +55,13 @@ Tangent tangent_of(const ChannelFit& fit, std::size_t chosen) {
   constexpr double kStep = 0.02;
   const MatrixXd moved =
       model.blocks.gather(seen_columns(form, *model.series, {own.shape[0] * (1.0 + kStep)}));
+  // A part of a joint replay moves with its shape as the effect alone would.
+  const MatrixXd alone = own.everywhere.size() > 0
+                             ? model.blocks.gather(seen_columns(form, *model.series, own.shape))
+                             : own.columns;
   t.columns.conservativeResize(Eigen::NoChange, t.columns.cols() + 1);
-  t.columns.rightCols(1) = (moved - own.columns) * fit.coefficients.segment(t.at, t.width) / kStep;
+  t.columns.rightCols(1) =
+      (moved - alone).leftCols(t.width) * fit.coefficients.segment(t.at, t.width) / kStep;
   return t;
 }
 

@@ -16,39 +16,16 @@ bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates
          e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
 }
 
-/// Cost of missing physics: one candidate out of some twenty (2 ln 20).
-constexpr double kPhysicsCost = 6.0;
-/// Per free coefficient and shape (Akaike).
-constexpr double kFreedomCost = 2.0;
-
-/// A number beyond its tolerance: its owner was wrong about it, not unlucky, and errors of that
-/// kind have long tails (Cauchy, tolerances as unit).
-double out_of_tolerance_cost(double change) { return 2.0 * std::log1p(change * change); }
-
 double prior_cost(const ChannelModel& model) {
   const VectorXd b = joint_fit(model);
-  double cost = 0.0;
-  for (std::size_t term = 0; term < model.tolerance.size(); ++term) {
-    const double change = b[static_cast<Index>(term) + 1] / model.tolerance[term];
-    cost += change * change;
-  }
+  const double cost = nominal_cost(model, b);
   const Chosen& last = model.chosen.back();
-  if (const auto term = model.candidates[last.candidate]->form->nominal_term()) {
-    const double change = b[b.size() - 1] / model.tolerance[*term];
-    return cost + out_of_tolerance_cost(change) + kFreedomCost;
-  }
-  return cost + kPhysicsCost +
-         kFreedomCost *
-             static_cast<double>(last.columns.cols() + static_cast<Index>(last.shape.size()));
+  if (const auto term = model.candidates[last.candidate]->form->nominal_term())
+    return cost + number_cost(b[b.size() - 1], model.tolerance[*term]);
+  return cost + effect_cost(last.columns.cols() + static_cast<Index>(last.shape.size()));
 }
 
 }  // namespace
-
-VectorXd errors_of(const ChannelModel& model) {
-  const MatrixXd columns = model.columns();
-  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
-                        model.column_precision(columns.cols()));
-}
 
 Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double rows,
               std::uint64_t seed) {
@@ -83,7 +60,7 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     ChannelModel with = model;
     with.chosen.push_back(tested.best);
     with.hold_nominal();
-    Contender contender{&tested, errors_of(with), 0.0};
+    Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);

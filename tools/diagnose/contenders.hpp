@@ -9,9 +9,6 @@
 
 namespace ravencal::diagnose {
 
-/// Held-out squared error per block.
-Eigen::VectorXd errors_of(const ChannelModel& model);
-
 /// What a candidate gains with the plant's numbers held anew beside it. A screen holds them where
 /// they were without it, bent as far towards it as their tolerances let them.
 Evidence anew(Evidence e, const Eigen::VectorXd& before, const Eigen::VectorXd& after, double rows,

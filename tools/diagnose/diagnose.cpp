@@ -120,6 +120,7 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
       if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
       if (series.weight.size() != found.size()) continue;
       series.weight += found;
+      series.found_load = found;
       series.weight_deviation = findings[d].weight_deviation;
       series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
                                          series.inertial, series.fresh, series.rest_width()},

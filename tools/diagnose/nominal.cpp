@@ -85,12 +85,15 @@ class NominalBuilder {
 
   void transmission() {
     linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), motor_part());
-    // A reading of the truth is stamped late by its transfer and is half a period old on average;
-    // how late is the recorder's matter, hence the wide tolerance.
-    if (plant_.logger.truth_latency_s > 0.0) {
-      linear("delay", "truth_latency", "s",
-             plant_.logger.truth_latency_s + 0.5 * plant_.logger.truth_period_s, -s_.motion.v);
-      nominal_.terms.back().tolerance = 1.0;
+    // A reading of the truth is stamped late by its transfer. A recorder that pairs the nearest
+    // stamps adds nothing on average, one that repeats the latest reading half a period: which it
+    // does is not known, nor the alignment of its streams.
+    const double latency_s = plant_.logger.truth_latency_s;
+    if (latency_s > 0.0) {
+      const double pairing_s = 0.25 * plant_.logger.truth_period_s;
+      linear("delay", "truth_latency", "s", latency_s + pairing_s, -s_.motion.v);
+      nominal_.terms.back().tolerance =
+          (0.1 * latency_s + pairing_s + kAlignment_s) / (latency_s + pairing_s);
     } else {
       nominal_.terms.push_back(
           {"delay", "alignment", "s", 0.0, 1.0, -kAlignment_s * s_.motion.v, true});
@@ -202,6 +205,7 @@ class NominalBuilder {
         nominal_.terms.back().form_only = true;
       }
     }
+    found_load(stretch);
     uncertain("joint_friction", "level", effort_unit(s_), c.friction_level, stretch,
               [](CableNumbers& n, double f) { n.friction_level *= f; });
     uncertain("hysteresis", "stiffness", stiffness_unit, c.strand_stiffness, stretch,
@@ -244,6 +248,19 @@ class NominalBuilder {
             {"thermal_drift", "wander", s_.unit, 0.0, 1.0, std::move(column), true});
       }
     }
+  }
+
+  /// A load that the drive alone found is friction that looks like one, unless the cable feels it
+  /// as well: none, all and twice of it are as likely here.
+  void found_load(const VectorXd& stretch) {
+    if (s_.found_load.size() == 0) return;
+    const VectorXd known = s_.weight - s_.found_load;
+    const double found = s_.training_rms(s_.found_load);
+    if (found < 0.1 * s_.training_rms(known) || s_.training_rms(known) < 0.1 * found) return;
+    const VectorXd without =
+        replay_cable({s_.t_s, s_.motion.q, known, s_.inertial, s_.fresh, s_.rest_width()}, s_.cable)
+            .stretch;
+    nominal_.terms.push_back({"gravity", "found_share", "1", 1.0, 0.8, without - stretch, true});
   }
 
   template <typename Change>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnose/cable_family.hpp"
 #include "diagnose/contenders.hpp"
 
 namespace ravencal::diagnose {
@@ -127,7 +128,7 @@ void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
         [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
     const auto rival = pick(without, model.without(i), gates);
     if (!rival || own == without.tested.end() || rival->tested == &*own) continue;
-    const VectorXd present = errors_of(model);
+    const VectorXd present = held_out_errors(model);
     if (rival->errors.sum() < present.sum() && !tied(rival->errors, present)) {
       model.chosen[i] = rival->tested->best;
       model.hold_nominal();
@@ -158,15 +159,6 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
 }
 
 }  // namespace
-
-bool tied(const VectorXd& a, const VectorXd& b) {
-  const VectorXd difference = a - b;
-  const auto count = static_cast<double>(difference.size());
-  const double mean = difference.mean();
-  const double deviation =
-      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
-  return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
-}
 
 MatrixXd ChannelModel::columns() const {
   Index count = base.cols();
@@ -228,6 +220,12 @@ void ChannelModel::hold_nominal() {
   for (const Chosen& c : chosen) {
     if (const auto term = candidates[c.candidate]->form->nominal_term())
       base.col(static_cast<Index>(*term) + 1).setZero();
+    // An effect with the column of a number of the plant takes its whole change.
+    for (std::size_t term = 0; term < limit.size() && c.columns.cols() == 1; ++term) {
+      auto own = base.col(static_cast<Index>(term) + 1);
+      const double product = std::abs(own.dot(c.columns.col(0)));
+      if (product > 0.99999 * own.norm() * c.columns.norm()) own.setZero();
+    }
   }
   for (int round = 0; round < 6; ++round) {
     const MatrixXd all = columns();
@@ -277,7 +275,10 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   model.free_base = model.base;
   model.free_target = model.target;
   model.precision = VectorXd::Zero(terms + 1);
-  for (const NominalTerm& term : nominal.terms) model.nominal_ids.push_back(term.id);
+  for (const NominalTerm& term : nominal.terms) {
+    model.nominal_ids.push_back(term.id);
+    model.nominal_parameters.push_back(term.parameter);
+  }
   for (const auto& form : forms)
     model.candidates.push_back(candidate_of(series, model.blocks, *form));
   for (int round = 0; round < 2; ++round) {
@@ -311,7 +312,7 @@ Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates&
   for (const TestedCandidate& tested : result.tested) {
     if (tested.candidate != index) continue;
     const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
-    return anew(tested.evidence, result.errors, errors_of(model), rows, seed);
+    return anew(tested.evidence, result.errors, held_out_errors(model), rows, seed);
   }
   return {};
 }
@@ -341,6 +342,9 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
       if (!kept) dropped.push_back(candidate);
     }
   }
+  settle_cable(model, gates);
+  model.noise = noise_of(model);
+  drop_pass(model, gates, seed);
   model.noise = noise_of(model);
   model.floor = std::min(model.floor, rms(model.noise));
 }

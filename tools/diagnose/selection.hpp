@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,6 +45,10 @@ struct Chosen {
   std::size_t candidate = 0;
   Shape shape;
   Eigen::MatrixXd columns;  ///< [training rows x m]
+  /// The column at all rows, where it is the effect's part of a joint replay; else empty: the
+  /// form's own.
+  Eigen::VectorXd everywhere{};
+  std::vector<std::string> tied_with{};  ///< ids that a joint search found as likely in its place
 };
 
 struct Evidence {
@@ -72,6 +77,9 @@ struct ChannelModel {
   Eigen::VectorXd free_target;  ///< target before any term was held
   std::vector<std::shared_ptr<const Candidate>> candidates;
   std::vector<std::string> nominal_ids;  ///< effects that the plant has
+  std::vector<std::string> nominal_parameters;
+  /// Columns at all rows of nominal terms that were taken anew beside the cable's effects; by term.
+  std::map<std::size_t, Eigen::VectorXd> moved_terms;
   std::vector<Chosen> chosen;
   Eigen::VectorXd noise;  ///< residual of the saturated model, held out
   double floor = 0.0;     ///< RMS below which no held-out model got
@@ -131,6 +139,19 @@ bool last_is_consistent(const ChannelModel& model);
 
 /// Mean of the blocks' gains over its standard error.
 double z_score(const Eigen::VectorXd& gains);
+
+/// Squared error that counts as one: the noise's, as often as it says something new.
+double noise_unit(const ChannelModel& model);
+
+/// Held-out squared error of the model per block.
+Eigen::VectorXd held_out_errors(const ChannelModel& model);
+
+/// Twice the negative log of what is thought of it beforehand: missing physics with so many free
+/// numbers; a number of the plant with that relative change; the plant's numbers with
+/// `coefficients` of the model, within their tolerances.
+double effect_cost(Eigen::Index numbers);
+double number_cost(double change, double tolerance);
+double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);

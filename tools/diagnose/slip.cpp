@@ -12,6 +12,17 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostSteps = 4;
 constexpr double kRatio = 2.0;
+/// Chance of a step anywhere in a recording without one.
+constexpr double kAlpha = 0.005;
+
+/// Chance that noise whose deviation is known from `independent` values exceeds `t` of those
+/// deviations at any of as many places: Student's tail by Wallace's normal (Annals of Mathematical
+/// Statistics 1959), times the places, which overlapping windows double.
+double chance_anywhere(double t, double independent) {
+  const double nu = std::max(1.0, independent);
+  const double z = (8.0 * nu + 1.0) / (8.0 * nu + 3.0) * std::sqrt(nu * std::log1p(t * t / nu));
+  return std::min(1.0, 2.0 * nu * std::erfc(z / std::sqrt(2.0)));
+}
 
 /// First training row of the stretch without a new start that holds training row n.
 std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
@@ -65,10 +76,15 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const V
     const auto rank = elsewhere.begin() +
                       static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(elsewhere.size()));
     std::nth_element(elsewhere.begin(), rank, elsewhere.end());
-    if (peak < kRatio * *rank) break;
-    const Index row = blocks.rows[static_cast<std::size_t>(at)];
     // The 99 % quantile of a normal is 2.58 deviations of the statistic.
-    steps.push_back({row, series.t_s[row], statistic[at], *rank / 2.58, peak / *rank, window});
+    const double deviation = *rank / 2.58;
+    // Each value spans a window before and one after.
+    const double independent =
+        static_cast<double>(elsewhere.size()) / (2.0 * static_cast<double>(window));
+    const double chance = chance_anywhere(peak / std::max(deviation, 1e-300), independent);
+    if (peak < kRatio * *rank || chance > kAlpha) break;
+    const Index row = blocks.rows[static_cast<std::size_t>(at)];
+    steps.push_back({row, series.t_s[row], statistic[at], deviation, peak / *rank, chance, window});
     const Index start = starts[static_cast<std::size_t>(at)];
     for (Index i = at; i < count && starts[static_cast<std::size_t>(i)] == start; ++i)
       rest[i] -= statistic[at];

@@ -2,7 +2,8 @@
 //
 // Steps of the truth at one moment: a slipped cable, or counts that an encoder lost. A step is
 // looked for locally, in two windows before and after each moment, and must be twice what the same
-// recording shows at 99 % of all other moments: slow wander then raises no alarm.
+// recording shows at 99 % of all other moments: slow wander then raises no alarm. How few moments
+// are independent of each other counts as well: among ten, one is often twice as far as the rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +19,7 @@ struct Step {
   double size = 0.0;
   double deviation = 0.0;   ///< one standard error of the size
   double ratio = 0.0;       ///< to the 99 % quantile elsewhere
+  double p_value = 1.0;     ///< chance of such a step anywhere in noise like that elsewhere
   Eigen::Index window = 0;  ///< rows by which the step may be misplaced
 };
 

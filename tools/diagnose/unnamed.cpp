@@ -84,10 +84,6 @@ bool is_proxy(const ChannelModel& with_shape, std::size_t effect, double with_ef
          with_effect - shape_alone > kBetter * (none - shape_alone);
 }
 
-/// Share of what the plant predicts: LuGre's and Maxwell's friction differ by as much from a
-/// slip element, a stiffening cable from a straight one.
-constexpr double kModelForm = 0.04;
-
 }  // namespace
 
 double least_remainder(const ChannelFit& fit) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The cable yields slowly under load and recovers slowly (standard linear solid): the stretch that
-// is still to come is the load minus its lagged self.
+// is still to come is the load minus its lagged self. How far it had come when the recording began
+// depends on what the arm did before.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -27,7 +28,10 @@ class CreepForm final : public EffectForm {
       const double load = std::max(1e-12, s.training_rms(s.transmitted));
       changed.creep_compliance = 3.0 * s.rest_width() / load;
       changed.creep_time_s = shape[0];
-      return cable_change(s, changed) / changed.creep_compliance;
+      Eigen::MatrixXd out(s.rows(), 2);
+      out.col(0) = cable_change(s, changed) / changed.creep_compliance;
+      out.col(1) = left_from_start(s, shape[0]);
+      return out;
     }
     const Eigen::VectorXd& load = s.transmitted.size() > 0 ? s.transmitted : s.loads.front().value;
     return -low_pass(load, s.t_s, shape[0], s.fresh);
@@ -37,7 +41,10 @@ class CreepForm final : public EffectForm {
     return {{"compliance", b[0], per(amplitude_unit(s), effort_unit(s))}, {"time", shape[0], "s"}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
-    return b[0] > 0.0 ? "" : "the cable would shorten under load";
+    if (b[0] <= 0.0) return "the cable would shorten under load";
+    // Between none of it and half as much again, with room for noise.
+    const bool begins_somewhere = b.size() < 2 || (b[1] > -0.5 * b[0] && b[1] < 1.5 * b[0]);
+    return begins_somewhere ? "" : "more creep would be left at the start than there is";
   }
   std::string separate_by() const override {
     return "hold a loaded pose for three minutes, then the opposite pose: creep relaxes with the "
@@ -45,6 +52,20 @@ class CreepForm final : public EffectForm {
   }
 
  private:
+  /// Load at each start, fading as creep does: the joint is ahead by what has not crept yet.
+  static Eigen::VectorXd left_from_start(const Series& s, double time_s) {
+    Eigen::VectorXd out(s.rows());
+    double load = 0.0;
+    double since_s = 0.0;
+    for (Eigen::Index i = 0; i < s.rows(); ++i) {
+      if (i == 0 || s.fresh[static_cast<std::size_t>(i)] != 0) {
+        load = s.transmitted[i];
+        since_s = s.t_s[i];
+      }
+      out[i] = load * std::exp(-(s.t_s[i] - since_s) / time_s);
+    }
+    return out;
+  }
   static double duration(const Series& s) { return range_of(s, s.t_s); }
 };
 

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The transmission's names: steps against noise that remembers, constants against loads, and the
+// cable's effects together.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "diagnose/diagnose.hpp"
+#include "diagnose/slip.hpp"
+#include "diagnose_arm.hpp"
+
+namespace {
+
+using namespace ravencal;
+using Eigen::Index;
+using generator::ArmScene;
+using generator::ArmTruth;
+
+/// A channel of `rows` samples without a start but the first.
+diagnose::Series plain_series(Index rows) {
+  diagnose::Series s;
+  s.y = Eigen::VectorXd::Zero(rows);
+  s.t_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 0.02 * static_cast<double>(rows - 1));
+  s.fresh.assign(static_cast<std::size_t>(rows), 0);
+  s.fresh.front() = 1;
+  return s;
+}
+
+diagnose::Blocks all_rows(Index rows) {
+  diagnose::Blocks blocks;
+  for (Index i = 0; i < rows; ++i) blocks.rows.push_back(i);
+  blocks.begin = {0, rows};
+  blocks.fold = {0};
+  return blocks;
+}
+
+/// Noise that forgets with `memory` rows, of unit deviation.
+Eigen::VectorXd remembering(Index rows, double memory, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  const auto draw = [&engine] {
+    double sum = -6.0;
+    for (int i = 0; i < 12; ++i) sum += static_cast<double>(engine() >> 11U) * 0x1.0p-53;
+    return sum;
+  };
+  const double keep = std::exp(-1.0 / memory);
+  Eigen::VectorXd x(rows);
+  double state = draw();
+  for (Index i = 0; i < rows; ++i)
+    x[i] = state = keep * state + std::sqrt(1 - keep * keep) * draw();
+  return x;
+}
+
+TEST(Steps, AreNotFoundInNoiseThatRemembers) {
+  // So long a memory leaves some ten moments that are independent of each other.
+  const Index rows = 4000;
+  const diagnose::Series s = plain_series(rows);
+  int alarms = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const auto noise = remembering(rows, 40.0, seed);
+    alarms += diagnose::find_steps(s, all_rows(rows), noise, 80.0).empty() ? 0 : 1;
+  }
+  // One is expected of 200 at 0.5 %; beyond five is one in a thousand.
+  EXPECT_LE(alarms, 5);
+}
+
+TEST(Steps, OfFourTimesTheNoiseAreFound) {
+  const Index rows = 10000;
+  const diagnose::Series s = plain_series(rows);
+  auto noise = remembering(rows, 10.0, 7);
+  noise.tail(4000).array() += 4.0;
+  const auto steps = diagnose::find_steps(s, all_rows(rows), noise, 20.0);
+  ASSERT_EQ(steps.size(), 1U);
+  EXPECT_NEAR(static_cast<double>(steps.front().row), 6000.0, 40.0);
+  EXPECT_NEAR(steps.front().size, 4.0, 1.0);
+  EXPECT_LT(steps.front().p_value, 0.005);
+}
+
+diagnose::Report run(const ArmTruth& truth, const ArmScene& scene, const std::string& logger = {}) {
+  const auto plant =
+      physics::parse_plant(logger + generator::arm_plant({}, scene.mount_rad), "test plant");
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  diagnose::Options options;
+  options.threads = 1;
+  auto report =
+      diagnose::diagnose({generator::record_arm(truth, scene)}, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+  return report.value();
+}
+
+/// Names of the transmission, sorted.
+std::vector<std::string> transmission_names(const diagnose::Report& report) {
+  std::vector<std::string> names;
+  for (const auto& e : report.effects)
+    if (e.stage == "transmission") names.push_back(e.id);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+using Names = std::vector<std::string>;
+
+constexpr double kSideways = 1.2;  // the weight pulls the cable to one side over the whole range
+
+TEST(Constant, IsNoOffsetWhereTheStretchWithinItsToleranceExplainsIt) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const auto report = run({.stiffness = 440.0}, {.seed = seed,
+                                                   .duration_s = 200.0,
+                                                   .rate_hz = 50.0,
+                                                   .deviation = 0.03,
+                                                   .mount_rad = kSideways});
+    EXPECT_EQ(transmission_names(report), Names{}) << "seed " << seed << report.verdict.text;
+  }
+}
+
+TEST(Constant, IsAnOffsetWhereNoLoadExplainsIt) {
+  const auto report = run(
+      {.offset_rad = 0.003},
+      {.seed = 3, .duration_s = 200.0, .rate_hz = 50.0, .deviation = 0.03, .mount_rad = kSideways});
+  EXPECT_EQ(transmission_names(report), Names{"homing_offset"}) << report.verdict.text;
+}
+
+TEST(Stream, LaterThanItsRecorderSaysIsADelay) {
+  // 4 ms of transfer and at most half a period of 10 ms are the recorder's; 24 ms are not.
+  const auto report = run({.delay_s = 0.024}, {.seed = 3, .duration_s = 200.0, .rate_hz = 50.0},
+                          "[logger]\nrate_hz = 50\ntruth_period_s = 0.01\n"
+                          "truth_latency_s = 0.004\ntruth_latency_deviation_s = 0.0015\n\n");
+  ASSERT_EQ(transmission_names(report), Names{"delay"}) << report.verdict.text;
+  EXPECT_FALSE(report.effects.front().out_of_tolerance);
+  EXPECT_NEAR(report.effects.front().parameters.front().value, 0.024 - 0.0065, 0.004);
+}
+
+TEST(Cable, CreepUnderOneSidedLoadIsNoOffset) {
+  const auto report =
+      run({.creep = 0.004},
+          {.seed = 5, .duration_s = 200.0, .rate_hz = 50.0, .rich = true, .mount_rad = kSideways});
+  EXPECT_EQ(transmission_names(report), Names{"creep"}) << report.verdict.text;
+}
+
+TEST(Cable, EffectsThatHideEachOtherAreFoundTogether) {
+  const ArmScene scene{.seed = 51, .duration_s = 200.0, .rate_hz = 50.0, .rich = true};
+  const auto gap = run({.gap_half_rad = 0.002, .strands_n_m = 1.6}, scene);
+  EXPECT_EQ(transmission_names(gap), (Names{"backlash", "hysteresis"})) << gap.verdict.text;
+  const auto creep = run({.creep = 0.006, .strands_n_m = 2.0}, scene);
+  const Names names = transmission_names(creep);
+  for (const char* id : {"creep", "hysteresis"})
+    EXPECT_EQ(std::count(names.begin(), names.end(), id), 1) << id << creep.verdict.text;
+}
+
+}  // namespace

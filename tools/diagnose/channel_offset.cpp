@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The constant of the transmission: a homing offset, or the mean of what loads do to the cable.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
+constexpr double kClearScore = 6.0;
+
+/// The model with its constant out of reach.
+ChannelModel without_constant(const ChannelModel& model) {
+  ChannelModel out = model;
+  out.free_base.col(0).setZero();
+  out.precision[0] = 1.0;
+  out.hold_nominal();
+  return out;
+}
+
+/// Score of the model as `contenders` reckons it, its chosen effects' own cost aside.
+double score_of(const ChannelModel& model) {
+  return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
+}
+
+double score_with_constant(const ChannelModel& model) { return score_of(model) + effect_cost(1); }
+
+/// Effects that explain with their own mean what the constant explains.
+struct Rivals {
+  ScreenResult result;
+  std::vector<Contender> contenders;
+  [[nodiscard]] const Contender* best() const {
+    const auto least =
+        std::min_element(contenders.begin(), contenders.end(),
+                         [](const Contender& a, const Contender& b) { return a.score < b.score; });
+    return least == contenders.end() ? nullptr : &*least;
+  }
+};
+
+Rivals rivals_of(const ChannelModel& bare, const ChannelOptions& options) {
+  Rivals rivals;
+  rivals.result = screen(bare, options.gates, options.seed + 300);
+  rivals.contenders = contenders(bare, rivals.result, options.gates);
+  return rivals;
+}
+
+/// Error that a simulation of the cable's stretch has at best, constant included.
+double form_error(const ChannelFit& fit) {
+  VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);
+  }
+  return kModelForm * std::sqrt(stretch.squaredNorm() / static_cast<double>(stretch.size()));
+}
+
+/// Sizes below which a constant is the plant's own: what it draws at homing, the floor, what other
+/// joints pass on, and what no simulation of the stretch has right.
+double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
+  const Series& series = *fit.model.series;
+  const auto joint = plant.joint_index(series.joint).value_or(0);
+  double passed_on = 0.0;
+  for (const Inherited& part : series.inherited) passed_on += std::abs(part.offset);
+  return std::max({3.0 * plant.joints[joint].parameter("homing_offset", "deviation"),
+                   fit.model.floor, 1.25 * passed_on, form_error(fit)});
+}
+
+}  // namespace
+
+void settle_offset(ChannelFit& fit, const ChannelOptions& options) {
+  if (fit.model.series->stage != Stage::kTransmission) return;
+  const ChannelModel bare = without_constant(fit.model);
+  const double with = score_with_constant(fit.model);
+  if (score_of(bare) < with) return;
+  const Rivals rivals = rivals_of(bare, options);
+  const Contender* best = rivals.best();
+  if (best == nullptr || best->score > with - kClearScore ||
+      tied(best->errors, held_out_errors(fit.model)))
+    return;
+  fit.model = bare;
+  fit.model.chosen.push_back(best->tested->best);
+  fit.model.hold_nominal();
+  fit.coefficients = joint_fit(fit.model);
+}
+
+void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                 ChannelFindings& findings) {
+  const Series& series = *fit.model.series;
+  if (series.stage != Stage::kTransmission) return;
+  if (plant_has(plant, series.joint, "homing_offset", "")) {
+    findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
+                                  "the plant draws a new offset at each homing: any is expected"});
+    return;
+  }
+  const double offset = fit.coefficients[0];
+  if (std::abs(offset) < least_offset(fit, plant)) return;
+  const ChannelModel bare = without_constant(fit.model);
+  const VectorXd before = held_out_errors(bare);
+  const VectorXd after = held_out_errors(fit.model);
+  const VectorXd gains = before - after;
+  const double p_value = sign_flip_p(gains, options.seed + 300);
+  const double with = score_with_constant(fit.model);
+  if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return;
+  if (!repeats(options.gates, z_score(gains), p_value) || p_value > options.gates.alpha ||
+      gains.sum() < options.gates.least_share * before.sum() || with > score_of(bare)) {
+    return;
+  }
+  std::vector<std::string> rivals;
+  const Rivals others = rivals_of(bare, options);
+  for (const Contender& other : others.contenders) {
+    const EffectForm& form = *bare.candidates[other.tested->candidate]->form;
+    if (other.score < with + kClearScore && (other.score < with || tied(other.errors, after)))
+      rivals.push_back(form.id());
+  }
+  NamedEffect effect;
+  effect.id = "homing_offset";
+  effect.joint = findings.joint;
+  effect.stage = stage_word(findings.stage);
+  // Spread of the blocks' means, blocks as observations.
+  const auto blocks = static_cast<double>(fit.model.blocks.count());
+  VectorXd means(static_cast<Index>(blocks));
+  for (std::size_t b = 0; b < fit.model.blocks.count(); ++b) {
+    means[static_cast<Index>(b)] =
+        fit.held_out_residual.segment(fit.model.blocks.first(b), fit.model.blocks.size(b)).mean();
+  }
+  const double error =
+      1.96 * std::sqrt((means.array() - means.mean()).square().sum() / (blocks - 1.0) / blocks);
+  effect.parameters = {{"offset", offset, findings.unit, {offset - error, offset + error}}};
+  effect.held_out_before = fit.model.rms_of(before);
+  effect.held_out_after = fit.model.rms_of(after);
+  effect.unit = findings.unit;
+  effect.p_value = p_value;
+  effect.ambiguous_with = std::move(rivals);
+  effect.size = std::abs(offset);
+  effect.separate_by = homing_offset()->separate_by();
+  findings.effects.insert(findings.effects.begin(), std::move(effect));
+}
+
+}  // namespace ravencal::diagnose

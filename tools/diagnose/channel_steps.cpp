@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Steps of the transmission at one moment: which of those found are real, and what they are called.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+enum class StepKind { kSlip, kLostCounts, kEither };
+
+/// Lost counts make the controller see a jump that never happened: the recorded position leaves the
+/// desired one by the step's size, and the servo brings it back. A slipping cable shows no such
+/// jump.
+StepKind kind_of(const Step& step, const Series& s) {
+  if (s.tracking_error.size() == 0 || s.rows() < 200) return StepKind::kEither;
+  VectorXd jump = VectorXd::Zero(s.rows());
+  for (Index i = 2; i < s.rows(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (s.fresh[n] != 0 || s.fresh[n - 1] != 0) continue;
+    const double change = s.tracking_error[i] - s.tracking_error[i - 2];
+    if (std::isfinite(change)) jump[i] = change;
+  }
+  const Index reach = std::max<Index>(20, step.window);
+  double near = 0.0;
+  std::vector<double> elsewhere;
+  for (Index i = 0; i < s.rows(); ++i) {
+    const bool inside = std::abs(i - step.row) <= reach;
+    if (inside && jump[i] * step.size > 0.0) near = std::max(near, std::abs(jump[i]));
+    if (!inside) elsewhere.push_back(std::abs(jump[i]));
+  }
+  if (elsewhere.size() < 200) return StepKind::kEither;
+  const auto rank = elsewhere.begin() +
+                    static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(elsewhere.size()));
+  std::nth_element(elsewhere.begin(), rank, elsewhere.end());
+  if (near > 0.3 * std::abs(step.size) && near > 2.0 * *rank) return StepKind::kLostCounts;
+  const double period_s =
+      (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(std::max<Index>(1, s.rows() - 1));
+  // The servo needs some 50 ms: slower recordings may miss its jump between two samples.
+  const bool visible = period_s < 0.02 && *rank < 0.3 * std::abs(step.size);
+  return visible ? StepKind::kSlip : StepKind::kEither;
+}
+
+/// The model without one step of its base.
+ChannelModel without_step(const ChannelFit& fit, std::size_t step) {
+  ChannelModel out = fit.model;
+  const Index at = step_index(fit, step);
+  const auto erase = [at](Eigen::MatrixXd& x) {
+    const Index behind = x.cols() - at - 1;
+    x.middleCols(at, behind) = x.rightCols(behind).eval();
+    x.conservativeResize(Eigen::NoChange, x.cols() - 1);
+  };
+  erase(out.base);
+  erase(out.free_base);
+  const Index behind = out.precision.size() - at - 1;
+  out.precision.segment(at, behind) = out.precision.tail(behind).eval();
+  out.precision.conservativeResize(out.precision.size() - 1);
+  out.hold_nominal();
+  return out;
+}
+
+/// Cost of effects and steps and what they leave; steps have a size and a time.
+double score_of(const ChannelModel& model, std::size_t steps, double unit) {
+  double score = held_out_errors(model).sum() / unit + nominal_cost(model, joint_fit(model)) +
+                 static_cast<double>(steps) * effect_cost(2);
+  for (const Chosen& chosen : model.chosen)
+    score += effect_cost(chosen.columns.cols() + static_cast<Index>(chosen.shape.size()));
+  return score;
+}
+
+}  // namespace
+
+void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
+                       const ChannelOptions& options) {
+  if (fit.steps.empty()) return;
+  for (std::size_t k = fit.steps.size(); k-- > 0;) {
+    ChannelModel rest = without_step(fit, k);
+    const VectorXd before = held_out_errors(rest);
+    const VectorXd gains = before - held_out_errors(fit.model);
+    const bool proven =
+        repeats(options.gates, z_score(gains), sign_flip_p(gains, options.seed + 40 + k)) &&
+        gains.sum() > options.gates.least_share * before.sum();
+    if (proven) continue;
+    fit.steps.erase(fit.steps.begin() + static_cast<std::ptrdiff_t>(k));
+    fit.model = std::move(rest);
+  }
+  ChannelModel plain = without_steps;
+  select_effects(plain, options.gates, options.seed);
+  const double unit = std::min(noise_unit(plain), noise_unit(fit.model));
+  if (!fit.steps.empty() && score_of(fit.model, fit.steps.size(), unit) < score_of(plain, 0, unit))
+    return;
+  fit.steps.clear();
+  fit.model = std::move(plain);
+}
+
+void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
+  if (fit.steps.empty()) return;
+  // Beside structure that has no name a step is part of that structure.
+  if (fit.unnamed && fit.unnamed->depends_on.front() != "time") return;
+  const ChannelModel& model = fit.model;
+  // Everything but the steps, for what they explain.
+  ChannelModel without = model;
+  const auto kept = static_cast<Index>(1 + fit.nominal.terms.size());
+  without.base = model.base.leftCols(kept).eval();
+  without.precision = model.precision.head(kept).eval();
+  const VectorXd before = held_out_errors(without);
+  const VectorXd after = held_out_errors(model);
+  // The size gate of all effects: what the steps take off the held-out error, not their height.
+  const double gained = std::sqrt(std::max(0.0, (before - after).sum()) /
+                                  static_cast<double>(std::max<Index>(1, model.target.size())));
+  if (gained < Gates{}.size_per_floor * model.floor) return;
+  for (std::size_t k = 0; k < fit.steps.size(); ++k) {
+    const Step& step = fit.steps[k];
+    NamedEffect effect;
+    const StepKind kind = kind_of(step, *model.series);
+    effect.id = kind == StepKind::kLostCounts ? "lost_counts" : "slip";
+    effect.joint = findings.joint;
+    effect.stage = stage_word(findings.stage);
+    const double size = fit.coefficients[step_index(fit, k)];
+    if (std::abs(size) < 1.96 * step.deviation) continue;
+    effect.parameters = {
+        {"size", size, findings.unit, {size - 1.96 * step.deviation, size + 1.96 * step.deviation}},
+        {"time", step.t_s, "s", {step.t_s, step.t_s}}};
+    effect.held_out_before = model.rms_of(before);
+    effect.held_out_after = model.rms_of(after);
+    effect.unit = findings.unit;
+    effect.p_value = step.p_value;
+    effect.size = std::abs(size);
+    if (kind == StepKind::kEither) effect.ambiguous_with = {"lost_counts"};
+    effect.separate_by =
+        "record the drive's command at that moment: lost counts make the servo jump, a slipping "
+        "cable does not";
+    findings.effects.push_back(std::move(effect));
+  }
+}
+
+}  // namespace ravencal::diagnose
