@@ -188,6 +188,9 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
     return cable_kind(*model.candidates[chosen.candidate]->form, series).has_value();
   };
   const bool called = std::any_of(model.chosen.begin(), model.chosen.end(), of_family);
+  // Where one member explains alone, what a second one adds is how the first is simulated: LuGre
+  // friction beside a gap passes for strands.
+  if (called) return;
   ChannelModel rest = model;
   std::erase_if(rest.chosen, of_family);
   rest.hold_nominal();
