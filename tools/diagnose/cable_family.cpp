@@ -175,37 +175,27 @@ void note_ties(const std::vector<Judged>& list, const Judged& best, ChannelModel
   }
 }
 
-/// The chosen effects themselves, where the search finds nothing better.
-bool worse_than_present(const Judged& best, const ChannelModel& model) {
-  const VectorXd present = held_out_errors(model);
-  return best.errors.sum() > present.sum() && !tied(best.errors, present);
-}
-
-/// Settles the family beside the other chosen effects.
+/// Adds the set that the selection, which takes effects one by one, could not begin with.
 void settle_beside(ChannelModel& model, const Gates& gates) {
   const Series& series = *model.series;
-  const auto of_family = [&](const Chosen& chosen) {
-    return cable_kind(*model.candidates[chosen.candidate]->form, series).has_value();
-  };
-  const bool called = std::any_of(model.chosen.begin(), model.chosen.end(), of_family);
   // Where one member explains alone, what a second one adds is how the first is simulated: LuGre
   // friction beside a gap passes for strands.
+  const bool called = std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& c) {
+    return cable_kind(*model.candidates[c.candidate]->form, series).has_value();
+  });
   if (called) return;
-  ChannelModel rest = model;
-  std::erase_if(rest.chosen, of_family);
-  rest.hold_nominal();
-  const VectorXd errors = held_out_errors(rest);
+  const VectorXd errors = held_out_errors(model);
   const double unit = noise_unit(model);
   // Nothing is there to gain where the error is the noise.
-  if (!called && errors.sum() - model.noise.squaredNorm() < kUncalledScore * unit) return;
-  const double excess = rest.rms_of(errors);
-  const std::vector<CableMember> members = cable_members(rest, excess);
+  if (errors.sum() - model.noise.squaredNorm() < kUncalledScore * unit) return;
+  const double excess = model.rms_of(errors);
+  const std::vector<CableMember> members = cable_members(model, excess);
   if (members.empty()) return;
-  const std::vector<Judged> list = short_list(rest, members, unit);
-  const Judged* best = best_of(list, rest);
-  if (best == nullptr || worse_than_present(*best, model)) return;
-  const double present = errors.sum() / unit + nominal_cost(rest, joint_fit(rest));
-  if (!called && best->score > present - kUncalledScore) return;
+  const std::vector<Judged> list = short_list(model, members, unit);
+  const Judged* best = best_of(list, model);
+  if (best == nullptr) return;
+  const double present = errors.sum() / unit + nominal_cost(model, joint_fit(model));
+  if (best->score > present - kUncalledScore) return;
   if (best->model.rms_of(best->errors) > excess * std::sqrt(1.0 - gates.least_share)) return;
   ChannelModel settled = best->model;
   note_ties(list, *best, settled);
