@@ -27,6 +27,22 @@ struct Change {
   const char* to;    ///< in the plant that is diagnosed
 };
 
+/// The twin at work, read back; its file is gone afterwards.
+record::Recording simulated_as(const std::string& name, const physics::Plant& plant,
+                               const trajectory::Trajectory& motion,
+                               simulation::SessionOptions options) {
+  const fs::path path =
+      fs::path(::testing::TempDir()) / fmt::format("improved_{}_{}.db", name, plant.hash);
+  options.overwrite = true;
+  const auto done =
+      simulation::record_session(plant, motion, path, options, [](double) { return true; });
+  EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
+  auto recording = record::load_recording(path, {});
+  EXPECT_TRUE(recording.ok()) << (recording.ok() ? "" : recording.error().message);
+  fs::remove(path);
+  return std::move(recording).value();
+}
+
 class Improved : public ::testing::TestWithParam<Change> {
  protected:
   static std::string robot_text() {
@@ -44,17 +60,7 @@ class Improved : public ::testing::TestWithParam<Change> {
 
   static record::Recording simulated(const physics::Plant& plant,
                                      const trajectory::Trajectory& motion) {
-    const fs::path path = fs::path(::testing::TempDir()) /
-                          fmt::format("improved_{}_{}.db", GetParam().name, plant.hash);
-    simulation::SessionOptions options;
-    options.overwrite = true;
-    const auto done =
-        simulation::record_session(plant, motion, path, options, [](double) { return true; });
-    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
-    auto recording = record::load_recording(path, {});
-    EXPECT_TRUE(recording.ok()) << (recording.ok() ? "" : recording.error().message);
-    fs::remove(path);
-    return std::move(recording).value();
+    return simulated_as(GetParam().name, plant, motion, {});
   }
 };
 
@@ -100,6 +106,32 @@ TEST_P(Improved, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
   const double after = distance(simulated(improved, *test_motion), real, change.joint);
   EXPECT_LT(after, 0.7 * before) << report->verdict.text << "\n" << *improved_text;
 }
+
+/// Each is a session of its own, with its homing offsets, its wander and friction that varies, as
+/// the plant says that they do.
+class TwinAsItsPlant : public ::testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(TwinAsItsPlant, HasNothingLeftOut) {
+  const auto plant =
+      physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");
+  ASSERT_TRUE(plant.ok());
+  trajectory::RandomOptions motion;
+  motion.duration_s = 120.0;
+  motion.seed = GetParam();
+  const auto path = trajectory::make_random(motion);
+  ASSERT_TRUE(path.ok());
+  simulation::SessionOptions session;
+  session.seed = session.homing_seed = GetParam();
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report =
+      diagnose::diagnose({simulated_as(fmt::format("twin{}", GetParam()), *plant, *path, session)},
+                         {}, *plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
+}
+
+INSTANTIATE_TEST_SUITE_P(Sessions, TwinAsItsPlant, ::testing::Values(1, 3, 5));
 
 INSTANTIATE_TEST_SUITE_P(
     Plants, Improved,
