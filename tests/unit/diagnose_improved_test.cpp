@@ -23,8 +23,9 @@ using namespace ravencal;
 struct Change {
   const char* name;
   const char* joint;
-  const char* from;  ///< in the robot's plant, first after the joint's name
-  const char* to;    ///< in the plant that is diagnosed
+  const char* from;           ///< in the robot's plant, first after the joint's name
+  const char* to;             ///< in the plant that is diagnosed
+  const char* left_out = "";  ///< of the joint too, in the robot's plant
 };
 
 /// The twin at work, read back; its file is gone afterwards.
@@ -84,6 +85,11 @@ TEST_P(Improved, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
   const auto at = text.find(change.from, joint_at);
   ASSERT_NE(at, std::string::npos);
   text.replace(at, std::string(change.from).size(), change.to);
+  if (*change.left_out != 0) {
+    const auto there = text.find(change.left_out, joint_at);
+    ASSERT_NE(there, std::string::npos);
+    text.erase(there, std::string(change.left_out).size());
+  }
   const physics::Plant nominal = saved(text, change.name);
   trajectory::RandomOptions training;
   training.duration_s = 90.0;
@@ -137,7 +143,12 @@ INSTANTIATE_TEST_SUITE_P(
     Plants, Improved,
     ::testing::Values(Change{"shoulder_ratio", "shoulder", "ratio = 0.053", "ratio = 0.02"},
                       Change{"insertion_ratio", "insertion", "ratio = -0.0135", "ratio = -0.03"},
-                      Change{"elbow_ratio", "elbow", "ratio = 0.056", "ratio = 0.02"}),
+                      Change{"elbow_ratio", "elbow", "ratio = 0.056", "ratio = 0.02"},
+                      Change{"elbow_stop", "elbow", "stop_encoder_rad = 2.2689280",
+                             "stop_encoder_rad = 2.3998277",
+                             "  [[joint.effect]]\n"
+                             "  id = \"homing_offset\"\n"
+                             "  deviation_rad = 0.0010                  # [TUNED]\n"}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -102,6 +103,14 @@ void add_provenance(const Arguments& arguments, const physics::Plant& plant,
   made_from.emplace_back("ravencal", core::kVersion);
 }
 
+/// Blocks and folds follow the recordings' order, a verdict must not: they are taken by name.
+/// Another simulator's come in the order of theirs.
+void put_in_order(Arguments& arguments) {
+  if (!arguments.simulated.empty()) return;
+  std::sort(arguments.recordings.begin(), arguments.recordings.end());
+  std::sort(arguments.held_out.begin(), arguments.held_out.end());
+}
+
 core::Result<bool> run(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.profile,
@@ -183,6 +192,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "Figures are on --held-out recordings, else on rows from --held-out-from, else "
       "cross-validated.");
   command->callback([arguments, &exit_code] {
+    put_in_order(*arguments);
     const auto result = run(*arguments);
     if (!result.ok()) {
       fmt::print(stderr, "ravencal diagnose: {}\n", result.error().message);

@@ -234,6 +234,46 @@ bool add_effect(toml::table& joint_table, const physics::Joint& joint, const Nam
   return true;
 }
 
+/// The seat that the joint must find at its stop for the constant that the recording shows: ratio
+/// and coupling are wrong about the stop, where counting begins, and the plant knows how far the
+/// controller's stop is from the encoder's. `improved` has every other number already.
+double seat_at_stop(const physics::Plant& improved, std::size_t index, double constant) {
+  const physics::Joint& joint = improved.joints[index];
+  const auto stop = [&](std::size_t k) {
+    const auto& homing = improved.joints[k].homing;
+    return homing ? homing->stop_controller_ji : 0.0;
+  };
+  double motor_part = stop(index);
+  for (std::size_t k = 0; k < improved.joints.size() && index < improved.coupling.size(); ++k)
+    motor_part -= improved.coupling[index][k] * stop(k);
+  double seat = constant + joint.parameter("gain_error", "ratio") * motor_part;
+  for (const physics::Effect& effect : joint.effects) {
+    const auto source = improved.joint_index(effect.from);
+    if (effect.id == "coupling" && source) seat += effect.parameters.at("error") * stop(*source);
+  }
+  return seat - (joint.homing->stop_encoder_ji - joint.homing->stop_controller_ji);
+}
+
+/// Constants of joints that home, moved to their stops.
+void anchor_at_stops(toml::table& root, const physics::Plant& plant, const Report& report) {
+  std::ostringstream text;
+  text << root;
+  const auto improved = physics::parse_plant(text.str(), plant.source);
+  if (!improved.ok()) return;
+  for (const NamedEffect& e : report.effects) {
+    const auto index = plant.joint_index(e.joint);
+    if (e.id != "homing_offset" || !index || !plant.joints[*index].homing) continue;
+    toml::table& joint_table = *(*root["joint"].as_array())[*index].as_table();
+    const auto kind = plant.joints[*index].kind;
+    for (const physics::ParameterSpec& spec : physics::find_effect_spec(e.id)->parameters) {
+      if (spec.name == "offset")
+        effect_table(joint_table, e)
+            .insert_or_assign(physics::key_of(spec, kind),
+                              seat_at_stop(*improved, *index, parameter(e, "offset")));
+    }
+  }
+}
+
 std::string comment_for(const NamedEffect& e) {
   std::string text = fmt::format("#   {} ({}): {}", e.joint, e.stage, e.id);
   for (const NamedParameter& p : e.parameters) {
@@ -276,6 +316,7 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
             : add_load_compliance(joint_table, joint, e) || add_effect(joint_table, joint, e);
     if (!written) comments += comment_for(e);
   }
+  anchor_at_stops(root, plant, report);
   std::ostringstream text;
   text << "# " << plant.robot.name << ", improved by `ravencal diagnose`.\n";
   text << root << "\n";

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+#
+# The rows of `ravencal diagnose` on real recordings: what each shipped plant leaves out is fitted on
+# one part of a set, the figures are of the other.
+#   diagnose_rows.sh RAVENCAL DATA_DIR OUT_DIR [SET...]
+# SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker; all by default.
+# OUT_DIR/SET/report.html shows the reasons.
+set -euo pipefail
+if (($# < 3)); then
+  sed -n '5,8s/^# \{0,1\}//p' "$0" >&2
+  exit 2
+fi
+ravencal=$1 data=$2 out=$3
+shift 3
+tools=$(cd "$(dirname "$0")/../../tools" && pwd)
+mkdir -p "$out"
+
+# SET FILES... -- OPTIONS...: files are those of the set's own folder
+diagnose() {
+  local set=$1 files=() status=0
+  shift
+  while [[ $1 != -- ]]; do files+=("$data/$set/$1"); shift; done
+  shift
+  echo "$set"
+  "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" "$@" \
+    >"$out/$set.txt" || status=$?
+  if ((status > 1)); then return "$status"; fi
+  cat "$out/$set.txt"
+}
+row() {
+  local set=$1 profile=$tools/profiles/$1.toml kind
+  case $set in
+    emps) diagnose "$set" emps_train.csv -- --profile "$profile" \
+      --held-out "$data/$set/emps_test_pulses.csv" ;;
+    bam_xl330)
+      local train=() test=()
+      for kind in lift_and_drop sin_sin sin_time_square up_and_down; do
+        train+=("xl330_kp"{100,200,800}"_$kind.csv")
+        test+=("$data/$set/xl330_kp400_$kind.csv")
+      done
+      diagnose "$set" "${train[@]}" -- --profile "$profile" --held-out "${test[@]}" ;;
+    raven2_uiuc) diagnose "$set" raven2_joint123.csv -- --profile "$profile" --held-out-from 11.65 ;;
+    raven2_uw) diagnose "$set" raven2_uw_track.csv -- --profile "$profile" --held-out-from 55 ;;
+    dvrk_berkeley) diagnose "$set" train_random.csv -- --profile "$profile" \
+      --held-out "$data/$set/train_peg.csv" ;;
+    dvrk_jhu_tracker) diagnose "$set" dwell_means.csv -- \
+      --profile "$tools/profiles/${set}_three_depths.toml" --held-out "$data/$set/dwell_means.csv" \
+      --held-out-profile "$tools/profiles/${set}_other_depths.toml" ;;
+    *) echo "diagnose_rows.sh: there is no set $set" >&2; return 2 ;;
+  esac
+}
+
+(($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker
+for name; do row "$name"; done
