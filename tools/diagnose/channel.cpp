@@ -266,16 +266,10 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   }
 }
 
-Index first_column(const ChannelModel& model, std::size_t chosen) {
-  Index at = model.base.cols();
-  for (std::size_t i = 0; i < chosen; ++i) at += model.chosen[i].columns.cols();
-  return at;
-}
-
 }  // namespace
 
 VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
-  return fit.coefficients.segment(first_column(fit.model, chosen),
+  return fit.coefficients.segment(fit.model.first_column(chosen),
                                   fit.model.chosen[chosen].columns.cols());
 }
 

@@ -6,6 +6,7 @@
 
 #include "diagnose/channel.hpp"
 #include "diagnose/invariance.hpp"
+#include "diagnose/standard_normal.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -17,12 +18,6 @@ using Eigen::VectorXd;
 constexpr int kResamples = 400;
 constexpr double kNormal95 = 1.96;
 
-double standard_normal(std::mt19937_64& engine) {
-  const double uniform = static_cast<double>((engine() >> 11U) + 1) * 0x1p-53;
-  const double angle = 6.283185307179586 * static_cast<double>(engine() >> 11U) * 0x1p-53;
-  return std::sqrt(-2.0 * std::log(uniform)) * std::cos(angle);
-}
-
 /// Moments of the blocks drawn with replacement.
 MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {
   MatrixXd sum = MatrixXd::Zero(moments.block.front().rows(), moments.block.front().cols());
@@ -31,10 +26,6 @@ MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {
   }
   return sum;
 }
-
-}  // namespace
-
-namespace {
 
 /// The chosen effect's columns, moved along its shape to first order where that is free.
 struct Tangent {
@@ -48,8 +39,7 @@ Tangent tangent_of(const ChannelFit& fit, std::size_t chosen) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
-  Tangent t{model.columns(), false, model.base.cols(), own.columns.cols()};
-  for (std::size_t i = 0; i < chosen; ++i) t.at += model.chosen[i].columns.cols();
+  Tangent t{model.columns(), false, model.first_column(chosen), own.columns.cols()};
   t.with_shape = form.continuous() && !own.shape.empty() && !form.unit_coefficient(*model.series);
   if (!t.with_shape) return t;
   constexpr double kStep = 0.02;

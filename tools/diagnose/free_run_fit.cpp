@@ -10,6 +10,8 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/standard_normal.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -248,9 +250,7 @@ MatrixXd bootstrap(const FreeRun& run, const physics::DriveNumbers<double>& star
       const double precision = std::pow(handles[static_cast<std::size_t>(p)].prior, -2.0);
       h(p, p) += precision;
       // The prior's own centre is as uncertain as it says.
-      const double uniform = static_cast<double>((engine() >> 11U) + 1) * 0x1p-53;
-      const double angle = 6.283185307179586 * static_cast<double>(engine() >> 11U) * 0x1p-53;
-      const double normal = std::sqrt(-2.0 * std::log(uniform)) * std::cos(angle);
+      const double normal = standard_normal(engine);
       const DriveHandle& handle = handles[static_cast<std::size_t>(p)];
       g[p] += precision * (centre[p] - handle.centre - normal * handle.prior);
     }

@@ -97,8 +97,7 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
                          std::size_t chosen) {
   const MatrixXd columns = model.columns();
   const VectorXd residual = model.target - columns * coefficients;
-  Index at = model.base.cols();
-  for (std::size_t i = 0; i < chosen; ++i) at += model.chosen[i].columns.cols();
+  const Index at = model.first_column(chosen);
   const MatrixXd& own = model.chosen[chosen].columns;
   VectorXd part = own * coefficients.segment(at, own.cols());
   part.array() -= part.mean();

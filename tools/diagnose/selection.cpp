@@ -173,6 +173,12 @@ MatrixXd ChannelModel::columns() const {
   return all;
 }
 
+Index ChannelModel::first_column(std::size_t effect) const {
+  Index at = base.cols();
+  for (std::size_t i = 0; i < effect; ++i) at += chosen[i].columns.cols();
+  return at;
+}
+
 VectorXd ChannelModel::column_precision(Index count) const {
   VectorXd all = VectorXd::Zero(count);
   all.head(precision.size()) = precision;

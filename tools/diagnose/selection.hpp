@@ -86,6 +86,8 @@ struct ChannelModel {
   double correlation_rows = 1.0;
 
   [[nodiscard]] Eigen::MatrixXd columns() const;
+  /// Place of a chosen effect's first column in columns().
+  [[nodiscard]] Eigen::Index first_column(std::size_t effect) const;
   [[nodiscard]] Eigen::VectorXd column_precision(Eigen::Index count) const;
   /// True if the prerequisite of a candidate is met by the effects chosen or the plant.
   [[nodiscard]] bool permits(const EffectForm& form) const;

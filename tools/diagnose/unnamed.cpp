@@ -66,19 +66,13 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
          large;
 }
 
-VectorXd errors_of(const ChannelModel& model) {
-  const Eigen::MatrixXd columns = model.columns();
-  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
-                        model.column_precision(columns.cols()));
-}
-
 /// True if the shape says what the effect said, and much more.
 bool is_proxy(const ChannelModel& with_shape, std::size_t effect, double with_effect) {
-  const double both = errors_of(with_shape).sum();
-  const double shape_alone = errors_of(with_shape.without(effect)).sum();
+  const double both = held_out_errors(with_shape).sum();
+  const double shape_alone = held_out_errors(with_shape.without(effect)).sum();
   ChannelModel neither = with_shape;
   neither.chosen.pop_back();
-  const double none = errors_of(neither.without(effect)).sum();
+  const double none = held_out_errors(neither.without(effect)).sum();
   const double own = shape_alone - both;
   return own < kOwnGain * (none - with_effect) &&
          with_effect - shape_alone > kBetter * (none - shape_alone);
