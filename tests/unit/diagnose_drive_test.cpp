@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include "diagnose/diagnose.hpp"
@@ -199,6 +201,30 @@ TEST(SpectralLine, StandsOutOfColouredNoise) {
   ASSERT_TRUE(line.has_value());
   EXPECT_NEAR(line->hz, 0.73, 0.005);
   EXPECT_NEAR(line->rms, 0.5 / std::sqrt(2.0), 0.05);
+}
+
+TEST(SpectralLine, IsMeasuredExactlyAtUnevenTimes) {
+  // One tone alone, on a frequency of the search: its power there is its amplitude's square, and a
+  // spectrum that were off by more than digits would show in amplitude or place.
+  const Index rows = 15000;
+  std::mt19937_64 engine(7);
+  VectorXd t_s(rows);
+  double t = 0.0;
+  for (Index i = 0; i < rows; ++i) {
+    t_s[i] = t;
+    t += i == rows / 3 ? 7.0 : 0.06 + 0.01 * std::abs(gauss(engine));  // no two rows are averaged
+  }
+  const double hz = 0.1 + 0.5 * 900.0 / t_s[rows - 1];
+  const VectorXd tone = 0.02 * (2.0 * std::numbers::pi * hz * t_s.array()).sin();
+  const auto line = diagnose::find_line(t_s, tone, coloured(rows, 0.999, 2), 0.002);
+  ASSERT_TRUE(line.has_value());
+  EXPECT_NEAR(line->hz, hz, 1e-9);
+  // Power by its definition, at that frequency.
+  const double mean = tone.mean();
+  std::complex<double> sum = 0.0;
+  for (Index i = 0; i < rows; ++i)
+    sum += (tone[i] - mean) * std::polar(1.0, -2.0 * std::numbers::pi * hz * t_s[i]);
+  EXPECT_NEAR(line->rms, std::sqrt(2.0) * std::abs(sum) / static_cast<double>(rows), 1e-11);
 }
 
 TEST(SpectralLine, IsNotSeenInNoiseOfAnyMemory) {

@@ -18,28 +18,38 @@ constexpr int kDepth = 3;
 constexpr double kRate = 0.15;
 constexpr std::size_t kMostRows = 4000;
 
-/// Features as bin numbers by quantiles, [f][rows].
-std::vector<std::vector<std::uint8_t>> binned(const Eigen::MatrixXd& features) {
-  std::vector<std::vector<std::uint8_t>> bins(static_cast<std::size_t>(features.cols()));
-  for (Index f = 0; f < features.cols(); ++f) {
-    std::vector<double> sorted(features.col(f).data(), features.col(f).data() + features.rows());
-    std::sort(sorted.begin(), sorted.end());
-    std::vector<double> edges;
-    for (int b = 1; b < kBins; ++b) {
-      edges.push_back(sorted[sorted.size() * static_cast<std::size_t>(b) / kBins]);
-    }
-    auto& column = bins[static_cast<std::size_t>(f)];
-    for (Index i = 0; i < features.rows(); ++i) {
-      const auto edge = std::upper_bound(edges.begin(), edges.end(), features(i, f));
-      column.push_back(static_cast<std::uint8_t>(edge - edges.begin()));
+/// Features as bin numbers by quantiles, a row's side by side.
+class Bins {
+ public:
+  explicit Bins(const Eigen::MatrixXd& features)
+      : features_(static_cast<std::size_t>(features.cols())),
+        bin_(static_cast<std::size_t>(features.size())) {
+    for (std::size_t f = 0; f < features_; ++f) {
+      const auto column = features.col(static_cast<Index>(f));
+      std::vector<double> sorted(column.data(), column.data() + column.size());
+      std::sort(sorted.begin(), sorted.end());
+      std::vector<double> edges;
+      for (int b = 1; b < kBins; ++b)
+        edges.push_back(sorted[sorted.size() * static_cast<std::size_t>(b) / kBins]);
+      for (Index i = 0; i < column.size(); ++i) {
+        const auto edge = std::upper_bound(edges.begin(), edges.end(), column[i]);
+        bin_[static_cast<std::size_t>(i) * features_ + f] =
+            static_cast<std::uint8_t>(edge - edges.begin());
+      }
     }
   }
-  return bins;
-}
+
+  [[nodiscard]] std::size_t features() const { return features_; }
+  [[nodiscard]] const std::uint8_t* row(std::size_t i) const { return &bin_[i * features_]; }
+
+ private:
+  std::size_t features_;
+  std::vector<std::uint8_t> bin_;
+};
 
 struct Split {
-  int feature = -1;
-  int bin = 0;  ///< rows with a bin <= this go left
+  std::size_t feature = 0;
+  int bin = kBins;  ///< rows with a bin <= this go left; all of them where nothing is gained
 };
 
 /// A complete tree of kDepth levels; leaves by path.
@@ -47,14 +57,11 @@ struct Tree {
   std::array<Split, (1U << kDepth) - 1> splits;
   std::array<double, 1U << kDepth> leaves{};
 
-  [[nodiscard]] double predict(const std::vector<std::vector<std::uint8_t>>& bins,
-                               std::size_t row) const {
+  [[nodiscard]] double predict(const std::uint8_t* bins) const {
     std::size_t node = 0;
     for (int d = 0; d < kDepth; ++d) {
       const Split& split = splits[node];
-      const bool right =
-          split.feature >= 0 && bins[static_cast<std::size_t>(split.feature)][row] > split.bin;
-      node = 2 * node + (right ? 2 : 1);
+      node = 2 * node + (bins[split.feature] > split.bin ? 2 : 1);
     }
     return leaves[node - splits.size()];
   }
@@ -62,7 +69,7 @@ struct Tree {
 
 class Grower {
  public:
-  Grower(const std::vector<std::vector<std::uint8_t>>& bins, std::vector<double>& importance)
+  Grower(const Bins& bins, std::vector<double>& importance)
       : bins_(bins), importance_(importance) {}
 
   Tree grow(const std::vector<std::size_t>& rows, const VectorXd& residual) {
@@ -85,26 +92,39 @@ class Grower {
     std::vector<std::size_t> left;
     std::vector<std::size_t> right;
     const Split& split = tree.splits[node];
-    for (const std::size_t row : rows) {
-      const bool goes_right =
-          split.feature >= 0 && bins_[static_cast<std::size_t>(split.feature)][row] > split.bin;
-      (goes_right ? right : left).push_back(row);
-    }
+    for (const std::size_t row : rows)
+      (bins_.row(row)[split.feature] > split.bin ? right : left).push_back(row);
     grow_node(tree, 2 * node + 1, left, residual);
     grow_node(tree, 2 * node + 2, right, residual);
+  }
+
+  /// What each bin of each feature holds.
+  struct Histogram {
+    std::array<double, kBins> sum{};
+    std::array<double, kBins> count{};
+  };
+
+  [[nodiscard]] std::vector<Histogram> histograms_of(const std::vector<std::size_t>& rows,
+                                                     const VectorXd& residual) const {
+    std::vector<Histogram> histograms(bins_.features());
+    for (const std::size_t row : rows) {
+      const std::uint8_t* bins = bins_.row(row);
+      const double value = residual[static_cast<Index>(row)];
+      for (std::size_t f = 0; f < histograms.size(); ++f) {
+        histograms[f].sum[bins[f]] += value;
+        histograms[f].count[bins[f]] += 1.0;
+      }
+    }
+    return histograms;
   }
 
   Split best_split(const std::vector<std::size_t>& rows, const VectorXd& residual) {
     Split best;
     double best_gain = 0.0;
     const double least = std::max(10.0, static_cast<double>(rows.size()) / 50.0);
-    for (std::size_t f = 0; f < bins_.size(); ++f) {
-      std::array<double, kBins> sum{};
-      std::array<double, kBins> count{};
-      for (const std::size_t row : rows) {
-        sum[bins_[f][row]] += residual[static_cast<Index>(row)];
-        count[bins_[f][row]] += 1.0;
-      }
+    const std::vector<Histogram> histograms = histograms_of(rows, residual);
+    for (std::size_t f = 0; f < histograms.size(); ++f) {
+      const auto& [sum, count] = histograms[f];
       double total = 0.0;
       for (const double value : sum) total += value;
       const auto all = static_cast<double>(rows.size());
@@ -119,15 +139,15 @@ class Grower {
                             right_sum * right_sum / (all - left_count) - total * total / all;
         if (gain > best_gain) {
           best_gain = gain;
-          best = {static_cast<int>(f), b};
+          best = {f, b};
         }
       }
     }
-    if (best.feature >= 0) importance_[static_cast<std::size_t>(best.feature)] += best_gain;
+    importance_[best.feature] += best_gain;
     return best;
   }
 
-  const std::vector<std::vector<std::uint8_t>>& bins_;
+  const Bins& bins_;
   std::vector<double>& importance_;
 };
 
@@ -138,7 +158,7 @@ HeldOutPrediction boosted_held_out(const Blocks& blocks, const Eigen::MatrixXd& 
   HeldOutPrediction out;
   out.value = VectorXd::Zero(target.size());
   out.importance.assign(static_cast<std::size_t>(features.cols()), 0.0);
-  const auto bins = binned(features);
+  const Bins bins(features);
   const std::size_t stride =
       std::max<std::size_t>(1, static_cast<std::size_t>(target.size()) / kMostRows);
   Grower grower(bins, out.importance);
@@ -164,9 +184,9 @@ HeldOutPrediction boosted_held_out(const Blocks& blocks, const Eigen::MatrixXd& 
     for (int t = 0; t < kTrees; ++t) {
       const Tree tree = grower.grow(learn, residual);
       for (const std::size_t row : learn)
-        residual[static_cast<Index>(row)] -= tree.predict(bins, row);
+        residual[static_cast<Index>(row)] -= tree.predict(bins.row(row));
       for (const std::size_t row : ask)
-        out.value[static_cast<Index>(row)] += tree.predict(bins, row);
+        out.value[static_cast<Index>(row)] += tree.predict(bins.row(row));
     }
   }
   double sum = 1e-300;

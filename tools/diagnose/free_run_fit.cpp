@@ -18,7 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Jet = ceres::Jet<double, kDriveFields>;
 
 constexpr std::size_t kMostWindows = 80;
 constexpr int kSamplesPerWindow = 25;
@@ -98,15 +97,13 @@ class WindowCost final : public ceres::CostFunction {
       visit(x[0], [&](Index i, double error) { residuals[i] = error; });
       return true;
     }
-    const auto width = static_cast<Index>(handles_.size());
-    std::array<Jet, kDriveFields> at;
-    for (Index h = 0; h < width; ++h) {
-      at[static_cast<std::size_t>(h)] = Jet(x[0][h], static_cast<int>(h));
-    }
-    visit(at.data(), [&](Index i, const Jet& error) {
-      residuals[i] = error.a;
-      for (Index h = 0; h < width; ++h) jacobians[0][i * width + h] = error.v[h];
-    });
+    // Derivatives that nobody asks for cost as much as the others.
+    if (handles_.size() <= 4)
+      differentiate<4>(x[0], residuals, jacobians[0]);
+    else if (handles_.size() <= 8)
+      differentiate<8>(x[0], residuals, jacobians[0]);
+    else
+      differentiate<kDriveFields>(x[0], residuals, jacobians[0]);
     for (Index i = 0; i < num_residuals(); ++i) {
       if (!std::isfinite(residuals[i])) return false;
     }
@@ -114,6 +111,19 @@ class WindowCost final : public ceres::CostFunction {
   }
 
  private:
+  template <int kWidth>
+  void differentiate(const double* x, double* residuals, double* jacobian) const {
+    using Jet = ceres::Jet<double, kWidth>;
+    const auto width = static_cast<Index>(handles_.size());
+    std::array<Jet, kWidth> at;
+    for (Index h = 0; h < width; ++h)
+      at[static_cast<std::size_t>(h)] = Jet(x[h], static_cast<int>(h));
+    visit(at.data(), [&](Index i, const Jet& error) {
+      residuals[i] = error.a;
+      for (Index h = 0; h < width; ++h) jacobian[i * width + h] = error.v[h];
+    });
+  }
+
   template <typename T, typename Use>
   void visit(const T* x, Use&& use) const {
     const Series& s = run_.series();
