@@ -82,7 +82,8 @@ int screen_recording(const fs::path& recording, const fs::path& plant_file) {
   if (!plant) return 1;
   record::LoadOptions options;
   options.keep = [&](const record::Channel& channel) {
-    return channel.joint.empty() || plant.value().joint_index(channel.joint).has_value();
+    return channel.role != record::Role::kFeature &&  // a robot's recording has hundreds of them
+           (channel.joint.empty() || plant.value().joint_index(channel.joint).has_value());
   };
   auto loaded = record::load_recording(recording, options);
   if (!loaded) return 1;
