@@ -47,7 +47,7 @@ std::vector<double> desired_path(const ArmScene& scene, Draw& draw) {
   const auto count = static_cast<std::size_t>(scene.duration_s / kTick_s);
   std::vector<double> path(count);
   double x = 0.0, v = 0.0, target = 0.45, speed = 0.05, hold = 0.0;
-  for (double& sample : path) {
+  for (std::size_t i = static_cast<std::size_t>(scene.rest_s / kTick_s); i < count; ++i) {
     const double wanted = hold > 0.0 ? 0.0 : (x < target ? speed : -speed);
     hold = std::max(0.0, hold - kTick_s);
     v += std::clamp(wanted - v, -0.5 * kTick_s, 0.5 * kTick_s);
@@ -66,7 +66,7 @@ std::vector<double> desired_path(const ArmScene& scene, Draw& draw) {
         speed = 0.03 + 0.04 * draw.uniform();
       }
     }
-    sample = x;
+    path[i] = x;
   }
   return path;
 }
@@ -75,6 +75,12 @@ std::vector<double> desired_path(const ArmScene& scene, Draw& draw) {
 struct Arm {
   double motor = 0.0, motor_rate = 0.0, joint = 0.0, joint_rate = 0.0, creep = 0.0, strand = 0.0;
   LuGre motor_side, joint_side;
+
+  /// Balanced at the motor's zero with its friction behind the cable fully built up.
+  void rest_on_one_side(const ArmTruth& t, double mount_rad) {
+    joint = -(t.weight_n_m * std::sin(mount_rad) + t.joint_friction) / t.stiffness;
+    joint_side.z = t.joint_friction / std::max(1.0, t.joint_friction / 4e-4);
+  }
 
   void step(const ArmTruth& t, double effort, double slip, double wander, double mount_rad) {
     constexpr double kStep = kTick_s / kInner;
@@ -142,6 +148,7 @@ record::Recording record_arm(const ArmTruth& nominal, const ArmScene& scene) {
   const std::size_t rows = desired.size() / stride;
   recording.samples.resize(static_cast<Eigen::Index>(rows), 4);
   Arm arm;
+  if (scene.rest_s > 0.0) arm.rest_on_one_side(truth, scene.mount_rad);
   Coloured fast, slow, torque;
   std::vector<double> past;
   double last = 0.0;

@@ -28,6 +28,7 @@ struct ArmScene {
   double rate_hz = 100.0;
   bool rich = false;        ///< holds, nested reversals and a tenfold of speeds, or a slow zig-zag
   double deviation = 0.05;  ///< of the truth's numbers from the plant's, one sigma
+  double rest_s = 0.0;      ///< at rest before it moves, friction behind the cable left on one side
   double mount_rad = 0.0;   ///< from hanging to the joint's zero: loads the cable to one side
 };
 

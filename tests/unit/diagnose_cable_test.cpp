@@ -121,6 +121,18 @@ TEST(Constant, IsAnOffsetWhereNoLoadExplainsIt) {
   EXPECT_EQ(transmission_names(report), Names{"homing_offset"}) << report.verdict.text;
 }
 
+TEST(Constant, OfFrictionLeftBehindTheCableIsNoSlip) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const auto report = run({}, {.seed = seed,
+                                 .duration_s = 200.0,
+                                 .rate_hz = 100.0,
+                                 .rich = true,
+                                 .deviation = 0.03,
+                                 .rest_s = 15.0});
+    EXPECT_EQ(transmission_names(report), Names{}) << "seed " << seed << report.verdict.text;
+  }
+}
+
 TEST(Stream, LaterThanItsRecorderSaysIsADelay) {
   // 4 ms of transfer and at most half a period of 10 ms are the recorder's; 24 ms are not.
   const auto report = run({.delay_s = 0.024}, {.seed = 3, .duration_s = 200.0, .rate_hz = 50.0},

@@ -27,13 +27,18 @@ class Cable {
         presliding_(std::max(n.friction_presliding, least_presliding)) {}
 
   void start(double motor, double load) {
-    joint_ = motor;
-    bristle_ = 0.0;
     creep_ = n_.creep_start * n_.creep_compliance * load;
     strands_.fill(0.0);
     stretch_ = 0.0;
-    // The cable carries the load from the start; which side friction was left on is not known.
-    stretch_ = balance(motor, load);
+    joint_ = motor;
+    bristle_ = 0.0;
+    if (n_.friction_start) {
+      stretch_ = balance(motor, load + *n_.friction_start * level_at(load), 0.0);
+      joint_ = motor - creep_ - stretch_;
+      bristle_ = *n_.friction_start;
+    } else {
+      stretch_ = balance(motor, load, level_at(load));
+    }
     settle(motor);
   }
 
@@ -43,7 +48,7 @@ class Cable {
       creep_ +=
           (1.0 - std::exp(-dt_s / n_.creep_time_s)) * (n_.creep_compliance * tension_ - creep_);
     }
-    const double next = balance(motor, load);
+    const double next = balance(motor, load, level_at(load));
     move_strands(next);
     stretch_ = next;
     settle(motor);
@@ -74,11 +79,14 @@ class Cable {
     return v;
   }
 
+  [[nodiscard]] double level_at(double load) const {
+    return n_.friction_level + n_.friction_load_share * std::abs(load);
+  }
+
   /// Effort balance of the joint, rising in s: cable minus load minus friction.
-  [[nodiscard]] Value imbalance(double s, double motor, double load) const {
+  [[nodiscard]] Value imbalance(double s, double motor, double load, double level) const {
     Value v = effort(s);
     v.f -= load;
-    const double level = n_.friction_level + n_.friction_load_share * std::abs(load);
     if (level > 0.0) {
       const double moved = motor - creep_ - s - joint_;
       const double at = bristle_ + moved / presliding_;
@@ -89,15 +97,14 @@ class Cable {
   }
 
   /// Newton within a bracket: the balance is piecewise linear and rises.
-  [[nodiscard]] double balance(double motor, double load) const {
-    const double level = n_.friction_level + n_.friction_load_share * std::abs(load);
+  [[nodiscard]] double balance(double motor, double load, double level) const {
     const double span = n_.gap_half_width + (std::abs(load) + level) / stiffness_ +
                         (n_.strand_stiffness * n_.strand_yield) / stiffness_ + 1e-15;
     double low = -span;
     double high = span;
     double s = std::clamp(stretch_, low, high);
     for (int i = 0; i < 60; ++i) {
-      const Value v = imbalance(s, motor, load);
+      const Value v = imbalance(s, motor, load, level);
       if (std::abs(v.f) <= 1e-10 * (std::abs(load) + level + 1e-12)) break;
       (v.f > 0.0 ? high : low) = s;
       const double newton = v.slope > 0.0 ? s - v.f / v.slope : low - 1.0;

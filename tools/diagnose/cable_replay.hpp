@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "physics/plant.hpp"
@@ -24,6 +25,9 @@ struct CableNumbers {
   double friction_level = 0.0;       ///< behind the cable
   double friction_load_share = 0.0;  ///< of the load, on top
   double friction_presliding = 0.0;  ///< deflection over which it builds up
+  /// Side it was left on where a start is, in [-1, 1]; without one the joint sagged from where the
+  /// motor stands.
+  std::optional<double> friction_start{};
   double weight_scale = 1.0;
 
   /// True if nothing here lets joint and motor part.

@@ -18,6 +18,10 @@ using Eigen::VectorXd;
 constexpr double kAlignment_s = 0.003;
 /// Cosines over a recording that stand for a wander; faster ones are noise like any other.
 constexpr int kWanderCosines = 8;
+/// Of a side in [-1, 1] from another one, so that the greatest difference is at its limit.
+constexpr double kSideDeviation = 1.6;
+/// Starts that are more frequent are poses of a static set.
+constexpr Index kMostStarts = 40;
 /// A plant knows its wander to a factor of two.
 constexpr double kWanderFactor = 2.0;
 
@@ -220,6 +224,30 @@ class NominalBuilder {
                 [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
       nominal_.terms.back().form_only = true;
       nominal_.terms.back().tolerance = 1.0;
+      friction_starts();
+    }
+  }
+
+  /// Which side friction behind the cable was left on before a start is a state, not physics: it
+  /// lasts until the joint has moved, and no side is likelier.
+  void friction_starts() {
+    CableNumbers left = s_.cable;
+    left.friction_start = 1.0;
+    CableNumbers right = s_.cable;
+    right.friction_start = -1.0;
+    const VectorXd half = 0.5 * (cable_stretch(s_, right) - cable_stretch(s_, left));
+    for (Index first = 0, last = 0; first < s_.rows(); first = last) {
+      last = first + 1;
+      while (last < s_.rows() && s_.fresh[static_cast<std::size_t>(last)] == 0) ++last;
+      const auto part = half.segment(first, last - first);
+      const bool seen = part.cwiseAbs().maxCoeff() > s_.rest_width();
+      if (!seen || kMostStarts * (last - first) < s_.rows() ||
+          s_.held_out[static_cast<std::size_t>(first)] != 0)
+        continue;
+      VectorXd column = VectorXd::Zero(s_.rows());
+      column.segment(first, last - first) = part;
+      nominal_.terms.push_back(
+          {"joint_friction", "start_side", "1", 0.0, kSideDeviation, std::move(column), true});
     }
   }
 

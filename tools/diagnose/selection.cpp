@@ -17,6 +17,9 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostEffects = 7;
 
+/// Cuts into blocks until they are as long as the noise within them asks for.
+constexpr int kBlockRounds = 4;
+
 /// A nominal parameter may leave its tolerance by this much before the rest looks for a name: the
 /// simulation's friction and cable are not the real ones to the last percent.
 constexpr double kBeyondTolerance = 1.25;
@@ -264,7 +267,7 @@ double ChannelModel::rms_of(const VectorXd& block_errors) const {
 ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms) {
   ChannelModel model;
   model.series = &series;
-  // A first cut into forty; the second knows how long the noise remembers.
+  // A first cut into forty; the next know how long the noise remembers.
   model.blocks = make_blocks(series, static_cast<double>(series.rows()) / 200.0);
   model.target = model.blocks.gather(series.y - nominal.prediction);
   const auto terms = static_cast<Index>(nominal.terms.size());
@@ -287,12 +290,16 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   }
   for (const auto& form : forms)
     model.candidates.push_back(candidate_of(series, model.blocks, *form));
-  for (int round = 0; round < 2; ++round) {
+  double assumed_rows = 0.0;
+  for (int round = 0; round < kBlockRounds; ++round) {
     model.noise = noise_of(model);
     model.correlation_rows = noise_memory(model, model.noise);
     set_precision(model, nominal.terms);
-    if (round == 0) model.blocks = make_blocks(series, model.correlation_rows);
     model.hold_nominal();
+    // Short blocks let the fit follow what the noise remembers, which then seems to forget.
+    if (round > 0 && model.correlation_rows < 1.5 * assumed_rows) break;
+    assumed_rows = model.correlation_rows;
+    model.blocks = make_blocks(series, assumed_rows);
   }
   model.floor = rms(model.noise);
   return model;

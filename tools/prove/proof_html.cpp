@@ -23,7 +23,7 @@ p{margin:.4rem 0;max-width:80ch}.quiet{color:var(--quiet);font-size:.87rem}
 .verdict{margin:.9rem 0;padding-left:.8rem;border-left:3px solid var(--good);font-size:1.1rem}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-nums}
 th,td{padding:.28rem .55rem;text-align:left;vertical-align:top}th{font-weight:500;color:var(--quiet);border-bottom:1px solid var(--rule)}
-tbody tr{border-bottom:1px solid var(--grid)}td.n{text-align:right;white-space:nowrap}
+tbody tr{border-bottom:1px solid var(--grid)}td.n{text-align:right;white-space:nowrap}tbody td:first-child{min-width:11rem}
 .met{color:var(--good);font-weight:650;white-space:nowrap}.not{color:var(--bad);font-weight:650;white-space:nowrap}
 svg text{fill:currentColor;font-size:11px}.heat{text-align:center;min-width:1.6rem}
 .heads th{writing-mode:vertical-rl;transform:rotate(180deg);text-align:left;vertical-align:bottom}code{font-size:.82rem;overflow-wrap:anywhere}
@@ -38,7 +38,7 @@ std::string percent(const Json& share) {
 
 std::string median(const Json& figure, double factor, const char* unit) {
   if (!figure.is_object() || figure.value("of", 0) == 0) return "&ndash;";
-  return fmt::format("{:.2f}{} <span class=\"quiet\">({} to {:.2f}; {})</span>",
+  return fmt::format("{:.2f}{}<br><span class=\"quiet\">{} to {:.2f}; {}</span>",
                      factor * figure["median"].get<double>(), unit,
                      fmt::format("{:.2f}", factor * figure["ci95"][0].get<double>()),
                      factor * figure["ci95"][1].get<double>(), figure["of"].get<int>());
@@ -183,23 +183,31 @@ std::string confusion_html(const Json& proof) {
   for (const auto& [truth, row] : table.items())
     for (const auto& [name, count] : row.items()) said.insert(name);
   if (said.empty()) return "";
+  std::set<std::string> outside;
+  for (const Json& item : proof["case_list"])
+    if (item["kind"] == "outside") outside.insert(item["hidden"].front()["id"].get<std::string>());
+  const auto right = [&outside](const std::string& truth, const std::string& name) {
+    return name == truth || (name == "unknown" && outside.count(truth) > 0);
+  };
   std::string head, rows;
   for (const std::string& name : said) head += fmt::format("<th>{}</th>", html_escape(name));
   for (const auto& [truth, row] : table.items()) {
     rows += fmt::format("<tr><td>{}</td>", html_escape(truth));
     for (const std::string& name : said) {
       const int count = row.value(name, 0);
-      rows += count == 0
-                  ? "<td class=\"heat\"></td>"
-                  : fmt::format(
-                        "<td class=\"heat\" style=\"background:color-mix(in srgb,var({}) "
-                        "{}%,transparent)\">{}</td>",
-                        name == truth ? "--good" : "--bad", std::min(70, 20 + 15 * count), count);
+      rows += count == 0 ? "<td class=\"heat\"></td>"
+                         : fmt::format(
+                               "<td class=\"heat\" style=\"background:color-mix(in srgb,var({}) "
+                               "{}%,transparent)\">{}</td>",
+                               right(truth, name) ? "--good" : "--bad",
+                               std::min(70, 20 + 15 * count), count);
     }
     rows += "</tr>";
   }
   return "<h2>Who is taken for whom</h2><p class=\"quiet\">Rows: what was hidden, at 3 times the "
-         "floor and more. Columns: the strongest name.</p><div class=\"scroll\"><table><thead "
+         "floor and more. Columns: the strongest name. " unknown
+         " is "
+         "right for what is outside of the vocabulary.</p><div class=\"scroll\"><table><thead "
          "class=\"heads\"><tr><th></th>" +
          head + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
 }

@@ -244,7 +244,8 @@ record::Recording Runner::recording() const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const Row& row = rows_[r];
     out.t_ns.push_back(std::llround(row.t_s * 1e9));
-    while (nearest + 1 < readings_.size() && std::abs(readings_[nearest + 1].stamp_s - row.t_s) <
+    // Of readings with one stamp the latest counts.
+    while (nearest + 1 < readings_.size() && std::abs(readings_[nearest + 1].stamp_s - row.t_s) <=
                                                  std::abs(readings_[nearest].stamp_s - row.t_s)) {
       ++nearest;
     }
