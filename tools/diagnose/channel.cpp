@@ -250,7 +250,8 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
     if (findings.found_load.size() > 0) findings.weight_deviation = kLeastWeightDeviation;
     return;
   }
-  findings.found_load = VectorXd::Zero(s.rows());
+  findings.found_load = posture_effort(fit);
+  if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
     if (fit.nominal.terms[t].id != "gravity") continue;
     findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;

@@ -114,9 +114,11 @@ void append(std::vector<T>& to, std::vector<T>& from) {
 void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
   for (std::size_t d = 0; d < set.series.size(); ++d) {
     const Eigen::VectorXd& found = findings[d].found_load;
-    if (set.series[d].stage != Stage::kDrive || found.size() == 0) continue;
+    if (set.series[d].stage != Stage::kDrive) continue;
     for (Series& series : set.series) {
       if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
+      series.constant_load = findings[d].offset;
+      if (found.size() == 0) continue;
       if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
       if (series.weight.size() != found.size()) continue;
       series.weight += found;

@@ -75,6 +75,7 @@ struct Series {
   std::vector<Inherited> inherited;  ///< transmission stage
   Eigen::VectorXd weight;            ///< effort that holds the plant's links; empty: plant has none
   Eigen::VectorXd found_load;        ///< part of `weight` that the drive's channel found
+  double constant_load = 0.0;        ///< transmission stage: constant that the drive's fit found
   double free_offset = 0.0;          ///< drive stage, after the fit: constant effort that it found
   /// Relative deviation of `weight` where the drive's own channel measured it; else the plant's
   /// tolerance holds.

@@ -205,9 +205,8 @@ std::string confusion_html(const Json& proof) {
     rows += "</tr>";
   }
   return "<h2>Who is taken for whom</h2><p class=\"quiet\">Rows: what was hidden, at 3 times the "
-         "floor and more. Columns: the strongest name. " unknown
-         " is "
-         "right for what is outside of the vocabulary.</p><div class=\"scroll\"><table><thead "
+         "floor and more. Columns: the strongest name; &quot;unknown&quot; is right "
+         "for what is outside of the vocabulary.</p><div class=\"scroll\"><table><thead "
          "class=\"heads\"><tr><th></th>" +
          head + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
 }
