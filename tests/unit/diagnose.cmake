@@ -1,6 +1,7 @@
 find_package(nlohmann_json REQUIRED)
 ravencal_test(NAME diagnose_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_gates_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/diagnose_across_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_gates_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_arm.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_arm_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_location_test.cpp
          ${CMAKE_CURRENT_LIST_DIR}/diagnose_settling_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_suggest_test.cpp

@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "diagnose/across_channels.hpp"
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/free_run_judge.hpp"
@@ -108,61 +109,6 @@ void append(std::vector<T>& to, std::vector<T>& from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
-/// What the drive's channel found about the joint's load belongs to the transmission's load as
-/// well. One coefficient, two channels: the drive sees the effort itself, the cable only its
-/// stretch.
-void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
-  for (std::size_t d = 0; d < set.series.size(); ++d) {
-    const Eigen::VectorXd& found = findings[d].found_load;
-    if (set.series[d].stage != Stage::kDrive) continue;
-    for (Series& series : set.series) {
-      if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
-      series.constant_load = findings[d].offset;
-      if (found.size() == 0) continue;
-      if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
-      if (series.weight.size() != found.size()) continue;
-      series.weight += found;
-      series.found_load = found;
-      series.weight_deviation = findings[d].weight_deviation;
-      series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
-                                         series.inertial, series.fresh, series.rest_width()},
-                                        series.cable)
-                               .tension;
-    }
-  }
-}
-
-const NamedParameter* level_of(const NamedEffect& effect) {
-  for (const NamedParameter& p : effect.parameters) {
-    if (p.name == "level") return &p;
-  }
-  return nullptr;
-}
-
-/// Friction behind the cable shows twice: as a loop of the joint and as effort of the drive. Where
-/// the loop names it with the level that the drive asks for, the drive's own entry says nothing
-/// new.
-void merge_joint_friction(const physics::Plant& plant, Report& report) {
-  for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
-    const NamedParameter* level = level_of(loop);
-    if (loop.id != "joint_friction" || loop.stage != "transmission" || level == nullptr) continue;
-    std::erase_if(report.effects, [&](const NamedEffect& e) {
-      if (e.joint != loop.joint || e.stage != "drive") return false;
-      // The cable's wind-up under that friction turns over a displacement, as presliding does.
-      if (e.id == "presliding") return true;
-      const NamedParameter* drive = level_of(e);
-      if (drive == nullptr) return false;
-      if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
-      double found = drive->value;
-      if (e.out_of_tolerance) {
-        const auto index = plant.joint_index(e.joint);
-        if (index) found -= plant.joints[*index].parameter(e.id, "level");
-      }
-      return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
-    });
-  }
-}
-
 /// Lets the drives run free and applies what they say.
 void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
                        const physics::Plant& plant, const Options& options, Report& report) {
@@ -250,6 +196,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
   merge_joint_friction(plant, report);
+  merge_payloads(report, notes);
   // Another simulator's drive cannot be run here.
   if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);

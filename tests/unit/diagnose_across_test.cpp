@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the joints of one arm say about each other.
+#include <gtest/gtest.h>
+
+#include "diagnose/across_channels.hpp"
+
+namespace {
+
+using namespace ravencal::diagnose;
+
+NamedEffect payload_of(const std::string& joint, double mass_kg, double half_width_kg,
+                       double left) {
+  NamedEffect e;
+  e.id = "payload";
+  e.joint = joint;
+  e.stage = "drive";
+  e.parameters = {{"mass", mass_kg, "kg", {mass_kg - half_width_kg, mass_kg + half_width_kg}}};
+  e.held_out_before = 1.0;
+  e.held_out_after = left;
+  return e;
+}
+
+TEST(AcrossJoints, OneMassIsOnePayload) {
+  Report report;
+  report.effects = {payload_of("shoulder", 0.60, 0.30, 0.6), payload_of("elbow", 0.66, 0.20, 0.3),
+                    payload_of("insertion", 0.70, 0.30, 0.7)};
+  std::vector<std::string> notes;
+  merge_payloads(report, notes);
+  ASSERT_EQ(report.effects.size(), 1U);
+  const NamedEffect& kept = report.effects.front();
+  EXPECT_EQ(kept.joint, "elbow");
+  // Weights 1/9, 1/4 and 1/9 of hundredths: 0.6553 kg, known to 0.1455 kg.
+  EXPECT_NEAR(kept.parameters.front().value, 0.6553, 1e-3);
+  EXPECT_NEAR(kept.parameters.front().ci95.second - kept.parameters.front().value, 0.1455, 1e-3);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes.front().find("shoulder and insertion"), std::string::npos) << notes.front();
+}
+
+TEST(AcrossJoints, MassesThatDisagreeStayApart) {
+  Report report;
+  report.effects = {payload_of("shoulder", 0.20, 0.05, 0.6), payload_of("elbow", 0.66, 0.10, 0.3)};
+  std::vector<std::string> notes;
+  merge_payloads(report, notes);
+  EXPECT_EQ(report.effects.size(), 2U);
+  EXPECT_TRUE(notes.empty());
+}
+
+}  // namespace

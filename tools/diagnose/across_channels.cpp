@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/across_channels.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+const NamedParameter* level_of(const NamedEffect& effect) {
+  for (const NamedParameter& p : effect.parameters) {
+    if (p.name == "level") return &p;
+  }
+  return nullptr;
+}
+
+/// Share of the held-out squared error that the effect takes off.
+double gain_of(const NamedEffect& effect) {
+  const double before = effect.held_out_before;
+  return before > 0.0 ? 1.0 - std::pow(effect.held_out_after / before, 2) : 0.0;
+}
+
+bool overlap(const Interval& a, const Interval& b) {
+  return a.first <= b.second && b.first <= a.second;
+}
+
+/// Weighted by what each interval knows.
+NamedParameter weighed_together(const std::vector<const NamedParameter*>& masses) {
+  NamedParameter mean = *masses.front();
+  double weights = 0.0, sum = 0.0;
+  for (const NamedParameter* mass : masses) {
+    const double half_width = 0.5 * (mass->ci95.second - mass->ci95.first);
+    if (half_width <= 0.0) return *mass;
+    weights += 1.0 / (half_width * half_width);
+    sum += mass->value / (half_width * half_width);
+  }
+  mean.value = sum / weights;
+  const double half_width = 1.0 / std::sqrt(weights);
+  mean.ci95 = {mean.value - half_width, mean.value + half_width};
+  return mean;
+}
+
+}  // namespace
+
+void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
+  for (std::size_t d = 0; d < set.series.size(); ++d) {
+    const Eigen::VectorXd& found = findings[d].found_load;
+    if (set.series[d].stage != Stage::kDrive) continue;
+    for (Series& series : set.series) {
+      if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
+      series.constant_load = findings[d].offset;
+      if (found.size() == 0) continue;
+      if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
+      if (series.weight.size() != found.size()) continue;
+      series.weight += found;
+      series.found_load = found;
+      series.weight_deviation = findings[d].weight_deviation;
+      series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
+                                         series.inertial, series.fresh, series.rest_width()},
+                                        series.cable)
+                               .tension;
+    }
+  }
+}
+
+void merge_joint_friction(const physics::Plant& plant, Report& report) {
+  for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
+    const NamedParameter* level = level_of(loop);
+    if (loop.id != "joint_friction" || loop.stage != "transmission" || level == nullptr) continue;
+    std::erase_if(report.effects, [&](const NamedEffect& e) {
+      if (e.joint != loop.joint || e.stage != "drive") return false;
+      // The cable's wind-up under that friction turns over a displacement, as presliding does.
+      if (e.id == "presliding") return true;
+      const NamedParameter* drive = level_of(e);
+      if (drive == nullptr) return false;
+      if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
+      double found = drive->value;
+      if (e.out_of_tolerance) {
+        const auto index = plant.joint_index(e.joint);
+        if (index) found -= plant.joints[*index].parameter(e.id, "level");
+      }
+      return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
+    });
+  }
+}
+
+void merge_payloads(Report& report, std::vector<std::string>& notes) {
+  const auto is_payload = [](const NamedEffect& e) {
+    return e.id == "payload" && !e.parameters.empty();
+  };
+  const auto strongest = std::max_element(report.effects.begin(), report.effects.end(),
+                                          [&](const NamedEffect& a, const NamedEffect& b) {
+                                            return std::pair(is_payload(a), gain_of(a)) <
+                                                   std::pair(is_payload(b), gain_of(b));
+                                          });
+  if (strongest == report.effects.end() || !is_payload(*strongest)) return;
+  const NamedEffect kept = *strongest;
+  const auto same = [&](const NamedEffect& e) {
+    return is_payload(e) && overlap(e.parameters.front().ci95, kept.parameters.front().ci95);
+  };
+  std::vector<const NamedParameter*> masses;
+  std::vector<std::string> joints;
+  for (const NamedEffect& e : report.effects) {
+    if (!same(e)) continue;
+    masses.push_back(&e.parameters.front());
+    if (e.joint != kept.joint) joints.push_back(e.joint);
+  }
+  if (masses.size() < 2) return;
+  strongest->parameters.front() = weighed_together(masses);
+  std::erase_if(report.effects, [&](const NamedEffect& e) {
+    return same(e) && (e.joint != kept.joint || e.stage != kept.stage);
+  });
+  notes.push_back(fmt::format("the payload of joint {} is weighed by {} as well", kept.joint,
+                              fmt::join(joints, " and ")));
+}
+
+}  // namespace ravencal::diagnose

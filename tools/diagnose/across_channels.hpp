@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the channels of one joint, and the joints of one arm, say about each other.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/channel.hpp"
+
+namespace ravencal::diagnose {
+
+/// What the drive's channel found about the joint's load belongs to the transmission's load as
+/// well. One coefficient, two channels: the drive sees the effort itself, the cable only its
+/// stretch.
+void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings);
+
+/// Friction behind the cable shows twice: as a loop of the joint and as effort of the drive. Where
+/// the loop names it with the level that the drive asks for, the drive's own entry says nothing
+/// new.
+void merge_joint_friction(const physics::Plant& plant, Report& report);
+
+/// One payload hangs at the tool and loads every joint before it. Joints that ask for the same mass
+/// speak of one effect: it stays where it explains most, with the mass that all of them weigh.
+void merge_payloads(Report& report, std::vector<std::string>& notes);
+
+}  // namespace ravencal::diagnose
