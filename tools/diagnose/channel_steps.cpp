@@ -19,11 +19,13 @@ enum class StepKind { kSlip, kLostCounts, kEither };
 /// jump.
 StepKind kind_of(const Step& step, const Series& s) {
   if (s.tracking_error.size() == 0 || s.rows() < 200) return StepKind::kEither;
+  // A change beyond those before and after it: reversals of the motion are smooth beside it.
   VectorXd jump = VectorXd::Zero(s.rows());
-  for (Index i = 2; i < s.rows(); ++i) {
+  for (Index i = 2; i + 1 < s.rows(); ++i) {
     const auto n = static_cast<std::size_t>(i);
-    if (s.fresh[n] != 0 || s.fresh[n - 1] != 0) continue;
-    const double change = s.tracking_error[i] - s.tracking_error[i - 2];
+    if (s.fresh[n] != 0 || s.fresh[n - 1] != 0 || s.fresh[n + 1] != 0) continue;
+    const auto e = s.tracking_error.segment<4>(i - 2);
+    const double change = e[2] - e[1] - 0.5 * (e[1] - e[0] + e[3] - e[2]);
     if (std::isfinite(change)) jump[i] = change;
   }
   const Index reach = std::max<Index>(20, step.window);
@@ -42,7 +44,7 @@ StepKind kind_of(const Step& step, const Series& s) {
   const double period_s =
       (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(std::max<Index>(1, s.rows() - 1));
   // The servo needs some 50 ms: slower recordings may miss its jump between two samples.
-  const bool visible = period_s < 0.02 && *rank < 0.3 * std::abs(step.size);
+  const bool visible = period_s < 0.03 && *rank < 0.3 * std::abs(step.size);
   return visible ? StepKind::kSlip : StepKind::kEither;
 }
 
