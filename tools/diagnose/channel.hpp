@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "diagnose/invariance.hpp"
@@ -94,6 +95,10 @@ void settle_offset(ChannelFit& fit, const ChannelOptions& options);
 /// named where neither the plant's numbers within their tolerance nor an effect explain it.
 void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                  ChannelFindings& findings);
+
+/// Where an effect that a channel shows enters: what a clock or an encoder does is the sensor's,
+/// whatever positions are compared.
+std::string reported_stage(std::string_view id, Stage shown_in);
 
 /// Steps: lost counts, a slipping cable, or either.
 void name_steps(const ChannelFit& fit, ChannelFindings& findings);

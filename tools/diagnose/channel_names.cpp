@@ -64,6 +64,11 @@ constexpr std::size_t kTooManyRivals = 4;
 
 }  // namespace
 
+std::string reported_stage(std::string_view id, Stage shown_in) {
+  const bool read = id == "lost_counts" || id == "delay" || id == "quantisation";
+  return read && shown_in == Stage::kTransmission ? "sensor" : std::string(stage_word(shown_in));
+}
+
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
@@ -72,7 +77,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.id = form.id();
     effect.from = form.from();
     effect.joint = findings.joint;
-    effect.stage = stage_word(findings.stage);
+    effect.stage = reported_stage(effect.id, findings.stage);
     effect.parameters = parameters_of(fit, i, options.seed + 200 + i);
     effect.held_out_before = evidence.held_out_before;
     effect.held_out_after = evidence.held_out_after;

@@ -14,38 +14,53 @@ using Eigen::VectorXd;
 
 enum class StepKind { kSlip, kLostCounts, kEither };
 
+/// Leap of the tracking error between two samples, beyond how it moves before and after: a servo's
+/// error follows its motion smoothly, and only what the encoder miscounted comes at once.
+VectorXd leaps_of(const Series& s) {
+  VectorXd leap = VectorXd::Zero(s.rows());
+  for (Index i = 2; i + 1 < s.rows(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (s.fresh[n - 1] != 0 || s.fresh[n] != 0 || s.fresh[n + 1] != 0) continue;
+    const double change = s.tracking_error[i] - s.tracking_error[i - 1];
+    const double before = change - (s.tracking_error[i - 1] - s.tracking_error[i - 2]);
+    const double after = change - (s.tracking_error[i + 1] - s.tracking_error[i]);
+    if (!std::isfinite(before) || !std::isfinite(after) || before * after <= 0.0) continue;
+    leap[i] = std::abs(before) < std::abs(after) ? before : after;
+  }
+  return leap;
+}
+
+/// Share of a lost count's leap that the servo has not yet made good one sample later, at worst.
+double left_after_a_sample(const Series& s) {
+  constexpr double kServo_s = 0.05;  // of a servo that nobody describes
+  const bool known = s.servo && s.servo->position > 0.0 && s.servo->rate > 0.0;
+  const double servo_s = known ? s.servo->rate / s.servo->position : kServo_s;
+  const double period_s =
+      (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(std::max<Index>(1, s.rows() - 1));
+  return std::exp(-period_s / servo_s);
+}
+
 /// Lost counts make the controller see a jump that never happened: the recorded position leaves the
 /// desired one by the step's size, and the servo brings it back. A slipping cable shows no such
 /// jump.
 StepKind kind_of(const Step& step, const Series& s) {
   if (s.tracking_error.size() == 0 || s.rows() < 200) return StepKind::kEither;
-  // A change beyond those before and after it: reversals of the motion are smooth beside it.
-  VectorXd jump = VectorXd::Zero(s.rows());
-  for (Index i = 2; i + 1 < s.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (s.fresh[n] != 0 || s.fresh[n - 1] != 0 || s.fresh[n + 1] != 0) continue;
-    const auto e = s.tracking_error.segment<4>(i - 2);
-    const double change = e[2] - e[1] - 0.5 * (e[1] - e[0] + e[3] - e[2]);
-    if (std::isfinite(change)) jump[i] = change;
-  }
+  const VectorXd leaps = leaps_of(s);
   const Index reach = std::max<Index>(20, step.window);
   double near = 0.0;
   std::vector<double> elsewhere;
   for (Index i = 0; i < s.rows(); ++i) {
     const bool inside = std::abs(i - step.row) <= reach;
-    if (inside && jump[i] * step.size > 0.0) near = std::max(near, std::abs(jump[i]));
-    if (!inside) elsewhere.push_back(std::abs(jump[i]));
+    if (inside && leaps[i] * step.size > 0.0) near = std::max(near, std::abs(leaps[i]));
+    if (!inside) elsewhere.push_back(std::abs(leaps[i]));
   }
   if (elsewhere.size() < 200) return StepKind::kEither;
   const auto rank = elsewhere.begin() +
                     static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(elsewhere.size()));
   std::nth_element(elsewhere.begin(), rank, elsewhere.end());
-  if (near > 0.3 * std::abs(step.size) && near > 2.0 * *rank) return StepKind::kLostCounts;
-  const double period_s =
-      (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(std::max<Index>(1, s.rows() - 1));
-  // The servo needs some 50 ms: slower recordings may miss its jump between two samples.
-  const bool visible = period_s < 0.03 && *rank < 0.3 * std::abs(step.size);
-  return visible ? StepKind::kSlip : StepKind::kEither;
+  const double expected = std::abs(step.size) * left_after_a_sample(s);
+  if (near > 0.3 * expected && near > 2.0 * *rank) return StepKind::kLostCounts;
+  return *rank < 0.3 * expected ? StepKind::kSlip : StepKind::kEither;
 }
 
 /// The model without one step of its base.
@@ -122,7 +137,7 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
     const StepKind kind = kind_of(step, *model.series);
     effect.id = kind == StepKind::kLostCounts ? "lost_counts" : "slip";
     effect.joint = findings.joint;
-    effect.stage = stage_word(findings.stage);
+    effect.stage = reported_stage(effect.id, findings.stage);
     const double size = fit.coefficients[step_index(fit, k)];
     if (std::abs(size) < 1.96 * step.deviation) continue;
     effect.parameters = {

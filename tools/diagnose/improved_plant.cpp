@@ -154,7 +154,7 @@ bool add_to_robot(toml::table& root, const physics::Plant& plant, const NamedEff
     return true;
   }
   toml::table* logger = root["logger"].as_table();
-  if (e.id == "delay" && e.stage == "transmission" && logger != nullptr) {
+  if (e.id == "delay" && e.stage == "sensor" && logger != nullptr) {
     const double whole =
         plant.logger.truth_latency_s + parameter(e, "delay") +
         (e.out_of_tolerance ? parameter(e, "truth_latency") - plant.logger.truth_latency_s -

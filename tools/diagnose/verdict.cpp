@@ -33,7 +33,10 @@ void add_unknown(Report& report) {
   for (const Unexplained& u : report.unexplained) {
     const bool named =
         std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
-          return effect.joint == u.joint && effect.stage == u.stage;
+          // A sensor's effect is named in the transmission's channel.
+          const bool same = effect.stage == u.stage ||
+                            (effect.stage == "sensor" && u.stage == "transmission");
+          return effect.joint == u.joint && same;
         });
     if (named) continue;
     NamedEffect effect;

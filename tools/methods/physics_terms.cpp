@@ -244,7 +244,9 @@ core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesyst
         if (!cable->stretches()) cable.reset();
       }
       for (const json& effect : report["effects"]) {
-        if (effect.at("joint") == output.joint && effect.at("stage") == "transmission")
+        const bool between_encoders =
+            effect.at("stage") == "transmission" || effect.at("stage") == "sensor";
+        if (effect.at("joint") == output.joint && between_encoders)
           add_report_effect(read_effect(effect), output.joint, parts);
       }
       if (!loaded.ok())
