@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/block_fit.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/slip.hpp"
 #include "diagnose_arm.hpp"
@@ -53,6 +54,32 @@ Eigen::VectorXd remembering(Index rows, double memory, std::uint64_t seed) {
   return x;
 }
 
+TEST(SolveWithin, IsTheLeastErrorInTheBox) {
+  // Two columns that nearly imitate each other and one that neither can.
+  const Index rows = 400;
+  Eigen::MatrixXd x(rows, 3);
+  x.col(0) = remembering(rows, 5.0, 1);
+  x.col(1) = 0.9 * x.col(0) + 0.2 * remembering(rows, 5.0, 2);
+  x.col(2) = remembering(rows, 5.0, 3);
+  const Eigen::VectorXd y = 1.0 * x.col(0) + 0.3 * x.col(1) - 0.2 * x.col(2);
+  Eigen::MatrixXd total(4, 4);
+  total << x.transpose() * x, x.transpose() * y, y.transpose() * x, y.squaredNorm();
+  const Eigen::Vector3d precision(0.0, 20.0, 20.0), limit(0.6, 1.0, 1.0);
+  const auto error = [&](const Eigen::Vector3d& b) {
+    return (y - x * b).squaredNorm() + b.cwiseAbs2().dot(precision);
+  };
+  const Eigen::Vector3d b = diagnose::solve_within(total, precision, limit);
+  EXPECT_DOUBLE_EQ(b[0], 0.6);
+  EXPECT_LT(std::abs(b[1]), 1.0);  // released again, or never held
+  for (Index i = 0; i < 3; ++i) {
+    for (const double move : {-1e-3, 1e-3}) {
+      Eigen::Vector3d other = b;
+      other[i] = std::clamp(b[i] + move, -limit[i], limit[i]);
+      EXPECT_GE(error(other), error(b) - 1e-9) << i;
+    }
+  }
+}
+
 TEST(Steps, AreNotFoundInNoiseThatRemembers) {
   // So long a memory leaves some ten moments that are independent of each other.
   const Index rows = 4000;
@@ -78,9 +105,10 @@ TEST(Steps, OfFourTimesTheNoiseAreFound) {
   EXPECT_LT(steps.front().p_value, 0.005);
 }
 
-diagnose::Report run(const ArmTruth& truth, const ArmScene& scene, const std::string& logger = {}) {
+diagnose::Report run(const ArmTruth& truth, const ArmScene& scene, const std::string& logger = {},
+                     const std::string& concealed = {}) {
   const auto plant =
-      physics::parse_plant(logger + generator::arm_plant({}, scene.mount_rad), "test plant");
+      physics::parse_plant(logger + generator::arm_plant(concealed, scene.mount_rad), "test plant");
   EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
   diagnose::Options options;
   options.threads = 1;
@@ -90,11 +118,11 @@ diagnose::Report run(const ArmTruth& truth, const ArmScene& scene, const std::st
   return report.value();
 }
 
-/// Names of the transmission, sorted.
+/// Names of what parts the two encoders, sorted.
 std::vector<std::string> transmission_names(const diagnose::Report& report) {
   std::vector<std::string> names;
   for (const auto& e : report.effects)
-    if (e.stage == "transmission") names.push_back(e.id);
+    if (e.stage == "transmission" || e.stage == "sensor") names.push_back(e.id);
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -133,6 +161,40 @@ TEST(Constant, OfFrictionLeftBehindTheCableIsNoSlip) {
   }
 }
 
+TEST(Constant, IsNoOffsetWhereTheDriveFeelsALoadThatThePlantDoesNotKnow) {
+  // 70 g on the tool: 0.24 N m, too little for a name, and 0.6 mrad of stretch to one side.
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const auto report = run({.payload_kg = 0.07}, {.seed = seed,
+                                                   .duration_s = 200.0,
+                                                   .rate_hz = 50.0,
+                                                   .deviation = 0.03,
+                                                   .mount_rad = kSideways});
+    EXPECT_EQ(transmission_names(report), Names{}) << "seed " << seed << report.verdict.text;
+  }
+}
+
+TEST(Step, IsALostCountWhereTheServoSeesItAndASlipWhereItDoesNot) {
+  for (const double rate_hz : {25.0, 50.0, 100.0}) {
+    const ArmScene scene{.seed = 7, .duration_s = 200.0, .rate_hz = rate_hz};
+    const auto lost = run({.lost_rad = 0.004}, scene);
+    ASSERT_EQ(transmission_names(lost), Names{"lost_counts"}) << lost.verdict.text;
+    EXPECT_EQ(lost.effects.front().stage, "sensor");
+    EXPECT_TRUE(lost.effects.front().ambiguous_with.empty()) << rate_hz;
+    const auto slip = run({.slip_rad = 0.004}, scene);
+    ASSERT_EQ(transmission_names(slip), Names{"slip"}) << slip.verdict.text;
+    EXPECT_EQ(slip.effects.front().stage, "transmission");
+    EXPECT_TRUE(slip.effects.front().ambiguous_with.empty()) << rate_hz;
+  }
+}
+
+TEST(Number, OutOfToleranceIsThatWherePhysicsExplainsNoMore) {
+  // The weight's stretch is nearly a straight line over half a radian, as a wrong ratio is.
+  const auto report = run({.stiffness = 290.0},
+                          {.seed = 2, .duration_s = 200.0, .rate_hz = 50.0, .deviation = 0.02});
+  ASSERT_EQ(transmission_names(report), Names{"compliance"}) << report.verdict.text;
+  EXPECT_TRUE(report.effects.front().out_of_tolerance);
+}
+
 TEST(Stream, LaterThanItsRecorderSaysIsADelay) {
   // 4 ms of transfer and at most half a period of 10 ms are the recorder's; 24 ms are not.
   const auto report = run({.delay_s = 0.024}, {.seed = 3, .duration_s = 200.0, .rate_hz = 50.0},
@@ -154,6 +216,10 @@ TEST(Cable, EffectsThatHideEachOtherAreFoundTogether) {
   const ArmScene scene{.seed = 51, .duration_s = 200.0, .rate_hz = 50.0, .rich = true};
   const auto gap = run({.gap_half_rad = 0.002, .strands_n_m = 1.6}, scene);
   EXPECT_EQ(transmission_names(gap), (Names{"backlash", "hysteresis"})) << gap.verdict.text;
+  const auto friction =
+      run({.joint_friction = 0.8, .gap_half_rad = 0.0025}, scene, {}, "joint_friction");
+  EXPECT_EQ(transmission_names(friction), (Names{"backlash", "joint_friction"}))
+      << friction.verdict.text;
 }
 
 }  // namespace

@@ -82,6 +82,52 @@ VectorXd solve(const MatrixXd& total, const VectorXd& precision, double relative
   return scale.cwiseProduct(normal.ldlt().solve(right));
 }
 
+// Active set of a least squares problem in a box (Stark and Parker, Computational Statistics 1995):
+// the coefficient furthest out is put on its limit, and taken off again where the others' company
+// pulls it back in.
+VectorXd solve_within(const MatrixXd& total, const VectorXd& precision, const VectorXd& limit) {
+  const Index k = limit.size();
+  VectorXd held = VectorXd::Zero(k);
+  VectorXd b;
+  for (Index round = 0; round < 4 * k + 4; ++round) {
+    MatrixXd left = total;
+    for (Index i = 0; i < k; ++i) {
+      if (held[i] == 0.0) continue;
+      left.col(k).head(k) -= held[i] * total.col(i).head(k);
+    }
+    for (Index i = 0; i < k; ++i) {
+      if (held[i] == 0.0) continue;
+      left.row(i).setZero();
+      left.col(i).setZero();
+    }
+    b = solve(left, precision);
+    b = (held.array() != 0.0).select(held, b);
+    Index furthest = -1, wrong = -1;
+    double excess = 1.0, pull = 0.0;
+    for (Index i = 0; i < k; ++i) {
+      if (held[i] == 0.0 && std::abs(b[i]) > excess * limit[i]) {
+        excess = std::abs(b[i]) / limit[i];
+        furthest = i;
+      }
+      if (held[i] == 0.0) continue;
+      const double slope = total(i, k) - total.row(i).head(k).dot(b) - precision[i] * b[i];
+      const double inward = -slope * held[i];
+      if (inward > pull) {
+        pull = inward;
+        wrong = i;
+      }
+    }
+    if (furthest >= 0) {
+      held[furthest] = std::copysign(limit[furthest], b[furthest]);
+    } else if (wrong >= 0 && round < 3 * k) {
+      held[wrong] = 0.0;
+    } else {
+      break;
+    }
+  }
+  return b;
+}
+
 double squared_error(const MatrixXd& moments, const VectorXd& coefficients) {
   const Index k = coefficients.size();
   return std::max(0.0, moments(k, k) - 2.0 * coefficients.dot(moments.col(k).head(k)) +

@@ -33,6 +33,11 @@ Moments extended(const Blocks& blocks, const Moments& moments, const Eigen::Matr
 Eigen::VectorXd solve(const Eigen::MatrixXd& total, const Eigen::VectorXd& precision,
                       double relative_ridge = 1e-9);
 
+/// The same with each coefficient between plus and minus its limit (infinite: free); those that
+/// would leave it stand on it exactly.
+Eigen::VectorXd solve_within(const Eigen::MatrixXd& total, const Eigen::VectorXd& precision,
+                             const Eigen::VectorXd& limit);
+
 /// |y - X b|^2 of one block's moments.
 double squared_error(const Eigen::MatrixXd& moments, const Eigen::VectorXd& coefficients);
 

@@ -135,7 +135,8 @@ const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest)
   if (first == list.end()) return nullptr;
   const double form = form_error(rest, first->subset);
   const auto as_good = [&](const Judged& other) {
-    return tied(other.errors, first->errors) || other.errors.sum() - first->errors.sum() < form;
+    if (other.errors.sum() - first->errors.sum() < form) return true;
+    return other.score < first->score + kUncalledScore && tied(other.errors, first->errors);
   };
   const Judged* best = &*first;
   bool best_steady = steady(best->model);
@@ -175,28 +176,64 @@ void note_ties(const std::vector<Judged>& list, const Judged& best, ChannelModel
   }
 }
 
-/// Adds the set that the selection, which takes effects one by one, could not begin with.
+/// What the selection, which takes effects one by one, says of the cable.
+struct Called {
+  ChannelModel rest;  ///< the model without it
+  double cost = 0.0;
+  double form_error = 0.0;  ///< as of a set, were it named; none where nothing of the cable is
+  bool strands = false;
+
+  explicit Called(const ChannelModel& model) : rest(model) {
+    std::erase_if(rest.chosen, [&](const Chosen& c) {
+      return cable_kind(*model.candidates[c.candidate]->form, *model.series).has_value();
+    });
+    if (rest.chosen.size() == model.chosen.size()) return;
+    rest.hold_nominal();
+    const VectorXd b = joint_fit(model);
+    const Series& s = *model.series;
+    VectorXd stretch = model.blocks.gather(cable_stretch(s, s.cable));
+    for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+      const Chosen& c = model.chosen[i];
+      const EffectForm& form = *model.candidates[c.candidate]->form;
+      const auto kind = cable_kind(form, s);
+      if (!kind) continue;
+      strands = strands || *kind == CableMember::Kind::kStrands;
+      const VectorXd own = b.segment(model.first_column(i), c.columns.cols());
+      stretch -= c.columns * own;
+      const auto term = form.nominal_term();
+      cost += term ? number_cost(own[0], model.tolerance[*term])
+                   : effect_cost(c.columns.cols() + static_cast<Index>(c.shape.size()));
+    }
+    stretch.array() -= stretch.mean();
+    form_error = kModelForm * kModelForm * stretch.squaredNorm();
+  }
+};
+
+/// Puts the set in place that the selection, which takes effects one by one, could not come to.
+/// Where it named one of the cable's effects, what a set explains beyond it must exceed what
+/// simulations of that one differ by; and strands, whose loops take any shape, are added to no
+/// other name: LuGre friction beside a gap passes for them.
 void settle_beside(ChannelModel& model, const Gates& gates) {
-  const Series& series = *model.series;
-  // Where one member explains alone, what a second one adds is how the first is simulated: LuGre
-  // friction beside a gap passes for strands.
-  const bool called = std::any_of(model.chosen.begin(), model.chosen.end(), [&](const Chosen& c) {
-    return cable_kind(*model.candidates[c.candidate]->form, series).has_value();
-  });
-  if (called) return;
   const VectorXd errors = held_out_errors(model);
   const double unit = noise_unit(model);
-  // Nothing is there to gain where the error is the noise.
-  if (errors.sum() - model.noise.squaredNorm() < kUncalledScore * unit) return;
-  const double excess = model.rms_of(errors);
-  const std::vector<CableMember> members = cable_members(model, excess);
+  const Called called(model);
+  // Nothing is there to gain where the error is the noise; but where a set was taken for one of its
+  // members, what that one leaves passes for noise.
+  const double noise = called.form_error > 0.0 ? called.form_error : model.noise.squaredNorm();
+  if (errors.sum() - noise < kUncalledScore * unit) return;
+  const double excess = called.rest.rms_of(held_out_errors(called.rest));
+  std::vector<CableMember> members = cable_members(called.rest, excess);
+  if (called.form_error > 0.0 && !called.strands)
+    std::erase_if(members,
+                  [](const CableMember& m) { return m.kind == CableMember::Kind::kStrands; });
   if (members.empty()) return;
-  const std::vector<Judged> list = short_list(model, members, unit);
-  const Judged* best = best_of(list, model);
+  const std::vector<Judged> list = short_list(called.rest, members, unit);
+  const Judged* best = best_of(list, called.rest);
   if (best == nullptr) return;
-  const double present = errors.sum() / unit + nominal_cost(model, joint_fit(model));
+  const double present = errors.sum() / unit + nominal_cost(model, joint_fit(model)) + called.cost;
   if (best->score > present - kUncalledScore) return;
-  if (best->model.rms_of(best->errors) > excess * std::sqrt(1.0 - gates.least_share)) return;
+  const double gain = errors.sum() - best->errors.sum();
+  if (gain < std::max(called.form_error, gates.least_share * errors.sum())) return;
   ChannelModel settled = best->model;
   note_ties(list, *best, settled);
   model = std::move(settled);

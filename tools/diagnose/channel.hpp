@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "diagnose/invariance.hpp"
@@ -114,6 +115,9 @@ void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
 /// numbers drawn from their tolerances.
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed);
+
+/// 95 % interval of the constant error, drawn in the same way.
+std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed);
 
 /// The first parameter's interval, wider by what the effect's size does between circumstances: the
 /// form is not the physics to the last percent, and which value is meant is open by that much.

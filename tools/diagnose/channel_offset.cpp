@@ -123,16 +123,7 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   effect.id = "homing_offset";
   effect.joint = findings.joint;
   effect.stage = stage_word(findings.stage);
-  // Spread of the blocks' means, blocks as observations.
-  const auto blocks = static_cast<double>(fit.model.blocks.count());
-  VectorXd means(static_cast<Index>(blocks));
-  for (std::size_t b = 0; b < fit.model.blocks.count(); ++b) {
-    means[static_cast<Index>(b)] =
-        fit.held_out_residual.segment(fit.model.blocks.first(b), fit.model.blocks.size(b)).mean();
-  }
-  const double error =
-      1.96 * std::sqrt((means.array() - means.mean()).square().sum() / (blocks - 1.0) / blocks);
-  effect.parameters = {{"offset", offset, findings.unit, {offset - error, offset + error}}};
+  effect.parameters = {{"offset", offset, findings.unit, offset_interval(fit, options.seed + 310)}};
   effect.held_out_before = fit.model.rms_of(before);
   effect.held_out_after = fit.model.rms_of(after);
   effect.unit = findings.unit;

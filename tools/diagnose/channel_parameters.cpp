@@ -78,6 +78,14 @@ double few_blocks(std::size_t blocks, Index free) {
   return std::sqrt((degrees + 1.0) / degrees) * (1.0 + (z2 + 1.0) / (4.0 * degrees));
 }
 
+/// Central 95 % of the draws, each side wider by that factor about the value.
+std::pair<double, double> interval_of(std::vector<double>& draws, double value, double wider) {
+  std::sort(draws.begin(), draws.end());
+  const double low = draws[static_cast<std::size_t>(0.025 * kResamples)];
+  const double high = draws[static_cast<std::size_t>(0.975 * kResamples) - 1];
+  return {value - wider * std::max(0.0, value - low), value + wider * std::max(0.0, high - value)};
+}
+
 }  // namespace
 
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
@@ -105,17 +113,22 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
       few_blocks(model.blocks.count(), tangent.width + (tangent.with_shape ? 1 : 0));
   std::vector<NamedParameter> out;
   for (std::size_t p = 0; p < central.size(); ++p) {
-    std::sort(draws[p].begin(), draws[p].end());
     const double value = central[p].value;
-    const double low = draws[p][static_cast<std::size_t>(0.025 * kResamples)];
-    const double high = draws[p][static_cast<std::size_t>(0.975 * kResamples) - 1];
-    out.push_back({central[p].name,
-                   value,
-                   central[p].unit,
-                   {value - wider * std::max(0.0, value - low),
-                    value + wider * std::max(0.0, high - value)}});
+    out.push_back({central[p].name, value, central[p].unit, interval_of(draws[p], value, wider)});
   }
   return out;
+}
+
+std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed) {
+  const ChannelModel& model = fit.model;
+  const MatrixXd columns = model.columns();
+  const Moments moments = moments_of(model.blocks, columns, model.target);
+  const VectorXd precision = model.column_precision(columns.cols());
+  std::vector<double> draws;
+  std::mt19937_64 engine(seed);
+  for (int r = 0; r < kResamples; ++r)
+    draws.push_back(drawn_coefficients(fit, moments, precision, engine)[0]);
+  return interval_of(draws, fit.coefficients[0], few_blocks(model.blocks.count(), 1));
 }
 
 void widen_by_circumstances(const Invariance& invariance, std::vector<NamedParameter>& parameters) {

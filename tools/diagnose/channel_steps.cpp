@@ -58,9 +58,12 @@ StepKind kind_of(const Step& step, const Series& s) {
   const auto rank = elsewhere.begin() +
                     static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(elsewhere.size()));
   std::nth_element(elsewhere.begin(), rank, elsewhere.end());
-  const double expected = std::abs(step.size) * left_after_a_sample(s);
-  if (near > 0.3 * expected && near > 2.0 * *rank) return StepKind::kLostCounts;
-  return *rank < 0.3 * expected ? StepKind::kSlip : StepKind::kEither;
+  // The tension that a slip lets go kicks the motor as well, but by less than the step.
+  constexpr double kLostShare = 0.4, kKickShare = 0.3;
+  const double size = std::abs(step.size);
+  if (near > kLostShare * size && near > 2.0 * *rank) return StepKind::kLostCounts;
+  const bool visible = *rank < kKickShare * size * left_after_a_sample(s);
+  return visible && near < kKickShare * size ? StepKind::kSlip : StepKind::kEither;
 }
 
 /// The model without one step of its base.

@@ -261,9 +261,16 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   }
   const FlipResult chance = sign_flip_test(flips, gates.alpha, seed);
   result.critical = chance.critical;
+  // That anything is there is what chance is asked about. What it is is then a matter of
+  // likelihood, and a number of the plant, which the others at their limits imitate in part, may
+  // take its place.
+  double anything = 1.0;
+  for (const double p_value : chance.p_value) anything = std::min(anything, p_value);
   for (std::size_t n = 0; n < result.tested.size(); ++n) {
-    result.tested[n].evidence.p_value = chance.p_value[n];
-    result.tested[n].median_null = chance.median_null[n];
+    TestedCandidate& tested = result.tested[n];
+    const bool number = model.candidates[tested.candidate]->form->nominal_term().has_value();
+    tested.evidence.p_value = number ? anything : chance.p_value[n];
+    tested.median_null = chance.median_null[n];
   }
   return result;
 }

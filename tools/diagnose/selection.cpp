@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "diagnose/cable_family.hpp"
@@ -23,6 +24,9 @@ constexpr int kBlockRounds = 4;
 /// A nominal parameter may leave its tolerance by this much before the rest looks for a name: the
 /// simulation's friction and cable are not the real ones to the last percent.
 constexpr double kBeyondTolerance = 1.25;
+
+/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
+constexpr double kClearScore = 6.0;
 
 /// Ridge of the saturated model relative to each column's energy: it holds columns that imitate
 /// each other and costs 0.1 % of a real effect.
@@ -103,13 +107,21 @@ double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
 }
 
-/// The likeliest admissible candidate.
+/// The likeliest admissible candidate; but a number of the plant that is off, unless missing
+/// physics is clearly likelier: plants hold wrong numbers more often than they lack a mechanism.
 std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
                               const Gates& gates) {
   std::optional<Contender> best;
-  for (Contender& contender : contenders(model, result, gates)) {
-    if (!best || contender.score < best->score) best = std::move(contender);
+  std::optional<Contender> number;
+  const auto keep_likelier = [](std::optional<Contender>& kept, const Contender& other) {
+    if (!kept || other.score < kept->score) kept = other;
+  };
+  for (const Contender& contender : contenders(model, result, gates)) {
+    keep_likelier(best, contender);
+    const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
+    if (form.nominal_term()) keep_likelier(number, contender);
   }
+  if (number && number->score < best->score + kClearScore) return number;
   return best;
 }
 
@@ -220,12 +232,6 @@ void ChannelModel::hold_nominal() {
   base = free_base;
   target = free_target;
   std::fill(held.begin(), held.end(), 0.0);
-  const auto hold = [&](std::size_t term, double value) {
-    const Index column = static_cast<Index>(term) + 1;
-    held[term] = value;
-    target -= value * free_base.col(column);
-    base.col(column).setZero();
-  };
   for (const Chosen& c : chosen) {
     if (const auto term = candidates[c.candidate]->form->nominal_term())
       base.col(static_cast<Index>(*term) + 1).setZero();
@@ -236,17 +242,18 @@ void ChannelModel::hold_nominal() {
       if (product > 0.99999 * own.norm() * c.columns.norm()) own.setZero();
     }
   }
-  for (int round = 0; round < 6; ++round) {
-    const MatrixXd all = columns();
-    const VectorXd b = solve(moments_of(blocks, all, target).total(), column_precision(all.cols()));
-    bool any = false;
-    for (std::size_t term = 0; term < limit.size(); ++term) {
-      const double change = b[static_cast<Index>(term) + 1];
-      if (held[term] != 0.0 || std::abs(change) <= limit[term]) continue;
-      hold(term, std::copysign(limit[term], change));
-      any = true;
-    }
-    if (!any) return;
+  const MatrixXd all = columns();
+  VectorXd most = VectorXd::Constant(all.cols(), std::numeric_limits<double>::infinity());
+  for (std::size_t term = 0; term < limit.size(); ++term)
+    most[static_cast<Index>(term) + 1] = limit[term];
+  const VectorXd b =
+      solve_within(moments_of(blocks, all, target).total(), column_precision(all.cols()), most);
+  for (std::size_t term = 0; term < limit.size(); ++term) {
+    const Index column = static_cast<Index>(term) + 1;
+    if (std::abs(b[column]) < limit[term]) continue;
+    held[term] = b[column];
+    target -= held[term] * free_base.col(column);
+    base.col(column).setZero();
   }
 }
 

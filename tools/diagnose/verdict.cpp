@@ -34,8 +34,8 @@ void add_unknown(Report& report) {
     const bool named =
         std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
           // A sensor's effect is named in the transmission's channel.
-          const bool same = effect.stage == u.stage ||
-                            (effect.stage == "sensor" && u.stage == "transmission");
+          const bool same =
+              effect.stage == u.stage || (effect.stage == "sensor" && u.stage == "transmission");
           return effect.joint == u.joint && same;
         });
     if (named) continue;

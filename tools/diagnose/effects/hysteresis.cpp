@@ -59,7 +59,13 @@ class HysteresisForm final : public EffectForm {
   std::string inconsistency(const Series& s, const Shape&,
                             const Eigen::VectorXd& b) const override {
     if (!from().empty()) return {};
-    if (by_load(s)) return b[0] > 0.0 ? "" : "strands would give effort";
+    if (by_load(s)) {
+      if (b[0] <= 0.0) return "strands would give effort";
+      // What slips before the cable has stretched at all is friction.
+      constexpr double kMostStiffness = 10.0;
+      return b[0] * s.cable.compliance < kMostStiffness ? ""
+                                                        : "strands would be stiffer than the cable";
+    }
     if (s.stage != Stage::kTracking && b.sum() <= 0.0)
       return "the joint would run ahead of its motor";
     return b.minCoeff() > -0.5 * b.cwiseAbs().maxCoeff()
