@@ -119,9 +119,11 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
 /// 95 % interval of the constant error, drawn in the same way.
 std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed);
 
-/// The first parameter's interval, wider by what the effect's size does between circumstances: the
-/// form is not the physics to the last percent, and which value is meant is open by that much.
-void widen_by_circumstances(const Invariance& invariance, std::vector<NamedParameter>& parameters);
+/// The first parameter's interval, wider by what the effect's size does between circumstances and,
+/// where the cable was simulated for it, by what simulations of cables differ by: the form is not
+/// the physics to the last percent, and which value is meant is open by that much.
+void widen_by_form(const Invariance& invariance, bool of_cable,
+                   std::vector<NamedParameter>& parameters);
 
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);

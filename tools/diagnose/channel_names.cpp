@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/cable_members.hpp"
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/invariance.hpp"
@@ -85,7 +86,8 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
     const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
-    widen_by_circumstances(invariance, effect.parameters);
+    const bool of_cable = cable_kind(form, *fit.model.series).has_value();
+    widen_by_form(invariance, of_cable, effect.parameters);
     effect.invariance_spread = invariance.spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
     for (const std::string& tied : fit.model.chosen[i].tied_with) {

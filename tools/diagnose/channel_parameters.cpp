@@ -131,9 +131,11 @@ std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t s
   return interval_of(draws, fit.coefficients[0], few_blocks(model.blocks.count(), 1));
 }
 
-void widen_by_circumstances(const Invariance& invariance, std::vector<NamedParameter>& parameters) {
+void widen_by_form(const Invariance& invariance, bool of_cable,
+                   std::vector<NamedParameter>& parameters) {
   if (parameters.empty()) return;
-  const double relative = kNormal95 * invariance.deviation();
+  const double relative =
+      kNormal95 * std::hypot(invariance.deviation(), of_cable ? kModelForm : 0.0);
   NamedParameter& size = parameters.front();
   const double more = relative * std::abs(size.value);
   size.ci95 = {size.value - std::hypot(size.value - size.ci95.first, more),

@@ -210,7 +210,7 @@ class NominalBuilder {
       }
     }
     found_load(stretch);
-    constant_load(stretch);
+    constant_load();
     uncertain("joint_friction", "level", effort_unit(s_), c.friction_level, stretch,
               [](CableNumbers& n, double f) { n.friction_level *= f; });
     uncertain("hysteresis", "stiffness", stiffness_unit, c.strand_stiffness, stretch,
@@ -293,15 +293,12 @@ class NominalBuilder {
   }
 
   /// A constant effort of the drive is a weight that the cable carries or an error of the drive's
-  /// own: none and all of it are as likely.
-  void constant_load(const VectorXd& stretch) {
-    if (s_.constant_load == 0.0 || s_.cable.compliance <= 0.0) return;
-    VectorXd load = VectorXd::Constant(s_.rows(), s_.constant_load);
-    if (s_.weight.size() > 0) load += s_.weight;
-    const VectorXd loaded =
-        replay_cable({s_.t_s, s_.motion.q, load, s_.inertial, s_.fresh, s_.rest_width()}, s_.cable)
-            .stretch;
-    const VectorXd half = 0.5 * (stretch - loaded);
+  /// own: none and all of it are as likely. It adds a constant and nothing else: beside a free one
+  /// it gives a fit no freedom.
+  void constant_load() {
+    const double stretch = s_.constant_load * s_.cable.compliance;
+    if (stretch == 0.0) return;
+    const VectorXd half = VectorXd::Constant(s_.rows(), -0.5 * stretch);
     nominal_.prediction += half;
     nominal_.terms.push_back({"gravity", "constant_load", "1", 0.5, 1.0, half, true});
   }
