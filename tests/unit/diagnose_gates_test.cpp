@@ -80,6 +80,40 @@ TEST(SignFlip, GivesNoiseItsShareOfAlarmsAndNoMore) {
   EXPECT_GE(alarms, 4);
 }
 
+TEST(SignFlip, LetsFewAndManyColumnsBeFoundAlike) {
+  // Counted in multiples of their median, gains of one column would take nine in ten of chance's
+  // alarms from gains of three (quantiles of chi-squared).
+  const Index rows = 1600;
+  constexpr int kTrials = 400;
+  int first = 0, second = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const auto seed = static_cast<std::uint64_t>(trial);
+    const VectorXd residual = noise(rows, 500 + seed);
+    const VectorXd alone = noise(rows, 20000 + seed);
+    const double gain = std::pow(alone.dot(residual), 2) / alone.squaredNorm();
+    FlipCandidate many;
+    FlipOption option;
+    option.inverse = Eigen::MatrixXd::Zero(3, 3);
+    option.scores.resize(rows / 40, 3);
+    for (Index c = 0; c < 3; ++c) {
+      const VectorXd column = noise(rows, 30000 + 3 * seed + static_cast<std::uint64_t>(c));
+      const FlipCandidate one = candidate_of(column, residual, 40, 0.0);
+      option.scores.col(c) = one.options.front().scores;
+      option.inverse(c, c) = one.options.front().inverse(0, 0);
+      many.gain += std::pow(column.dot(residual), 2) / column.squaredNorm();
+    }
+    many.options = {option};
+    const auto result =
+        diagnose::sign_flip_test({candidate_of(alone, residual, 40, gain), many}, 0.2, 9, 499);
+    first += result.p_value[0] <= 0.2 ? 1 : 0;
+    second += result.p_value[1] <= 0.2 ? 1 : 0;
+  }
+  // 80 alarms expected of both together (deviation 8), half of them each.
+  EXPECT_NEAR(first + second, 80, 30);
+  EXPECT_GT(second, 20);
+  EXPECT_GT(first, 20);
+}
+
 diagnose::SeriesSet series_of(const generator::HiddenPhysics& hidden, const physics::Plant& plant) {
   static std::vector<record::Recording> recordings;
   recordings = {generator::make_recording(hidden, {.duration_s = 240.0})};

@@ -20,7 +20,7 @@ constexpr double kLeastUniqueShare = 1e-4;
 double gain_needed(const TestedCandidate& t, const ScreenResult& result, const ChannelModel& model,
                    const Gates& gates) {
   const double deviation = std::sqrt(t.median_null / 0.455);
-  const double chance = std::pow(std::sqrt(result.critical * t.median_null) + 1.28 * deviation, 2);
+  const double chance = std::pow(std::sqrt(t.critical_gain) + 1.28 * deviation, 2);
   const auto rows = static_cast<double>(model.target.size());
   const double size = rows * std::pow(gates.size_per_floor * model.floor, 2);
   return std::max({chance, size, gates.least_share * result.errors.sum()});

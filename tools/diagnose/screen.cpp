@@ -260,7 +260,6 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
                        std::min(size, unique_size(model, gains))};
   }
   const FlipResult chance = sign_flip_test(flips, gates.alpha, seed);
-  result.critical = chance.critical;
   // That anything is there is what chance is asked about. What it is is then a matter of
   // likelihood, and a number of the plant, which the others at their limits imitate in part, may
   // take its place.
@@ -271,6 +270,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     const bool number = model.candidates[tested.candidate]->form->nominal_term().has_value();
     tested.evidence.p_value = number ? anything : chance.p_value[n];
     tested.median_null = chance.median_null[n];
+    tested.critical_gain = chance.critical_gain[n];
   }
   return result;
 }

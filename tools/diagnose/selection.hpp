@@ -107,7 +107,8 @@ struct TestedCandidate {
   Eigen::VectorXd errors;  ///< held-out squared error per block with it
   Evidence evidence;
   Eigen::VectorXd coefficients;  ///< in the joint fit with it
-  double median_null = 0.0;
+  double median_null = 0.0;    ///< gain that chance reaches half of the time
+  double critical_gain = 0.0;  ///< gain needed for the chance gate
   double unique_energy = 0.0;  ///< of its columns beyond the model, sum of squares (first column)
   double unique_share = 0.0;   ///< of its columns' energy that the model cannot imitate
   bool consistent = true;
@@ -120,7 +121,6 @@ Eigen::VectorXd joint_fit(const ChannelModel& model);
 struct ScreenResult {
   Eigen::VectorXd errors;  ///< of the model alone, per block
   std::vector<TestedCandidate> tested;
-  double critical = 0.0;  ///< gain over median_null needed for the chance gate
 };
 ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed);
 

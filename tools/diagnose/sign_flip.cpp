@@ -23,10 +23,26 @@ VectorXd random_signs(Index count, std::mt19937_64& engine) {
   return signs;
 }
 
-double median_of(VectorXd x) {
-  std::nth_element(x.data(), x.data() + x.size() / 2, x.data() + x.size());
-  return std::max(x[x.size() / 2], 1e-300);
-}
+/// The gains that chance makes of one option, as a scaled chi-squared of the same mean and
+/// variance, and that as a normal (Wilson and Hilferty, PNAS 1931): gains of few and of many
+/// columns, of even and of uneven blocks are equally unlikely where the normal is the same.
+class Chance {
+ public:
+  explicit Chance(const VectorXd& gains) : mean_(std::max(gains.mean(), 1e-300)) {
+    const double variance = (gains.array() - mean_).square().mean();
+    ninth_ = std::clamp(variance / (9.0 * mean_ * mean_), 1e-6, 1.0);
+  }
+  [[nodiscard]] double normal(double gain) const {
+    return (std::cbrt(gain / mean_) - 1.0 + ninth_) / std::sqrt(ninth_);
+  }
+  [[nodiscard]] double gain(double normal) const {
+    return mean_ * std::pow(1.0 - ninth_ + normal * std::sqrt(ninth_), 3);
+  }
+
+ private:
+  double mean_;
+  double ninth_;  ///< 2 / 9 over the degrees of freedom
+};
 
 }  // namespace
 
@@ -37,7 +53,7 @@ FlipResult sign_flip_test(const std::vector<FlipCandidate>& candidates, double a
   if (count == 0) return result;
   std::mt19937_64 engine(seed);
   const Index blocks = candidates.front().options.front().scores.rows();
-  // Every option is measured against what chance makes of it: one with many columns gains more.
+  // Every option is measured against what chance makes of it.
   std::vector<Eigen::MatrixXd> null;
   for (const FlipCandidate& candidate : candidates)
     null.emplace_back(flips, static_cast<Index>(candidate.options.size()));
@@ -51,23 +67,26 @@ FlipResult sign_flip_test(const std::vector<FlipCandidate>& candidates, double a
       }
     }
   }
-  VectorXd greatest = VectorXd::Zero(flips);
+  VectorXd greatest = VectorXd::Constant(flips, -1e300);
+  std::vector<Chance> found;
   for (std::size_t c = 0; c < count; ++c) {
     for (Index o = 0; o < null[c].cols(); ++o) {
-      const double median = median_of(null[c].col(o));
-      if (static_cast<std::size_t>(o) == candidates[c].found_option)
-        result.median_null.push_back(median);
-      greatest = greatest.cwiseMax(null[c].col(o) / median);
+      const Chance chance(null[c].col(o));
+      if (static_cast<std::size_t>(o) == candidates[c].found_option) found.push_back(chance);
+      for (int f = 0; f < flips; ++f)
+        greatest[f] = std::max(greatest[f], chance.normal(null[c](f, o)));
     }
   }
   std::sort(greatest.data(), greatest.data() + flips);
   const auto rank = static_cast<Index>(std::ceil((1.0 - alpha) * flips)) - 1;
-  result.critical = greatest[std::clamp<Index>(rank, 0, flips - 1)];
+  const double critical = greatest[std::clamp<Index>(rank, 0, flips - 1)];
   for (std::size_t c = 0; c < count; ++c) {
-    const double statistic = candidates[c].gain / result.median_null[c];
     const auto above = greatest.data() + flips -
-                       std::lower_bound(greatest.data(), greatest.data() + flips, statistic);
+                       std::lower_bound(greatest.data(), greatest.data() + flips,
+                                        found[c].normal(candidates[c].gain));
     result.p_value.push_back((1.0 + static_cast<double>(above)) / (1.0 + flips));
+    result.median_null.push_back(found[c].gain(0.0));
+    result.critical_gain.push_back(found[c].gain(critical));
   }
   return result;
 }

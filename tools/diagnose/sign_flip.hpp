@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Evidence against chance over all candidates at once: signs of whole blocks are flipped, the
-// largest gain of any candidate is noted each time, and a candidate's p-value is how often chance
-// did as well (max-T after Westfall and Young, residuals of the full model after ter Braak 1992).
+// least likely gain of any candidate is noted each time, and a candidate's p-value is how often
+// chance did as well (max-T after Westfall and Young, residuals of the full model after ter Braak 1992).
 // Circular shifts would make constants and steps untestable; a null from a residual that still
 // holds an effect would hide the others.
 #pragma once
@@ -29,7 +29,8 @@ struct FlipCandidate {
 struct FlipResult {
   std::vector<double> p_value;      ///< per candidate, corrected for the search over all of them
   std::vector<double> median_null;  ///< gain that chance reaches half of the time
-  double critical = 0.0;            ///< gain over median_null that chance exceeds with `alpha`
+  /// Gain that is as unlikely as what the luckiest candidate reaches by chance with `alpha`.
+  std::vector<double> critical_gain;
 };
 
 FlipResult sign_flip_test(const std::vector<FlipCandidate>& candidates, double alpha,

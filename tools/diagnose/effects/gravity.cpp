@@ -20,8 +20,12 @@ class Gravity final : public EffectForm {
     return range_of(s, s.motion.q) > 20.0 * s.rest_width() ? "" : "the joint hardly moves";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    if (s.others.empty()) return {{0.0}, {1.0}};
-    return {{0.0}, {1.0}, {2.0}, {3.0}};
+    // Through a few degrees sine and cosine are a line and a parabola, which no weight bends so.
+    constexpr double kLeastTurn_rad = 0.5;
+    std::vector<Shape> shapes = {{0.0}};
+    if (!s.prismatic && range_of(s, s.motion.q) > kLeastTurn_rad) shapes.push_back({1.0});
+    if (!s.others.empty()) shapes.insert(shapes.end(), {{2.0}, {3.0}});
+    return shapes;
   }
   /// 0: own position; 1: its sine and cosine; 2: with the first two others; 3: squares and
   /// products.
