@@ -193,6 +193,22 @@ TEST(Quantisation, IsNotTestableWithAFineOrAContinuousPosition) {
   EXPECT_NE(diagnose::quantisation()->untestable(s), "");
 }
 
+TEST(Gravity, BendsOnlyWhereTheJointTurnsFar) {
+  // Over a few degrees sine and cosine of the position are a line and a parabola of any size.
+  const auto bends = [](const Series& s) {
+    const auto grid = diagnose::gravity()->grid(s);
+    return std::any_of(grid.begin(), grid.end(),
+                       [](const diagnose::Shape& shape) { return shape[0] == 1.0; });
+  };
+  Series s = empty_series(6000, diagnose::Stage::kDrive);
+  for (Index i = 0; i < s.rows(); ++i) s.motion.q[i] = 0.6 + 0.05 * std::sin(s.t_s[i]);
+  EXPECT_FALSE(bends(s));
+  for (Index i = 0; i < s.rows(); ++i) s.motion.q[i] = 0.6 + 0.5 * std::sin(s.t_s[i]);
+  EXPECT_TRUE(bends(s));
+  s.prismatic = true;
+  EXPECT_FALSE(bends(s));
+}
+
 TEST(SpectralLine, StandsOutOfColouredNoise) {
   const VectorXd t_s = times(20000);
   const VectorXd noise = 0.3 * coloured(20000, 0.98, 1);
