@@ -26,12 +26,14 @@ struct Friction {
   Wander variation;
   double level = 0.0;
   double load_share = 0.0;
+  double level_difference = 0.0;  ///< forwards beyond backwards
 
   double step(double velocity, double dt_s, double load = 0.0) {
     if (level <= 0.0) return 0.0;
     const double scale =
         std::max(0.1, 1.0 + variation.value()) * (1.0 + load_share * std::abs(load) / level);
-    return bristle.step(velocity, dt_s, scale);
+    const double friction = bristle.step(velocity, dt_s, scale);
+    return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
   }
 };
 
@@ -53,7 +55,8 @@ Friction motor_friction(const Joint& joint) {
   } else {
     p.presliding = joint.kind == JointKind::kRevolute ? 1e-4 : 1e-5;
   }
-  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share};
+  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share,
+          joint.parameter("asymmetric_friction", "level_difference")};
 }
 
 Friction joint_friction(const Joint& joint) {

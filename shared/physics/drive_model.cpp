@@ -18,6 +18,7 @@ DriveNumbers<double> drive_numbers(const Joint& joint, double inertia, double le
   n.presliding = displacement > 0.0 ? displacement : std::max(1e-6, least_presliding);
   n.viscous = joint.parameter("viscous_friction", "damping");
   n.asymmetry = 0.5 * joint.parameter("asymmetric_friction", "damping_difference");
+  n.asymmetric_level = 0.5 * joint.parameter("asymmetric_friction", "level_difference");
   n.ripple = joint.parameter("torque_ripple", "amplitude");
   n.ripple_order = joint.parameter("torque_ripple", "order");
   n.ripple_phase = joint.parameter("torque_ripple", "phase");

@@ -23,7 +23,8 @@ struct DriveNumbers {
   T stribeck_velocity{1.0};  ///< at which half of the extra is gone, > 0
   T presliding{1e-4};        ///< deflection at which friction is fully built up, > 0
   T viscous{0.0};
-  T asymmetry{0.0};  ///< half the difference of damping between the directions
+  T asymmetry{0.0};         ///< half the difference of damping between the directions
+  T asymmetric_level{0.0};  ///< half the difference of dry friction between them
   T ripple{0.0};
   T ripple_order{0.0};
   T ripple_phase{0.0};
@@ -55,7 +56,7 @@ void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double
   const T level = n.level + n.load_share * through + n.stribeck_extra / (1.0 + ratio * ratio);
   const T yielding = 1.0 + abs(v) * dt_s / n.presliding;
   T push = (1.0 + n.torque_ratio) * (effort - n.offset) - held - n.asymmetry * abs(v) -
-           level * state.bristle / yielding;
+           n.asymmetric_level * abs(state.bristle) - level * state.bristle / yielding;
   if (n.ripple != T(0.0)) push -= n.ripple * sin(n.ripple_order * state.position + n.ripple_phase);
   const T drag = n.viscous + level * dt_s / (n.presliding * yielding);
   state.velocity = (v + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);

@@ -314,6 +314,7 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   ChannelFit fit = fit_channel(series, plant, options, findings);
   name_effects(fit, options, findings);
   name_offset(fit, plant, options, findings);
+  name_asymmetry(fit, options, findings);
   name_steps(fit, findings);
   if (options.details) {
     add_remainder(fit, options, findings);

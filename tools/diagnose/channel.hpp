@@ -101,6 +101,11 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
 /// whatever positions are compared.
 std::string reported_stage(std::string_view id, Stage shown_in);
 
+/// A constant effort of the drive that no load explains: dry friction that differs between the
+/// directions.
+void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings);
+
 /// Steps: lost counts, a slipping cable, or either.
 void name_steps(const ChannelFit& fit, ChannelFindings& findings);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The constant of the transmission: a homing offset, or the mean of what loads do to the cable.
+// The constant of a channel. In the transmission: a homing offset, or the mean of what loads do to
+// the cable. In the drive: friction that differs between the directions, or a weight.
 #include <algorithm>
 #include <cmath>
 
@@ -72,6 +73,63 @@ double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
                    fit.model.floor, 1.25 * passed_on, form_error(fit)});
 }
 
+/// What the constant takes off the held-out error, and what else could.
+struct ConstantEvidence {
+  VectorXd before, after;  ///< held-out squared errors per block
+  double p_value = 1.0;
+  std::vector<std::string> rivals;
+};
+
+std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
+                                                  const ChannelOptions& options) {
+  const ChannelModel bare = without_constant(fit.model);
+  ConstantEvidence e{held_out_errors(bare), held_out_errors(fit.model), 1.0, {}};
+  const VectorXd gains = e.before - e.after;
+  e.p_value = sign_flip_p(gains, options.seed + 300);
+  const double with = score_with_constant(fit.model);
+  if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return std::nullopt;
+  if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
+      gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
+    return std::nullopt;
+  const Rivals others = rivals_of(bare, options);
+  for (const Contender& other : others.contenders) {
+    const EffectForm& form = *bare.candidates[other.tested->candidate]->form;
+    if (other.score < with + kClearScore && (other.score < with || tied(other.errors, e.after)))
+      e.rivals.push_back(form.id());
+  }
+  return e;
+}
+
+/// The constant under the name of `form`, its parameter that many times the constant.
+NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
+                      const EffectForm& form, const std::pair<const char*, double>& parameter,
+                      const ChannelFindings& findings, std::uint64_t seed) {
+  NamedEffect effect;
+  effect.id = form.id();
+  effect.joint = findings.joint;
+  effect.stage = stage_word(findings.stage);
+  const auto [name, factor] = parameter;
+  const auto [low, high] = offset_interval(fit, seed);
+  effect.parameters = {
+      {name, factor * fit.coefficients[0], findings.unit, {factor * low, factor * high}}};
+  effect.held_out_before = fit.model.rms_of(evidence.before);
+  effect.held_out_after = fit.model.rms_of(evidence.after);
+  effect.unit = findings.unit;
+  effect.p_value = evidence.p_value;
+  effect.ambiguous_with = evidence.rivals;
+  effect.size = std::abs(fit.coefficients[0]);
+  effect.separate_by = form.separate_by();
+  return effect;
+}
+
+/// A load without a place in the plant is fitted without its mean, which the constant then is.
+bool has_load(const ChannelFit& fit) {
+  return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
+    const std::string& id = fit.model.candidates[chosen.candidate]->form->id();
+    return id == "gravity" || id == "payload" || id == "asymmetric_friction";
+  });
+}
+
 }  // namespace
 
 void settle_offset(ChannelFit& fit, const ChannelOptions& options) {
@@ -101,37 +159,23 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   }
   const double offset = fit.coefficients[0];
   if (std::abs(offset) < least_offset(fit, plant)) return;
-  const ChannelModel bare = without_constant(fit.model);
-  const VectorXd before = held_out_errors(bare);
-  const VectorXd after = held_out_errors(fit.model);
-  const VectorXd gains = before - after;
-  const double p_value = sign_flip_p(gains, options.seed + 300);
-  const double with = score_with_constant(fit.model);
-  if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return;
-  if (!repeats(options.gates, z_score(gains), p_value) || p_value > options.gates.alpha ||
-      gains.sum() < options.gates.least_share * before.sum() || with > score_of(bare)) {
-    return;
-  }
-  std::vector<std::string> rivals;
-  const Rivals others = rivals_of(bare, options);
-  for (const Contender& other : others.contenders) {
-    const EffectForm& form = *bare.candidates[other.tested->candidate]->form;
-    if (other.score < with + kClearScore && (other.score < with || tied(other.errors, after)))
-      rivals.push_back(form.id());
-  }
-  NamedEffect effect;
-  effect.id = "homing_offset";
-  effect.joint = findings.joint;
-  effect.stage = stage_word(findings.stage);
-  effect.parameters = {{"offset", offset, findings.unit, offset_interval(fit, options.seed + 310)}};
-  effect.held_out_before = fit.model.rms_of(before);
-  effect.held_out_after = fit.model.rms_of(after);
-  effect.unit = findings.unit;
-  effect.p_value = p_value;
-  effect.ambiguous_with = std::move(rivals);
-  effect.size = std::abs(offset);
-  effect.separate_by = homing_offset()->separate_by();
-  findings.effects.insert(findings.effects.begin(), std::move(effect));
+  const auto evidence = constant_evidence(fit, options);
+  if (!evidence) return;
+  findings.effects.insert(
+      findings.effects.begin(),
+      effect_of(fit, *evidence, *homing_offset(), {"offset", 1.0}, findings, options.seed + 310));
+}
+
+void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings) {
+  const Series& series = *fit.model.series;
+  // Without links the constant is as well a weight that the plant does not have.
+  if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_load(fit)) return;
+  if (std::abs(fit.coefficients[0]) < std::max(fit.model.floor, form_error(fit))) return;
+  const auto evidence = constant_evidence(fit, options);
+  if (!evidence) return;
+  findings.effects.push_back(effect_of(fit, *evidence, *asymmetric_friction(),
+                                       {"level_difference", 2.0}, findings, options.seed + 320));
 }
 
 }  // namespace ravencal::diagnose

@@ -59,10 +59,21 @@ T& field_of(physics::DriveNumbers<T>& n, DriveField field) {
 /// The same numbers in another number type.
 template <typename T>
 physics::DriveNumbers<T> converted(const physics::DriveNumbers<double>& n) {
-  return {
-      T(n.inertia),        T(n.weight_scale),      T(n.torque_ratio), T(n.level),   T(n.load_share),
-      T(n.stribeck_extra), T(n.stribeck_velocity), T(n.presliding),   T(n.viscous), T(n.asymmetry),
-      T(n.ripple),         T(n.ripple_order),      T(n.ripple_phase), T(n.offset)};
+  return {T(n.inertia),
+          T(n.weight_scale),
+          T(n.torque_ratio),
+          T(n.level),
+          T(n.load_share),
+          T(n.stribeck_extra),
+          T(n.stribeck_velocity),
+          T(n.presliding),
+          T(n.viscous),
+          T(n.asymmetry),
+          T(n.asymmetric_level),
+          T(n.ripple),
+          T(n.ripple_order),
+          T(n.ripple_phase),
+          T(n.offset)};
 }
 
 template <typename T>

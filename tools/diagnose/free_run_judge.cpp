@@ -85,6 +85,12 @@ std::vector<Combination> drive_combinations(const DriveFit& fit, const std::stri
   return found;
 }
 
+/// Friction that differs between the directions whatever the speed.
+bool is_dry_asymmetry(const NamedEffect& e) {
+  return e.id == "asymmetric_friction" && !e.parameters.empty() &&
+         e.parameters.front().name == "level_difference";
+}
+
 /// Numbers without an effect; false if the drive's model does not have it.
 bool without(const std::string& id, const physics::Joint& joint,
              physics::DriveNumbers<double>& numbers) {
@@ -155,7 +161,10 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
   const FreeRun before(recorded, plant);
   // The improved drive sees the effort without what posture takes of it.
   Series relieved = recorded;
-  relieved.free_offset = findings[drive].offset;
+  const bool uneven = std::any_of(
+      report.effects.begin(), report.effects.end(),
+      [&](const NamedEffect& e) { return e.joint == recorded.joint && is_dry_asymmetry(e); });
+  relieved.free_offset = uneven ? 0.0 : findings[drive].offset;
   if (findings[drive].posture.size() > 0) relieved.recorded -= findings[drive].posture;
   const FreeRun after(relieved, improved);
 
@@ -173,6 +182,8 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
     physics::DriveNumbers<double> lacking = start;
     if (!is_drive(e, recorded.joint) || e.out_of_tolerance || !without(e.id, joint, lacking))
       continue;
+    // Every free run has a constant of its own, which says the same.
+    if (is_dry_asymmetry(e)) continue;
     const DriveFit rival =
         fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
     if (rival.judged_before > 0.0 && best_judged(rival) <= best_judged(fit))

@@ -63,7 +63,8 @@ std::map<std::string, double> plant_values(const NamedEffect& e, const physics::
             {"damping", std::max(joint.parameter("compliance", "damping"), 0.01 / whole)}};
   }
   if (e.id == "asymmetric_friction")
-    return {{"damping_difference", parameter(e, "damping_difference")}};
+    return {{"damping_difference", parameter(e, "damping_difference")},
+            {"level_difference", parameter(e, "level_difference")}};
   if (e.id == "load_dependent_friction") return {{"load_share", parameter(e, "load_share")}};
   if (e.id == "saturation") return {{"limit", parameter(e, "limit")}};
   if (e.id == "torque_ripple") {

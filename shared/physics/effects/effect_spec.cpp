@@ -43,7 +43,8 @@ constexpr ParameterSpec kStribeck[] = {{"extra", Dimension::kEffort, true},
                                        {"velocity", Dimension::kVelocity, true}};
 constexpr ParameterSpec kPresliding[] = {{"displacement", Dimension::kPosition, true},
                                          {"damping", Dimension::kDamping, false}};
-constexpr ParameterSpec kAsymmetric[] = {{"damping_difference", Dimension::kDamping, true}};
+constexpr ParameterSpec kAsymmetric[] = {{"damping_difference", Dimension::kDamping, false},
+                                         {"level_difference", Dimension::kEffort, false}};
 constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, true}};
 constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true},
                                            {"order", Dimension::kOrder, true},
