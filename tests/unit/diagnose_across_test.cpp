@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the joints of one arm say about each other.
+// What the joints of one arm say about each other, and its drives about their constants.
 #include <gtest/gtest.h>
 
 #include "diagnose/across_channels.hpp"
+#include "diagnose/diagnose.hpp"
+#include "diagnose_arm.hpp"
 
 namespace {
 
@@ -44,6 +46,32 @@ TEST(AcrossJoints, MassesThatDisagreeStayApart) {
   merge_payloads(report, notes);
   EXPECT_EQ(report.effects.size(), 2U);
   EXPECT_TRUE(notes.empty());
+}
+
+Report diagnosed(const ravencal::generator::ArmTruth& truth) {
+  const auto plant = ravencal::physics::parse_plant(ravencal::generator::arm_plant(), "test plant");
+  EXPECT_TRUE(plant.ok());
+  Options options;
+  options.threads = 1;
+  const auto recording = ravencal::generator::record_arm(
+      truth, {.seed = 2, .duration_s = 120.0, .rate_hz = 50.0, .rich = true, .deviation = 0.03});
+  auto report = diagnose({recording}, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+  return report.value();
+}
+
+TEST(DriveConstant, IsFrictionThatDiffersBetweenTheDirections) {
+  const Report report = diagnosed({.uneven_n_m = 0.6});
+  ASSERT_EQ(report.effects.size(), 1U) << report.verdict.text;
+  const NamedEffect& effect = report.effects.front();
+  EXPECT_EQ(effect.id, "asymmetric_friction");
+  EXPECT_EQ(effect.parameters.front().name, "level_difference");
+  EXPECT_NEAR(effect.parameters.front().value, 0.6, 0.1);
+}
+
+TEST(DriveConstant, IsNoFindingWhereFrictionIsEven) {
+  const Report report = diagnosed({});
+  EXPECT_TRUE(report.effects.empty()) << report.verdict.text;
 }
 
 }  // namespace

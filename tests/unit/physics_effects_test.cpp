@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "physics/drive_model.hpp"
 #include "physics/effects/backlash.hpp"
 #include "physics/effects/bristle_friction.hpp"
 #include "physics/effects/creep.hpp"
@@ -82,6 +83,20 @@ TEST(BristleFriction, ActsAsPlayOnAJointBehindASpring) {
   };
   EXPECT_NEAR(drive_to(0.0, 0.3), +2.0 / stiffness, 1e-3);
   EXPECT_NEAR(drive_to(0.3, 0.1), -2.0 / stiffness, 1e-3);
+}
+
+TEST(AsymmetricFriction, TakesItsLevelDifferenceBetweenTheDirections) {
+  physics::DriveNumbers<double> n;
+  n.level = 2.0;
+  n.viscous = 4.0;
+  n.asymmetric_level = 0.5 * 0.6;
+  for (const double direction : {1.0, -1.0}) {
+    physics::DriveState<double> state;
+    for (int i = 0; i < 20000; ++i) physics::step_drive(n, direction * 3.0, 0.0, 1e-3, state);
+    // Friction is 2.3 forwards and 1.7 backwards.
+    const double expected = direction > 0.0 ? (3.0 - 2.3) / 4.0 : -(3.0 - 1.7) / 4.0;
+    EXPECT_NEAR(state.velocity, expected, 1e-3);
+  }
 }
 
 TEST(Backlash, PassesNothingInsideTheGapAndTheRestOutside) {

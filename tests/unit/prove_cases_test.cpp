@@ -10,6 +10,7 @@
 
 #include "physics/plant.hpp"
 #include "prove/generator/case.hpp"
+#include "prove/generator/subject.hpp"
 
 namespace {
 
@@ -144,6 +145,23 @@ TEST(ProveCases, GiveTheToolNothingThatNamesTheCase) {
     for (const SubjectKind& k : vocabulary_kinds()) EXPECT_EQ(meta.find(k.id), std::string::npos);
   }
   EXPECT_EQ(metas.size(), 1U);
+}
+
+TEST(ProveSession, ReadingsStampedAlikeDoNotStopTheTruth) {
+  Random random(7, "stamps");
+  const NominalRobot nominal = draw_axis(random);
+  Session session = exact_session(nominal);
+  session.duration_s = 30.0;
+  session.truth_latency_s = 0.02;
+  session.truth_latency_deviation_s = 0.02;  // of 10 ms between readings: many overtake
+  const auto recording = run_session(session, {4, 9}, {});
+  ASSERT_TRUE(recording.ok()) << recording.error().message;
+  const std::string& joint = nominal.joints[0].name;
+  const Eigen::VectorXd truth =
+      recording->samples.col(*recording->column(ravencal::record::Role::kJointTruth, joint));
+  const Eigen::VectorXd estimate =
+      recording->samples.col(*recording->column(ravencal::record::Role::kJointEstimate, joint));
+  EXPECT_LT((truth - estimate).norm(), 0.05 * estimate.norm());
 }
 
 }  // namespace

@@ -95,21 +95,6 @@ VectorXd sign_of(const VectorXd& v, double least) {
   return v.unaryExpr([least](double x) { return x > least ? 1.0 : (x < -least ? -1.0 : 0.0); });
 }
 
-TEST(ProveSession, ReadingsStampedAlikeDoNotStopTheTruth) {
-  Random random(7, "stamps");
-  const NominalRobot nominal = draw_axis(random);
-  Session session = exact_session(nominal);
-  session.duration_s = kDurationS;
-  session.truth_latency_s = 0.02;
-  session.truth_latency_deviation_s = 0.02;  // of 10 ms between readings: many overtake
-  const auto recording = run_session(session, {4, 9}, {});
-  ASSERT_TRUE(recording.ok()) << recording.error().message;
-  const std::string& joint = nominal.joints[0].name;
-  const VectorXd truth = recording->samples.col(*recording->column(Role::kJointTruth, joint));
-  const VectorXd estimate = recording->samples.col(*recording->column(Role::kJointEstimate, joint));
-  EXPECT_LT(rms(truth - estimate), 0.05 * rms(estimate));
-}
-
 TEST(ProveEffects, AHomingOffsetIsAConstant) {
   const Twins t = twins("homing_offset", 0.004);
   EXPECT_NEAR(t.position().mean(), 0.004, 1e-5);
