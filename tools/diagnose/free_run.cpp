@@ -41,6 +41,11 @@ FreeRun::FreeRun(const Series& drive, const physics::Plant& plant) : series_(&dr
   const physics::Joint& joint = plant.joints[*index];
   limit_ = joint.parameter("saturation", "limit");
   side_ = direction(drive);
+  beyond_ = drive.others_friction.size() > 0 ? drive.others_friction
+                                             : VectorXd(VectorXd::Zero(drive.rows()));
+  if (drive.wound.size() > 0)
+    beyond_ += joint.parameter("joint_friction", "level") *
+               (direction_memory(drive.wound, drive.rest_width(), drive.fresh) - side_);
   pendulum_ = plant.joints.size() == 1 && joint.kind == physics::JointKind::kRevolute &&
               drive.weight.size() > 0;
   if (pendulum_) {

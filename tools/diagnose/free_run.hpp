@@ -66,6 +66,9 @@ class FreeRun {
   double cosine_ = 0.0;
   double limit_ = 0.0;    ///< of the effort; 0: none
   Eigen::VectorXd side_;  ///< direction of motion, held at rest
+  /// Effort of friction behind cables that does not turn with this motor: other joints', and its
+  /// own while others move the joint against it.
+  Eigen::VectorXd beyond_;
 };
 
 /// Errors of position (rad or m) over those windows, one list per window.
@@ -83,7 +86,7 @@ T FreeRun::load(const T& position, Eigen::Index row) const {
   using std::cos;
   using std::sin;
   if (pendulum_) return sine_ * sin(position) + cosine_ * cos(position);
-  return T(series_->weight.size() > 0 ? series_->weight[row] : 0.0);
+  return T((series_->weight.size() > 0 ? series_->weight[row] : 0.0) + beyond_[row]);
 }
 
 template <typename T, typename Visit>

@@ -53,20 +53,9 @@ class NominalBuilder {
     linear("inertia_error", "inertia", s_.prismatic ? "kg" : "kg_m2", s_.inertia, s_.motion.a);
     load();
     const std::string damping = s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad";
-    const double level = joint_.parameter("coulomb_friction", "level");
-    const double displacement = joint_.parameter("presliding", "displacement");
-    const double edge = std::max(s_.rest_width(), 4.0 * displacement);
-    linear("coulomb_friction", "level", s_.unit, level, friction_column(edge));
-    friction_edges("presliding", "displacement", level, edge, displacement > 0.0);
-    linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"),
-           s_.as_seen(s_.motion.v));
-    const double velocity = joint_.parameter("stribeck_friction", "velocity");
-    if (velocity > 0.0) {
-      const VectorXd shape =
-          direction(s_).array() / (1.0 + (s_.motion.v.array() / velocity).square());
-      linear("stribeck_friction", "extra", s_.unit, joint_.parameter("stribeck_friction", "extra"),
-             s_.as_seen(shape));
-    }
+    linear("viscous_friction", "damping", s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad",
+           joint_.parameter("viscous_friction", "damping"), s_.as_seen(s_.motion.v));
+    dry_friction_of_drive();
     // Recorded effort is the needed one over 1 + ratio.
     const double ratio = joint_.parameter("torque_constant", "ratio");
     if (ratio == 0.0) return;
@@ -129,13 +118,47 @@ class NominalBuilder {
   }
 
  private:
-  [[nodiscard]] VectorXd friction_column(double width) const {
-    return s_.as_seen(direction_memory(s_.motion.q, width, s_.fresh));
+  /// How friction turns over a reversal and how it falls with speed is a matter of its
+  /// microphysics, which no simulation has exactly: bristles from half to six times as long, and
+  /// either law of the fall, are all the same friction.
+  void dry_friction_of_drive() {
+    const double level = joint_.parameter("coulomb_friction", "level");
+    const double extra = joint_.parameter("stribeck_friction", "extra");
+    if (level <= 0.0) return;
+    const auto seen = [&](const DryFriction& f) {
+      return VectorXd(level * s_.as_seen(dry_friction(s_, f)));
+    };
+    const double displacement = s_.friction_displacement();
+    const VectorXd dry = seen({displacement});
+    linear("coulomb_friction", "level", s_.unit, level, dry / level);
+    DryFriction whole{displacement};
+    VectorXd effort = dry;
+    if (extra > 0.0) {
+      whole.extra = extra / level;
+      whole.velocity = std::max(1e-9, joint_.parameter("stribeck_friction", "velocity"));
+      effort = seen(whole);
+      linear("stribeck_friction", "extra", s_.unit, extra, (effort - dry) / extra);
+      DryFriction steep = whole;
+      steep.fall_off = FallOff::kSteep;
+      add_form("stribeck_friction", "velocity", whole.velocity, seen(steep) - effort);
+    }
+    for (const double factor : {0.5, 2.5, 6.0}) {
+      DryFriction longer = whole;
+      longer.displacement *= factor;
+      add_form("presliding", "displacement", longer.displacement, seen(longer) - effort);
+    }
+  }
+
+  void add_form(const std::string& id, const std::string& parameter, double value,
+                VectorXd column) {
+    nominal_.terms.push_back(
+        {id, parameter, position_unit(s_), value, 1.0, std::move(column), true});
   }
 
   /// What the cable passes back to the drive: weight and friction behind it.
   void load() {
     const CableNumbers& c = s_.cable;
+    if (s_.others_friction.size() > 0) nominal_.prediction += s_.as_seen(s_.others_friction);
     if (s_.weight.size() == 0 && c.friction_level <= 0.0) return;
     const VectorXd tension = s_.as_seen(cable_tension(s_, c));
     nominal_.prediction += tension;
@@ -174,24 +197,6 @@ class NominalBuilder {
     }
   }
 
-  /// How friction turns over a reversal is a matter of its microphysics, which no simulation has
-  /// exactly: edges from half to four times the width are all the same friction.
-  void friction_edges(const std::string& id, const std::string& parameter, double level,
-                      double width, bool /*in_plant*/) {
-    if (level <= 0.0) return;
-    const VectorXd sharp = friction_column(width);
-    for (const double factor : {0.5, 2.5, 6.0}) {
-      NominalTerm term{id,
-                       parameter,
-                       position_unit(s_),
-                       width * factor,
-                       1.0,
-                       level * (friction_column(factor * width) - sharp),
-                       true};
-      nominal_.terms.push_back(std::move(term));
-    }
-  }
-
   void cable() {
     const CableNumbers& c = s_.cable;
     if (c.rigid()) return;
@@ -219,7 +224,8 @@ class NominalBuilder {
               stretch, [](CableNumbers& n, double f) { n.creep_compliance *= f; });
     uncertain("backlash", "half_width", position_unit(s_), c.gap_half_width, stretch,
               [](CableNumbers& n, double f) { n.gap_half_width *= f; });
-    // How far friction behind the cable yields before it slips is microphysics: see friction_edges.
+    // How far friction behind the cable yields before it slips is microphysics: see
+    // dry_friction_of_drive().
     if (c.friction_level > 0.0) {
       uncertain("joint_friction", "presliding", position_unit(s_), c.friction_presliding, stretch,
                 [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });

@@ -30,6 +30,33 @@ inline Eigen::VectorXd direction_memory(const Eigen::VectorXd& x, double width,
   return state;
 }
 
+/// Effort of bristles that the motion x bends and that slip at `level`, which may change from row
+/// to row: stiffness (dx - |dx| F / level), exact over steps of even motion (Canudas de Wit et al.,
+/// IEEE TAC 1995, without damping of the bristles). Levels and stiffness > 0.
+inline Eigen::VectorXd bristle_effort(const Eigen::VectorXd& x, const Eigen::VectorXd& level,
+                                      double stiffness, const std::vector<char>& fresh) {
+  Eigen::VectorXd out(x.size());
+  double effort = 0.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (i == 0 || fresh[static_cast<std::size_t>(i)] != 0) {
+      effort = 0.0;
+    } else {
+      const double moved = x[i] - x[i - 1];
+      const double slipping = std::copysign(level[i], moved);
+      effort = slipping + (effort - slipping) * std::exp(-stiffness * std::abs(moved) / level[i]);
+    }
+    out[i] = effort;
+  }
+  return out;
+}
+
+/// The same at a level of one, fully bent after `displacement`: the direction of motion as Dahl's
+/// friction knows it.
+inline Eigen::VectorXd bristle_side(const Eigen::VectorXd& x, double displacement,
+                                    const std::vector<char>& fresh) {
+  return bristle_effort(x, Eigen::VectorXd::Ones(x.size()), 1.0 / displacement, fresh);
+}
+
 /// First-order lag of x with time constant `time_s`; starts at x.
 inline Eigen::VectorXd low_pass(const Eigen::VectorXd& x, const Eigen::VectorXd& t_s, double time_s,
                                 const std::vector<char>& fresh) {

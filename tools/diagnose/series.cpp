@@ -80,6 +80,8 @@ double Series::rest_width() const {
   return std::max({6.0 * motion.noise, 5e-4 * (greatest - least), 1e-12});
 }
 
+double Series::friction_displacement() const { return std::max(0.5 * rest_width(), presliding); }
+
 Eigen::VectorXd Series::as_seen(const Eigen::VectorXd& column) const {
   if (stage != Stage::kDrive) return column;
   return filter_like_acceleration(t_s, column, fresh, std::max(motion.half_width_s, 1e-9));

@@ -84,9 +84,14 @@ struct Series {
   double removable_mass_kg = 0.0;   ///< of the last link and its payload: no more can be missing
   double nominal_mass_kg = 0.0;     ///< of this joint's link, that `weight` was computed with
   double inertia = 0.0;             ///< nominal, at the joint: kg m^2 or kg
+  double presliding = 0.0;          ///< the plant's, of the drive's friction; 0: it has none
   /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
   /// acceleration and friction behind the cable. Empty where the plant has none of them.
   Eigen::VectorXd transmitted;
+  /// Drive stage: position that winds the cable, what other joints add to the motor's included, and
+  /// effort that friction behind other joints' cables asks of this motor. Empty: the motor's own;
+  /// none.
+  Eigen::VectorXd wound, others_friction;
   Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
   Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
   Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
@@ -105,6 +110,9 @@ struct Series {
   [[nodiscard]] Eigen::VectorXd as_seen(const Eigen::VectorXd& column) const;
   /// Width below which a change of position is noise: for the direction of motion.
   [[nodiscard]] double rest_width() const;
+  /// Displacement over which the drive's dry friction turns after a reversal: the plant's, or the
+  /// least that can be seen.
+  [[nodiscard]] double friction_displacement() const;
   /// Root mean square over valid training rows.
   [[nodiscard]] double training_rms(const Eigen::VectorXd& x) const;
   [[nodiscard]] double training_mean(const Eigen::VectorXd& x) const;

@@ -50,6 +50,8 @@ class Builder {
     }
     drive_weights_ = through_coupling(weights_);
     drive_payloads_ = through_coupling(payloads_);
+    for (std::size_t j = 0; j < positions_.size(); ++j) frictions_.push_back(cable_friction(j));
+    drive_frictions_ = through_coupling(frictions_);
     stretches_.resize(positions_.size());
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
     return set;
@@ -99,8 +101,8 @@ class Builder {
   }
 
   /// Where the joint is as far as its weight is concerned: degrees of homing offset, which the
-  /// encoder sees, turn the arm against gravity. The rest of the encoder's signal stays out, so that
-  /// its noise is in no prediction.
+  /// encoder sees, turn the arm against gravity. The rest of the encoder's signal stays out, so
+  /// that its noise is in no prediction.
   [[nodiscard]] VectorXd homed_position(const Positions& p) const {
     VectorXd position = best_position(p);
     if (p.truth.size() == 0 || p.estimate.size() == 0) return position;
@@ -155,6 +157,7 @@ class Builder {
                                   stage == Stage::kDrive ? 2 : 1);
     series.nominal_mass_kg = joint.link.mass_kg;
     series.inertia = joint_inertia(plant_, j);
+    series.presliding = joint.parameter("presliding", "displacement");
     const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
     series.weight = drive ? drive_weights_[j] : weights_[j];
     series.payload_per_kg = drive ? drive_payloads_[j] : payloads_[j];
@@ -174,9 +177,11 @@ class Builder {
     series.removable_mass_kg = plant_.joints.back().link.mass_kg + plant_.payload.mass_kg;
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
-    const CableMotion cable = replay_cable({series.t_s, series.motion.q, series.weight,
-                                            series.inertial, series.fresh, series.rest_width()},
-                                           series.cable);
+    if (stage == Stage::kDrive) wind(j, series);
+    const VectorXd& wound = series.wound.size() > 0 ? series.wound : series.motion.q;
+    const CableMotion cable = replay_cable(
+        {series.t_s, wound, series.weight, series.inertial, series.fresh, series.rest_width()},
+        series.cable);
     series.transmitted = cable.tension;
     if (!drive && !series.cable.rigid()) stretches_[j] = cable.stretch;
     for (const record::Channel& channel : table_.channels()) {
@@ -190,6 +195,30 @@ class Builder {
       }
     }
     return series;
+  }
+
+  /// Cables over other joints' pulleys move this joint while its motor stands: friction behind the
+  /// cable follows the joint, and other joints' loads their motors (see through_coupling).
+  void wind(std::size_t j, Series& series) const {
+    const Positions& p = positions_[j];
+    const bool coupled = std::any_of(plant_.coupling[j].begin(), plant_.coupling[j].end(),
+                                     [](double factor) { return factor != 0.0; });
+    if (coupled && p.motor.size() > 0 && p.estimate.size() > 0)
+      series.wound = Table::bridged(p.estimate);
+    if (frictions_[j].size() == 0 || drive_frictions_[j].size() == 0) return;
+    const VectorXd others = drive_frictions_[j] - frictions_[j];
+    if (!others.isZero(0.0)) series.others_friction = others;
+  }
+
+  /// Friction behind the joint's cable along its recorded motion; empty without a position.
+  [[nodiscard]] VectorXd cable_friction(std::size_t j) const {
+    const VectorXd& position = best_position(positions_[j]);
+    CableNumbers numbers = cable_numbers(plant_.joints[j]);
+    if (position.size() == 0) return {};
+    const VectorXd q = Table::bridged(position);
+    const double least = 5e-4 * (q.maxCoeff() - q.minCoeff());
+    if (numbers.friction_level <= 0.0 || !(least > 0.0)) return VectorXd::Zero(q.size());
+    return replay_cable({table_.t_s(), q, {}, {}, table_.fresh(), least}, numbers).tension;
   }
 
   static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {
@@ -349,6 +378,8 @@ class Builder {
   std::vector<VectorXd> drive_weights_;  ///< at the motors
   std::vector<VectorXd> payloads_;       ///< per kg
   std::vector<VectorXd> drive_payloads_;
+  std::vector<VectorXd> frictions_;  ///< behind the cables, at the joints
+  std::vector<VectorXd> drive_frictions_;
   std::vector<VectorXd> stretches_;  ///< of the plant's cables, once their transmission was built
 };
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -40,6 +41,16 @@ class Table {
   }
   [[nodiscard]] Eigen::VectorXd signal(std::string_view name) const {
     return gather([&](const record::Recording& recording) { return recording.column(name); });
+  }
+
+  /// Lost samples take the value before them.
+  static Eigen::VectorXd bridged(Eigen::VectorXd x) {
+    double last = 0.0;
+    for (double& value : x) {
+      if (!std::isfinite(value)) value = last;
+      last = value;
+    }
+    return x;
   }
 
   [[nodiscard]] const std::vector<record::Channel>& channels() const {

@@ -20,7 +20,7 @@ class CoulombFriction final : public EffectForm {
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    const Eigen::VectorXd side = direction_memory(s.motion.q, shape[0], s.fresh);
+    const Eigen::VectorXd side = bristle_side(s.motion.q, 0.5 * shape[0], s.fresh);
     return s.stage == Stage::kTracking ? Eigen::VectorXd(-side) : side;
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,

@@ -22,8 +22,17 @@ class LoadDependentFriction final : public EffectForm {
     const double change = range_of(s, s.weight.cwiseAbs());
     return change > 0.2 * s.weight.cwiseAbs().maxCoeff() ? "" : "the load hardly changes";
   }
-  Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    return direction(s).cwiseProduct(passed_on(s).cwiseAbs());
+  // A weight that the plant lacks rubs as well: the shape is its mass, from next to nothing on.
+  std::vector<Shape> grid(const Series& s) const override {
+    if (s.payload_per_kg.size() == 0) return {{}};
+    return log_grid(0.01, 2.0, 7);
+  }
+  bool continuous() const override { return true; }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    Eigen::VectorXd load = passed_on(s);
+    if (!shape.empty()) load += shape[0] * s.payload_per_kg;
+    return bristle_side(s.motion.q, s.friction_displacement(), s.fresh)
+        .cwiseProduct(load.cwiseAbs());
   }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {

@@ -23,7 +23,8 @@ class Presliding final : public EffectForm {
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    return direction_memory(s.motion.q, shape[0], s.fresh) - direction(s);
+    return bristle_side(s.motion.q, 0.5 * shape[0], s.fresh) -
+           bristle_side(s.motion.q, s.friction_displacement(), s.fresh);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {

@@ -25,6 +25,29 @@ inline Eigen::VectorXd direction(const Series& s) {
   return direction_memory(s.motion.q, s.rest_width(), s.fresh);
 }
 
+/// How dry friction falls from rest to full motion.
+enum class FallOff {
+  kSlow,   ///< extra / (1 + (v / velocity)^2): half is gone at that velocity
+  kSteep,  ///< extra exp(-(v / velocity)^2) (Armstrong-Helouvry et al., Automatica 1994)
+};
+
+/// Dry friction of the recorded motion, per its level at full speed: bristles that bend over
+/// `displacement` and slip at 1 + extra at rest.
+struct DryFriction {
+  double displacement = 0.0;
+  double extra = 0.0;  ///< relative to the level
+  double velocity = 1.0;
+  FallOff fall_off = FallOff::kSlow;
+};
+inline Eigen::VectorXd dry_friction(const Series& s, const DryFriction& f) {
+  const Eigen::ArrayXd ratio2 = (s.motion.v.array() / f.velocity).square();
+  const Eigen::ArrayXd share = f.fall_off == FallOff::kSlow
+                                   ? Eigen::ArrayXd((1.0 + ratio2).inverse())
+                                   : Eigen::ArrayXd((-ratio2).exp());
+  return bristle_effort(s.motion.q, (1.0 + f.extra * share).matrix(), 1.0 / f.displacement,
+                        s.fresh);
+}
+
 inline Eigen::VectorXd centred(const Series& s, const Eigen::VectorXd& x) {
   return (x.array() - s.training_mean(x)).matrix();
 }
@@ -100,7 +123,8 @@ inline Eigen::VectorXd cable_change(const Series& s, const CableNumbers& changed
 
 /// What a change of the plant's cable does to the drive's effort.
 inline Eigen::VectorXd cable_tension(const Series& s, const CableNumbers& cable) {
-  return replay_cable({s.t_s, s.motion.q, s.weight, {}, s.fresh, s.rest_width()}, cable).tension;
+  const Eigen::VectorXd& wound = s.wound.size() > 0 ? s.wound : s.motion.q;
+  return replay_cable({s.t_s, wound, s.weight, {}, s.fresh, s.rest_width()}, cable).tension;
 }
 inline Eigen::VectorXd tension_change(const Series& s, const CableNumbers& changed) {
   return cable_tension(s, changed) - cable_tension(s, s.cable);

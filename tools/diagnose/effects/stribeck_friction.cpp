@@ -19,8 +19,13 @@ class StribeckFriction final : public EffectForm {
     return log_grid(0.02 * v, v, 7);
   }
   bool continuous() const override { return true; }
+  /// What a little of it adds to bristles that bend at the same time: per unit, to first order.
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    return direction(s).array() * (-(s.motion.v.array() / shape[0]).square()).exp();
+    constexpr double kLittle = 0.1;
+    DryFriction f{s.friction_displacement(), kLittle, shape[0], FallOff::kSteep};
+    const Eigen::VectorXd with = dry_friction(s, f);
+    f.extra = 0.0;
+    return (with - dry_friction(s, f)) / kLittle;
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {

@@ -13,7 +13,7 @@ class TorqueRipple final : public EffectForm {
   std::string untestable(const Series& s) const override {
     return shows_waves(s) ? "" : "too few passes over a long enough range";
   }
-  std::vector<Shape> grid(const Series& s) const override { return wave_orders(s, 4.0, 40.0, 32); }
+  std::vector<Shape> grid(const Series& s) const override { return wave_orders(s, 2.0, 40.0, 42); }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     return wave_columns(s, shape);
