@@ -178,4 +178,13 @@ CableMotion replay_cable(const CableDrive& d, const CableNumbers& numbers) {
   return out;
 }
 
+VectorXd cable_friction(const VectorXd& t_s, const VectorXd& position,
+                        const std::vector<char>& fresh, const CableNumbers& numbers) {
+  if (position.size() == 0 || numbers.friction_level <= 0.0) return VectorXd::Zero(position.size());
+  const double range = position.maxCoeff() - position.minCoeff();
+  // As Series::rest_width(), noise aside.
+  const double rest_width = std::max(5e-4 * range, 1e-12);
+  return replay_cable({t_s, position, {}, {}, fresh, rest_width}, numbers).tension;
+}
+
 }  // namespace ravencal::diagnose

@@ -55,4 +55,8 @@ struct CableMotion {
 
 CableMotion replay_cable(const CableDrive& drive, const CableNumbers& numbers);
 
+/// Effort of the friction behind the cable alone along a position without gaps.
+Eigen::VectorXd cable_friction(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
+                               const std::vector<char>& fresh, const CableNumbers& numbers);
+
 }  // namespace ravencal::diagnose

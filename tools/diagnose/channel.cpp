@@ -18,9 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Forms candidates_for(const Series& series, const physics::Plant& plant, const Nominal& nominal) {
+Forms candidates_for(const Series& series, const physics::Plant& plant, const Nominal& nominal,
+                     const VectorXd& further_load) {
   Forms forms;
-  for (auto& form : forms_for(series, nominal)) {
+  for (auto& form : forms_for(series, nominal, further_load)) {
     const bool in_plant =
         form->id() != "gravity" && plant_has(plant, series.joint, form->id(), form->from());
     if (!in_plant) forms.push_back(std::move(form));
@@ -176,7 +177,8 @@ void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
 }
 
 /// Effects whose size depends on circumstances lose their name.
-void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options,
+                      std::vector<std::string>& notes) {
   bool tried = false;
   for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
     const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
@@ -184,11 +186,11 @@ void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options, ChannelFin
     if (!tried && completed(fit, options)) return;
     tried = true;
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    findings.notes.push_back(
+    notes.push_back(
         fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
                     "(halves differ by {:.0f} %), so the name is withdrawn",
-                    findings.joint, stage_word(findings.stage), form.key(), invariance.worst,
-                    100.0 * invariance.spread));
+                    fit.model.series->joint, stage_word(fit.model.series->stage), form.key(),
+                    invariance.worst, 100.0 * invariance.spread));
     fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
     fit.model.hold_nominal();
     fit.coefficients = joint_fit(fit.model);
@@ -267,6 +269,43 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   }
 }
 
+/// Turns in which a load and the friction under it are found, and the change of the load below
+/// which another turn says nothing new.
+constexpr int kTurns = 3;
+constexpr double kSettled = 0.1;
+
+/// Effort of a weight at the tool that the fit found; empty if none.
+VectorXd hung_load(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    if (s.stage == Stage::kDrive &&
+        fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
+      return coefficients_of(fit, i)[0] * s.payload_per_kg;
+  }
+  return {};
+}
+
+/// Nominal terms, effects and steps of a channel, chosen anew.
+void fit_once(const Series& series, const physics::Plant& plant, const ChannelOptions& options,
+              const VectorXd& further_load, ChannelFit& fit, std::vector<std::string>& notes) {
+  fit.model = {};
+  fit.steps.clear();
+  fit.nominal = nominal_of(series, plant);
+  fit.forms = candidates_for(series, plant, fit.nominal, further_load);
+  fit.model = prepare_channel(series, fit.nominal, fit.forms);
+  const std::string gross = temper_gross_rows(fit.model);
+  if (!gross.empty()) notes.push_back(gross);
+  const ChannelModel without_steps = fit.model;
+  adopt_steps(fit);
+  select_effects(fit.model, options.gates, options.seed);
+  keep_proven_steps(fit, without_steps, options);
+  settle_offset(fit, options);
+  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
+  fit.coefficients = joint_fit(fit.model);
+  drop_uncertain(fit, options);
+  withdraw_proxies(fit, options, notes);
+}
+
 }  // namespace
 
 VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
@@ -280,21 +319,22 @@ Index step_index(const ChannelFit& fit, std::size_t step) {
 
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings) {
+  // What hangs on the arm rubs as well, so that the two are found in turns. One object for all
+  // turns: its forms refer to it.
   ChannelFit fit;
-  fit.nominal = nominal_of(series, plant);
-  fit.forms = candidates_for(series, plant, fit.nominal);
-  fit.model = prepare_channel(series, fit.nominal, fit.forms);
-  const std::string gross = temper_gross_rows(fit.model);
-  if (!gross.empty()) findings.notes.push_back(gross);
-  const ChannelModel without_steps = fit.model;
-  adopt_steps(fit);
-  select_effects(fit.model, options.gates, options.seed);
-  keep_proven_steps(fit, without_steps, options);
-  settle_offset(fit, options);
-  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
-  fit.coefficients = joint_fit(fit.model);
-  drop_uncertain(fit, options);
-  withdraw_proxies(fit, options, findings);
+  VectorXd further_load;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    std::vector<std::string> notes;
+    fit_once(series, plant, options, further_load, fit, notes);
+    VectorXd found = hung_load(fit);
+    const bool settled =
+        found.size() == 0 || turn + 1 == kTurns ||
+        (further_load.size() > 0 && (found - further_load).norm() < kSettled * found.norm());
+    further_load = std::move(found);
+    if (!settled) continue;
+    findings.notes.insert(findings.notes.end(), notes.begin(), notes.end());
+    break;
+  }
   if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
   predict(fit);
   const auto share = settle_at_rest(fit);

@@ -50,7 +50,10 @@ class Builder {
     }
     drive_weights_ = through_coupling(weights_);
     drive_payloads_ = through_coupling(payloads_);
-    for (std::size_t j = 0; j < positions_.size(); ++j) frictions_.push_back(cable_friction(j));
+    for (std::size_t j = 0; j < positions_.size(); ++j)
+      frictions_.push_back(cable_friction(table_.t_s(),
+                                          Table::bridged(best_position(positions_[j])),
+                                          table_.fresh(), cable_numbers(plant_.joints[j])));
     drive_frictions_ = through_coupling(frictions_);
     stretches_.resize(positions_.size());
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
@@ -201,24 +204,13 @@ class Builder {
   /// cable follows the joint, and other joints' loads their motors (see through_coupling).
   void wind(std::size_t j, Series& series) const {
     const Positions& p = positions_[j];
-    const bool coupled = std::any_of(plant_.coupling[j].begin(), plant_.coupling[j].end(),
-                                     [](double factor) { return factor != 0.0; });
+    const auto& row = plant_.coupling[j];
+    const bool coupled = std::any_of(row.begin(), row.end(), [](double f) { return f != 0.0; });
     if (coupled && p.motor.size() > 0 && p.estimate.size() > 0)
       series.wound = Table::bridged(p.estimate);
     if (frictions_[j].size() == 0 || drive_frictions_[j].size() == 0) return;
-    const VectorXd others = drive_frictions_[j] - frictions_[j];
-    if (!others.isZero(0.0)) series.others_friction = others;
-  }
-
-  /// Friction behind the joint's cable along its recorded motion; empty without a position.
-  [[nodiscard]] VectorXd cable_friction(std::size_t j) const {
-    const VectorXd& position = best_position(positions_[j]);
-    CableNumbers numbers = cable_numbers(plant_.joints[j]);
-    if (position.size() == 0) return {};
-    const VectorXd q = Table::bridged(position);
-    const double least = 5e-4 * (q.maxCoeff() - q.minCoeff());
-    if (numbers.friction_level <= 0.0 || !(least > 0.0)) return VectorXd::Zero(q.size());
-    return replay_cable({table_.t_s(), q, {}, {}, table_.fresh(), least}, numbers).tension;
+    series.others_friction = drive_frictions_[j] - frictions_[j];
+    if (series.others_friction.isZero(0.0)) series.others_friction.resize(0);
   }
 
   static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {

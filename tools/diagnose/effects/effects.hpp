@@ -28,7 +28,8 @@ std::unique_ptr<EffectForm> viscous_friction();
 std::unique_ptr<EffectForm> stribeck_friction();
 std::unique_ptr<EffectForm> presliding();
 std::unique_ptr<EffectForm> asymmetric_friction();
-std::unique_ptr<EffectForm> load_dependent_friction();
+/// `further`: effort of a load that was found beside the plant's; may be empty.
+std::unique_ptr<EffectForm> load_dependent_friction(Eigen::VectorXd further = {});
 /// `needed`: effort that the plant as it is asks of the drive, as the residual shows it; must
 /// outlive the form.
 std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed);
@@ -43,8 +44,10 @@ std::unique_ptr<EffectForm> quantisation();
 /// The nominal term beyond its tolerance; `term` must outlive the form.
 std::unique_ptr<EffectForm> tolerance_form(const NominalTerm& term, std::size_t index);
 
-/// Candidates for one series; `nominal` must outlive them.
-Forms forms_for(const Series& series, const Nominal& nominal);
+/// Candidates for one series; `nominal` must outlive them. `further_load`: see
+/// load_dependent_friction().
+Forms forms_for(const Series& series, const Nominal& nominal,
+                const Eigen::VectorXd& further_load = {});
 
 /// Any smooth shape over one circumstance, for what no effect of the vocabulary explains: id
 /// "unknown", `from` names the circumstance.

@@ -55,13 +55,14 @@ void add_transmission(const Series& series, Forms& forms) {
   forms.push_back(quantisation());
 }
 
-void add_drive(const Series& series, const Eigen::VectorXd& needed, Forms& forms) {
+void add_drive(const Series& series, const Eigen::VectorXd& needed,
+               const Eigen::VectorXd& further_load, Forms& forms) {
   forms.push_back(coulomb_friction());
   forms.push_back(viscous_friction());
   forms.push_back(stribeck_friction());
   forms.push_back(presliding());
   forms.push_back(asymmetric_friction());
-  forms.push_back(load_dependent_friction());
+  forms.push_back(load_dependent_friction(further_load));
   forms.push_back(torque_constant(needed));
   forms.push_back(torque_ripple());
   forms.push_back(saturation(needed));
@@ -99,14 +100,14 @@ int reversals(const Series& s) {
 
 std::span<const VocabularyEntry> vocabulary() { return kVocabulary; }
 
-Forms forms_for(const Series& series, const Nominal& nominal) {
+Forms forms_for(const Series& series, const Nominal& nominal, const Eigen::VectorXd& further_load) {
   Forms forms;
   switch (series.stage) {
     case Stage::kTransmission:
       add_transmission(series, forms);
       break;
     case Stage::kDrive:
-      add_drive(series, nominal.prediction, forms);
+      add_drive(series, nominal.prediction, further_load, forms);
       break;
     case Stage::kTracking:
       add_tracking(forms);
