@@ -280,6 +280,13 @@ MatrixXd bootstrap(const FreeRun& run, const physics::DriveNumbers<double>& star
   return draws;
 }
 
+VectorXd window_squares(const std::vector<std::vector<double>>& errors) {
+  VectorXd squares(static_cast<Index>(errors.size()));
+  for (std::size_t w = 0; w < errors.size(); ++w)
+    squares[static_cast<Index>(w)] = std::pow(rms_of({errors[w]}), 2);
+  return squares;
+}
+
 double tolerance_of(const physics::Joint& joint, const std::string& id,
                     const std::string& parameter) {
   for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
@@ -362,9 +369,11 @@ DriveFit fit_drive(const FreeRun& run, const physics::DriveNumbers<double>& star
   }
   const double scale = std::max(rms_of(free_run_errors(run, start, used)), 1e-12);
   const Solution deciding = best_solution(run, start, fit.handles, half, scale, seed);
-  fit.judged_before = rms_of(free_run_errors(run, start, judge));
-  fit.judged_after =
-      rms_of(free_run_errors(run, numbers_at(start, fit.handles, deciding.x.data()), judge));
+  const auto before = free_run_errors(run, start, judge);
+  const auto after = free_run_errors(run, numbers_at(start, fit.handles, deciding.x.data()), judge);
+  fit.judged_before = rms_of(before);
+  fit.judged_after = rms_of(after);
+  fit.judged_windows = window_squares(fit.better() ? after : before);
   if (!fit.better()) return fit;
   fit.x = solve(run, start, fit.handles, used, scale, deciding.x, 30).x;
   fit.numbers = numbers_at(start, fit.handles, fit.x.data());

@@ -51,6 +51,8 @@ struct DriveFit {
   /// RMS over windows that the deciding fit did not see, at the start and fitted on the others.
   double judged_before = -1.0;
   double judged_after = -1.0;
+  /// Mean square over each of those windows, of the better of the two.
+  Eigen::VectorXd judged_windows;
   Eigen::MatrixXd draws;  ///< of x, [bootstrap draws][handles]; empty if nothing was fitted
 
   /// The fit is worth adopting: better by 1 % on windows that it did not see.

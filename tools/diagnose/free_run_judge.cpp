@@ -113,8 +113,15 @@ bool without(const std::string& id, const physics::Joint& joint,
   return true;
 }
 
-double best_judged(const DriveFit& fit) {
-  return fit.better() ? std::min(fit.judged_before, fit.judged_after) : fit.judged_before;
+/// True if the drive runs free better without an effect than with it, by more than one standard
+/// error over windows. What passed the gates of held-out effort is not lost by a draw.
+bool better_without(const DriveFit& without, const DriveFit& with) {
+  const VectorXd gain = with.judged_windows - without.judged_windows;
+  if (without.judged_before <= 0.0 || gain.size() < 2) return false;
+  const double mean = gain.mean();
+  const auto count = static_cast<double>(gain.size());
+  const double variance = (gain.array() - mean).square().sum() / (count - 1.0);
+  return mean > std::sqrt(variance / count);
 }
 
 void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& command,
@@ -186,8 +193,7 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
     if (is_dry_asymmetry(e)) continue;
     const DriveFit rival =
         fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
-    if (rival.judged_before > 0.0 && best_judged(rival) <= best_judged(fit))
-      verdict.demoted.push_back(e.id);
+    if (better_without(rival, fit)) verdict.demoted.push_back(e.id);
   }
 
   const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);

@@ -208,9 +208,8 @@ class Builder {
     const bool coupled = std::any_of(row.begin(), row.end(), [](double f) { return f != 0.0; });
     if (coupled && p.motor.size() > 0 && p.estimate.size() > 0)
       series.wound = Table::bridged(p.estimate);
-    if (frictions_[j].size() == 0 || drive_frictions_[j].size() == 0) return;
-    series.others_friction = drive_frictions_[j] - frictions_[j];
-    if (series.others_friction.isZero(0.0)) series.others_friction.resize(0);
+    const VectorXd others = drive_frictions_[j] - frictions_[j];
+    if (!others.isZero(0.0)) series.others_friction = others;
   }
 
   static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {
@@ -370,8 +369,7 @@ class Builder {
   std::vector<VectorXd> drive_weights_;  ///< at the motors
   std::vector<VectorXd> payloads_;       ///< per kg
   std::vector<VectorXd> drive_payloads_;
-  std::vector<VectorXd> frictions_;  ///< behind the cables, at the joints
-  std::vector<VectorXd> drive_frictions_;
+  std::vector<VectorXd> frictions_, drive_frictions_;  ///< behind the cables: at joints, at motors
   std::vector<VectorXd> stretches_;  ///< of the plant's cables, once their transmission was built
 };
 
