@@ -78,6 +78,9 @@ bool is_proxy(const ChannelModel& with_shape, std::size_t effect, double with_ef
          with_effect - shape_alone > kBetter * (none - shape_alone);
 }
 
+/// A plant knows how much its friction varies to a factor of two, as it knows its wander.
+constexpr double kKnownVariation = 2.0;
+
 }  // namespace
 
 double least_remainder(const ChannelFit& fit) {
@@ -87,7 +90,8 @@ double least_remainder(const ChannelFit& fit) {
   double squares = kModelForm * kModelForm * prediction.squaredNorm();
   for (const NominalTerm& term : fit.nominal.terms) {
     if (term.variation > 0.0)
-      squares += (term.variation * fit.model.blocks.gather(term.column)).squaredNorm();
+      squares +=
+          (kKnownVariation * term.variation * fit.model.blocks.gather(term.column)).squaredNorm();
   }
   return std::sqrt(squares / static_cast<double>(prediction.size()));
 }

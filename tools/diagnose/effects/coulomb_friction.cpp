@@ -20,8 +20,9 @@ class CoulombFriction final : public EffectForm {
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    const Eigen::VectorXd side = bristle_side(s.motion.q, 0.5 * shape[0], s.fresh);
-    return s.stage == Stage::kTracking ? Eigen::VectorXd(-side) : side;
+    // Seen as a lag it is a loop of the cable under it, which turns like play.
+    if (s.stage == Stage::kTracking) return -direction_memory(s.motion.q, shape[0], s.fresh);
+    return bristle_side(s.motion.q, 0.5 * shape[0], s.fresh);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
