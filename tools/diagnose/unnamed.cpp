@@ -55,8 +55,11 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
   const Series& s = *model.series;
   const EffectForm& form = *model.candidates[t.candidate]->form;
   const double left = model.rms_of(t.errors);
-  // Each link's weight is off within its own tolerance, and together they make shapes.
-  const double weight = form.twins(s).empty() ? 0.0 : kWeightTolerance * s.training_rms(s.weight);
+  // Each link's weight is off within its own tolerance, and together they make shapes; the cable
+  // shows what they stretch.
+  const double per_effort = s.stage == Stage::kTransmission ? s.cable.compliance : 1.0;
+  const double weight =
+      form.twins(s).empty() ? 0.0 : kWeightTolerance * per_effort * s.training_rms(s.weight);
   const bool large =
       e.size >= std::max(gates.size_per_floor * left, std::hypot(least_size, weight));
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but

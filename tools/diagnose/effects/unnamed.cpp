@@ -96,6 +96,39 @@ class Unnamed final : public EffectForm {
   bool directed_;
 };
 
+/// How the positions of two joints act together, up to their squares: an encoder's arm that bends
+/// with the posture, a cable that another joint leads round a corner.
+class UnnamedInterplay final : public EffectForm {
+ public:
+  explicit UnnamedInterplay(const Circumstance& other)
+      : EffectForm("unknown", "position with " + other.name), value_(other.value) {}
+
+  std::string untestable(const Series& s) const override {
+    const bool still = s.training_rms(centred(s, value_)) <= 0.0 ||
+                       range_of(s, s.motion.q) <= 20.0 * s.rest_width();
+    return still ? "one of the two hardly moves" : "";
+  }
+  MatrixXd columns(const Series& s, const Shape&) const override {
+    const VectorXd x = scaled(s, s.motion.q);
+    const VectorXd y = scaled(s, value_);
+    MatrixXd out(s.rows(), 3);
+    out << x.cwiseProduct(y), x.cwiseAbs2().cwiseProduct(y), x.cwiseProduct(y.cwiseAbs2());
+    return out;
+  }
+  std::vector<FormParameter> parameters(const Series&, const Shape&,
+                                        const VectorXd&) const override {
+    return {};
+  }
+  std::vector<std::string> twins(const Series& s) const override {
+    if (s.weight.size() == 0) return {};
+    return {"gravity"};
+  }
+  std::string separate_by() const override { return "move each of the two alone"; }
+
+ private:
+  VectorXd value_;
+};
+
 }  // namespace
 
 Forms unnamed_forms(const Series& series) {
@@ -111,6 +144,7 @@ Forms unnamed_forms(const Series& series) {
     const bool other = c.name.starts_with("position of");
     // What another joint's drive leaks into this one turns with that joint's friction too.
     const double turn = other && drive ? 2e-3 * range_of(series, c.value) : 0.0;
+    if (other && !drive) forms.push_back(std::make_unique<UnnamedInterplay>(c));
     if (plain)
       forms.push_back(std::make_unique<Unnamed>(
           c, false, turn > 0.0 ? direction_memory(c.value, turn, series.fresh) : VectorXd()));
