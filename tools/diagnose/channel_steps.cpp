@@ -14,18 +14,28 @@ using Eigen::VectorXd;
 
 enum class StepKind { kSlip, kLostCounts, kEither };
 
-/// Leap of the tracking error between two samples, beyond how it moves before and after: a servo's
-/// error follows its motion smoothly, and only what the encoder miscounted comes at once.
+/// Leap of the tracking error over `lag` samples that end at i, beyond how it moves before and
+/// after.
+double leap_at(const VectorXd& error, Index i, Index lag) {
+  const double change = error[i] - error[i - lag];
+  const double before = change - (error[i - lag] - error[i - 2 * lag]);
+  const double after = change - (error[i + lag] - error[i]);
+  if (!std::isfinite(before) || !std::isfinite(after) || before * after <= 0.0) return 0.0;
+  return std::abs(before) < std::abs(after) ? before : after;
+}
+
+/// The larger leap over one or two samples: a servo's error follows its motion smoothly, and only
+/// what the encoder miscounted comes at once, or split between two rows that are means of several.
 VectorXd leaps_of(const Series& s) {
+  constexpr Index kLags = 2;
   VectorXd leap = VectorXd::Zero(s.rows());
-  for (Index i = 2; i + 1 < s.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (s.fresh[n - 1] != 0 || s.fresh[n] != 0 || s.fresh[n + 1] != 0) continue;
-    const double change = s.tracking_error[i] - s.tracking_error[i - 1];
-    const double before = change - (s.tracking_error[i - 1] - s.tracking_error[i - 2]);
-    const double after = change - (s.tracking_error[i + 1] - s.tracking_error[i]);
-    if (!std::isfinite(before) || !std::isfinite(after) || before * after <= 0.0) continue;
-    leap[i] = std::abs(before) < std::abs(after) ? before : after;
+  for (Index i = 2 * kLags; i + kLags < s.rows(); ++i) {
+    const auto first = s.fresh.begin() + (i - 2 * kLags + 1);
+    if (std::find_if(first, first + 3 * kLags, [](char f) { return f != 0; }) != first + 3 * kLags)
+      continue;
+    const double one = leap_at(s.tracking_error, i, 1);
+    const double two = leap_at(s.tracking_error, i, kLags);
+    leap[i] = std::abs(one) > std::abs(two) ? one : two;
   }
   return leap;
 }
