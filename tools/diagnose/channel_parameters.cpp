@@ -82,8 +82,27 @@ double few_blocks(std::size_t blocks, Index free) {
 std::pair<double, double> interval_of(std::vector<double>& draws, double value, double wider) {
   std::sort(draws.begin(), draws.end());
   const double low = draws[static_cast<std::size_t>(0.025 * kResamples)];
+  const double middle = draws[kResamples / 2];
   const double high = draws[static_cast<std::size_t>(0.975 * kResamples) - 1];
-  return {value - wider * std::max(0.0, value - low), value + wider * std::max(0.0, high - value)};
+  // Draws know no limits of the plant's numbers and may scatter about another centre: the scatter
+  // counts to both sides, and the way to that centre on its own.
+  return {value - wider * std::max(middle - low, value - low),
+          value + wider * std::max(high - middle, high - value)};
+}
+
+/// Deviation of an effect's coefficient that a number of the plant with the same column leaves: the
+/// effect was given its whole change.
+double taken_deviation(const ChannelModel& model, const Chosen& own) {
+  if (own.columns.cols() != 1) return 0.0;
+  double squares = 0.0;
+  for (std::size_t t = 0; t < model.tolerance.size(); ++t) {
+    const auto column = model.free_base.col(static_cast<Index>(t) + 1);
+    const double product = column.dot(own.columns.col(0));
+    const double norms = column.norm() * own.columns.norm();
+    if (norms <= 0.0 || std::abs(product) <= kSameColumn * norms) continue;
+    squares += std::pow(model.tolerance[t] * product / own.columns.squaredNorm(), 2);
+  }
+  return std::sqrt(squares);
 }
 
 }  // namespace
@@ -100,8 +119,10 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
                                        fit.coefficients.segment(tangent.at, tangent.width));
   std::vector<std::vector<double>> draws(central.size());
   std::mt19937_64 engine(seed);
+  const double taken = form.nominal_term() ? 0.0 : taken_deviation(model, own);
   for (int r = 0; r < kResamples; ++r) {
-    const VectorXd drawn = drawn_coefficients(fit, moments, precision, engine);
+    VectorXd drawn = drawn_coefficients(fit, moments, precision, engine);
+    if (taken > 0.0) drawn[tangent.at] += taken * standard_normal(engine);
     Shape shape = own.shape;
     if (tangent.with_shape) shape[0] *= std::exp(std::clamp(drawn[drawn.size() - 1], -0.7, 0.7));
     const auto values =

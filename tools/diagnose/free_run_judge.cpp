@@ -55,8 +55,11 @@ std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& jo
     e.joint = joint.name;
     e.stage = "drive";
     e.out_of_tolerance = true;  // where the report has no name for it: a nominal number, moved
-    e.parameters = {
-        {handle.parameter, value, "", {std::min(at(0.025), value), std::max(at(0.975), value)}}};
+    // A value at its bound has all draws to one side: their scatter counts to both.
+    const double middle = at(0.5);
+    const Interval ci{std::min(at(0.025), value - (middle - at(0.025))),
+                      std::max(at(0.975), value + (at(0.975) - middle))};
+    e.parameters = {{handle.parameter, value, "", ci}};
     values.push_back(std::move(e));
   }
   return values;

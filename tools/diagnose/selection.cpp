@@ -239,7 +239,7 @@ void ChannelModel::hold_nominal() {
     for (std::size_t term = 0; term < limit.size() && c.columns.cols() == 1; ++term) {
       auto own = base.col(static_cast<Index>(term) + 1);
       const double product = std::abs(own.dot(c.columns.col(0)));
-      if (product > 0.99999 * own.norm() * c.columns.norm()) own.setZero();
+      if (product > kSameColumn * own.norm() * c.columns.norm()) own.setZero();
     }
   }
   const MatrixXd all = columns();

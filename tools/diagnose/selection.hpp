@@ -19,6 +19,9 @@
 
 namespace ravencal::diagnose {
 
+/// Cosine from which two columns are the same.
+inline constexpr double kSameColumn = 0.99999;
+
 /// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
 struct Gates {
   double alpha = 0.01;          ///< chance over all candidates of one channel
