@@ -18,8 +18,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostMembers = 3;
 /// Sets whose whole fit is worth a look at held-out blocks.
 constexpr std::size_t kShortList = 7;
-/// Twice the log of a likelihood ratio below which a rival set stays possible (20 : 1).
-constexpr double kTieScore = 6.0;
 /// What a search through some hundred sets must gain that nothing called for: twice the logs of
 /// their number and of 200 : 1.
 constexpr double kUncalledScore = 20.0;
@@ -159,7 +157,7 @@ void note_ties(const std::vector<Judged>& list, const Judged& best, ChannelModel
     return std::find(set.members.begin(), set.members.end(), member) != set.members.end();
   };
   for (const Judged& other : list) {
-    if (&other == &best || other.score > best.score + kTieScore ||
+    if (&other == &best || other.score > best.score + kClearScore ||
         other.subset.members.size() > best.subset.members.size() ||
         !tied(other.errors, best.errors))
       continue;

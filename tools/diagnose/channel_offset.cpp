@@ -14,9 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
-constexpr double kClearScore = 6.0;
-
 /// The model with its constant out of reach.
 ChannelModel without_constant(const ChannelModel& model) {
   ChannelModel out = model;
@@ -122,8 +119,9 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   return effect;
 }
 
-/// A load without a place in the plant is fitted without its mean, which the constant then is.
-bool has_load(const ChannelFit& fit) {
+/// A load without a place in the plant is fitted without its mean, which the constant then is; and
+/// friction that differs by speed has one of its own.
+bool has_a_mean(const ChannelFit& fit) {
   return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
     const std::string& id = fit.model.candidates[chosen.candidate]->form->id();
     return id == "gravity" || id == "payload" || id == "asymmetric_friction";
@@ -170,7 +168,7 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   // Without links the constant is as well a weight that the plant does not have.
-  if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_load(fit)) return;
+  if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_a_mean(fit)) return;
   if (std::abs(fit.coefficients[0]) < std::max(fit.model.floor, form_error(fit))) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;

@@ -53,8 +53,8 @@ class NominalBuilder {
     linear("inertia_error", "inertia", s_.prismatic ? "kg" : "kg_m2", s_.inertia, s_.motion.a);
     load();
     const std::string damping = s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad";
-    linear("viscous_friction", "damping", s_.prismatic ? "N_s_per_m" : "N_m_s_per_rad",
-           joint_.parameter("viscous_friction", "damping"), s_.as_seen(s_.motion.v));
+    linear("viscous_friction", "damping", damping, joint_.parameter("viscous_friction", "damping"),
+           s_.as_seen(s_.motion.v));
     dry_friction_of_drive();
     // Recorded effort is the needed one over 1 + ratio.
     const double ratio = joint_.parameter("torque_constant", "ratio");

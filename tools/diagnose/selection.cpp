@@ -25,9 +25,6 @@ constexpr int kBlockRounds = 4;
 /// simulation's friction and cable are not the real ones to the last percent.
 constexpr double kBeyondTolerance = 1.25;
 
-/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
-constexpr double kClearScore = 6.0;
-
 /// Ridge of the saturated model relative to each column's energy: it holds columns that imitate
 /// each other and costs 0.1 % of a real effect.
 constexpr double kSaturatedRidge = 1e-3;

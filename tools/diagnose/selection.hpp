@@ -19,6 +19,9 @@
 
 namespace ravencal::diagnose {
 
+/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
+inline constexpr double kClearScore = 6.0;
+
 /// Cosine from which two columns are the same.
 inline constexpr double kSameColumn = 0.99999;
 
