@@ -57,6 +57,17 @@ inline Eigen::VectorXd bristle_side(const Eigen::VectorXd& x, double displacemen
   return bristle_effort(x, Eigen::VectorXd::Ones(x.size()), 1.0 / displacement, fresh);
 }
 
+/// Change of x over the last two rows per second, as controllers difference a position.
+inline Eigen::VectorXd backward_rate(const Eigen::VectorXd& t_s, const Eigen::VectorXd& x,
+                                     const std::vector<char>& fresh) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(x.size());
+  for (Eigen::Index i = 2; i < x.size(); ++i) {
+    const double dt_s = t_s[i] - t_s[i - 2];
+    if (fresh[static_cast<std::size_t>(i)] == 0 && dt_s > 0.0) rate[i] = (x[i] - x[i - 2]) / dt_s;
+  }
+  return rate;
+}
+
 /// First-order lag of x with time constant `time_s`; starts at x.
 inline Eigen::VectorXd low_pass(const Eigen::VectorXd& x, const Eigen::VectorXd& t_s, double time_s,
                                 const std::vector<char>& fresh) {

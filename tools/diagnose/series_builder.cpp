@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
+#include "diagnose/operators.hpp"
 #include "diagnose/series.hpp"
 #include "diagnose/series_table.hpp"
 #include "physics/plant_effort.hpp"
@@ -341,25 +341,25 @@ class Builder {
     Series series = basis(j, Stage::kCommand, p.desired);
     series.unit = series.prismatic ? "N" : "N_m";
     series.y = p.effort;
-    series.position_error = p.desired - measured;
+    series.position_error = motor_error(j);
     series.desired_rate = series.motion.v;
     const auto recorded = signal_or_empty(Role::kMotorVelocity, series.joint);
     series.measured_rate = recorded.size() > 0 ? VectorXd(recorded / plant_.joints[j].reduction)
-                                               : backward_rate(series, measured);
+                                               : backward_rate(series.t_s, measured, series.fresh);
     mark_valid(series);
     mask_unpowered(series);
     return series;
   }
 
-  static VectorXd backward_rate(const Series& series, const VectorXd& position) {
-    VectorXd rate = VectorXd::Zero(position.size());
-    for (Index i = 2; i < position.size(); ++i) {
-      const double dt_s = series.t_s[i] - series.t_s[i - 2];
-      if (series.fresh[static_cast<std::size_t>(i)] == 0 && dt_s > 0.0) {
-        rate[i] = (position[i] - position[i - 2]) / dt_s;
-      }
+  /// Error that drives the joint's motor, without what other joints' motors are believed to add.
+  [[nodiscard]] VectorXd motor_error(std::size_t j) const {
+    VectorXd own = positions_[j].desired - best_position(positions_[j]);
+    for (std::size_t k = 0; k < positions_.size(); ++k) {
+      const Positions& p = positions_[k];
+      if (k != j && p.desired.size() > 0 && best_position(p).size() > 0)
+        own -= plant_.coupling[j][k] * Table::bridged(p.desired - best_position(p));
     }
-    return rate;
+    return own;
   }
 
   const Table& table_;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The command's channel of an arm whose motors wind each other's cables.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "diagnose/series.hpp"
+#include "physics/plant.hpp"
+#include "record/recording.hpp"
+
+namespace {
+
+using namespace ravencal;
+using Eigen::Index;
+
+constexpr double kReduction = 100.0, kGain = 0.3, kCoupling = -0.5;
+
+physics::Plant servoed() {
+  std::string text =
+      "coupling = [[0, 0], [-0.5, 0]]\n\n[robot]\nname = \"two\"\n"
+      "gravity_m_per_s2 = [0.0, 0.0, 0.0]\ntool_joints_rad = [0.0, 0.0, 0.0, 0.0]\n";
+  for (const char* name : {"one", "two"}) {
+    text += std::string("\n[[joint]]\nname = \"") + name +
+            "\"\nkind = \"revolute\"\nmotor_inertia_kg_m2 = 2.3e-5\ngearbox_ratio = 1.0\n"
+            "reduction = 100.0\njoint_encoder_resolution_rad = 1e-5\n\n"
+            "  [joint.drive]\n  input = \"torque_n_m\"\n  dac_counts_per_n_m = -3695.81\n\n"
+            "  [joint.controller]\n  kp_n_m_per_rad = 0.3\n  kd_n_m_s_per_rad = 0.01\n  "
+            "dac_limit_counts = 2500\n\n"
+            "  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 1.5\n";
+  }
+  return physics::parse_plant(text, "test").value();
+}
+
+/// Both joints follow a sine with errors of their own; the controllers act on motor angles.
+record::Recording servoed_motion() {
+  using record::Role;
+  record::Recording r;
+  r.source = "generated";
+  for (const std::string name : {"one", "two"}) {
+    r.channels.push_back({name + ".desired", "rad", Role::kDesiredPosition, name});
+    r.channels.push_back({name + ".estimate", "rad", Role::kJointEstimate, name});
+    r.channels.push_back({name + ".torque", "N_m", Role::kDriveTorque, name});
+  }
+  constexpr Index kRows = 4000;
+  r.samples.resize(kRows, 6);
+  for (Index i = 0; i < kRows; ++i) {
+    const double t_s = 0.01 * static_cast<double>(i);
+    const double one = 0.4 * std::sin(0.7 * t_s), two = 0.3 * std::sin(0.5 * t_s);
+    const double lag_one = 2e-3 * std::sin(1.3 * t_s), lag_two = 1e-3 * std::cos(0.9 * t_s);
+    const double torque_one = kGain * kReduction * lag_one;
+    const double torque_two = kGain * kReduction * (lag_two - kCoupling * lag_one);
+    r.t_ns.push_back(static_cast<std::int64_t>(i) * 10'000'000);
+    r.samples.row(i) << one, one - lag_one, torque_one, two, two - lag_two, torque_two;
+  }
+  return r;
+}
+
+TEST(Command, IsDrivenByTheErrorOfItsOwnMotor) {
+  const physics::Plant plant = servoed();
+  const auto set = diagnose::build_series({servoed_motion()}, {}, plant, {});
+  ASSERT_TRUE(set.ok()) << set.error().message;
+  int seen = 0;
+  for (const diagnose::Series& s : set->series) {
+    if (s.stage != diagnose::Stage::kCommand) continue;
+    ++seen;
+    const double per_error = kGain * kReduction * kReduction;
+    EXPECT_LT((s.y - per_error * s.position_error).norm(), 1e-6 * s.y.norm()) << s.joint;
+  }
+  EXPECT_EQ(seen, 2);
+}
+
+}  // namespace
