@@ -5,6 +5,7 @@
 
 #include "diagnose/across_channels.hpp"
 #include "diagnose/diagnose.hpp"
+#include "diagnose/free_run_judge.hpp"
 #include "diagnose_arm.hpp"
 
 namespace {
@@ -46,6 +47,28 @@ TEST(AcrossJoints, MassesThatDisagreeStayApart) {
   merge_payloads(report, notes);
   EXPECT_EQ(report.effects.size(), 2U);
   EXPECT_TRUE(notes.empty());
+}
+
+TEST(FreeRunJudge, KeepsANumberPositiveThatBothEstimatesHavePositive) {
+  NamedEffect seen;
+  seen.id = "presliding";
+  seen.joint = "one";
+  seen.stage = "drive";
+  seen.parameters = {{"displacement", 0.004, "rad", {0.003, 0.006}}};
+  FreeRunVerdict verdict;
+  verdict.values = {seen};
+  verdict.values.front().parameters.front() = {"displacement", 0.012, "rad", {0.010, 0.015}};
+  Report report;
+  report.effects = {seen};
+  Series drive;
+  drive.joint = "one";
+  apply(verdict, drive, report);
+  const NamedParameter& p = report.effects.front().parameters.front();
+  EXPECT_EQ(p.value, 0.012);
+  // The two differ by three times, far beyond their own scatter.
+  EXPECT_GT(p.ci95.first, 0.0);
+  EXPECT_LT(p.ci95.first, 0.006);
+  EXPECT_GT(p.ci95.second, 0.024);
 }
 
 Report diagnosed(const ravencal::generator::ArmTruth& truth) {

@@ -78,16 +78,24 @@ double few_blocks(std::size_t blocks, Index free) {
   return std::sqrt((degrees + 1.0) / degrees) * (1.0 + (z2 + 1.0) / (4.0 * degrees));
 }
 
-/// Central 95 % of the draws, each side wider by that factor about the value.
+/// Central 95 % of the draws about the value, each side wider by that factor. Draws know no limits
+/// of the plant's numbers and may scatter about another centre: the scatter counts to both sides,
+/// and the way to that centre on its own.
 std::pair<double, double> interval_of(std::vector<double>& draws, double value, double wider) {
   std::sort(draws.begin(), draws.end());
   const double low = draws[static_cast<std::size_t>(0.025 * kResamples)];
   const double middle = draws[kResamples / 2];
   const double high = draws[static_cast<std::size_t>(0.975 * kResamples) - 1];
-  // Draws know no limits of the plant's numbers and may scatter about another centre: the scatter
-  // counts to both sides, and the way to that centre on its own.
   return {value - wider * std::max(middle - low, value - low),
           value + wider * std::max(high - middle, high - value)};
+}
+
+/// The same of a number that is positive by nature: in its logarithm.
+std::pair<double, double> positive_interval_of(std::vector<double>& draws, double value,
+                                               double wider) {
+  for (double& draw : draws) draw = std::log(draw);
+  const auto [low, high] = interval_of(draws, std::log(value), wider);
+  return {std::exp(low), std::exp(high)};
 }
 
 /// Deviation of an effect's coefficient that a number of the plant with the same column leaves: the
@@ -135,7 +143,12 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
   std::vector<NamedParameter> out;
   for (std::size_t p = 0; p < central.size(); ++p) {
     const double value = central[p].value;
-    out.push_back({central[p].name, value, central[p].unit, interval_of(draws[p], value, wider)});
+    // The first is a size, which may be none; what is positive in every draw beside it is a shape.
+    const bool shape =
+        p > 0 && value > 0.0 && *std::min_element(draws[p].begin(), draws[p].end()) > 0.0;
+    out.push_back({central[p].name, value, central[p].unit,
+                   shape ? positive_interval_of(draws[p], value, wider)
+                         : interval_of(draws[p], value, wider)});
   }
   return out;
 }

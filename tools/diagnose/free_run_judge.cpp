@@ -219,16 +219,21 @@ namespace {
 /// model: by how much the two differ beyond their chance belongs to the interval (DerSimonian and
 /// Laird 1986, two estimates).
 void adopt(const NamedParameter& refitted, NamedParameter& p) {
-  const auto variance = [](const Interval& ci) {
-    return std::pow((ci.second - ci.first) / (2.0 * 1.96), 2);
+  // Numbers that are positive for certain scatter in proportion.
+  const bool positive = refitted.ci95.first > 0.0 && p.ci95.first > 0.0;
+  const auto in = [positive](double x) { return positive ? std::log(x) : x; };
+  const auto out = [positive](double x) { return positive ? std::exp(x) : x; };
+  const auto variance = [&in](const Interval& ci) {
+    return std::pow((in(ci.second) - in(ci.first)) / (2.0 * 1.96), 2);
   };
-  const double difference = refitted.value - p.value;
+  const double value = in(refitted.value);
+  const double difference = value - in(p.value);
   const double between =
       std::max(0.0, 0.5 * (difference * difference - variance(refitted.ci95) - variance(p.ci95)));
   const double more = 1.96 * std::sqrt(between);
   p.value = refitted.value;
-  p.ci95 = {refitted.value - std::hypot(refitted.value - refitted.ci95.first, more),
-            refitted.value + std::hypot(refitted.ci95.second - refitted.value, more)};
+  p.ci95 = {out(value - std::hypot(value - in(refitted.ci95.first), more)),
+            out(value + std::hypot(in(refitted.ci95.second) - value, more))};
 }
 
 }  // namespace
