@@ -99,8 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
                            "raven2_joint123.csv",
                            "raven2_joint123.csv",
                            11.65,
-                           // What posture asks of the shoulder has no place in a plant's file.
-                           {{"shoulder", 0.35}, {"elbow", 0.3}, {"insertion", 0.3}}},
+                           {{"shoulder", 0.3}, {"elbow", 0.3}, {"insertion", 0.3}}},
                       Case{"raven2_uw",
                            "raven2_uw_track.csv",
                            "raven2_uw_track.csv",

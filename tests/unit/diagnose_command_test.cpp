@@ -7,7 +7,7 @@
 #include <string>
 
 #include "diagnose/series.hpp"
-#include "physics/plant.hpp"
+#include "diagnose_two_joints.hpp"
 #include "record/recording.hpp"
 
 namespace {
@@ -15,22 +15,13 @@ namespace {
 using namespace ravencal;
 using Eigen::Index;
 
-constexpr double kReduction = 100.0, kGain = 0.3, kCoupling = -0.5;
+constexpr double kReduction = generator::kTwoJointReduction, kGain = 0.3;
+constexpr double kCoupling = generator::kTwoJointCoupling;
 
 physics::Plant servoed() {
-  std::string text =
-      "coupling = [[0, 0], [-0.5, 0]]\n\n[robot]\nname = \"two\"\n"
-      "gravity_m_per_s2 = [0.0, 0.0, 0.0]\ntool_joints_rad = [0.0, 0.0, 0.0, 0.0]\n";
-  for (const char* name : {"one", "two"}) {
-    text += std::string("\n[[joint]]\nname = \"") + name +
-            "\"\nkind = \"revolute\"\nmotor_inertia_kg_m2 = 2.3e-5\ngearbox_ratio = 1.0\n"
-            "reduction = 100.0\njoint_encoder_resolution_rad = 1e-5\n\n"
-            "  [joint.drive]\n  input = \"torque_n_m\"\n  dac_counts_per_n_m = -3695.81\n\n"
-            "  [joint.controller]\n  kp_n_m_per_rad = 0.3\n  kd_n_m_s_per_rad = 0.01\n  "
-            "dac_limit_counts = 2500\n\n"
-            "  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 1.5\n";
-  }
-  return physics::parse_plant(text, "test").value();
+  return generator::two_joints(
+      "  [joint.controller]\n  kp_n_m_per_rad = 0.3\n  kd_n_m_s_per_rad = 0.01\n"
+      "  dac_limit_counts = 2500\n");
 }
 
 /// Both joints follow a sine with errors of their own; the controllers act on motor angles.

@@ -6,3 +6,4 @@ target_include_directories(diagnose_drive_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}
 ravencal_test(NAME diagnose_friction_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_friction_test.cpp
   LIBS ravencal_diagnose LABELS unit)
+target_include_directories(diagnose_friction_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})

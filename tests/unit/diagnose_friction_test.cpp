@@ -10,7 +10,7 @@
 
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
-#include "physics/plant.hpp"
+#include "diagnose_two_joints.hpp"
 #include "record/recording.hpp"
 
 namespace {
@@ -23,28 +23,17 @@ using Eigen::VectorXd;
 constexpr double kStep_s = 0.005;
 constexpr double kLevel = 1.5;
 constexpr double kBehind = 0.5;
-constexpr double kCoupling = -0.5;
+constexpr double kCoupling = generator::kTwoJointCoupling;
 
 double triangle(double t_s, double amplitude, double period_s) {
   const double phase = std::fmod(t_s, period_s) / period_s;
   return amplitude * (phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase);
 }
 
-/// Two joints; the first one's motor winds the second one's cable as well.
 physics::Plant two_joints() {
-  std::string text =
-      "coupling = [[0, 0], [-0.5, 0]]\n\n[robot]\nname = \"two\"\n"
-      "gravity_m_per_s2 = [0.0, 0.0, 0.0]\ntool_joints_rad = [0.0, 0.0, 0.0, 0.0]\n";
-  for (const char* name : {"one", "two"}) {
-    text += std::string("\n[[joint]]\nname = \"") + name +
-            "\"\nkind = \"revolute\"\nmotor_inertia_kg_m2 = 2.3e-5\ngearbox_ratio = 1.0\n"
-            "reduction = 100.0\njoint_encoder_resolution_rad = 1e-5\n\n"
-            "  [joint.drive]\n  input = \"torque_n_m\"\n\n"
-            "  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 1.5\n\n"
-            "  [[joint.effect]]\n  id = \"joint_friction\"\n  level_n_m = 0.5\n"
-            "  presliding_rad = 0.0002\n";
-  }
-  return physics::parse_plant(text, "test").value();
+  return generator::two_joints(
+      "  [[joint.effect]]\n  id = \"joint_friction\"\n  level_n_m = 0.5\n"
+      "  presliding_rad = 0.0002\n");
 }
 
 /// The second motor creeps while the first one moves ten times as fast.

@@ -17,12 +17,6 @@ const NamedParameter* level_of(const NamedEffect& effect) {
   return nullptr;
 }
 
-/// Share of the held-out squared error that the effect takes off.
-double gain_of(const NamedEffect& effect) {
-  const double before = effect.held_out_before;
-  return before > 0.0 ? 1.0 - std::pow(effect.held_out_after / before, 2) : 0.0;
-}
-
 bool overlap(const Interval& a, const Interval& b) {
   return a.first <= b.second && b.first <= a.second;
 }
@@ -93,8 +87,8 @@ void merge_payloads(Report& report, std::vector<std::string>& notes) {
   };
   const auto strongest = std::max_element(report.effects.begin(), report.effects.end(),
                                           [&](const NamedEffect& a, const NamedEffect& b) {
-                                            return std::pair(is_payload(a), gain_of(a)) <
-                                                   std::pair(is_payload(b), gain_of(b));
+                                            return std::pair(is_payload(a), held_out_share(a)) <
+                                                   std::pair(is_payload(b), held_out_share(b));
                                           });
   if (strongest == report.effects.end() || !is_payload(*strongest)) return;
   const NamedEffect kept = *strongest;

@@ -239,41 +239,6 @@ VectorXd posture_effort(const ChannelFit& fit) {
   return found;
 }
 
-/// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
-constexpr double kLeastWeightDeviation = 0.05;
-
-/// What the drive's channel says of the joint's load: effort beyond the plant's weight, and how
-/// well all of it is known.
-void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findings) {
-  const Series& s = *fit.model.series;
-  if (s.stage != Stage::kDrive) return;
-  if (s.weight.size() == 0) {
-    findings.found_load = posture_effort(fit);
-    if (findings.found_load.size() > 0) findings.weight_deviation = kLeastWeightDeviation;
-    return;
-  }
-  findings.found_load = posture_effort(fit);
-  if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    if (fit.nominal.terms[t].id != "gravity") continue;
-    findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
-    const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
-    findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);
-  }
-  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    if (form.id() == "payload")
-      findings.found_load += coefficients_of(fit, i)[0] * s.payload_per_kg;
-    if (form.id() == "gravity" && form.nominal_term())
-      findings.found_load += coefficients_of(fit, i)[0] * s.weight;
-  }
-}
-
-/// Turns in which a load and the friction under it are found, and the change of the load below
-/// which another turn says nothing new.
-constexpr int kTurns = 3;
-constexpr double kSettled = 0.1;
-
 /// Effort of a weight at the tool that the fit found; empty if none.
 VectorXd hung_load(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
@@ -284,6 +249,40 @@ VectorXd hung_load(const ChannelFit& fit) {
   }
   return {};
 }
+
+/// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
+constexpr double kLeastWeightDeviation = 0.05;
+
+/// What the drive's channel says of the joint's load: effort beyond the plant's weight, and how
+/// well all of it is known.
+void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findings) {
+  const Series& s = *fit.model.series;
+  if (s.stage != Stage::kDrive) return;
+  findings.found_load = posture_effort(fit);
+  if (s.weight.size() == 0) {
+    if (findings.found_load.size() > 0) findings.weight_deviation = kLeastWeightDeviation;
+    return;
+  }
+  if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    if (fit.nominal.terms[t].id != "gravity") continue;
+    findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
+    const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
+    findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);
+  }
+  const VectorXd hung = hung_load(fit);
+  if (hung.size() > 0) findings.found_load += hung;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    if (form.id() == "gravity" && form.nominal_term())
+      findings.found_load += coefficients_of(fit, i)[0] * s.weight;
+  }
+}
+
+/// Turns in which a load and the friction under it are found, and the change of the load below
+/// which another turn says nothing new.
+constexpr int kTurns = 3;
+constexpr double kSettled = 0.1;
 
 /// Nominal terms, effects and steps of a channel, chosen anew.
 void fit_once(const Series& series, const physics::Plant& plant, const ChannelOptions& options,

@@ -104,11 +104,10 @@ double taken_deviation(const ChannelModel& model, const Chosen& own) {
   if (own.columns.cols() != 1) return 0.0;
   double squares = 0.0;
   for (std::size_t t = 0; t < model.tolerance.size(); ++t) {
-    const auto column = model.free_base.col(static_cast<Index>(t) + 1);
-    const double product = column.dot(own.columns.col(0));
-    const double norms = column.norm() * own.columns.norm();
-    if (norms <= 0.0 || std::abs(product) <= kSameColumn * norms) continue;
-    squares += std::pow(model.tolerance[t] * product / own.columns.squaredNorm(), 2);
+    const VectorXd column = model.free_base.col(static_cast<Index>(t) + 1);
+    if (!same_column(column, own.columns.col(0))) continue;
+    const double ratio = column.norm() / own.columns.norm();
+    squares += std::pow(model.tolerance[t] * ratio, 2);
   }
   return std::sqrt(squares);
 }

@@ -266,12 +266,10 @@ void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
         report.unexplained.begin(), report.unexplained.end(),
         [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
     if (!told) {
-      const double share = std::pow(it->held_out_before, 2) - std::pow(it->held_out_after, 2);
       Unexplained u;
       u.joint = drive.joint;
       u.stage = "drive";
-      u.share_of_excess =
-          std::clamp(share / std::max(1e-300, std::pow(it->held_out_before, 2)), 0.0, 1.0);
+      u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
       u.size = it->size;
       u.unit = it->unit;
       report.unexplained.push_back(std::move(u));

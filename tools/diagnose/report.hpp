@@ -3,6 +3,7 @@
 // What diagnose found: the values of report.json (schema 1), plus what the page draws. SI units.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,6 +48,12 @@ struct NamedEffect {
   bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
   std::string from;               ///< the other joint, for couplings
 };
+
+/// Share of the held-out squared error that the effect takes off; 0 where there was none.
+inline double held_out_share(const NamedEffect& effect) {
+  const double before = effect.held_out_before;
+  return before > 0.0 ? 1.0 - std::pow(effect.held_out_after / before, 2) : 0.0;
+}
 
 struct HeldOut {
   std::string joint, metric, unit;

@@ -211,7 +211,7 @@ std::string candidates_html(const Report& report) {
   std::string rows;
   for (const NamedEffect& e : report.effects) {
     if (e.id == "unknown" || !(e.held_out_before > 0.0)) continue;
-    const double share = 1.0 - std::pow(e.held_out_after / e.held_out_before, 2);
+    const double share = held_out_share(e);
     rows += fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"num\">{:.2f} %</td><td></td><td "
         "class=\"num\">{:.4f}</td><td class=\"num\">{}</td><td class=\"num\">{:.0f} %</td>"

@@ -172,6 +172,11 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
 
 }  // namespace
 
+bool same_column(const VectorXd& a, const VectorXd& b) {
+  constexpr double kCosine = 0.99999;
+  return std::abs(a.dot(b)) > kCosine * a.norm() * b.norm();
+}
+
 MatrixXd ChannelModel::columns() const {
   Index count = base.cols();
   for (const Chosen& c : chosen) count += c.columns.cols();
@@ -235,8 +240,7 @@ void ChannelModel::hold_nominal() {
     // An effect with the column of a number of the plant takes its whole change.
     for (std::size_t term = 0; term < limit.size() && c.columns.cols() == 1; ++term) {
       auto own = base.col(static_cast<Index>(term) + 1);
-      const double product = std::abs(own.dot(c.columns.col(0)));
-      if (product > kSameColumn * own.norm() * c.columns.norm()) own.setZero();
+      if (same_column(own, c.columns.col(0))) own.setZero();
     }
   }
   const MatrixXd all = columns();

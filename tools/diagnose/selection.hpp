@@ -22,8 +22,8 @@ namespace ravencal::diagnose {
 /// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
 inline constexpr double kClearScore = 6.0;
 
-/// Cosine from which two columns are the same.
-inline constexpr double kSameColumn = 0.99999;
+/// True if one column is the other, up to a factor; nothing is the same as an empty one.
+bool same_column(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
 /// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
 struct Gates {
@@ -113,10 +113,10 @@ struct TestedCandidate {
   Eigen::VectorXd errors;  ///< held-out squared error per block with it
   Evidence evidence;
   Eigen::VectorXd coefficients;  ///< in the joint fit with it
-  double median_null = 0.0;    ///< gain that chance reaches half of the time
-  double critical_gain = 0.0;  ///< gain needed for the chance gate
-  double unique_energy = 0.0;  ///< of its columns beyond the model, sum of squares (first column)
-  double unique_share = 0.0;   ///< of its columns' energy that the model cannot imitate
+  double median_null = 0.0;      ///< gain that chance reaches half of the time
+  double critical_gain = 0.0;    ///< gain needed for the chance gate
+  double unique_energy = 0.0;    ///< of its columns beyond the model, sum of squares (first column)
+  double unique_share = 0.0;     ///< of its columns' energy that the model cannot imitate
   bool consistent = true;
 };
 
