@@ -75,9 +75,17 @@ struct Servoed {
   VectorXd needed;  ///< as a plant of friction and inertia alone says
 };
 
+/// To and fro, a dash first and then hardly slower than a drive at its limit can go.
+double dashing(double t_s) {
+  const double phase = std::fmod(t_s, 14.0);
+  const double since = phase < 7.0 ? phase : phase - 7.0;
+  const double way = 0.25 * std::min(since, 1.0) + 0.085 * std::max(since - 1.0, 0.0);
+  return phase < 7.0 ? way : 0.76 - way;
+}
+
 /// A mass with dry friction under a PD servo, drive limited to `limit`, friction `extra` higher
 /// between 0.2 and 0.3 rad.
-Servoed servoed(double limit, double extra) {
+Servoed servoed(double limit, double extra, double (*desired)(double) = triangle) {
   constexpr double kMass = 0.5, kFriction = 1.5, kViscous = 3.0;
   Servoed out;
   out.series = empty_series(6000, diagnose::Stage::kDrive);
@@ -94,7 +102,7 @@ Servoed servoed(double limit, double extra) {
       const double t_s = s.t_s[i] + h * k;
       // Every third sweep carries a load that the drive can hardly lift.
       const double load = std::fmod(t_s, 30.0) < 10.0 ? 1.0 : 0.0;
-      double u = std::clamp(400.0 * (triangle(t_s) - q) - 10.0 * v, -8.0, 8.0);
+      double u = std::clamp(400.0 * (desired(t_s) - q) - 10.0 * v, -8.0, 8.0);
       if (limit > 0.0) u = std::clamp(u, -limit, limit);
       const double level = kFriction + load + (q > 0.2 && q < 0.3 ? extra : 0.0);
       a = (u - kViscous * v - level * std::tanh(v / 1e-3)) / kMass;
@@ -104,7 +112,7 @@ Servoed servoed(double limit, double extra) {
     s.motion.q[i] = q;
     s.motion.v[i] = v;
     s.motion.a[i] = a;
-    s.tracking_error[i] = triangle(s.t_s[i] + kStep_s) - q;
+    s.tracking_error[i] = desired(s.t_s[i] + kStep_s) - q;
     const double load = std::fmod(s.t_s[i], 30.0) < 10.0 ? 1.0 : 0.0;
     out.needed[i] = kMass * a + kViscous * v + (kFriction + load) * std::tanh(v / 1e-3);
   }
@@ -120,6 +128,17 @@ TEST(Saturation, IsFoundWhereTheJointLagsAndNothingMoreIsDelivered) {
   EXPECT_GT(grid.back()[0], 2.65);
   const Eigen::MatrixXd beyond = form->columns(run.series, {2.65});
   EXPECT_GT(beyond.cwiseAbs().maxCoeff(), 1.0) << "the law asked for much more";
+}
+
+TEST(Saturation, IsFoundWhereTheJointOftenMovesAsFastAsItShould) {
+  constexpr double kLimit = 2.77;
+  const Servoed run = servoed(kLimit, 0.0, dashing);
+  const auto form = diagnose::saturation(run.needed);
+  ASSERT_EQ(form->untestable(run.series), "");
+  EXPECT_LT(form->grid(run.series).front()[0], kLimit);
+  EXPECT_GT(form->grid(run.series).back()[0], kLimit);
+  const Servoed free = servoed(0.0, 0.0, dashing);
+  EXPECT_NE(diagnose::saturation(free.needed)->untestable(free.series), "");
 }
 
 TEST(Saturation, IsNotFoundWhereTheServoFollows) {

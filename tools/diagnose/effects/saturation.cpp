@@ -3,8 +3,8 @@
 // The drive gives no more than a limit: the joint lags or stalls while its controller asks for
 // more. The column is what the plant's control law asks for beyond the limit, from recorded
 // positions alone, never from the recorded effort. Friction that is higher than the plant's looks
-// alike for a moment; but a servo overcomes it and follows again, whereas a drive at its limit
-// never delivers more, wherever it is asked to.
+// alike for a moment; but a servo overcomes it and follows, whereas a drive at its limit delivers
+// the same whatever is asked of it, and its joint falls behind and catches up as that lets it.
 #include <algorithm>
 #include <cmath>
 
@@ -22,8 +22,11 @@ constexpr double kExcess = 1.3;
 /// Share of the usual speed below which a joint stands, or by which it must fall behind.
 constexpr double kSlow = 0.1;
 constexpr double kLeastTime_s = 1.0;
-/// Share of the rows beyond the limit in which a limited drive may seem to follow.
-constexpr double kMostFollowing = 0.2;
+/// What the drive delivers at its limit is the limit, as well as the plant's numbers say it.
+constexpr double kSameEffort = 0.15;
+/// A joint that falls behind and catches up at its drive's limit misses its speed by this share of
+/// the usual one; a servo that follows misses a tenth of it.
+constexpr double kLeastLag = 0.4;
 
 struct Limit {
   double value = 0.0;  ///< 0: none found
@@ -105,15 +108,11 @@ class Saturation final : public EffectForm {
       const auto n = static_cast<std::size_t>(i);
       return s.valid[n] != 0 && s.held_out[n] == 0;
     };
-    // Neither falling behind nor still catching up.
-    const auto follows = [&](Index i) {
-      return std::abs(s.motion.v[i]) > kSlow * speed && std::abs(lag[i]) < kSlow * speed;
-    };
     std::vector<double> moved;
     double time_s = 0.0;
     for (Index i = 1; i < s.rows(); ++i) {
       const double side = asked[i] < 0.0 ? -1.0 : 1.0;
-      if (!counts(i) || follows(i) || side * s.motion.v[i] < 0.0) continue;
+      if (!counts(i) || side * s.motion.v[i] < 0.0) continue;
       if (std::abs(asked[i]) < kExcess * std::abs(needed_[i])) continue;
       if (side * lag[i] < kSlow * speed) continue;
       const double effort = side * needed_[i];
@@ -126,13 +125,18 @@ class Saturation final : public EffectForm {
     std::nth_element(moved.begin(), middle, moved.end());
     const double limit = *middle;
     double beyond = 0.0;
-    double following = 0.0;
+    double other = 0.0;
+    double missed = 0.0;
     for (Index i = 0; i < s.rows(); ++i) {
       if (!counts(i) || std::abs(asked[i]) < kExcess * limit) continue;
       beyond += 1.0;
-      following += follows(i) ? 1.0 : 0.0;
+      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
+      other += std::pow(side * needed_[i] / limit - 1.0, 2);
+      missed += lag[i] * lag[i];
     }
-    if (beyond < 10.0 || following > kMostFollowing * beyond)
+    if (beyond < 10.0 || other > kSameEffort * kSameEffort * beyond)
+      return {0.0, "where the controller asked for more, the drive gave more"};
+    if (missed < std::pow(kLeastLag * speed, 2) * beyond)
       return {0.0, "where the controller asked for more, the joint followed"};
     return {limit, ""};
   }
