@@ -71,12 +71,6 @@ inline double range_of(const Series& s, const Eigen::VectorXd& x) {
   return greatest - least;
 }
 
-/// True if the known load changes enough to be told from friction that turns over `effort`: plants
-/// know friction to a tenth.
-inline bool load_tells(const Series& s, double effort) {
-  return s.weight.size() > 0 && range_of(s, s.weight) > 0.1 * effort;
-}
-
 /// `count` factors from `from` to `to`, evenly spaced in the logarithm.
 inline std::vector<Shape> log_grid(double from, double to, int count) {
   std::vector<Shape> grid;

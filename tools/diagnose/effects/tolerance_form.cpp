@@ -31,11 +31,6 @@ class ToleranceForm final : public EffectForm {
                ? ""
                : "the number would be wrong by more than a factor of three";
   }
-  std::vector<std::string> twins(const Series& s) const override {
-    const bool friction = s.stage == Stage::kDrive && term_.id == "coulomb_friction";
-    if (!friction || load_tells(s, range_of(s, term_.column))) return {};
-    return {"torque_constant"};
-  }
   std::string separate_by() const override { return "check the plant's number against its source"; }
 
  private:

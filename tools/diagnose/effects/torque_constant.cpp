@@ -16,12 +16,6 @@ class TorqueConstant final : public EffectForm {
  public:
   explicit TorqueConstant(const Eigen::VectorXd& needed)
       : EffectForm("torque_constant"), needed_(needed) {}
-  std::string untestable(const Series& s) const override {
-    return load_tells(s, range_of(s, needed_))
-               ? ""
-               : "no known load acts on the drive that would change by a tenth of its effort, and "
-                 "friction is not known better than that: hang a known weight on the tool";
-  }
   Eigen::MatrixXd columns(const Series&, const Shape&) const override { return -needed_; }
   bool as_seen_already() const override { return true; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
