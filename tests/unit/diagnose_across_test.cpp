@@ -49,6 +49,38 @@ TEST(AcrossJoints, MassesThatDisagreeStayApart) {
   EXPECT_TRUE(notes.empty());
 }
 
+/// A drive on which a kilogram at the tool weighs 8 N whatever its posture, and the difference
+/// between the directions that its constant was named for.
+void expect_constant(double difference_n, std::size_t names) {
+  SeriesSet set;
+  set.series.resize(1);
+  Series& drive = set.series.front();
+  drive.joint = "insertion";
+  drive.stage = Stage::kDrive;
+  drive.y = Eigen::VectorXd::Zero(10);
+  drive.held_out.assign(10, 0);
+  drive.valid.assign(10, 1);
+  drive.payload_per_kg = Eigen::VectorXd::Constant(10, 8.0);
+  NamedEffect uneven;
+  uneven.id = "asymmetric_friction";
+  uneven.joint = "insertion";
+  uneven.stage = "drive";
+  uneven.parameters = {
+      {"level_difference", difference_n, "N", {difference_n - 0.5, difference_n + 0.5}}};
+  Report report;
+  report.effects = {payload_of("shoulder", 0.7, 0.1, 0.3), uneven};
+  std::vector<std::string> notes;
+  merge_hung_constants(set, report, notes);
+  EXPECT_EQ(report.effects.size(), names) << difference_n;
+  EXPECT_EQ(notes.size(), 2U - names);
+}
+
+TEST(AcrossJoints, APayloadIsAConstantEffortWherePostureDoesNotChangeIt) {
+  expect_constant(2.0 * 8.0 * 0.7, 1);
+  expect_constant(-2.0 * 8.0 * 0.7, 2);
+  expect_constant(2.0 * 8.0 * 0.3, 2);
+}
+
 TEST(FreeRunJudge, KeepsANumberPositiveThatBothEstimatesHavePositive) {
   NamedEffect seen;
   seen.id = "presliding";

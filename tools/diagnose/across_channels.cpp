@@ -21,6 +21,17 @@ bool overlap(const Interval& a, const Interval& b) {
   return a.first <= b.second && b.first <= a.second;
 }
 
+bool is_payload(const NamedEffect& e) { return e.id == "payload" && !e.parameters.empty(); }
+
+/// Constant effort of that joint's drive per kilogram of payload; 0 if it is not known.
+double constant_per_kg(const SeriesSet& set, const std::string& joint) {
+  for (const Series& s : set.series) {
+    if (s.joint == joint && s.stage == Stage::kDrive && s.payload_per_kg.size() > 0)
+      return s.training_mean(s.payload_per_kg);
+  }
+  return 0.0;
+}
+
 /// Weighted by what each interval knows.
 NamedParameter weighed_together(const std::vector<const NamedParameter*>& masses) {
   NamedParameter mean = *masses.front();
@@ -82,11 +93,8 @@ void merge_joint_friction(const physics::Plant& plant, Report& report) {
 }
 
 void merge_payloads(Report& report, std::vector<std::string>& notes) {
-  const auto is_payload = [](const NamedEffect& e) {
-    return e.id == "payload" && !e.parameters.empty();
-  };
   const auto strongest = std::max_element(report.effects.begin(), report.effects.end(),
-                                          [&](const NamedEffect& a, const NamedEffect& b) {
+                                          [](const NamedEffect& a, const NamedEffect& b) {
                                             return std::pair(is_payload(a), held_out_share(a)) <
                                                    std::pair(is_payload(b), held_out_share(b));
                                           });
@@ -109,6 +117,30 @@ void merge_payloads(Report& report, std::vector<std::string>& notes) {
   });
   notes.push_back(fmt::format("the payload of joint {} is weighed by {} as well", kept.joint,
                               fmt::join(joints, " and ")));
+}
+
+bool is_dry_asymmetry(const NamedEffect& effect) {
+  return effect.id == "asymmetric_friction" && !effect.parameters.empty() &&
+         effect.parameters.front().name == "level_difference";
+}
+
+void merge_hung_constants(const SeriesSet& set, Report& report, std::vector<std::string>& notes) {
+  for (const NamedEffect& payload : std::vector<NamedEffect>(report.effects)) {
+    if (!is_payload(payload)) continue;
+    const Interval& mass_kg = payload.parameters.front().ci95;
+    if (mass_kg.first <= 0.0 && mass_kg.second >= 0.0) continue;
+    std::erase_if(report.effects, [&](const NamedEffect& e) {
+      if (!is_dry_asymmetry(e) || e.joint == payload.joint) return false;
+      const double per_kg = constant_per_kg(set, e.joint);
+      const Interval hung = std::minmax(per_kg * mass_kg.first, per_kg * mass_kg.second);
+      // The constant is half of the difference between the directions.
+      const Interval& difference = e.parameters.front().ci95;
+      if (!overlap(hung, {0.5 * difference.first, 0.5 * difference.second})) return false;
+      notes.push_back(fmt::format("the payload of joint {} explains the constant effort of {} too",
+                                  payload.joint, e.joint));
+      return true;
+    });
+  }
 }
 
 }  // namespace ravencal::diagnose

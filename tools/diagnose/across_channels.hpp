@@ -24,4 +24,12 @@ void merge_joint_friction(const physics::Plant& plant, Report& report);
 /// speak of one effect: it stays where it explains most, with the mass that all of them weigh.
 void merge_payloads(Report& report, std::vector<std::string>& notes);
 
+/// Friction that differs between the directions whatever the speed: a constant of the drive.
+bool is_dry_asymmetry(const NamedEffect& effect);
+
+/// A payload weighs on joints too whose motion does not change its effort: a constant there. Where
+/// the mass that another joint weighs explains it, friction that differs between the directions is
+/// no second cause.
+void merge_hung_constants(const SeriesSet& set, Report& report, std::vector<std::string>& notes);
+
 }  // namespace ravencal::diagnose

@@ -197,6 +197,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   }
   merge_joint_friction(plant, report);
   merge_payloads(report, notes);
+  merge_hung_constants(set, report, notes);
   // Another simulator's drive cannot be run here.
   if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/nominal.hpp"
 #include "diagnose/standard_normal.hpp"
 
 namespace ravencal::diagnose {
@@ -287,15 +288,6 @@ VectorXd window_squares(const std::vector<std::vector<double>>& errors) {
   return squares;
 }
 
-double tolerance_of(const physics::Joint& joint, const std::string& id,
-                    const std::string& parameter) {
-  for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
-    const auto it = joint.tolerance.find(key);
-    if (it != joint.tolerance.end()) return std::max(1e-4, it->second);
-  }
-  return 0.10;
-}
-
 }  // namespace
 
 double DriveHandle::at(double x) const {
@@ -338,7 +330,8 @@ std::vector<DriveHandle> drive_handles(const physics::DriveNumbers<double>& n,
     if (e.value == 0.0 || (e.positive && e.value < 0.0)) continue;
     const std::string key = std::string(e.id) + "." + e.parameter;
     const bool free = std::find(named.begin(), named.end(), key) != named.end();
-    const double tolerance = free ? 0.7 : tolerance_of(joint, e.id, e.parameter);
+    const double tolerance =
+        free ? 0.7 : std::max(1e-4, tolerance_of(joint, e.id, e.parameter));
     DriveHandle handle{e.field, e.id, e.parameter, e.value, std::abs(e.value), e.positive};
     handle.prior = tolerance;
     handle.bound = tolerance;

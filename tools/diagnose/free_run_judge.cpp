@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/across_channels.hpp"
 #include "diagnose/closed_loop.hpp"
 #include "diagnose/combinations.hpp"
 #include "diagnose/free_run_fit.hpp"
+#include "diagnose/nominal.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -15,6 +17,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double kNormal95 = 1.96;
 
 bool is_drive(const NamedEffect& e, const std::string& joint) {
   return e.joint == joint && e.stage == "drive" && e.id != "unknown";
@@ -38,6 +42,13 @@ double reported(const DriveHandle& handle, double x, const physics::Joint& joint
   return value;
 }
 
+/// Deviation of a reported number that no draw knows: the drive runs under all of its friction, and
+/// what of it is behind the cable is the plant's word.
+double unseen_deviation(const DriveHandle& handle, const physics::Joint& joint) {
+  if (handle.field != DriveField::kLevel) return 0.0;
+  return tolerance_of(joint, "joint_friction", "level") * joint.parameter("joint_friction", "level");
+}
+
 std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& joint) {
   std::vector<NamedEffect> values;
   for (std::size_t h = 0; h < fit.handles.size(); ++h) {
@@ -57,8 +68,9 @@ std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& jo
     e.out_of_tolerance = true;  // where the report has no name for it: a nominal number, moved
     // A value at its bound has all draws to one side: their scatter counts to both.
     const double middle = at(0.5);
-    const Interval ci{std::min(at(0.025), value - (middle - at(0.025))),
-                      std::max(at(0.975), value + (at(0.975) - middle))};
+    const double unseen = kNormal95 * unseen_deviation(handle, joint);
+    const Interval ci{value - std::hypot(std::max(middle, value) - at(0.025), unseen),
+                      value + std::hypot(at(0.975) - std::min(middle, value), unseen)};
     e.parameters = {{handle.parameter, value, "", ci}};
     values.push_back(std::move(e));
   }
@@ -86,12 +98,6 @@ std::vector<Combination> drive_combinations(const DriveFit& fit, const std::stri
     c.stage = "drive";
   }
   return found;
-}
-
-/// Friction that differs between the directions whatever the speed.
-bool is_dry_asymmetry(const NamedEffect& e) {
-  return e.id == "asymmetric_friction" && !e.parameters.empty() &&
-         e.parameters.front().name == "level_difference";
 }
 
 /// Numbers without an effect; false if the drive's model does not have it.
@@ -224,13 +230,13 @@ void adopt(const NamedParameter& refitted, NamedParameter& p) {
   const auto in = [positive](double x) { return positive ? std::log(x) : x; };
   const auto out = [positive](double x) { return positive ? std::exp(x) : x; };
   const auto variance = [&in](const Interval& ci) {
-    return std::pow((in(ci.second) - in(ci.first)) / (2.0 * 1.96), 2);
+    return std::pow((in(ci.second) - in(ci.first)) / (2.0 * kNormal95), 2);
   };
   const double value = in(refitted.value);
   const double difference = value - in(p.value);
   const double between =
       std::max(0.0, 0.5 * (difference * difference - variance(refitted.ci95) - variance(p.ci95)));
-  const double more = 1.96 * std::sqrt(between);
+  const double more = kNormal95 * std::sqrt(between);
   p.value = refitted.value;
   p.ci95 = {out(value - std::hypot(value - in(refitted.ci95.first), more)),
             out(value + std::hypot(in(refitted.ci95.second) - value, more))};

@@ -25,15 +25,6 @@ constexpr Index kMostStarts = 40;
 /// A plant knows its wander to a factor of two.
 constexpr double kWanderFactor = 2.0;
 
-double tolerance_of(const physics::Joint& joint, const std::string& id,
-                    const std::string& parameter) {
-  for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
-    const auto it = joint.tolerance.find(key);
-    if (it != joint.tolerance.end()) return it->second;
-  }
-  return 0.10;
-}
-
 class NominalBuilder {
  public:
   NominalBuilder(const Series& s, const physics::Plant& plant, std::size_t index)
@@ -338,6 +329,15 @@ class NominalBuilder {
 };
 
 }  // namespace
+
+double tolerance_of(const physics::Joint& joint, const std::string& id,
+                    const std::string& parameter) {
+  for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
+    const auto it = joint.tolerance.find(key);
+    if (it != joint.tolerance.end()) return it->second;
+  }
+  return 0.10;
+}
 
 Nominal nominal_of(const Series& series, const physics::Plant& plant) {
   const auto index = plant.joint_index(series.joint);

@@ -37,6 +37,10 @@ struct Nominal {
 /// quasi-statically.
 Nominal nominal_of(const Series& series, const physics::Plant& plant);
 
+/// How far that parameter of the joint may be off, relative.
+double tolerance_of(const physics::Joint& joint, const std::string& id,
+                    const std::string& parameter);
+
 /// True if the plant has this effect on this joint, so that it cannot be "left out".
 bool plant_has(const physics::Plant& plant, const std::string& joint, const std::string& id,
                const std::string& from);
