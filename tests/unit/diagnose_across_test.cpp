@@ -81,6 +81,43 @@ TEST(AcrossJoints, APayloadIsAConstantEffortWherePostureDoesNotChangeIt) {
   expect_constant(2.0 * 8.0 * 0.3, 2);
 }
 
+/// Friction behind the cable that the drive doubled, in a plant whose cable would show it in a
+/// position with that floor.
+NamedEffect doubled_behind_cable(double floor_rad, bool loop) {
+  ravencal::physics::Plant plant;
+  plant.joints.resize(1);
+  plant.joints[0].name = "one";
+  plant.joints[0].effects = {{"compliance", {}, {{"stiffness", 300.0}}},
+                             {"joint_friction", {}, {{"level", 0.4}}}};
+  NamedEffect e;
+  e.id = "joint_friction";
+  e.joint = "one";
+  e.stage = "drive";
+  e.out_of_tolerance = true;
+  e.parameters = {{"level", 0.8, "N_m", {0.77, 0.83}}};
+  Report report;
+  report.effects = {e};
+  report.held_out = {{"one", "position_rmse", "rad", 1e-3, 3e-4, floor_rad}};
+  if (loop) {
+    e.id = "hysteresis";
+    e.stage = "transmission";
+    report.effects.push_back(e);
+  }
+  move_friction_to_motor(plant, report);
+  return report.effects.front();
+}
+
+TEST(AcrossJoints, FrictionThatTheCableDoesNotShowIsTheMotors) {
+  const NamedEffect moved = doubled_behind_cable(3e-4, false);
+  EXPECT_EQ(moved.id, "coulomb_friction");
+  EXPECT_FALSE(moved.out_of_tolerance) << "the plant has none: it is missing physics";
+  const NamedParameter& level = moved.parameters.front();
+  EXPECT_NEAR(level.value, 0.4, 1e-9);
+  EXPECT_LT(level.ci95.first, 0.4 - 1.96 * 0.04) << "what is behind the cable may be off";
+  EXPECT_EQ(doubled_behind_cable(6e-4, false).id, "joint_friction") << "the cable cannot show it";
+  EXPECT_EQ(doubled_behind_cable(3e-4, true).id, "joint_friction") << "the cable has a loop";
+}
+
 TEST(FreeRunJudge, KeepsANumberPositiveThatBothEstimatesHavePositive) {
   NamedEffect seen;
   seen.id = "presliding";

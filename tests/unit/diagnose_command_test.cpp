@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "diagnose/channel.hpp"
 #include "diagnose/series.hpp"
 #include "diagnose_two_joints.hpp"
 #include "record/recording.hpp"
@@ -24,8 +25,9 @@ physics::Plant servoed() {
       "  dac_limit_counts = 2500\n");
 }
 
-/// Both joints follow a sine with errors of their own; the controllers act on motor angles.
-record::Recording servoed_motion() {
+/// Both joints follow a sine with errors of their own; the controllers act on motor angles. The
+/// first drive's command has pulses and is cut to whole steps.
+record::Recording servoed_motion(double pulse_n_m = 0.0, double step_n_m = 0.0) {
   using record::Role;
   record::Recording r;
   r.source = "generated";
@@ -40,7 +42,9 @@ record::Recording servoed_motion() {
     const double t_s = 0.01 * static_cast<double>(i);
     const double one = 0.4 * std::sin(0.7 * t_s), two = 0.3 * std::sin(0.5 * t_s);
     const double lag_one = 2e-3 * std::sin(1.3 * t_s), lag_two = 1e-3 * std::cos(0.9 * t_s);
-    const double torque_one = kGain * kReduction * lag_one;
+    double torque_one = kGain * kReduction * lag_one;
+    const double pulsed = torque_one + (i % 600 < 120 ? pulse_n_m : 0.0);
+    if (step_n_m > 0.0) torque_one = step_n_m * std::trunc(pulsed / step_n_m);
     const double torque_two = kGain * kReduction * (lag_two - kCoupling * lag_one);
     r.t_ns.push_back(static_cast<std::int64_t>(i) * 10'000'000);
     r.samples.row(i) << one, one - lag_one, torque_one, two, two - lag_two, torque_two;
@@ -60,6 +64,25 @@ TEST(Command, IsDrivenByTheErrorOfItsOwnMotor) {
     EXPECT_LT((s.y - per_error * s.position_error).norm(), 1e-6 * s.y.norm()) << s.joint;
   }
   EXPECT_EQ(seen, 2);
+}
+
+TEST(Command, KnowsThePulsesToItsStepAtBest) {
+  const physics::Plant plant = servoed();
+  constexpr double kPulse = 0.0137, kStep = 0.001;
+  const auto set = diagnose::build_series({servoed_motion(kPulse, kStep)}, {}, plant, {});
+  ASSERT_TRUE(set.ok()) << set.error().message;
+  for (const diagnose::Series& s : set->series) {
+    if (s.stage != diagnose::Stage::kCommand || s.joint != "one") continue;
+    const auto findings = diagnose::analyse_command(s, plant, {});
+    ASSERT_EQ(findings.effects.size(), 1U);
+    EXPECT_EQ(findings.effects.front().id, "input_disturbance");
+    const diagnose::NamedParameter& size = findings.effects.front().parameters.front();
+    const double truth = kPulse * kReduction;
+    EXPECT_LE(size.ci95.first, truth);
+    EXPECT_GE(size.ci95.second, truth);
+    EXPECT_LT(size.ci95.second - size.ci95.first, 0.2 * truth);
+    EXPECT_GT(size.ci95.second - size.ci95.first, kStep * kReduction);
+  }
 }
 
 }  // namespace

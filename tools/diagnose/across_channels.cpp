@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 namespace ravencal::diagnose {
 namespace {
@@ -15,6 +17,26 @@ const NamedParameter* level_of(const NamedEffect& effect) {
     if (p.name == "level") return &p;
   }
   return nullptr;
+}
+
+/// True if friction behind the cable may have changed that much: the cable would not show it, was
+/// not looked at, or has a loop that is not the plant's.
+bool says_otherwise(const Report& report, const physics::Joint& joint, double change) {
+  const double stiffness = joint.parameter("compliance", "stiffness");
+  const auto seen = std::find_if(
+      report.held_out.begin(), report.held_out.end(),
+      [&](const HeldOut& h) { return h.joint == joint.name && h.metric == "position_rmse"; });
+  if (stiffness <= 0.0 || seen == report.held_out.end()) return true;
+  // A loop of three floors is never missed.
+  if (std::abs(change) / stiffness < 3.0 * seen->floor) return true;
+  return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& e) {
+    if (e.joint != joint.name) return false;
+    constexpr std::array<std::string_view, 5> kLoops = {"joint_friction", "hysteresis", "backlash",
+                                                        "creep", "compliance"};
+    const bool loop = std::find(kLoops.begin(), kLoops.end(), e.id) != kLoops.end();
+    return (loop && e.stage == "transmission") ||
+           (e.id == "coulomb_friction" && e.stage == "drive");
+  });
 }
 
 bool overlap(const Interval& a, const Interval& b) {
@@ -89,6 +111,29 @@ void merge_joint_friction(const physics::Plant& plant, Report& report) {
       }
       return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
     });
+  }
+}
+
+void move_friction_to_motor(const physics::Plant& plant, Report& report) {
+  for (NamedEffect& e : report.effects) {
+    const auto index = plant.joint_index(e.joint);
+    if (e.id != "joint_friction" || e.stage != "drive" || !e.out_of_tolerance || !index) continue;
+    const physics::Joint& joint = plant.joints[*index];
+    const double behind = joint.parameter("joint_friction", "level");
+    const double own = joint.parameter("coulomb_friction", "level");
+    const NamedParameter level = e.parameters.front();
+    const double more = level.value - behind;
+    if (own + more <= 0.0 || says_otherwise(report, joint, more)) continue;
+    e.id = "coulomb_friction";
+    e.out_of_tolerance = own > 0.0;
+    std::erase(e.ambiguous_with, e.id);
+    // What is behind the cable is the plant's word.
+    const double unseen = 1.96 * behind * tolerance_of(joint, "joint_friction", "level");
+    e.parameters = {{"level",
+                     own + more,
+                     level.unit,
+                     {own + more - std::hypot(level.value - level.ci95.first, unseen),
+                      own + more + std::hypot(level.ci95.second - level.value, unseen)}}};
   }
 }
 

@@ -20,6 +20,10 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
 /// new.
 void merge_joint_friction(const physics::Plant& plant, Report& report);
 
+/// And where the loop is as the plant has it, though the cable would show what the drive asks for,
+/// the friction is on the motor's side of the cable.
+void move_friction_to_motor(const physics::Plant& plant, Report& report);
+
 /// One payload hangs at the tool and loads every joint before it. Joints that ask for the same mass
 /// speak of one effect: it stays where it explains most, with the mass that all of them weigh.
 void merge_payloads(Report& report, std::vector<std::string>& notes);

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnose/channel.hpp"
 
@@ -176,6 +177,17 @@ std::vector<Pulse> find_pulses(const Series& s, const Law& law, double& baseline
   return pulses;
 }
 
+/// Least step between neighbouring commands: the converter's, which cuts all of them alike.
+double resolution_of(const Series& s) {
+  const double least = 1e-9 * s.y.cwiseAbs().maxCoeff();
+  double step = std::numeric_limits<double>::infinity();
+  for (Index i = 1; i < s.rows(); ++i) {
+    const double change = std::abs(s.y[i] - s.y[i - 1]);
+    if (change > least) step = std::min(step, change);
+  }
+  return std::isfinite(step) ? step : 0.0;
+}
+
 constexpr int kSegments = 24;
 
 /// A law that leaves more than this share of the recorded command is not the one that made it.
@@ -202,8 +214,10 @@ bool name_pulses(const std::vector<Pulse>& pulses, const Series& s, const Law& l
   const double size = median_of(sizes);
   std::vector<double> from_median = sizes;
   for (double& value : from_median) value = std::abs(value - size);
-  const double spread =
+  const double chance =
       1.96 * 1.4826 * median_of(from_median) / std::sqrt(static_cast<double>(sizes.size()));
+  // With and without a pulse the command is cut to whole steps, which no repetition averages out.
+  const double spread = std::hypot(chance, resolution_of(s) / std::sqrt(2.0));
   const auto count = static_cast<double>(pulses.size());
   const double step_s =
       s.rows() > 1 ? (s.t_s[s.rows() - 1] - s.t_s[0]) / static_cast<double>(s.rows() - 1) : 0.0;

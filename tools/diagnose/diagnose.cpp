@@ -196,6 +196,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
   merge_joint_friction(plant, report);
+  move_friction_to_motor(plant, report);
   merge_payloads(report, notes);
   merge_hung_constants(set, report, notes);
   // Another simulator's drive cannot be run here.

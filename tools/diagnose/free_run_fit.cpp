@@ -330,8 +330,7 @@ std::vector<DriveHandle> drive_handles(const physics::DriveNumbers<double>& n,
     if (e.value == 0.0 || (e.positive && e.value < 0.0)) continue;
     const std::string key = std::string(e.id) + "." + e.parameter;
     const bool free = std::find(named.begin(), named.end(), key) != named.end();
-    const double tolerance =
-        free ? 0.7 : std::max(1e-4, tolerance_of(joint, e.id, e.parameter));
+    const double tolerance = free ? 0.7 : std::max(1e-4, tolerance_of(joint, e.id, e.parameter));
     DriveHandle handle{e.field, e.id, e.parameter, e.value, std::abs(e.value), e.positive};
     handle.prior = tolerance;
     handle.bound = tolerance;

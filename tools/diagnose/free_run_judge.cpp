@@ -46,7 +46,8 @@ double reported(const DriveHandle& handle, double x, const physics::Joint& joint
 /// what of it is behind the cable is the plant's word.
 double unseen_deviation(const DriveHandle& handle, const physics::Joint& joint) {
   if (handle.field != DriveField::kLevel) return 0.0;
-  return tolerance_of(joint, "joint_friction", "level") * joint.parameter("joint_friction", "level");
+  return tolerance_of(joint, "joint_friction", "level") *
+         joint.parameter("joint_friction", "level");
 }
 
 std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& joint) {
