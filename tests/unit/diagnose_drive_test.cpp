@@ -308,20 +308,6 @@ TEST(ToleranceForm, IsNoNumberThatIsWrongByMoreThanThree) {
   EXPECT_NE(form->inconsistency({}, {}, VectorXd::Constant(1, -0.8)), "");
 }
 
-TEST(ToleranceForm, OfFrictionLooksLikeATorqueConstantUnlessAKnownLoadChanges) {
-  Series s = empty_series(1000, diagnose::Stage::kDrive);
-  VectorXd side(s.rows());
-  for (Index i = 0; i < s.rows(); ++i) side[i] = (i / 100) % 2 == 0 ? 1.5 : -1.5;
-  const diagnose::NominalTerm term{"coulomb_friction", "level", "N_m", 1.5, 0.1, side};
-  const auto form = diagnose::tolerance_form(term, 0);
-  const auto torque_constant = diagnose::torque_constant(side);
-  EXPECT_EQ(form->twins(s), std::vector<std::string>{"torque_constant"});
-  EXPECT_NE(torque_constant->untestable(s), "");
-  s.weight = VectorXd::LinSpaced(s.rows(), -1.0, 1.0);
-  EXPECT_TRUE(form->twins(s).empty());
-  EXPECT_EQ(torque_constant->untestable(s), "");
-}
-
 TEST(Payload, CannotBeLessThanNothing) {
   Series s = empty_series(10, diagnose::Stage::kDrive);
   s.removable_mass_kg = 0.23;
@@ -368,6 +354,37 @@ TEST(Unknown, IsALoadThatLeaksInFromAnotherJointWithItsFriction) {
   ASSERT_FALSE(report.unexplained.empty()) << report.verdict.text;
   EXPECT_EQ(report.unexplained.front().depends_on.front(), "position of two")
       << report.verdict.text;
+}
+
+/// The only name for joint "one", on which no load acts, that has this much of its plant's dry
+/// friction and whose recorded effort is `recorded` times what it gives.
+diagnose::NamedEffect only_name(double friction, double recorded) {
+  record::Recording recording =
+      generator::make_recording({.coulomb_n_m = 0.5 * friction, .viscous_n_m_s = 4.0},
+                                {.seed = 9, .duration_s = 240.0, .with_truth = false});
+  recording.samples.col(2) *= recorded;
+  const auto plant = physics::parse_plant(
+      generator::plant_text(
+          "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"
+          "\n  [[joint.effect]]\n  id = \"viscous_friction\"\n  damping_n_m_s_per_rad = 4.0\n"),
+      "test plant");
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report = diagnose::diagnose({recording}, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok() && report->effects.size() == 1U)
+      << (report.ok() ? report->verdict.text : report.error().message);
+  return report.ok() && !report->effects.empty() ? report->effects.front()
+                                                 : diagnose::NamedEffect{};
+}
+
+TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
+  const diagnose::NamedEffect weak = only_name(1.0, 0.7);
+  EXPECT_EQ(weak.id, "torque_constant");
+  ASSERT_FALSE(weak.parameters.empty());
+  EXPECT_NEAR(weak.parameters.front().value, 1.0 / 0.7 - 1.0, 0.1);
+  const diagnose::NamedEffect smooth = only_name(0.6, 1.0);
+  EXPECT_EQ(smooth.id, "coulomb_friction");
+  EXPECT_TRUE(smooth.out_of_tolerance);
 }
 
 }  // namespace
