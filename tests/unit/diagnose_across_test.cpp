@@ -3,6 +3,8 @@
 // What the joints of one arm say about each other, and its drives about their constants.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "diagnose/across_channels.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/free_run_judge.hpp"
@@ -159,6 +161,17 @@ TEST(DriveConstant, IsFrictionThatDiffersBetweenTheDirections) {
   EXPECT_EQ(effect.id, "asymmetric_friction");
   EXPECT_EQ(effect.parameters.front().name, "level_difference");
   EXPECT_NEAR(effect.parameters.front().value, 0.6, 0.1);
+}
+
+TEST(DriveConstant, IsFrictionBesideALoadWhoseMeanTheGeometryKnows) {
+  for (const double uneven_n_m : {0.8, 0.0}) {
+    const Report report = diagnosed({.payload_kg = 0.5, .uneven_n_m = uneven_n_m});
+    const auto uneven =
+        std::count_if(report.effects.begin(), report.effects.end(),
+                      [](const NamedEffect& e) { return e.id == "asymmetric_friction"; });
+    EXPECT_EQ(uneven, uneven_n_m > 0.0 ? 1 : 0) << report.verdict.text;
+    EXPECT_EQ(report.effects.size(), 1U + uneven) << report.verdict.text;
+  }
 }
 
 TEST(DriveConstant, IsNoFindingWhereFrictionIsEven) {

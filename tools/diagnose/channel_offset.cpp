@@ -119,13 +119,34 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   return effect;
 }
 
+const EffectForm& form_of(const ChannelFit& fit, const Chosen& chosen) {
+  return *fit.model.candidates[chosen.candidate]->form;
+}
+
+/// A load whose shape the plant knows, its mean included.
+bool has_a_place(const EffectForm& form) {
+  return form.id() == "payload" || (form.id() == "gravity" && form.nominal_term());
+}
+
 /// A load without a place in the plant is fitted without its mean, which the constant then is; and
 /// friction that differs by speed has one of its own.
 bool has_a_mean(const ChannelFit& fit) {
   return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
-    const std::string& id = fit.model.candidates[chosen.candidate]->form->id();
-    return id == "gravity" || id == "payload" || id == "asymmetric_friction";
+    const EffectForm& form = form_of(fit, chosen);
+    return (form.id() == "gravity" && !has_a_place(form)) || form.id() == "asymmetric_friction";
   });
+}
+
+/// Constant that loads leave which hang a little off the plant's place for them.
+double hung_error(const ChannelFit& fit) {
+  constexpr double kPlaceTolerance = 0.125;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    if (has_a_place(form_of(fit, chosen)))
+      sum += std::abs((chosen.columns * coefficients_of(fit, i)).mean());
+  }
+  return kPlaceTolerance * sum;
 }
 
 }  // namespace
@@ -169,7 +190,8 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   const Series& series = *fit.model.series;
   // Without links the constant is as well a weight that the plant does not have.
   if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_a_mean(fit)) return;
-  if (std::abs(fit.coefficients[0]) < std::max(fit.model.floor, form_error(fit))) return;
+  const double least = std::max({fit.model.floor, form_error(fit), hung_error(fit)});
+  if (std::abs(fit.coefficients[0]) < least) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
   findings.effects.push_back(effect_of(fit, *evidence, *asymmetric_friction(),
