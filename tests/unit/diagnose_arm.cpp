@@ -15,6 +15,7 @@ constexpr double kTick_s = 1e-3;
 constexpr int kInner = 10;
 constexpr double kMotorInertia = 0.34;  // at the joint
 constexpr double kLinkMass = 0.6, kLinkArm_m = 0.35, kLinkInertia = 0.12;
+constexpr double kWarmUp_s = 140.0;
 constexpr double kTwoPi = 6.283185307179586;
 
 class Draw {
@@ -94,7 +95,7 @@ struct Arm {
     double tension = t.stiffness * stretch + (gap > 0.0 && stretch == 0.0 ? 0.0 : 3.0 * rate);
     if (t.strands_n_m > 0.0) {  // Bouc-Wen
       const double grows = rate * strand > 0.0 ? 1.0 - std::abs(strand) : 1.0;
-      strand = std::clamp(strand + kStep * rate / 0.004 * grows, -1.0, 1.0);
+      strand = std::clamp(strand + kStep * rate / t.strands_yield_rad * grows, -1.0, 1.0);
       tension += t.strands_n_m * strand;
     }
     if (t.creep > 0.0) creep += kStep * (t.creep * tension - creep) / 25.0;
@@ -169,8 +170,9 @@ record::Recording record_arm(const ArmTruth& nominal, const ArmScene& scene) {
       const auto back = std::min(i, static_cast<std::size_t>(truth.delay_s / kTick_s));
       recording.t_ns.push_back(static_cast<std::int64_t>(i) * 1'000'000);
       recording.samples.row(row) << desired[i], measured * kReduction,
-          past[i - back] + truth.offset_rad + 1.4e-4 * draw.normal() +
-              2.1e-4 * fast.step(draw, dt_s, 3.0) + 1.5e-4 * slow.step(draw, dt_s, 120.0),
+          past[i - back] + truth.offset_rad + truth.drift_rad * (1.0 - std::exp(-t_s / kWarmUp_s)) +
+              1.4e-4 * draw.normal() + 2.1e-4 * fast.step(draw, dt_s, 3.0) +
+              1.5e-4 * slow.step(draw, dt_s, 120.0),
           effort * kGearbox / kReduction;
     }
     for (int k = 0; k < kInner; ++k)

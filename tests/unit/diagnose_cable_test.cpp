@@ -222,4 +222,28 @@ TEST(Cable, EffectsThatHideEachOtherAreFoundTogether) {
       << friction.verdict.text;
 }
 
+TEST(Cable, ADriftOverTheWholeRecordingIsNoCreep) {
+  // Creep under a load of one sign is a drift as well, but one that ends.
+  const auto report =
+      run({.drift_rad = 0.006},
+          {.seed = 3, .duration_s = 160.0, .rate_hz = 50.0, .rich = true, .mount_rad = kSideways});
+  EXPECT_EQ(transmission_names(report), Names{"thermal_drift"}) << report.verdict.text;
+}
+
+TEST(Cable, StrandsThatDoNotCloseTheirLoopsAreNoCreep) {
+  const auto report = run({.strands_n_m = 1.2, .strands_yield_rad = 0.0012},
+                          {.seed = 1, .duration_s = 200.0, .rate_hz = 50.0, .rich = true});
+  EXPECT_EQ(transmission_names(report), Names{"hysteresis"}) << report.verdict.text;
+}
+
+TEST(Cable, AGapIsFittedWithThePlantsFrictionFree) {
+  // At its limit the plant's friction stands in for part of the gap until the gap is known.
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const auto report = run({.gap_half_rad = 0.0009},
+                            {.seed = seed, .duration_s = 160.0, .rate_hz = 50.0, .rich = true});
+    ASSERT_EQ(transmission_names(report), Names{"backlash"}) << seed << report.verdict.text;
+    EXPECT_NEAR(report.effects.front().parameters.front().value, 0.0009, 0.00012) << seed;
+  }
+}
+
 }  // namespace

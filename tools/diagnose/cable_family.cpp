@@ -124,6 +124,20 @@ double form_error(const ChannelModel& rest, const CableSubset& subset) {
   return kModelForm * kModelForm * stretch.squaredNorm();
 }
 
+/// The same of the strands among them: slip elements and Bouc and Wen's loop, each fitted to the
+/// other, part by 5 % over full strokes and by up to 27 % over nested ones, where only one of them
+/// closes its loops.
+double strands_error(const ChannelModel& rest, const CableSubset& subset) {
+  constexpr double kStrandsForm = 0.3;
+  const Series& s = *rest.series;
+  const CableNumbers cable = cable_with(s, subset);
+  CableNumbers without = cable;
+  without.strand_stiffness = s.cable.strand_stiffness;
+  without.strand_yield = s.cable.strand_yield;
+  const VectorXd part = cable_stretch(s, cable) - cable_stretch(s, without);
+  return kStrandsForm * kStrandsForm * rest.blocks.gather(part).squaredNorm();
+}
+
 /// The likeliest set; a smaller one where held-out blocks do not tell the two apart, or differ by
 /// less than simulations of cables do; sets whose sizes change with circumstances only where no
 /// other is as good.
@@ -179,7 +193,7 @@ struct Called {
   ChannelModel rest;  ///< the model without it
   double cost = 0.0;
   double form_error = 0.0;  ///< as of a set, were it named; none where nothing of the cable is
-  bool strands = false;
+  bool strands = false, other_physics = false;
 
   explicit Called(const ChannelModel& model) : rest(model) {
     std::erase_if(rest.chosen, [&](const Chosen& c) {
@@ -195,12 +209,13 @@ struct Called {
       const EffectForm& form = *model.candidates[c.candidate]->form;
       const auto kind = cable_kind(form, s);
       if (!kind) continue;
-      strands = strands || *kind == CableMember::Kind::kStrands;
       const VectorXd own = b.segment(model.first_column(i), c.columns.cols());
       stretch -= c.columns * own;
       const auto term = form.nominal_term();
-      cost += term ? number_cost(own[0], model.tolerance[*term])
-                   : effect_cost(c.columns.cols() + static_cast<Index>(c.shape.size()));
+      strands = strands || *kind == CableMember::Kind::kStrands;
+      other_physics = other_physics || (!term && *kind != CableMember::Kind::kStrands);
+      cost +=
+          term ? number_cost(own[0], model.tolerance[*term]) : effect_cost(freedom_of(model, c));
     }
     stretch.array() -= stretch.mean();
     form_error = kModelForm * kModelForm * stretch.squaredNorm();
@@ -221,7 +236,7 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   if (errors.sum() - noise < kUncalledScore * unit) return;
   const double excess = called.rest.rms_of(held_out_errors(called.rest));
   std::vector<CableMember> members = cable_members(called.rest, excess);
-  if (called.form_error > 0.0 && !called.strands)
+  if (called.other_physics && !called.strands)
     std::erase_if(members,
                   [](const CableMember& m) { return m.kind == CableMember::Kind::kStrands; });
   if (members.empty()) return;
@@ -235,6 +250,30 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   ChannelModel settled = best->model;
   note_ties(list, *best, settled);
   model = std::move(settled);
+}
+
+/// Loops that do not close wander, as creep does: creep beside strands must explain more than
+/// simulations of strands differ by.
+void drop_wander(ChannelModel& model) {
+  const auto kind_of = [&](const Chosen& c) {
+    return cable_kind(*model.candidates[c.candidate]->form, *model.series);
+  };
+  const auto has = [&](CableMember::Kind kind) {
+    return std::any_of(model.chosen.begin(), model.chosen.end(),
+                       [&](const Chosen& c) { return kind_of(c) == kind; });
+  };
+  if (!has(CableMember::Kind::kStrands) || !has(CableMember::Kind::kCreep)) return;
+  const Called called(model);
+  const VectorXd errors = held_out_errors(model);
+  const double excess = called.rest.rms_of(held_out_errors(called.rest));
+  const std::vector<CableMember> members = cable_members(called.rest, excess);
+  std::vector<const CableMember*> others;
+  for (const CableMember& m : members)
+    if (m.kind != CableMember::Kind::kCreep && has(m.kind)) others.push_back(&m);
+  const auto without = judged(called.rest, CableFit(called.rest).fit(others), noise_unit(model));
+  if (!without) return;
+  const double more = without->errors.sum() - errors.sum();
+  if (more < strands_error(called.rest, without->subset)) model = without->model;
 }
 
 }  // namespace
@@ -253,10 +292,12 @@ void settle_cable(ChannelModel& model, const Gates& gates) {
     const VectorXd errors = held_out_errors(timeless);
     if (errors.sum() < present.sum() || tied(errors, present)) {
       model = std::move(timeless);
+      drop_wander(model);
       return;
     }
   }
   settle_beside(model, gates);
+  drop_wander(model);
 }
 
 }  // namespace ravencal::diagnose

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnose/effects/shapes.hpp"
 
@@ -47,6 +48,25 @@ VectorXd start_of(Kind kind, const Series& s, double scale) {
     default:
       return logs({1.0});
   }
+}
+
+/// Creep that the recording is too short to see the end of is a drift; and it begins between none
+/// of it and half as much again, with room for noise.
+void limit_creep(const Candidate& creep, CableMember& member) {
+  if (!creep.shapes.empty()) member.high[1] = std::log(creep.shapes.back()[0]);
+  member.low[2] = -0.3;
+  member.high[2] = 1.2;
+}
+
+CableMember member_of(Kind kind, std::size_t candidate, const ChannelModel& model, double scale) {
+  const VectorXd start = start_of(kind, *model.series, scale);
+  const VectorXd any = VectorXd::Constant(start.size(), std::numeric_limits<double>::infinity());
+  CableMember member{kind, candidate, start, -any, any};
+  if (kind == Kind::kCreep) limit_creep(*model.candidates[candidate], member);
+  // With room for what the linear terms add to it.
+  if (kind == Kind::kStrands)
+    member.high[0] = std::log(0.8 * kMostStrands / model.series->cable.compliance);
+  return member;
 }
 
 bool of_replay(const EffectForm& form, const Series& s) {
@@ -114,7 +134,7 @@ std::vector<CableMember> cable_members(const ChannelModel& model, double scale) 
     const Candidate& candidate = *model.candidates[c];
     if (!candidate.untestable.empty()) continue;
     const auto kind = cable_kind(*candidate.form, *model.series);
-    if (kind) members.push_back({*kind, c, start_of(*kind, *model.series, scale)});
+    if (kind) members.push_back(member_of(*kind, c, model, scale));
   }
   return members;
 }
@@ -177,16 +197,23 @@ CableFit::CableFit(const ChannelModel& rest) : series_(*rest.series) {
     used_.push_back(at);
     training.push_back(static_cast<Index>(n));
   }
-  const MatrixXd columns = rest.columns();
+  MatrixXd columns = rest.columns();
+  VectorXd target = rest.target;
+  limit_ = VectorXd::Constant(columns.cols(), std::numeric_limits<double>::infinity());
+  for (std::size_t term = 0; term < rest.limit.size(); ++term) {
+    const Index column = static_cast<Index>(term) + 1;
+    limit_[column] = rest.limit[term];
+    if (rest.held[term] == 0.0) continue;
+    // Held without the set is not held with it.
+    columns.col(column) = rest.free_base.col(column);
+    target += rest.held[term] * columns.col(column);
+  }
   linear_ = columns(training, Eigen::all);
-  target_ = rest.target(training);
+  target_ = target(training);
   const double share =
       static_cast<double>(training.size()) / static_cast<double>(rest.target.size());
   precision_ = share * rest.column_precision(columns.cols());
-  MatrixXd normal = linear_.transpose() * linear_;
-  normal.diagonal() += precision_;
-  normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
-  inverse_ = normal.ldlt().solve(MatrixXd::Identity(normal.rows(), normal.cols()));
+  normal_ = linear_.transpose() * linear_;
   nominal_stretch_ = VectorXd::Zero(motor_.size());
   nominal_stretch_ =
       replay_cable({t_s_, motor_, weight_, inertial_, fresh_, s.rest_width()}, s.cable).stretch;
@@ -199,14 +226,24 @@ VectorXd CableFit::change(const CableNumbers& cable) const {
   return (nominal_stretch_ - stretch)(used_);
 }
 
+VectorXd CableFit::linear_fit(const VectorXd& y) const {
+  const Index k = linear_.cols();
+  MatrixXd moments(k + 1, k + 1);
+  moments.topLeftCorner(k, k) = normal_;
+  moments.topRightCorner(k, 1) = linear_.transpose() * y;
+  moments.bottomLeftCorner(1, k) = moments.topRightCorner(k, 1).transpose();
+  moments(k, k) = y.squaredNorm();
+  return solve_within(moments, precision_, limit_);
+}
+
 double CableFit::error_of(const VectorXd& change) const {
   const VectorXd y = target_ - change;
-  const VectorXd score = linear_.transpose() * y;
-  const double left = y.squaredNorm() - score.dot(inverse_ * score);
+  const VectorXd b = linear_fit(y);
+  const double left = (y - linear_ * b).squaredNorm() + precision_.dot(b.cwiseAbs2());
   return left / static_cast<double>(y.size());
 }
 
-/// Step of all logarithms, the linear terms eliminated.
+/// Step of all logarithms, the linear terms that are not at their limits eliminated.
 VectorXd CableFit::step(const CableSubset& subset, const VectorXd& now, double damping) const {
   constexpr double kDifference = 0.02;
   Index count = 0;
@@ -220,11 +257,16 @@ VectorXd CableFit::step(const CableSubset& subset, const VectorXd& now, double d
       jacobian.col(at++) = (change(cable_with(series_, moved)) - now) / kDifference;
     }
   }
-  const MatrixXd cross = linear_.transpose() * jacobian;
-  MatrixXd normal = jacobian.transpose() * jacobian - cross.transpose() * inverse_ * cross;
-  const VectorXd y = target_ - now;
-  const VectorXd gradient =
-      jacobian.transpose() * y - cross.transpose() * (inverse_ * (linear_.transpose() * y));
+  const VectorXd b = linear_fit(target_ - now);
+  std::vector<Index> free;
+  for (Index i = 0; i < b.size(); ++i)
+    if (std::abs(b[i]) < limit_[i]) free.push_back(i);
+  MatrixXd inner = normal_(free, free);
+  inner.diagonal() += precision_(free);
+  inner.diagonal() += 1e-9 * (inner.diagonal().array() + 1e-300).matrix();
+  const MatrixXd cross = linear_(Eigen::all, free).transpose() * jacobian;
+  MatrixXd normal = jacobian.transpose() * jacobian - cross.transpose() * inner.ldlt().solve(cross);
+  const VectorXd gradient = jacobian.transpose() * (target_ - now - linear_ * b);
   normal.diagonal() *= 1.0 + damping;
   normal.diagonal().array() += 1e-5 * normal.diagonal().maxCoeff() + 1e-300;
   VectorXd move = normal.ldlt().solve(gradient);
@@ -242,9 +284,10 @@ CableSubset CableFit::improved(CableSubset best) const {
     Index at = 0;
     for (std::size_t m = 0; m < trial.members.size(); ++m) {
       VectorXd& values = trial.log_values[m];
+      const CableMember& member = *trial.members[m];
       values += move.segment(at, values.size());
+      values = values.cwiseMax(member.low).cwiseMin(member.high);
       at += values.size();
-      if (trial.members[m]->kind == Kind::kCreep) values[2] = std::clamp(values[2], -0.3, 1.2);
     }
     const VectorXd next = change(cable_with(series_, trial));
     trial.error = error_of(next);

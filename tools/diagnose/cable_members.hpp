@@ -30,6 +30,7 @@ struct CableMember {
   std::size_t candidate = 0;  ///< of the channel's model
   /// Logarithms of its numbers, [1 or 2]; of creep also the share that is missing at the start.
   Eigen::VectorXd start;
+  Eigen::VectorXd low, high;  ///< limits of those numbers
 
   [[nodiscard]] bool is_number() const {
     return kind == Kind::kStiffnessOff || kind == Kind::kFrictionOff || kind == Kind::kWeightOff;
@@ -70,6 +71,8 @@ class CableFit {
   [[nodiscard]] Eigen::VectorXd change(const CableNumbers& cable) const;
   [[nodiscard]] Eigen::VectorXd step(const CableSubset& subset, const Eigen::VectorXd& now,
                                      double damping) const;
+  /// Coefficients of the linear terms within their limits, and what they leave.
+  [[nodiscard]] Eigen::VectorXd linear_fit(const Eigen::VectorXd& y) const;
   [[nodiscard]] double error_of(const Eigen::VectorXd& change) const;
 
   const Series& series_;
@@ -79,7 +82,8 @@ class CableFit {
   Eigen::MatrixXd linear_;          ///< at those rows
   Eigen::VectorXd precision_;
   Eigen::VectorXd target_;
-  Eigen::MatrixXd inverse_;  ///< of the linear terms' normal matrix
+  Eigen::MatrixXd normal_;  ///< of the linear terms
+  Eigen::VectorXd limit_;   ///< of their coefficients
   Eigen::VectorXd nominal_stretch_;
   double left_ = 0.0;
 };

@@ -49,8 +49,7 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
         z * (z.transpose() * z + 1e-12 * MatrixXd::Identity(z.cols(), z.cols()))
                 .ldlt()
                 .solve(z.transpose() * part);
-    const bool richer = z.cols() + static_cast<Index>(t.best.shape.size()) >
-                        own.columns.cols() + static_cast<Index>(own.shape.size());
+    const bool richer = freedom_of(model, t.best) > freedom_of(model, own);
     if (richer && (part - imitation).squaredNorm() < 0.05 * part.squaredNorm()) continue;
     rivals.push_back(other.id());
   }

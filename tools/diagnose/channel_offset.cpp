@@ -176,8 +176,10 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
                                   "the plant draws a new offset at each homing: any is expected"});
     return;
   }
-  const double offset = fit.coefficients[0];
-  if (std::abs(offset) < least_offset(fit, plant)) return;
+  // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
+  const auto [low, high] = offset_interval(fit, options.seed + 310);
+  const double least = low * high > 0.0 ? std::min(std::abs(low), std::abs(high)) : 0.0;
+  if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
   findings.effects.insert(

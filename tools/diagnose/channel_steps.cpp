@@ -98,8 +98,7 @@ ChannelModel without_step(const ChannelFit& fit, std::size_t step) {
 double score_of(const ChannelModel& model, std::size_t steps, double unit) {
   double score = held_out_errors(model).sum() / unit + nominal_cost(model, joint_fit(model)) +
                  static_cast<double>(steps) * effect_cost(2);
-  for (const Chosen& chosen : model.chosen)
-    score += effect_cost(chosen.columns.cols() + static_cast<Index>(chosen.shape.size()));
+  for (const Chosen& chosen : model.chosen) score += effect_cost(freedom_of(model, chosen));
   return score;
 }
 

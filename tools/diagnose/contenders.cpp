@@ -22,7 +22,7 @@ double prior_cost(const ChannelModel& model) {
   const Chosen& last = model.chosen.back();
   if (const auto term = model.candidates[last.candidate]->form->nominal_term())
     return cost + number_cost(b[b.size() - 1], model.tolerance[*term]);
-  return cost + effect_cost(last.columns.cols() + static_cast<Index>(last.shape.size()));
+  return cost + effect_cost(freedom_of(model, last));
 }
 
 }  // namespace
@@ -51,8 +51,7 @@ bool last_is_consistent(const ChannelModel& model) {
 
 std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
                                   const Gates& gates) {
-  const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
-  const double unit = std::max(variance * model.correlation_rows, 1e-300);
+  const double unit = noise_unit(model);
   std::vector<Contender> out;
   const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
   for (const TestedCandidate& tested : result.tested) {

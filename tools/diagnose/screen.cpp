@@ -277,13 +277,17 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
 
 namespace {
 
-/// Moves the size of a replayed effect to where its coefficient is one.
+/// Moves the size of a replayed effect to where its coefficient is one. Numbers of the plant that
+/// stood in for it at their limits are free to come back.
 Chosen sized(const ChannelModel& model, const Chosen& start) {
   const EffectForm& form = *model.candidates[start.candidate]->form;
-  const Screen view(model);
   Chosen best = start;
   for (int i = 0; i < 5; ++i) {
-    const double b = view.contribution(best.columns).second[0];
+    ChannelModel with = model;
+    with.chosen.push_back(best);
+    with.hold_nominal();
+    const VectorXd all = joint_fit(with);
+    const double b = all[all.size() - 1];
     if (b <= 0.0 || std::abs(b - 1.0) < 0.01) break;
     best.shape[0] *= std::clamp(b, 0.2, 5.0);
     best.columns = model.blocks.gather(seen_columns(form, *model.series, best.shape));

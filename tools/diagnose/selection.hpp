@@ -158,6 +158,8 @@ Eigen::VectorXd held_out_errors(const ChannelModel& model);
 /// numbers; a number of the plant with that relative change; the plant's numbers with
 /// `coefficients` of the model, within their tolerances.
 double effect_cost(Eigen::Index numbers);
+/// Numbers of a chosen effect that the data settle.
+Eigen::Index freedom_of(const ChannelModel& model, const Chosen& chosen);
 double number_cost(double change, double tolerance);
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 

@@ -36,6 +36,13 @@ double effect_cost(Index numbers) {
   return kPhysicsCost + kFreedomCost * static_cast<double>(numbers);
 }
 
+// A size that a replay takes as its shape has no coefficient of its own.
+Index freedom_of(const ChannelModel& model, const Chosen& chosen) {
+  const EffectForm& form = *model.candidates[chosen.candidate]->form;
+  const Index numbers = chosen.columns.cols() + static_cast<Index>(chosen.shape.size());
+  return form.unit_coefficient(*model.series) ? numbers - 1 : numbers;
+}
+
 // A number beyond its tolerance: its owner was wrong about it, not unlucky, and errors of that kind
 // have long tails (Cauchy, tolerances as unit).
 double number_cost(double change, double tolerance) {

@@ -18,9 +18,7 @@ class CreepForm final : public EffectForm {
     }
     return duration(s) > 30.0 ? "" : "the recording is shorter than 30 s";
   }
-  std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(3.0, std::max(6.0, duration(s) / 4.0), 6);
-  }
+  std::vector<Shape> grid(const Series& s) const override { return log_grid(3.0, longest(s), 6); }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     if (replayed(s)) {
@@ -40,8 +38,10 @@ class CreepForm final : public EffectForm {
                                         const Eigen::VectorXd& b) const override {
     return {{"compliance", b[0], per(amplitude_unit(s), effort_unit(s))}, {"time", shape[0], "s"}};
   }
-  std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
+  std::string inconsistency(const Series& s, const Shape& shape,
+                            const Eigen::VectorXd& b) const override {
     if (b[0] <= 0.0) return "the cable would shorten under load";
+    if (shape[0] > 0.98 * longest(s)) return "the recording is too short to see its end";
     // Between none of it and half as much again, with room for noise.
     const bool begins_somewhere = b.size() < 2 || (b[1] > -0.5 * b[0] && b[1] < 1.5 * b[0]);
     return begins_somewhere ? "" : "more creep would be left at the start than there is";
@@ -66,6 +66,8 @@ class CreepForm final : public EffectForm {
     }
     return out;
   }
+  /// Creep slower than that cannot be told from a drift.
+  static double longest(const Series& s) { return std::max(6.0, duration(s) / 4.0); }
   static double duration(const Series& s) { return range_of(s, s.t_s); }
 };
 

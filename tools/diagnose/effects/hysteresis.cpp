@@ -61,10 +61,8 @@ class HysteresisForm final : public EffectForm {
     if (!from().empty()) return {};
     if (by_load(s)) {
       if (b[0] <= 0.0) return "strands would give effort";
-      // What slips before the cable has stretched at all is friction.
-      constexpr double kMostStiffness = 10.0;
-      return b[0] * s.cable.compliance < kMostStiffness ? ""
-                                                        : "strands would be stiffer than the cable";
+      return b[0] * s.cable.compliance < kMostStrands ? ""
+                                                      : "strands would be stiffer than the cable";
     }
     if (s.stage != Stage::kTracking && b.sum() <= 0.0)
       return "the joint would run ahead of its motor";

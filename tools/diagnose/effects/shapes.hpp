@@ -124,6 +124,10 @@ inline Eigen::VectorXd tension_change(const Series& s, const CableNumbers& chang
   return cable_tension(s, changed) - cable_tension(s, s.cable);
 }
 
+/// Stiffness of strands over that of their cable: what slips before the cable has stretched at all
+/// is friction.
+inline constexpr double kMostStrands = 10.0;
+
 /// True if the load on the cable is known, so that the cable can be replayed.
 inline bool replayed(const Series& s) {
   return s.stage == Stage::kTransmission && s.loads.empty() && s.weight.size() > 0;
