@@ -78,7 +78,7 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
     if (set.series[d].stage != Stage::kDrive) continue;
     for (Series& series : set.series) {
       if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
-      series.constant_load = findings[d].offset;
+      series.constant_load = findings[d].constant_load;
       if (found.size() == 0) continue;
       if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
       if (series.weight.size() != found.size()) continue;

@@ -364,6 +364,13 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   }
   findings.floor = fit.model.floor;
   add_load(fit, options.seed + 560, findings);
+  findings.constant_load = fit.coefficients[0];
+  if (options.details) keep_without_name(fit, options);
+  if (fit.kept > 0) {
+    predict(fit);
+    settle_at_rest(fit);
+    take_values_of(fit, plant, options, findings);
+  }
   findings.offset = fit.coefficients[0];
   findings.posture = posture_effort(fit);
   if (options.details) name_refitted(fit, findings);

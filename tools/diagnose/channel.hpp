@@ -25,6 +25,7 @@ struct ChannelFit {
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;
   std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
+  std::size_t kept = 0;  ///< of the last effects chosen: they predict better, but have no name
   std::vector<Step> steps;             ///< each a column of the base, after the nominal terms
   Eigen::VectorXd coefficients;        ///< of model.columns()
   Eigen::VectorXd prediction;          ///< of series.y, all rows: nominal + base + effects
@@ -38,6 +39,7 @@ struct ChannelFindings {
   std::string unit;
   std::vector<Mismatch> mismatch;
   std::vector<NamedEffect> effects;
+  std::vector<NamedEffect> kept;  ///< in the improved plant without a name
   std::vector<HeldOut> held_out;
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;
@@ -48,7 +50,8 @@ struct ChannelFindings {
   std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
   Eigen::VectorXd
       posture;          ///< drive stage: effort found without a place in the plant; may be empty
-  double offset = 0.0;  ///< constant that the fit found
+  double constant_load = 0.0;  ///< constant beside what is named
+  double offset = 0.0;         ///< the same, beside what is kept as well
   std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
   ChannelPlot plot;
   double floor = 0.0;
@@ -75,6 +78,13 @@ Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::
 /// Fit only: selection, offset, withdrawal of proxies.
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings);
+
+/// Adds to the model what predicts better without the evidence for a name.
+void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
+
+/// Parameters of what is named, fitted beside what is kept; and what is kept.
+void take_values_of(ChannelFit& fit, const physics::Plant& plant,
+                    const ChannelOptions& options, ChannelFindings& findings);
 
 /// Coefficients of a chosen effect, and the place of a step's own.
 Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);

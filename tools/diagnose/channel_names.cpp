@@ -105,6 +105,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
                                       evidence.size,
                                       findings.unit,
                                       {}});
+      findings.kept.push_back(std::move(effect));
       continue;
     }
     effect.separate_by = form.separate_by();

@@ -111,13 +111,16 @@ std::vector<WaterfallStep> waterfall(const ChannelFit& fit) {
       {"its numbers refitted", rms(fit.base_residual)}};
   const MatrixXd columns = model.columns();
   Index width = model.base.cols();
-  for (const Chosen& chosen : model.chosen) {
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+    const Chosen& chosen = model.chosen[i];
     width += chosen.columns.cols();
     const MatrixXd some = columns.leftCols(width);
     const VectorXd left =
         held_out_residual(model.blocks, moments_of(model.blocks, some, model.target),
                           model.column_precision(columns.cols()).head(width), some, model.target);
-    steps.push_back({model.candidates[chosen.candidate]->form->key(), rms(left)});
+    const bool kept = i + fit.kept >= model.chosen.size();
+    steps.push_back(
+        {model.candidates[chosen.candidate]->form->key() + (kept ? " (kept)" : ""), rms(left)});
   }
   steps.push_back({"floor", model.floor});
   return steps;
@@ -125,7 +128,7 @@ std::vector<WaterfallStep> waterfall(const ChannelFit& fit) {
 
 std::vector<RegimeScale> regime_scales(const ChannelFit& fit) {
   std::vector<RegimeScale> scales;
-  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+  for (std::size_t i = 0; i + fit.kept < fit.model.chosen.size(); ++i) {
     const std::string name = fit.model.candidates[fit.model.chosen[i].candidate]->form->key();
     for (const SplitScale& split : invariance_of(fit.model, fit.coefficients, i).scales)
       scales.push_back({name, split.regime, split.scale, split.error});
@@ -159,8 +162,16 @@ Trace held_out_trace(const ChannelFit& fit) {
   const auto count = static_cast<Index>(rows.size());
   const Index stride = trace_stride(s, rows);
   const Index first = std::max<Index>(0, (count - stride * kTraceRows) / 2);
+  const double gap = std::numeric_limits<double>::quiet_NaN();
   for (Index k = first; k < std::min(count, first + stride * kTraceRows); k += stride) {
     const Index i = rows[static_cast<std::size_t>(k)];
+    // Nothing was measured between two episodes: no line leads from one to the next.
+    const Index last = k > first ? rows[static_cast<std::size_t>(k - stride)] : i;
+    const auto begins = s.fresh.begin();
+    if (std::any_of(begins + last + 1, begins + i + 1, [](char fresh) { return fresh != 0; })) {
+      for (auto* list : {&trace.t_s, &trace.measured, &trace.nominal, &trace.refitted})
+        list->push_back(gap);
+    }
     trace.t_s.push_back(s.t_s[i]);
     trace.measured.push_back(s.y[i]);
     trace.nominal.push_back(fit.nominal.prediction[i]);

@@ -187,6 +187,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   for (ChannelFindings& f : findings) {
     append(report.mismatch, f.mismatch);
     append(report.effects, f.effects);
+    append(report.kept, f.kept);
     append(report.held_out, f.held_out);
     append(report.unexplained, f.unexplained);
     append(report.not_found, f.not_found);

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "diagnose/across_channels.hpp"
 #include "diagnose/closed_loop.hpp"
@@ -24,10 +25,19 @@ bool is_drive(const NamedEffect& e, const std::string& joint) {
   return e.joint == joint && e.stage == "drive" && e.id != "unknown";
 }
 
-std::vector<std::string> named_keys(const Report& report, const std::string& joint) {
+/// What was found in that joint's drive, with a name or without.
+std::vector<NamedEffect> found_in(const Report& report, const std::string& joint) {
+  std::vector<NamedEffect> found;
+  for (const auto* list : {&report.effects, &report.kept}) {
+    std::copy_if(list->begin(), list->end(), std::back_inserter(found),
+                 [&](const NamedEffect& e) { return is_drive(e, joint); });
+  }
+  return found;
+}
+
+std::vector<std::string> found_keys(const std::vector<NamedEffect>& found) {
   std::vector<std::string> keys;
-  for (const NamedEffect& e : report.effects) {
-    if (!is_drive(e, joint)) continue;
+  for (const NamedEffect& e : found) {
     for (const NamedParameter& p : e.parameters) keys.push_back(e.id + "." + p.name);
   }
   return keys;
@@ -185,7 +195,8 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
   if (findings[drive].posture.size() > 0) relieved.recorded -= findings[drive].posture;
   const FreeRun after(relieved, improved);
 
-  const std::vector<std::string> named = named_keys(report, recorded.joint);
+  const std::vector<NamedEffect> found = found_in(report, recorded.joint);
+  const std::vector<std::string> named = found_keys(found);
   const physics::DriveNumbers<double> start = after.numbers(improved);
   const physics::DriveNumbers<double> nominal = before.numbers(plant);
   const bool weight = relieved.weight.size() > 0 && joint.link.mass_kg > 0.0;
@@ -195,10 +206,9 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
     verdict.values = values_of(fit, joint);
     verdict.combinations = drive_combinations(fit, recorded.joint, named);
   }
-  for (const NamedEffect& e : report.effects) {
+  for (const NamedEffect& e : found) {
     physics::DriveNumbers<double> lacking = start;
-    if (!is_drive(e, recorded.joint) || e.out_of_tolerance || !without(e.id, joint, lacking))
-      continue;
+    if (e.out_of_tolerance || !without(e.id, joint, lacking)) continue;
     // Every free run has a constant of its own, which says the same.
     if (is_dry_asymmetry(e)) continue;
     const DriveFit rival =
@@ -252,7 +262,7 @@ void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
   for (const NamedEffect& value : verdict.values) {
     const NamedParameter& refitted = value.parameters.front();
     bool known = false;
-    for (auto* list : {&report.effects, &report.refitted}) {
+    for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
       for (NamedEffect& e : *list) {
         if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
         for (NamedParameter& p : e.parameters) {
@@ -265,6 +275,8 @@ void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
     if (!known) report.refitted.push_back(value);
   }
   for (const std::string& id : verdict.demoted) {
+    std::erase_if(report.kept,
+                  [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
     const auto it =
         std::find_if(report.effects.begin(), report.effects.end(),
                      [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });

@@ -294,7 +294,8 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: {}", plant.source, error.description())};
   }
-  // First the numbers that only moved within their tolerance; findings then overwrite them.
+  // First the numbers that only moved within their tolerance, then what has no name; names
+  // overwrite both.
   for (const NamedEffect& e : report.refitted) {
     const auto index = plant.joint_index(e.joint);
     if (!index || e.id == "delay") continue;
@@ -304,7 +305,9 @@ core::Result<std::string> improved_plant(const physics::Plant& plant, const Repo
     set_nominal(*(*root["joint"].as_array())[*index].as_table(), joint, e);
   }
   std::string comments;
-  for (const NamedEffect& e : report.effects) {
+  std::vector<NamedEffect> found = report.kept;
+  found.insert(found.end(), report.effects.begin(), report.effects.end());
+  for (const NamedEffect& e : found) {
     const auto index = plant.joint_index(e.joint);
     if (!index || e.id == "unknown" || e.parameters.empty()) continue;
     toml::table& joint_table = *(*root["joint"].as_array())[*index].as_table();

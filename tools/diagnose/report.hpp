@@ -140,6 +140,7 @@ struct Report {
   Verdict verdict;
   std::vector<Mismatch> mismatch;
   std::vector<NamedEffect> effects;
+  std::vector<NamedEffect> kept;  ///< no names: they predict better and are in the improved plant
   std::vector<HeldOut> held_out;
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;

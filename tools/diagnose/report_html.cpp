@@ -125,6 +125,25 @@ std::string effects_html(const Report& report) {
          rows + "</table>" + cards;
 }
 
+/// What is in the improved plant and has no name.
+std::string kept_html(const Report& report) {
+  std::string rows;
+  for (const NamedEffect& e : report.kept) {
+    rows += fmt::format(
+        "<tr><td>{}</td><td>{}</td><td>{}{}</td><td>{}</td><td>{} &rarr; {}</td></tr>",
+        html_escape(e.joint), e.stage, html_escape(e.id),
+        e.from.empty() ? "" : " from " + html_escape(e.from), parameters_html(e),
+        quantity(e.held_out_before, e.unit), quantity(e.held_out_after, e.unit));
+  }
+  return rows.empty() ? ""
+                      : "<h2>Kept without a name</h2><p class=\"soft\">The evidence is too little "
+                        "for a name, but held-out stretches and positions are predicted better "
+                        "with it: the improved plant has it.</p><table><tr><th>joint</th>"
+                        "<th>stage</th><th>behaves like</th><th>parameters, 95 %</th>"
+                        "<th>held-out error without &rarr; with</th></tr>" +
+                            rows + "</table>";
+}
+
 std::string combinations_html(const Report& report) {
   std::string html;
   for (const Combination& c : report.combinations) {
@@ -306,7 +325,7 @@ std::string report_html(const Report& report) {
       "<h1>{0}</h1>",
       title, kStyle);
   page += figure_definitions() + verdict_html(report) + effects_html(report) +
-          combinations_html(report) + held_out_html(report) + mismatch_html(report) +
+          kept_html(report) + combinations_html(report) + held_out_html(report) + mismatch_html(report) +
           channels_html(report) + candidates_html(report) + limits_html(report) +
           provenance_html(report);
   return page + "</body></html>\n";

@@ -92,6 +92,8 @@ std::string report_json(const Report& report) {
   for (const Mismatch& m : report.mismatch) json["mismatch"].push_back(mismatch_json(m));
   json["effects"] = Json::array();
   for (const NamedEffect& e : report.effects) json["effects"].push_back(effect_json(e));
+  json["kept_without_name"] = Json::array();
+  for (const NamedEffect& e : report.kept) json["kept_without_name"].push_back(effect_json(e));
   json["held_out"] = Json::array();
   for (const HeldOut& h : report.held_out) {
     json["held_out"].push_back({{"joint", h.joint},

@@ -114,6 +114,16 @@ void decide(Report& report, const std::vector<std::string>& notes) {
                     quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
                     fmt::format("{}", fmt::join(u.depends_on, ", ")));
   }
+  std::string kept;
+  for (const NamedEffect& e : report.kept) {
+    kept += fmt::format("{}{} of joint {}{}", kept.empty() ? "" : ", ", e.id, e.joint,
+                        e.from.empty() ? "" : " from " + e.from);
+  }
+  if (!kept.empty())
+    text += fmt::format(
+        " Note: what predicts better without the evidence for a name is in the improved plant all "
+        "the same: {}.",
+        kept);
   for (const std::string& note : notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
     text += fmt::format(
