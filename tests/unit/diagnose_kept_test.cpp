@@ -49,7 +49,7 @@ TEST(Kept, AnEffectOfAThirdOfTheFloorIsUsedWithoutAName) {
   ASSERT_NE(kept, report.kept.end());
   EXPECT_NEAR(kept->parameters.front().value, hidden.coupling, 0.35 * hidden.coupling);
   EXPECT_LT(error_of(report).after, 1.02 * floor);
-  EXPECT_NE(report.verdict.text.find("without the evidence for a name"), std::string::npos);
+  EXPECT_NE(report.verdict.text.find("kept without a name"), std::string::npos);
   const auto json = nlohmann::json::parse(report_json(report));
   EXPECT_EQ(json["kept_without_name"].size(), report.kept.size());
 }

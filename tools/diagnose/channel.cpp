@@ -279,6 +279,15 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   }
 }
 
+/// Numbers, errors and figures of the model as it stands.
+void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  findings.offset = fit.coefficients[0];
+  findings.posture = posture_effort(fit);
+  if (options.details) name_refitted(fit, findings);
+  add_held_out(fit, findings);
+  if (options.details) add_plot(fit, findings);
+}
+
 /// Turns in which a load and the friction under it are found, and the change of the load below
 /// which another turn says nothing new.
 constexpr int kTurns = 3;
@@ -365,17 +374,15 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   findings.floor = fit.model.floor;
   add_load(fit, options.seed + 560, findings);
   findings.constant_load = fit.coefficients[0];
+  auto bare = std::make_shared<ChannelFindings>(findings);
+  complete(fit, options, *bare);
   if (options.details) keep_without_name(fit, options);
-  if (fit.kept > 0) {
-    predict(fit);
-    settle_at_rest(fit);
-    take_values_of(fit, plant, options, findings);
-  }
-  findings.offset = fit.coefficients[0];
-  findings.posture = posture_effort(fit);
-  if (options.details) name_refitted(fit, findings);
-  add_held_out(fit, findings);
-  if (options.details) add_plot(fit, findings);
+  if (fit.kept == 0) return std::move(*bare);
+  predict(fit);
+  settle_at_rest(fit);
+  take_values_of(fit, plant, options, findings);
+  complete(fit, options, findings);
+  if (series.stage == Stage::kDrive) findings.bare = std::move(bare);
   return findings;
 }
 

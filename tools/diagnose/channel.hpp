@@ -25,12 +25,12 @@ struct ChannelFit {
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;
   std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
-  std::size_t kept = 0;  ///< of the last effects chosen: they predict better, but have no name
-  std::vector<Step> steps;             ///< each a column of the base, after the nominal terms
-  Eigen::VectorXd coefficients;        ///< of model.columns()
-  Eigen::VectorXd prediction;          ///< of series.y, all rows: nominal + base + effects
-  Eigen::VectorXd held_out_residual;   ///< at the training rows, each under a fit without its fold
-  Eigen::VectorXd base_residual;       ///< the same without any effect
+  std::size_t kept = 0;     ///< of the last effects chosen: they predict better, but have no name
+  std::vector<Step> steps;  ///< each a column of the base, after the nominal terms
+  Eigen::VectorXd coefficients;       ///< of model.columns()
+  Eigen::VectorXd prediction;         ///< of series.y, all rows: nominal + base + effects
+  Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
+  Eigen::VectorXd base_residual;      ///< the same without any effect
 };
 
 struct ChannelFindings {
@@ -49,12 +49,14 @@ struct ChannelFindings {
       found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
   std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
   Eigen::VectorXd
-      posture;          ///< drive stage: effort found without a place in the plant; may be empty
-  double constant_load = 0.0;  ///< constant beside what is named
-  double offset = 0.0;         ///< the same, beside what is kept as well
+      posture;  ///< drive stage: effort found without a place in the plant; may be empty
+  double constant_load = 0.0;         ///< constant beside what is named
+  double offset = 0.0;                ///< the same, beside what is kept as well
   std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
   ChannelPlot plot;
   double floor = 0.0;
+  /// The drive's findings without what is kept: the free run may do better so. Empty: nothing is.
+  std::shared_ptr<const ChannelFindings> bare;
 };
 
 struct ChannelOptions {
@@ -83,8 +85,8 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
 void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
 
 /// Parameters of what is named, fitted beside what is kept; and what is kept.
-void take_values_of(ChannelFit& fit, const physics::Plant& plant,
-                    const ChannelOptions& options, ChannelFindings& findings);
+void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                    ChannelFindings& findings);
 
 /// Coefficients of a chosen effect, and the place of a step's own.
 Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);

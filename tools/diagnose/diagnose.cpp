@@ -109,6 +109,42 @@ void append(std::vector<T>& to, std::vector<T>& from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
+/// What the free runs of that drive say of these findings.
+FreeRunVerdict free_run_of(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                           std::size_t drive, const physics::Plant& plant, const Options& options) {
+  Report report;
+  for (const ChannelFindings& f : findings) {
+    report.effects.insert(report.effects.end(), f.effects.begin(), f.effects.end());
+    report.kept.insert(report.kept.end(), f.kept.begin(), f.kept.end());
+    report.refitted.insert(report.refitted.end(), f.refitted.begin(), f.refitted.end());
+  }
+  merge_joint_friction(plant, report);
+  const auto text = improved_plant(plant, report);
+  if (!text) return {};
+  const auto improved = physics::parse_plant(*text, plant.source);
+  if (!improved) return {};
+  return judge_drive(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
+}
+
+/// Equation error screens, free run judges: a drive that runs better without what has no name does
+/// without it.
+void keep_what_runs(const SeriesSet& set, const physics::Plant& plant, const Options& options,
+                    std::vector<ChannelFindings>& findings) {
+  std::vector<char> worse(findings.size(), 0);
+  in_parallel(findings.size(), options.threads, [&](std::size_t i) {
+    if (!findings[i].bare) return;
+    std::vector<ChannelFindings> without = findings;
+    without[i] = *findings[i].bare;
+    worse[i] = runs_better(free_run_of(set, without, i, plant, options),
+                           free_run_of(set, findings, i, plant, options))
+                   ? 1
+                   : 0;
+  });
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (worse[i] != 0) findings[i] = ChannelFindings(*findings[i].bare);
+  }
+}
+
 /// Lets the drives run free and applies what they say.
 void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
                        const physics::Plant& plant, const Options& options, Report& report) {
@@ -182,6 +218,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     return core::Error{core::ErrorCode::kUsage,
                        "stopped before the diagnosis was complete; nothing was written"};
 
+  if (options.simulated.empty()) keep_what_runs(set, plant, options, findings);
   Report report;
   std::vector<std::string> notes;
   for (ChannelFindings& f : findings) {
@@ -208,8 +245,10 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     for (const Series& series : set.series) {
       if (series.stage != Stage::kCommand) channels.push_back(&series);
     }
-    if (!channels.empty())
+    if (!channels.empty()) {
       report.verdict.false_alarm_rate = false_alarm_rate(channels, plant, channel_options, options);
+      report.verdict.placebo_twins = options.placebo_twins;
+    }
   }
   decide(report, notes);
   return report;

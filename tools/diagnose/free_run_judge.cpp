@@ -133,11 +133,10 @@ bool without(const std::string& id, const physics::Joint& joint,
   return true;
 }
 
-/// True if the drive runs free better without an effect than with it, by more than one standard
-/// error over windows. What passed the gates of held-out effort is not lost by a draw.
-bool better_without(const DriveFit& without, const DriveFit& with) {
-  const VectorXd gain = with.judged_windows - without.judged_windows;
-  if (without.judged_before <= 0.0 || gain.size() < 2) return false;
+/// True if mean squares are less by more than one standard error over windows.
+bool less(const VectorXd& windows, const VectorXd& than) {
+  if (windows.size() < 2 || than.size() != windows.size()) return false;
+  const VectorXd gain = than - windows;
   const double mean = gain.mean();
   const auto count = static_cast<double>(gain.size());
   const double variance = (gain.array() - mean).square().sum() / (count - 1.0);
@@ -175,6 +174,10 @@ void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& 
 
 }  // namespace
 
+bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other) {
+  return less(one.windows, other.windows);
+}
+
 FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
                            std::size_t drive, const physics::Plant& plant,
                            const physics::Plant& improved, const Report& report,
@@ -202,6 +205,7 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
   const bool weight = relieved.weight.size() > 0 && joint.link.mass_kg > 0.0;
   const DriveFit fit =
       fit_drive(after, start, drive_handles(start, nominal, joint, weight, named), seed);
+  verdict.windows = fit.judged_windows;
   if (fit.better()) {
     verdict.values = values_of(fit, joint);
     verdict.combinations = drive_combinations(fit, recorded.joint, named);
@@ -213,7 +217,8 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
     if (is_dry_asymmetry(e)) continue;
     const DriveFit rival =
         fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
-    if (better_without(rival, fit)) verdict.demoted.push_back(e.id);
+    // What passed the gates of held-out effort is not lost by a draw.
+    if (less(rival.judged_windows, fit.judged_windows)) verdict.demoted.push_back(e.id);
   }
 
   const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);

@@ -5,6 +5,7 @@
 // how far off the runs end.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -21,7 +22,12 @@ struct FreeRunVerdict {
   std::vector<NamedEffect> values;   ///< refitted: id, parameters with intervals
   std::vector<std::string> demoted;  ///< ids of effects that do not improve the free run
   std::vector<Combination> combinations;
+  Eigen::VectorXd windows;  ///< mean square over each that no fit saw; none held out
 };
+
+/// True if the drive of the one runs better than that of the other, by more than one standard error
+/// over windows.
+bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other);
 
 /// `series[i]` belongs to `findings[i]`; `report` holds all names so far.
 FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,

@@ -38,14 +38,14 @@ VectorXd errors_without_group(const ChannelModel& model, const std::vector<int>&
   }
   MatrixXd fitted(width - 1, kFolds);
   for (int g = 0; g < kFolds; ++g)
-    fitted.col(g) = solve(total - moments[static_cast<std::size_t>(g)],
-                          model.column_precision(width - 1));
+    fitted.col(g) =
+        solve(total - moments[static_cast<std::size_t>(g)], model.column_precision(width - 1));
   const Blocks& blocks = model.blocks;
   VectorXd errors = VectorXd::Zero(static_cast<Index>(blocks.count()));
   for (std::size_t b = 0; b < blocks.count(); ++b) {
     for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
-      const double e = model.target[i] -
-                       columns.row(i).dot(fitted.col(group[static_cast<std::size_t>(i)]));
+      const double e =
+          model.target[i] - columns.row(i).dot(fitted.col(group[static_cast<std::size_t>(i)]));
       errors[static_cast<Index>(b)] += e * e;
     }
   }
@@ -127,8 +127,8 @@ void keep_without_name(ChannelFit& fit, const ChannelOptions& options) {
   fit.coefficients = joint_fit(fit.model);
 }
 
-void take_values_of(ChannelFit& fit, const physics::Plant& plant,
-                    const ChannelOptions& options, ChannelFindings& findings) {
+void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                    ChannelFindings& findings) {
   ChannelFindings anew;
   anew.joint = findings.joint;
   anew.stage = findings.stage;

@@ -18,6 +18,7 @@ struct Verdict {
                      ///< unexplained, not_testable
   std::string text;
   std::optional<double> false_alarm_rate;  ///< measured on placebo twins; absent if none were run
+  int placebo_twins = 0;                   ///< how many were run
 };
 
 struct Mismatch {

@@ -54,11 +54,8 @@ std::string verdict_html(const Report& report) {
   std::string rate =
       "This recording's false-alarm rate was not measured: no placebo twins were run (--placebo "
       "N).";
-  if (report.verdict.false_alarm_rate) {
-    rate = fmt::format(
-        "On twins of this recording with nothing left out, something was named in {:.0f} %.",
-        100.0 * *report.verdict.false_alarm_rate);
-  }
+  // The verdict's own sentences say it where it was measured.
+  if (report.verdict.false_alarm_rate) rate.clear();
   return "<div class=\"verdict\"><ul>" + items + "</ul><span class=\"soft\">" + rate +
          "</span></div>";
 }
@@ -129,16 +126,17 @@ std::string effects_html(const Report& report) {
 std::string kept_html(const Report& report) {
   std::string rows;
   for (const NamedEffect& e : report.kept) {
-    rows += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td>{}{}</td><td>{}</td><td>{} &rarr; {}</td></tr>",
-        html_escape(e.joint), e.stage, html_escape(e.id),
-        e.from.empty() ? "" : " from " + html_escape(e.from), parameters_html(e),
-        quantity(e.held_out_before, e.unit), quantity(e.held_out_after, e.unit));
+    rows +=
+        fmt::format("<tr><td>{}</td><td>{}</td><td>{}{}</td><td>{}</td><td>{} &rarr; {}</td></tr>",
+                    html_escape(e.joint), e.stage, html_escape(e.id),
+                    e.from.empty() ? "" : " from " + html_escape(e.from), parameters_html(e),
+                    quantity(e.held_out_before, e.unit), quantity(e.held_out_after, e.unit));
   }
   return rows.empty() ? ""
                       : "<h2>Kept without a name</h2><p class=\"soft\">The evidence is too little "
                         "for a name, but held-out stretches and positions are predicted better "
-                        "with it: the improved plant has it.</p><table><tr><th>joint</th>"
+                        "with it. The improved plant has it where the simulation can run "
+                        "it.</p><table><tr><th>joint</th>"
                         "<th>stage</th><th>behaves like</th><th>parameters, 95 %</th>"
                         "<th>held-out error without &rarr; with</th></tr>" +
                             rows + "</table>";
@@ -324,8 +322,8 @@ std::string report_html(const Report& report) {
       "content=\"width=device-width\"><title>ravencal diagnose: {0}</title>{1}</head><body>"
       "<h1>{0}</h1>",
       title, kStyle);
-  page += figure_definitions() + verdict_html(report) + effects_html(report) +
-          kept_html(report) + combinations_html(report) + held_out_html(report) + mismatch_html(report) +
+  page += figure_definitions() + verdict_html(report) + effects_html(report) + kept_html(report) +
+          combinations_html(report) + held_out_html(report) + mismatch_html(report) +
           channels_html(report) + candidates_html(report) + limits_html(report) +
           provenance_html(report);
   return page + "</body></html>\n";

@@ -57,6 +57,13 @@ void add_unknown(Report& report) {
   }
 }
 
+/// Of few twins a share in percent would say more than they know.
+std::string alarms_sentence(const Verdict& verdict) {
+  return fmt::format(
+      "On twins of this recording with nothing left out, something was named in {:.0f} of {}.",
+      verdict.false_alarm_rate.value_or(0.0) * verdict.placebo_twins, verdict.placebo_twins);
+}
+
 std::string kind_of(const Report& report) {
   bool physics = false, certain = false, parameter = false;
   for (const NamedEffect& effect : report.effects) {
@@ -121,14 +128,12 @@ void decide(Report& report, const std::vector<std::string>& notes) {
   }
   if (!kept.empty())
     text += fmt::format(
-        " Note: what predicts better without the evidence for a name is in the improved plant all "
-        "the same: {}.",
+        " Note: kept without a name, since other stretches and positions are predicted better with "
+        "it: {}.",
         kept);
   for (const std::string& note : notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
-    text += fmt::format(
-        " On placebo twins of this recording something was named in {:.0f} % of the cases.",
-        100.0 * *verdict.false_alarm_rate);
+    text += " " + alarms_sentence(verdict);
   }
   verdict.text = text;
 }
