@@ -15,7 +15,7 @@ namespace ravencal::physics {
 template <typename T>
 struct DriveNumbers {
   T inertia{1.0};            ///< kg m^2 or kg, > 0
-  T weight_scale{1.0};       ///< of the load that the caller passes
+  T weight_scale{1.0};       ///< of the link's weight in the load that the caller passes
   T torque_ratio{0.0};       ///< the drive gives 1 + ratio of the effort asked
   T level{0.0};              ///< Coulomb
   T load_share{0.0};         ///< of the effort that passes through, on top of the level
@@ -49,13 +49,12 @@ void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double
   using std::abs;
   using std::sin;
   const T& v = state.velocity;
-  const T held = n.weight_scale * load;
   const T ratio = v / n.stribeck_velocity;
   // What passes through a gear is the mean of what enters and what leaves it.
-  const T through = 0.5 * abs(effort + held);
+  const T through = 0.5 * abs(effort + load);
   const T level = n.level + n.load_share * through + n.stribeck_extra / (1.0 + ratio * ratio);
   const T yielding = 1.0 + abs(v) * dt_s / n.presliding;
-  T push = (1.0 + n.torque_ratio) * (effort - n.offset) - held - n.asymmetry * abs(v) -
+  T push = (1.0 + n.torque_ratio) * (effort - n.offset) - load - n.asymmetry * abs(v) -
            n.asymmetric_level * abs(state.bristle) - level * state.bristle / yielding;
   if (n.ripple != T(0.0)) push -= n.ripple * sin(n.ripple_order * state.position + n.ripple_phase);
   const T drag = n.viscous + level * dt_s / (n.presliding * yielding);

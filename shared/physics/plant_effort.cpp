@@ -62,6 +62,25 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   return efforts;
 }
 
+std::vector<VectorXd> motor_efforts(const Plant& plant,
+                                    const std::vector<VectorXd>& joint_efforts) {
+  std::vector<VectorXd> through = joint_efforts;
+  std::vector<VectorXd> motors = joint_efforts;
+  for (std::size_t j = through.size(); j-- > 0;) {
+    for (std::size_t k = j + 1; k < through.size(); ++k) {
+      double factor = plant.coupling[k][j];
+      for (const Effect& effect : plant.joints[k].effects) {
+        if (effect.id == "coupling" && effect.from == plant.joints[j].name)
+          factor += effect.parameters.at("error");
+      }
+      if (factor != 0.0 && through[k].size() > 0 && through[j].size() > 0)
+        through[j] += factor * through[k];
+    }
+    motors[j] = (1.0 + plant.joints[j].parameter("gain_error", "ratio")) * through[j];
+  }
+  return motors;
+}
+
 double link_inertia(const Joint& j) {
   if (j.kind == JointKind::kPrismatic) return j.link.mass_kg;
   const double arm2 = j.link.com_m[0] * j.link.com_m[0] + j.link.com_m[1] * j.link.com_m[1];

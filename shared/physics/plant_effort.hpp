@@ -14,6 +14,13 @@ namespace ravencal::physics {
 std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
+/// Efforts of the joints ([joints][samples], N m or N; empty where unknown) as the motors feel them,
+/// at the plant's nominal reductions. By virtual work: a joint that others' motors move loads those,
+/// and a joint that moves further than its motor says asks more of it (effects gain_error and
+/// coupling).
+std::vector<Eigen::VectorXd> motor_efforts(const Plant& plant,
+                                           const std::vector<Eigen::VectorXd>& joint_efforts);
+
 /// The link's inertia about its joint (kg m^2 or kg): its own moment and its mass about the axis z;
 /// other links are left to the drive's tolerance.
 double link_inertia(const Joint& joint);

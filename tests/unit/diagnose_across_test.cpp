@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the joints of one arm say about each other, and its drives about their constants.
+// What the channels of one joint say about each other, and its drive about its constant.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,75 +13,6 @@
 namespace {
 
 using namespace ravencal::diagnose;
-
-NamedEffect payload_of(const std::string& joint, double mass_kg, double half_width_kg,
-                       double left) {
-  NamedEffect e;
-  e.id = "payload";
-  e.joint = joint;
-  e.stage = "drive";
-  e.parameters = {{"mass", mass_kg, "kg", {mass_kg - half_width_kg, mass_kg + half_width_kg}}};
-  e.held_out_before = 1.0;
-  e.held_out_after = left;
-  return e;
-}
-
-TEST(AcrossJoints, OneMassIsOnePayload) {
-  Report report;
-  report.effects = {payload_of("shoulder", 0.60, 0.30, 0.6), payload_of("elbow", 0.66, 0.20, 0.3),
-                    payload_of("insertion", 0.70, 0.30, 0.7)};
-  std::vector<std::string> notes;
-  merge_payloads(report, notes);
-  ASSERT_EQ(report.effects.size(), 1U);
-  const NamedEffect& kept = report.effects.front();
-  EXPECT_EQ(kept.joint, "elbow");
-  // Weights 1/9, 1/4 and 1/9 of hundredths: 0.6553 kg, known to 0.1455 kg.
-  EXPECT_NEAR(kept.parameters.front().value, 0.6553, 1e-3);
-  EXPECT_NEAR(kept.parameters.front().ci95.second - kept.parameters.front().value, 0.1455, 1e-3);
-  ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes.front().find("shoulder and insertion"), std::string::npos) << notes.front();
-}
-
-TEST(AcrossJoints, MassesThatDisagreeStayApart) {
-  Report report;
-  report.effects = {payload_of("shoulder", 0.20, 0.05, 0.6), payload_of("elbow", 0.66, 0.10, 0.3)};
-  std::vector<std::string> notes;
-  merge_payloads(report, notes);
-  EXPECT_EQ(report.effects.size(), 2U);
-  EXPECT_TRUE(notes.empty());
-}
-
-/// A drive on which a kilogram at the tool weighs 8 N whatever its posture, and the difference
-/// between the directions that its constant was named for.
-void expect_constant(double difference_n, std::size_t names) {
-  SeriesSet set;
-  set.series.resize(1);
-  Series& drive = set.series.front();
-  drive.joint = "insertion";
-  drive.stage = Stage::kDrive;
-  drive.y = Eigen::VectorXd::Zero(10);
-  drive.held_out.assign(10, 0);
-  drive.valid.assign(10, 1);
-  drive.payload_per_kg = Eigen::VectorXd::Constant(10, 8.0);
-  NamedEffect uneven;
-  uneven.id = "asymmetric_friction";
-  uneven.joint = "insertion";
-  uneven.stage = "drive";
-  uneven.parameters = {
-      {"level_difference", difference_n, "N", {difference_n - 0.5, difference_n + 0.5}}};
-  Report report;
-  report.effects = {payload_of("shoulder", 0.7, 0.1, 0.3), uneven};
-  std::vector<std::string> notes;
-  merge_hung_constants(set, report, notes);
-  EXPECT_EQ(report.effects.size(), names) << difference_n;
-  EXPECT_EQ(notes.size(), 2U - names);
-}
-
-TEST(AcrossJoints, APayloadIsAConstantEffortWherePostureDoesNotChangeIt) {
-  expect_constant(2.0 * 8.0 * 0.7, 1);
-  expect_constant(-2.0 * 8.0 * 0.7, 2);
-  expect_constant(2.0 * 8.0 * 0.3, 2);
-}
 
 /// Friction behind the cable that the drive doubled, in a plant whose cable would show it in a
 /// position with that floor.

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose_arm.hpp"
@@ -78,6 +80,36 @@ TEST(DiagnoseArm, StaysSilentWhereNothingIsLeftOut) {
     EXPECT_EQ(report.verdict.kind, "nothing_left_out")
         << "seed " << seed << ": " << names_in(report);
   }
+}
+
+/// What free run refits is a scale of the plant's weight, not of what screening made of it.
+TEST(DiagnoseArm, WritesTheWeightThatItFoundIntoThePlant) {
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "one_joint.toml";
+  std::ofstream(path) << generator::arm_plant();
+  const auto plant = physics::load_plant(path);
+  ASSERT_TRUE(plant.ok());
+  const ArmTruth truth{.weight_n_m = 1.3 * 2.06};
+  const auto found = diagnose::diagnose(
+      {generator::record_arm(truth, {.seed = 11, .deviation = 0.0})}, {}, plant.value(), {});
+  ASSERT_TRUE(found.ok());
+  const diagnose::Report& report = found.value();
+  ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
+  const diagnose::NamedEffect& weight = report.effects.front();
+  ASSERT_EQ(weight.id, "gravity") << names_in(report);
+  EXPECT_TRUE(weight.out_of_tolerance);
+  EXPECT_TRUE(says(weight, "payload"));
+  EXPECT_NEAR(weight.parameters.front().value, 1.3, 0.07);
+  const auto text = diagnose::improved_plant(plant.value(), report);
+  ASSERT_TRUE(text.ok());
+  EXPECT_NEAR(physics::parse_plant(*text, "improved").value().joints[0].link.mass_kg, 0.78, 0.05);
+}
+
+/// Beyond what anyone is wrong about a link's weight, a weight at the tool is likelier.
+TEST(DiagnoseArm, TakesALoadOfTheLinksOwnSizeForAPayload) {
+  const diagnose::Report report = run({.payload_kg = 0.6}, {.seed = 11});
+  ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
+  EXPECT_EQ(report.effects.front().id, "payload") << names_in(report);
+  EXPECT_TRUE(says(report.effects.front(), "gravity"));
 }
 
 TEST(DiagnoseArm, SaysUnknownOfABumpThatNoEffectMakes) {

@@ -137,6 +137,34 @@ TEST_P(TwinAsItsPlant, HasNothingLeftOut) {
   EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
 }
 
+/// The loaded runs of the paper: what single drives take for uneven friction or heavier links.
+TEST(TwinUnderLoad, CarriesOneWeightThatAllItsJointsFeel) {
+  auto plant = physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");
+  ASSERT_TRUE(plant.ok());
+  trajectory::RandomOptions motion;
+  motion.duration_s = 120.0;
+  const auto path = trajectory::make_random(motion);
+  ASSERT_TRUE(path.ok());
+  physics::Plant loaded = *plant;
+  loaded.payload.mass_kg += 0.5;
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report =
+      diagnose::diagnose({simulated_as("loaded", loaded, *path, {})}, {}, *plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_EQ(report->effects.size(), 1U) << report->verdict.text;
+  const diagnose::NamedEffect& payload = report->effects.front();
+  EXPECT_EQ(payload.id, "payload") << report->verdict.text;
+  ASSERT_EQ(payload.parameters.front().name, "mass");
+  EXPECT_NEAR(payload.parameters.front().value, 0.5, 0.06);
+  EXPECT_LT(payload.held_out_after, 0.5 * payload.held_out_before);
+  const auto text = diagnose::improved_plant(*plant, *report);
+  ASSERT_TRUE(text.ok()) << text.error().message;
+  const auto improved = physics::parse_plant(*text, "improved");
+  ASSERT_TRUE(improved.ok()) << improved.error().message;
+  EXPECT_NEAR(improved->payload.mass_kg, 0.5, 0.06);
+}
+
 INSTANTIATE_TEST_SUITE_P(Sessions, TwinAsItsPlant, ::testing::Values(1, 3, 5));
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/across_channels.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,37 +34,6 @@ bool says_otherwise(const Report& report, const physics::Joint& joint, double ch
     return (loop && e.stage == "transmission") ||
            (e.id == "coulomb_friction" && e.stage == "drive");
   });
-}
-
-bool overlap(const Interval& a, const Interval& b) {
-  return a.first <= b.second && b.first <= a.second;
-}
-
-bool is_payload(const NamedEffect& e) { return e.id == "payload" && !e.parameters.empty(); }
-
-/// Constant effort of that joint's drive per kilogram of payload; 0 if it is not known.
-double constant_per_kg(const SeriesSet& set, const std::string& joint) {
-  for (const Series& s : set.series) {
-    if (s.joint == joint && s.stage == Stage::kDrive && s.payload_per_kg.size() > 0)
-      return s.training_mean(s.payload_per_kg);
-  }
-  return 0.0;
-}
-
-/// Weighted by what each interval knows.
-NamedParameter weighed_together(const std::vector<const NamedParameter*>& masses) {
-  NamedParameter mean = *masses.front();
-  double weights = 0.0, sum = 0.0;
-  for (const NamedParameter* mass : masses) {
-    const double half_width = 0.5 * (mass->ci95.second - mass->ci95.first);
-    if (half_width <= 0.0) return *mass;
-    weights += 1.0 / (half_width * half_width);
-    sum += mass->value / (half_width * half_width);
-  }
-  mean.value = sum / weights;
-  const double half_width = 1.0 / std::sqrt(weights);
-  mean.ci95 = {mean.value - half_width, mean.value + half_width};
-  return mean;
 }
 
 }  // namespace
@@ -134,57 +100,6 @@ void move_friction_to_motor(const physics::Plant& plant, Report& report) {
                      level.unit,
                      {own + more - std::hypot(level.value - level.ci95.first, unseen),
                       own + more + std::hypot(level.ci95.second - level.value, unseen)}}};
-  }
-}
-
-void merge_payloads(Report& report, std::vector<std::string>& notes) {
-  const auto strongest = std::max_element(report.effects.begin(), report.effects.end(),
-                                          [](const NamedEffect& a, const NamedEffect& b) {
-                                            return std::pair(is_payload(a), held_out_share(a)) <
-                                                   std::pair(is_payload(b), held_out_share(b));
-                                          });
-  if (strongest == report.effects.end() || !is_payload(*strongest)) return;
-  const NamedEffect kept = *strongest;
-  const auto same = [&](const NamedEffect& e) {
-    return is_payload(e) && overlap(e.parameters.front().ci95, kept.parameters.front().ci95);
-  };
-  std::vector<const NamedParameter*> masses;
-  std::vector<std::string> joints;
-  for (const NamedEffect& e : report.effects) {
-    if (!same(e)) continue;
-    masses.push_back(&e.parameters.front());
-    if (e.joint != kept.joint) joints.push_back(e.joint);
-  }
-  if (masses.size() < 2) return;
-  strongest->parameters.front() = weighed_together(masses);
-  std::erase_if(report.effects, [&](const NamedEffect& e) {
-    return same(e) && (e.joint != kept.joint || e.stage != kept.stage);
-  });
-  notes.push_back(fmt::format("the payload of joint {} is weighed by {} as well", kept.joint,
-                              fmt::join(joints, " and ")));
-}
-
-bool is_dry_asymmetry(const NamedEffect& effect) {
-  return effect.id == "asymmetric_friction" && !effect.parameters.empty() &&
-         effect.parameters.front().name == "level_difference";
-}
-
-void merge_hung_constants(const SeriesSet& set, Report& report, std::vector<std::string>& notes) {
-  for (const NamedEffect& payload : std::vector<NamedEffect>(report.effects)) {
-    if (!is_payload(payload)) continue;
-    const Interval& mass_kg = payload.parameters.front().ci95;
-    if (mass_kg.first <= 0.0 && mass_kg.second >= 0.0) continue;
-    std::erase_if(report.effects, [&](const NamedEffect& e) {
-      if (!is_dry_asymmetry(e) || e.joint == payload.joint) return false;
-      const double per_kg = constant_per_kg(set, e.joint);
-      const Interval hung = std::minmax(per_kg * mass_kg.first, per_kg * mass_kg.second);
-      // The constant is half of the difference between the directions.
-      const Interval& difference = e.parameters.front().ci95;
-      if (!overlap(hung, {0.5 * difference.first, 0.5 * difference.second})) return false;
-      notes.push_back(fmt::format("the payload of joint {} explains the constant effort of {} too",
-                                  payload.joint, e.joint));
-      return true;
-    });
   }
 }
 

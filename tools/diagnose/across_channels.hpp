@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the channels of one joint, and the joints of one arm, say about each other.
+// What the channels of one joint say about each other.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "diagnose/channel.hpp"
@@ -23,17 +22,5 @@ void merge_joint_friction(const physics::Plant& plant, Report& report);
 /// And where the loop is as the plant has it, though the cable would show what the drive asks for,
 /// the friction is on the motor's side of the cable.
 void move_friction_to_motor(const physics::Plant& plant, Report& report);
-
-/// One payload hangs at the tool and loads every joint before it. Joints that ask for the same mass
-/// speak of one effect: it stays where it explains most, with the mass that all of them weigh.
-void merge_payloads(Report& report, std::vector<std::string>& notes);
-
-/// Friction that differs between the directions whatever the speed: a constant of the drive.
-bool is_dry_asymmetry(const NamedEffect& effect);
-
-/// A payload weighs on joints too whose motion does not change its effort: a constant there. Where
-/// the mass that another joint weighs explains it, friction that differs between the directions is
-/// no second cause.
-void merge_hung_constants(const SeriesSet& set, Report& report, std::vector<std::string>& notes);
 
 }  // namespace ravencal::diagnose

@@ -200,6 +200,12 @@ void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options,
 void predict(ChannelFit& fit) {
   const Series& series = *fit.model.series;
   VectorXd prediction = fit.nominal.prediction;
+  VectorXd before = fit.model.target;
+  if (series.payload_effort.size() > 0) {
+    const VectorXd seen = series.as_seen(series.payload_effort);
+    prediction += seen;
+    before += fit.model.blocks.gather(seen);
+  }
   prediction.array() += fit.coefficients[0];
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
     prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
@@ -221,8 +227,8 @@ void predict(ChannelFit& fit) {
       held_out_residual(fit.model.blocks, moments_of(fit.model.blocks, columns, fit.model.target),
                         fit.model.column_precision(columns.cols()), columns, fit.model.target);
   fit.base_residual = held_out_residual(
-      fit.model.blocks, moments_of(fit.model.blocks, fit.model.base, fit.model.target),
-      fit.model.precision, fit.model.base, fit.model.target);
+      fit.model.blocks, moments_of(fit.model.blocks, fit.model.base, before),
+      fit.model.precision, fit.model.base, before);
 }
 
 /// Effort that depends on posture, where the plant has no links to carry it.
@@ -239,13 +245,14 @@ VectorXd posture_effort(const ChannelFit& fit) {
   return found;
 }
 
-/// Effort of a weight at the tool that the fit found; empty if none.
+/// Effort of a weight at the tool that the fit or the whole arm found; empty if none.
 VectorXd hung_load(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
+  if (s.payload_effort.size() > 0) return s.payload_effort;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     if (s.stage == Stage::kDrive &&
         fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
-      return coefficients_of(fit, i)[0] * s.payload_per_kg;
+      return coefficients_of(fit, i)[0] * payload()->columns(s, {}).col(0);
   }
   return {};
 }
@@ -283,6 +290,8 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
 void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   findings.offset = fit.coefficients[0];
   findings.posture = posture_effort(fit);
+  if (const VectorXd hung = hung_load(fit); hung.size() > 0)
+    findings.posture = findings.posture.size() > 0 ? VectorXd(findings.posture + hung) : hung;
   if (options.details) name_refitted(fit, findings);
   add_held_out(fit, findings);
   if (options.details) add_plot(fit, findings);
@@ -330,7 +339,7 @@ ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
   // What hangs on the arm rubs as well, so that the two are found in turns. One object for all
   // turns: its forms refer to it.
   ChannelFit fit;
-  VectorXd further_load;
+  VectorXd further_load = series.payload_effort;
   for (int turn = 0; turn < kTurns; ++turn) {
     std::vector<std::string> notes;
     fit_once(series, plant, options, further_load, fit, notes);

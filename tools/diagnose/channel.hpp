@@ -48,8 +48,7 @@ struct ChannelFindings {
   Eigen::VectorXd
       found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
   std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
-  Eigen::VectorXd
-      posture;  ///< drive stage: effort found without a place in the plant; may be empty
+  Eigen::VectorXd posture;  ///< drive stage: effort found that no link carries; may be empty
   double constant_load = 0.0;         ///< constant beside what is named
   double offset = 0.0;                ///< the same, beside what is kept as well
   std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance

@@ -14,20 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The model with its constant out of reach.
-ChannelModel without_constant(const ChannelModel& model) {
-  ChannelModel out = model;
-  out.free_base.col(0).setZero();
-  out.precision[0] = 1.0;
-  out.hold_nominal();
-  return out;
-}
-
-/// Score of the model as `contenders` reckons it, its chosen effects' own cost aside.
-double score_of(const ChannelModel& model) {
-  return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
-}
-
 double score_with_constant(const ChannelModel& model) { return score_of(model) + effect_cost(1); }
 
 /// Effects that explain with their own mean what the constant explains.

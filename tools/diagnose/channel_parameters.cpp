@@ -188,7 +188,7 @@ void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
       count += 1.0;
     }
   } else {
-    before = fit.model.target.squaredNorm();
+    before = fit.model.blocks.gather(series.y - fit.nominal.prediction).squaredNorm();
     after = fit.held_out_residual.squaredNorm();
     signal = fit.model.blocks.gather(series.y).squaredNorm();
     count = static_cast<double>(fit.model.target.size());

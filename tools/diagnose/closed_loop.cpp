@@ -83,7 +83,7 @@ std::vector<double> closed_loop_errors(const FreeRun& run, const Series& command
       double effort = law.position * (desired - state.position) - law.rate * state.velocity +
                       law.desired_rate * desired_rate;
       if (law.limit > 0.0) effort = std::clamp(effort, -law.limit, law.limit);
-      physics::step_drive(numbers, effort, run.load(state.position, i), dt_s / steps, state);
+      physics::step_drive(numbers, effort, run.load(numbers, state.position, i), dt_s / steps, state);
     }
     errors.push_back(state.position - s.motion.q[i + 1]);
   }

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "diagnose/across_channels.hpp"
+#include "diagnose/arm_payload.hpp"
 #include "diagnose/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/free_run_judge.hpp"
@@ -57,6 +58,7 @@ PlaceboParts placebo_parts(const Series& series, const physics::Plant& plant,
   ChannelFit fit = fit_channel(series, plant, options, unused);
   PlaceboParts parts{fit.nominal.prediction, std::move(fit.held_out_residual),
                      std::move(fit.model.blocks)};
+  if (series.payload_effort.size() > 0) parts.prediction += series.as_seen(series.payload_effort);
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
     parts.prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
   }
@@ -206,12 +208,17 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
       if (stop || !wanted(set.series[i])) return;
       findings[i] = analyse(set.series[i], plant, channel_options);
-      const auto share = static_cast<double>(++done) / static_cast<double>(set.series.size());
+      const auto share = std::min(1.0, static_cast<double>(++done) / static_cast<double>(set.series.size()));
       const std::lock_guard<std::mutex> lock(look_mutex);
       if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
     });
   };
   analyse_those([](const Series& series) { return series.stage != Stage::kTransmission; });
+  const std::optional<NamedEffect> payload = payload_of_arm(set, plant, channel_options, findings);
+  if (payload) {
+    hang(*payload, set);
+    analyse_those([](const Series& series) { return series.stage == Stage::kDrive; });
+  }
   load_transmissions(set, findings);
   analyse_those([](const Series& series) { return series.stage == Stage::kTransmission; });
   if (stop)
@@ -221,6 +228,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   if (options.simulated.empty()) keep_what_runs(set, plant, options, findings);
   Report report;
   std::vector<std::string> notes;
+  if (payload) report.effects.push_back(*payload);
   for (ChannelFindings& f : findings) {
     append(report.mismatch, f.mismatch);
     append(report.effects, f.effects);
@@ -235,8 +243,6 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   }
   merge_joint_friction(plant, report);
   move_friction_to_motor(plant, report);
-  merge_payloads(report, notes);
-  merge_hung_constants(set, report, notes);
   // Another simulator's drive cannot be run here.
   if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);

@@ -59,6 +59,9 @@ class EffectForm {
   [[nodiscard]] virtual std::vector<std::string> twins(const Series&) const { return {}; }
   /// Index of the nominal term that the form sets free beyond its tolerance; none for physics.
   [[nodiscard]] virtual std::optional<std::size_t> nominal_term() const { return std::nullopt; }
+  /// True for what the set-up brings from one recording to the next, which is as ordinary as a wrong
+  /// number of the plant.
+  [[nodiscard]] virtual bool of_the_session() const { return false; }
   /// True if columns() are already as the residual shows them.
   [[nodiscard]] virtual bool as_seen_already() const { return false; }
   /// True if the shape is the effect's size in a replay that knows its physics: at the right shape

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/free_run.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
 #include "physics/plant_effort.hpp"
@@ -11,6 +11,7 @@
 namespace ravencal::diagnose {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 std::vector<FreeRunWindow> free_run_windows(const Series& s, FreeRunRows rows, double length_s) {
@@ -34,7 +35,8 @@ std::vector<FreeRunWindow> free_run_windows(const Series& s, FreeRunRows rows, d
   return windows;
 }
 
-FreeRun::FreeRun(const Series& drive, const physics::Plant& plant) : series_(&drive) {
+FreeRun::FreeRun(const Series& drive, const physics::Plant& plant, const VectorXd& found_load)
+    : series_(&drive) {
   const auto index = plant.joint_index(drive.joint);
   possible_ = index.has_value() && drive.recorded.size() > 0;
   if (!possible_) return;
@@ -43,17 +45,18 @@ FreeRun::FreeRun(const Series& drive, const physics::Plant& plant) : series_(&dr
   side_ = direction(drive);
   beyond_ = drive.others_friction.size() > 0 ? drive.others_friction
                                              : VectorXd(VectorXd::Zero(drive.rows()));
+  if (found_load.size() > 0) beyond_ += found_load;
   if (drive.wound.size() > 0)
     beyond_ += joint.parameter("joint_friction", "level") *
                (direction_memory(drive.wound, drive.rest_width(), drive.fresh) - side_);
   pendulum_ = plant.joints.size() == 1 && joint.kind == physics::JointKind::kRevolute &&
               drive.weight.size() > 0;
   if (pendulum_) {
-    VectorXd at(2);
-    at << 0.5 * std::numbers::pi, 0.0;
-    const VectorXd effort = holding_efforts(plant, {at}).front();
-    sine_ = effort[0];
-    cosine_ = effort[1];
+    MatrixXd turned(drive.rows(), 2);
+    turned << drive.motion.q.array().sin(), drive.motion.q.array().cos();
+    const Eigen::Vector2d fitted = turned.colPivHouseholderQr().solve(drive.weight);
+    sine_ = fitted[0];
+    cosine_ = fitted[1];
   }
 }
 

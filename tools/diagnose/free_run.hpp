@@ -36,8 +36,9 @@ std::vector<FreeRunWindow> free_run_windows(const Series& series, FreeRunRows ro
 /// What one joint's drive needs besides its numbers: signals and the shape of its load.
 class FreeRun {
  public:
-  /// `drive` must outlive the object.
-  FreeRun(const Series& drive, const physics::Plant& plant);
+  /// `drive` must outlive the object. `found_load`: effort that posture takes beyond the plant's
+  /// weight, a row each; empty if none.
+  FreeRun(const Series& drive, const physics::Plant& plant, const Eigen::VectorXd& found_load = {});
 
   /// False if the plant lacks the joint or the recording its effort.
   [[nodiscard]] bool possible() const { return possible_; }
@@ -50,9 +51,10 @@ class FreeRun {
   template <typename T, typename Visit>
   void run(const physics::DriveNumbers<T>& n, const FreeRunWindow& w, Visit&& visit) const;
 
-  /// Effort that holds the link at `position`, per unit of weight scale.
+  /// Effort that holds the link at `position`.
   template <typename T>
-  [[nodiscard]] T load(const T& position, Eigen::Index row) const;
+  [[nodiscard]] T load(const physics::DriveNumbers<T>& n, const T& position,
+                       Eigen::Index row) const;
 
   [[nodiscard]] double limit() const { return limit_; }
   [[nodiscard]] double side(Eigen::Index row) const { return side_[row]; }
@@ -62,12 +64,12 @@ class FreeRun {
   const Series* series_;
   bool possible_ = false;
   bool pendulum_ = false;  ///< weight follows the position; otherwise it is a signal
-  double sine_ = 0.0;      ///< of the pendulum's holding effort
+  double sine_ = 0.0;      ///< of the pendulum's holding effort at the nominal weight
   double cosine_ = 0.0;
   double limit_ = 0.0;    ///< of the effort; 0: none
   Eigen::VectorXd side_;  ///< direction of motion, held at rest
-  /// Effort of friction behind cables that does not turn with this motor: other joints', and its
-  /// own while others move the joint against it.
+  /// Found load, and effort of friction behind cables that does not turn with this motor: other
+  /// joints', and its own while others move the joint against it.
   Eigen::VectorXd beyond_;
 };
 
@@ -82,11 +84,12 @@ double rms_of(const std::vector<std::vector<double>>& errors);
 // ------------------------------------------------------------------------------------------------
 
 template <typename T>
-T FreeRun::load(const T& position, Eigen::Index row) const {
+T FreeRun::load(const physics::DriveNumbers<T>& n, const T& position, Eigen::Index row) const {
   using std::cos;
   using std::sin;
-  if (pendulum_) return sine_ * sin(position) + cosine_ * cos(position);
-  return T((series_->weight.size() > 0 ? series_->weight[row] : 0.0) + beyond_[row]);
+  if (pendulum_)
+    return n.weight_scale * (sine_ * sin(position) + cosine_ * cos(position)) + beyond_[row];
+  return n.weight_scale * (series_->weight.size() > 0 ? series_->weight[row] : 0.0) + beyond_[row];
 }
 
 template <typename T, typename Visit>
@@ -101,7 +104,7 @@ void FreeRun::run(const physics::DriveNumbers<T>& n, const FreeRunWindow& w, Vis
       const double share = (k + 0.5) / steps;
       double effort = (1.0 - share) * s.recorded[i] + share * s.recorded[i + 1];
       if (limit_ > 0.0) effort = std::clamp(effort, -limit_, limit_);
-      physics::step_drive(n, T(effort), load(state.position, i), h, state);
+      physics::step_drive(n, T(effort), load(n, state.position, i), h, state);
     }
     visit(i + 1, state.position);
   }

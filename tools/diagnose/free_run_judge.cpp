@@ -189,14 +189,12 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
   const physics::Joint& joint = improved.joints[*index];
   const FreeRunRows rows = recorded.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
   const FreeRun before(recorded, plant);
-  // The improved drive sees the effort without what posture takes of it.
   Series relieved = recorded;
   const bool uneven = std::any_of(
       report.effects.begin(), report.effects.end(),
       [&](const NamedEffect& e) { return e.joint == recorded.joint && is_dry_asymmetry(e); });
   relieved.free_offset = uneven ? 0.0 : findings[drive].offset;
-  if (findings[drive].posture.size() > 0) relieved.recorded -= findings[drive].posture;
-  const FreeRun after(relieved, improved);
+  const FreeRun after(relieved, improved, findings[drive].posture);
 
   const std::vector<NamedEffect> found = found_in(report, recorded.joint);
   const std::vector<std::string> named = found_keys(found);

@@ -88,10 +88,6 @@ bool predicts_better(const ChannelModel& with, const ChannelModel& without) {
          gains(by_rank(position_of(with, form))) >= kLeastGainBeyond_z;
 }
 
-double score_of(const ChannelModel& model) {
-  return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
-}
-
 /// A number of the plant is a verdict of its own, time alone says nothing of another recording, and
 /// what hangs on the arm concerns all joints.
 bool may_be_kept(const EffectForm& form) {

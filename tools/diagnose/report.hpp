@@ -56,6 +56,12 @@ inline double held_out_share(const NamedEffect& effect) {
   return before > 0.0 ? 1.0 - std::pow(effect.held_out_after / before, 2) : 0.0;
 }
 
+/// Friction that differs between the directions whatever the speed: a constant of the drive.
+inline bool is_dry_asymmetry(const NamedEffect& e) {
+  return e.id == "asymmetric_friction" && !e.parameters.empty() &&
+         e.parameters.front().name == "level_difference";
+}
+
 struct HeldOut {
   std::string joint, metric, unit;
   double before = 0.0, after = 0.0, floor = 0.0;

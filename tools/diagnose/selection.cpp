@@ -104,21 +104,22 @@ double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
 }
 
-/// The likeliest admissible candidate; but a number of the plant that is off, unless missing
-/// physics is clearly likelier: plants hold wrong numbers more often than they lack a mechanism.
+/// The likeliest admissible candidate; but a number of the plant that is off, or what a session
+/// brings, unless missing physics is clearly likelier: plants hold wrong numbers more often than
+/// they lack a mechanism.
 std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
                               const Gates& gates) {
   std::optional<Contender> best;
-  std::optional<Contender> number;
+  std::optional<Contender> ordinary;
   const auto keep_likelier = [](std::optional<Contender>& kept, const Contender& other) {
     if (!kept || other.score < kept->score) kept = other;
   };
   for (const Contender& contender : contenders(model, result, gates)) {
     keep_likelier(best, contender);
     const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
-    if (form.nominal_term()) keep_likelier(number, contender);
+    if (form.nominal_term() || form.of_the_session()) keep_likelier(ordinary, contender);
   }
-  if (number && number->score < best->score + kClearScore) return number;
+  if (ordinary && ordinary->score < best->score + kClearScore) return ordinary;
   return best;
 }
 
@@ -278,6 +279,8 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   // A first cut into forty; the next know how long the noise remembers.
   model.blocks = make_blocks(series, static_cast<double>(series.rows()) / 200.0);
   model.target = model.blocks.gather(series.y - nominal.prediction);
+  if (series.payload_effort.size() > 0)
+    model.target -= model.blocks.gather(series.as_seen(series.payload_effort));
   const auto terms = static_cast<Index>(nominal.terms.size());
   MatrixXd base(series.rows(), terms + 1);
   base.col(0).setOnes();

@@ -163,6 +163,12 @@ Eigen::Index freedom_of(const ChannelModel& model, const Chosen& chosen);
 double number_cost(double change, double tolerance);
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 
+/// The model with its constant out of reach.
+ChannelModel without_constant(const ChannelModel& model);
+
+/// Score of the model as `contenders` reckons it, its chosen effects' own cost aside.
+double score_of(const ChannelModel& model);
+
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 

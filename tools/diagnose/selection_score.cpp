@@ -59,6 +59,18 @@ double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
   return cost;
 }
 
+ChannelModel without_constant(const ChannelModel& model) {
+  ChannelModel out = model;
+  out.free_base.col(0).setZero();
+  out.precision[0] = 1.0;
+  out.hold_nominal();
+  return out;
+}
+
+double score_of(const ChannelModel& model) {
+  return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
+}
+
 bool tied(const VectorXd& a, const VectorXd& b) {
   const VectorXd difference = a - b;
   const auto count = static_cast<double>(difference.size());

@@ -93,6 +93,8 @@ struct Series {
   /// none.
   Eigen::VectorXd wound, others_friction;
   Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
+  /// Drive stage: effort of a payload that the joints weighed together; empty if none.
+  Eigen::VectorXd payload_effort;
   Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
   Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
   CableNumbers cable;              ///< the plant's

@@ -7,6 +7,7 @@
 
 #include "diagnose/operators.hpp"
 #include "diagnose/series.hpp"
+#include "diagnose/posture.hpp"
 #include "diagnose/series_table.hpp"
 #include "physics/plant_effort.hpp"
 
@@ -36,8 +37,12 @@ class Builder {
 
   SeriesSet build() {
     SeriesSet set;
-    std::vector<VectorXd> posture;
-    for (const Positions& p : positions_) posture.push_back(homed_position(p));
+    std::vector<VectorXd> believed, truth;
+    for (const Positions& p : positions_) {
+      believed.push_back(best_position(p));
+      truth.push_back(p.estimate.size() > 0 ? p.truth : VectorXd());
+    }
+    const std::vector<VectorXd> posture = posture_of(believed, truth, table_.recording());
     weights_ = holding_efforts(plant_, posture);
     physics::Plant loaded = plant_;
     loaded.payload.mass_kg += 1.0;
@@ -48,13 +53,13 @@ class Builder {
       else
         payloads_[j] -= weights_[j];
     }
-    drive_weights_ = through_coupling(weights_);
-    drive_payloads_ = through_coupling(payloads_);
+    drive_weights_ = physics::motor_efforts(plant_, weights_);
+    drive_payloads_ = physics::motor_efforts(plant_, payloads_);
     for (std::size_t j = 0; j < positions_.size(); ++j)
       frictions_.push_back(cable_friction(table_.t_s(),
                                           Table::bridged(best_position(positions_[j])),
                                           table_.fresh(), cable_numbers(plant_.joints[j])));
-    drive_frictions_ = through_coupling(frictions_);
+    drive_frictions_ = physics::motor_efforts(plant_, frictions_);
     stretches_.resize(positions_.size());
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
     return set;
@@ -101,24 +106,6 @@ class Builder {
   static const VectorXd& best_position(const Positions& p) {
     if (p.estimate.size() > 0) return p.estimate;
     return p.truth.size() > 0 ? p.truth : p.desired;
-  }
-
-  /// Where the joint is as far as its weight is concerned: degrees of homing offset, which the
-  /// encoder sees, turn the arm against gravity. The rest of the encoder's signal stays out, so
-  /// that its noise is in no prediction.
-  [[nodiscard]] VectorXd homed_position(const Positions& p) const {
-    VectorXd position = best_position(p);
-    if (p.truth.size() == 0 || p.estimate.size() == 0) return position;
-    VectorXd varying = p.truth - p.estimate;
-    const VectorXd whole = varying;
-    centre(varying);
-    const VectorXd offset = whole - varying;
-    double last = 0.0;
-    for (Index i = 0; i < position.size(); ++i) {
-      if (std::isfinite(offset[i])) last = offset[i];
-      position[i] += last;
-    }
-    return position;
   }
 
   void add_joint(std::size_t j, SeriesSet& set) {
@@ -201,7 +188,7 @@ class Builder {
   }
 
   /// Cables over other joints' pulleys move this joint while its motor stands: friction behind the
-  /// cable follows the joint, and other joints' loads their motors (see through_coupling).
+  /// cable follows the joint, and other joints' loads their motors (see motor_efforts).
   void wind(std::size_t j, Series& series) const {
     const Positions& p = positions_[j];
     const auto& row = plant_.coupling[j];
@@ -221,19 +208,6 @@ class Builder {
     gains.rate = joint.controller->kd_n_m_s_per_rad * joint.reduction * to_joint;
     if (counts > 0.0) gains.limit = joint.controller->dac_limit_counts / counts * to_joint;
     return gains;
-  }
-
-  /// Efforts of the joints as the motors feel them: a joint that others' motors move loads those
-  /// (transpose of joint = motor + coupling * joint, by virtual work).
-  [[nodiscard]] std::vector<VectorXd> through_coupling(const std::vector<VectorXd>& efforts) const {
-    std::vector<VectorXd> out = efforts;
-    for (std::size_t j = out.size(); j-- > 0;) {
-      for (std::size_t k = j + 1; k < out.size(); ++k) {
-        const double factor = plant_.coupling[k][j];
-        if (factor != 0.0 && out[k].size() > 0 && out[j].size() > 0) out[j] += factor * out[k];
-      }
-    }
-    return out;
   }
 
   /// Where a status channel says that the drive was off, efforts are not what the drive did.

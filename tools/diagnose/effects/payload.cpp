@@ -12,10 +12,18 @@ class Payload final : public EffectForm {
  public:
   Payload() : EffectForm("payload") {}
   std::string untestable(const Series& s) const override {
+    if (s.payload_effort.size() > 0) return "the joints of the arm have weighed it together";
     if (s.payload_per_kg.size() == 0) return "the plant does not say where a payload would hang";
     return range_of(s, s.payload_per_kg) > 0.0 ? "" : "a payload's effort would not change";
   }
-  Eigen::MatrixXd columns(const Series& s, const Shape&) const override { return s.payload_per_kg; }
+  /// Friction behind the cable that grows with its load comes with the weight.
+  Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
+    if (s.cable.friction_load_share <= 0.0 || s.weight.size() == 0) return s.payload_per_kg;
+    constexpr double kTrial_kg = 0.5;
+    const Eigen::VectorXd loaded = s.weight + kTrial_kg * s.payload_per_kg;
+    return (cable_tension(s, loaded, s.cable) - cable_tension(s, s.weight, s.cable)) / kTrial_kg;
+  }
+  bool of_the_session() const override { return true; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
     return {{"mass", b[0], "kg"}};

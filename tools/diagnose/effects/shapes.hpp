@@ -116,9 +116,13 @@ inline Eigen::VectorXd cable_change(const Series& s, const CableNumbers& changed
 }
 
 /// What a change of the plant's cable does to the drive's effort.
-inline Eigen::VectorXd cable_tension(const Series& s, const CableNumbers& cable) {
+inline Eigen::VectorXd cable_tension(const Series& s, const Eigen::VectorXd& weight,
+                                     const CableNumbers& cable) {
   const Eigen::VectorXd& wound = s.wound.size() > 0 ? s.wound : s.motion.q;
-  return replay_cable({s.t_s, wound, s.weight, {}, s.fresh, s.rest_width()}, cable).tension;
+  return replay_cable({s.t_s, wound, weight, {}, s.fresh, s.rest_width()}, cable).tension;
+}
+inline Eigen::VectorXd cable_tension(const Series& s, const CableNumbers& cable) {
+  return cable_tension(s, s.weight, cable);
 }
 inline Eigen::VectorXd tension_change(const Series& s, const CableNumbers& changed) {
   return cable_tension(s, changed) - cable_tension(s, s.cable);
