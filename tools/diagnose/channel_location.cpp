@@ -235,7 +235,7 @@ void add_remainder(const ChannelFit& fit, const ChannelOptions& options,
   const double share_left = gain.sum() / fit.held_out_residual.squaredNorm();
   const bool predictable =
       gain.sum() > 0.0 && p <= options.gates.alpha && share_left >= 0.2 &&
-      size >= std::max(options.gates.size_per_floor * left, least_remainder(fit));
+      size >= std::max(options.gates.unnamed_per_floor * left, least_remainder(fit));
   if (!predictable && fit.unnamed) {
     Unexplained u = *fit.unnamed;
     u.share_of_excess = std::clamp(

@@ -158,7 +158,7 @@ void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
     else if (!repeats(options.gates, e.z, e.block_p))
       outcome = "gain not repeated in held-out blocks";
     else if (e.size < options.gates.size_per_floor * fit.model.floor)
-      outcome = "smaller than a third of the floor";
+      outcome = "smaller than half the floor";
     findings.candidates.push_back({findings.joint, std::string(stage_word(findings.stage)),
                                    form.key(), e.share, e.z, e.p_value, e.size, findings.unit,
                                    outcome});

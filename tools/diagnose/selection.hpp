@@ -31,7 +31,9 @@ struct Gates {
   double least_z = 2.5;         ///< held-out gain over its standard error, blocks as observations
   double block_p = 0.0124;      ///< or by sign flips: two-sided chance of a normal beyond least_z
   double least_share = 0.02;    ///< of the held-out squared error that is left
-  double size_per_floor = 0.4;  ///< of what no other part of the model can say
+  double size_per_floor = 0.5;  ///< of what no other part of the model can say
+  /// The same of what has no name: no physics speaks for it beforehand.
+  double unnamed_per_floor = 0.7;
 };
 
 /// The gain in held-out blocks is repeated and not made by a few of them.

@@ -61,7 +61,7 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
   const double weight =
       form.twins(s).empty() ? 0.0 : kWeightTolerance * per_effort * s.training_rms(s.weight);
   const bool large =
-      e.size >= std::max(gates.size_per_floor * left, std::hypot(least_size, weight));
+      e.size >= std::max(gates.unnamed_per_floor * left, std::hypot(least_size, weight));
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
   // a curve of a few knots that halves the error of blocks that it never saw is no chance.
   if (form.from() == "time") return e.share >= kLeastTimeShare && large;
@@ -159,7 +159,7 @@ void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
   const auto line = find_line(t_s, rest, motion, options.gates.alpha);
   if (!line || line->share < kLeastShare) return;
   const double left = line->rms * std::sqrt(std::max(0.0, 1.0 / line->share - 1.0));
-  if (line->rms < std::max(options.gates.size_per_floor * left, least_remainder(fit))) return;
+  if (line->rms < std::max(options.gates.unnamed_per_floor * left, least_remainder(fit))) return;
   findings.unexplained.push_back({findings.joint,
                                   std::string(stage_word(findings.stage)),
                                   line->share,
