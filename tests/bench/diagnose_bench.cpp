@@ -20,7 +20,7 @@
 #include <thread>
 #include <vector>
 
-#include "diagnose/channel.hpp"
+#include "diagnose/channel/channel.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 

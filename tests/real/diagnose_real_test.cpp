@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 
 namespace {

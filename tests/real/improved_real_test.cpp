@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 #include "simulation/follow.hpp"
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -35,10 +36,12 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"quadrature_reader", {"core", "record", "cli", "quadrature_reader"}},
     {"tools", {"core", "cli", "commands"}},
     {"tools/cli", {"core", "cli"}},
-    {"tools/commands",
-     {"core", "record", "model", "physics", "cli", "commands", "conversion", "diagnose", "exchange", "learn",
-      "report", "host", "methods", "monitor", "prove", "quadrature_reader", "robot", "signing", "simulation", "study",
-      "trajectory"}},
+    {"tools/commands", {"core",      "record",   "model",      "physics",
+                        "cli",       "commands", "conversion", "diagnose",
+                        "exchange",  "learn",    "report",     "host",
+                        "methods",   "monitor",  "prove",      "quadrature_reader",
+                        "robot",     "signing",  "simulation", "study",
+                        "trajectory"}},
     {"tools/conversion", {"core", "record", "model", "exchange", "learn", "conversion"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
     {"tools/exchange", {"core", "record", "exchange"}},
@@ -102,6 +105,28 @@ TEST(Architecture, IncludesPointOneWay) {
     }
   }
   EXPECT_EQ(seen.size(), kMayInclude.size()) << "a room of the table has no files";
+}
+
+/// The way of a recording through the diagnosis: each room sees itself and those before it.
+TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
+  const std::vector<std::string> rooms = {"findings",  "series",  "fit",      "effects",
+                                          "selection", "channel", "free_run", "report"};
+  const fs::path house = kRoot / "tools/diagnose";
+  const auto place = [&](const std::string& room) {
+    return std::find(rooms.begin(), rooms.end(), room) - rooms.begin();
+  };
+  static const std::regex include(R"re(^#include "diagnose/(?:([a-z_]+)/)?[a-z_]+\.hpp")re");
+  for (const fs::path& file : sources_below("tools/diagnose")) {
+    const std::string own =
+        file.parent_path() == house ? "" : file.parent_path().filename().string();
+    std::ifstream stream(file);
+    for (std::string line; std::getline(stream, line);) {
+      std::smatch match;
+      if (!std::regex_search(line, match, include)) continue;
+      EXPECT_LE(place(match[1]), place(own)) << file << ": " << line;
+    }
+    EXPECT_TRUE(own.empty() || place(own) < static_cast<std::ptrdiff_t>(rooms.size())) << file;
+  }
 }
 
 TEST(Architecture, NothingOutsideThePluginIncludesItsInside) {

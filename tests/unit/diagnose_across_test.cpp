@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "diagnose/across_channels.hpp"
+#include "diagnose/channel/across_channels.hpp"
 #include "diagnose/diagnose.hpp"
-#include "diagnose/free_run_judge.hpp"
+#include "diagnose/free_run/judge.hpp"
 #include "diagnose_arm.hpp"
 
 namespace {

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <random>
 
-#include "diagnose/block_fit.hpp"
+#include "diagnose/channel/slip.hpp"
 #include "diagnose/diagnose.hpp"
-#include "diagnose/slip.hpp"
+#include "diagnose/fit/block_fit.hpp"
 #include "diagnose_arm.hpp"
 
 namespace {

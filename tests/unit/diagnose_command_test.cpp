@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "diagnose/channel.hpp"
-#include "diagnose/series.hpp"
+#include "diagnose/channel/channel.hpp"
+#include "diagnose/series/series.hpp"
 #include "diagnose_two_joints.hpp"
 #include "record/recording.hpp"
 

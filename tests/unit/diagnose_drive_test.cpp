@@ -13,7 +13,7 @@
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
-#include "diagnose/spectral_line.hpp"
+#include "diagnose/fit/spectral_line.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <random>
 
-#include "diagnose/blocks.hpp"
-#include "diagnose/channel.hpp"
+#include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
-#include "diagnose/operators.hpp"
-#include "diagnose/sign_flip.hpp"
+#include "diagnose/fit/blocks.hpp"
+#include "diagnose/fit/sign_flip.hpp"
+#include "diagnose/series/operators.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {

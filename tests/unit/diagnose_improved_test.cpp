@@ -11,6 +11,7 @@
 #include <iterator>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 #include "trajectory/trajectory.hpp"

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 
 namespace ravencal::diagnose {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "diagnose/interval_scan.hpp"
-#include "diagnose/invariance.hpp"
+#include "diagnose/selection/interval_scan.hpp"
+#include "diagnose/selection/invariance.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -11,10 +11,11 @@
 #include <fstream>
 #include <random>
 
-#include "diagnose/combinations.hpp"
 #include "diagnose/diagnose.hpp"
-#include "diagnose/free_run_fit.hpp"
+#include "diagnose/findings/combinations.hpp"
+#include "diagnose/free_run/fit.hpp"
 #include "diagnose/physics_prediction.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/suggest.hpp"
+#include "diagnose/report/suggest.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

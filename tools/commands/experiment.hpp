@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "core/result.hpp"
-#include "diagnose/suggest.hpp"
+#include "diagnose/report/suggest.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::commands {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/suggest.hpp"
+#include "diagnose/report/suggest.hpp"
 
 #include <fmt/format.h>
 
@@ -18,6 +18,7 @@
 #include "commands/experiment.hpp"
 #include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {

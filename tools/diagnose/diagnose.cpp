@@ -11,13 +11,14 @@
 #include <random>
 #include <thread>
 
-#include "diagnose/across_channels.hpp"
-#include "diagnose/arm_payload.hpp"
-#include "diagnose/channel.hpp"
+#include "diagnose/channel/across_channels.hpp"
+#include "diagnose/channel/arm_payload.hpp"
+#include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
-#include "diagnose/free_run_judge.hpp"
+#include "diagnose/findings/verdict.hpp"
+#include "diagnose/free_run/judge.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "diagnose/simulated.hpp"
-#include "diagnose/verdict.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -208,7 +209,8 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
       if (stop || !wanted(set.series[i])) return;
       findings[i] = analyse(set.series[i], plant, channel_options);
-      const auto share = std::min(1.0, static_cast<double>(++done) / static_cast<double>(set.series.size()));
+      const auto share =
+          std::min(1.0, static_cast<double>(++done) / static_cast<double>(set.series.size()));
       const std::lock_guard<std::mutex> lock(look_mutex);
       if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
     });

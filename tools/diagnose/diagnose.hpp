@@ -5,14 +5,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
-#include "diagnose/report.hpp"
-#include "diagnose/series.hpp"
+#include "diagnose/findings/findings.hpp"
+#include "diagnose/series/series.hpp"
 #include "physics/plant.hpp"
 #include "record/recording.hpp"
 
@@ -36,20 +35,5 @@ struct Options {
 core::Result<Report> diagnose(const std::vector<record::Recording>& training,
                               const std::vector<record::Recording>& held_out,
                               const physics::Plant& plant, const Options& options);
-
-/// report.json as text, schema 1.
-std::string report_json(const Report& report);
-
-/// report.html: one page that needs nothing else.
-std::string report_html(const Report& report);
-
-/// The plant with the named effects and refitted parameters. What `simulate` cannot run yet stands
-/// in comments at its end. Errors: the plant's file cannot be read (kIo).
-core::Result<std::string> improved_plant(const physics::Plant& plant, const Report& report);
-
-/// Writes report.json, report.html and plant_improved.toml into `folder`, each through a partial
-/// file.
-core::Status write_report(const Report& report, const physics::Plant& plant,
-                          const std::filesystem::path& folder);
 
 }  // namespace ravencal::diagnose

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "diagnose/nominal.hpp"
-#include "diagnose/series.hpp"
+#include "diagnose/effects/nominal.hpp"
+#include "diagnose/series/series.hpp"
 
 namespace ravencal::diagnose {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnose/nominal.hpp"
+#include "diagnose/effects/nominal.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "diagnose/series.hpp"
+#include "diagnose/series/series.hpp"
 #include "physics/plant.hpp"
 #include "record/recording.hpp"
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <string_view>
 
-#include "diagnose/effect_form.hpp"
-#include "diagnose/nominal.hpp"
+#include "diagnose/effects/effect_form.hpp"
+#include "diagnose/effects/nominal.hpp"
 
 namespace ravencal::diagnose {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/effect_form.hpp"
-#include "diagnose/operators.hpp"
+#include "diagnose/effects/effect_form.hpp"
+#include "diagnose/series/operators.hpp"
 
 namespace ravencal::diagnose {
 

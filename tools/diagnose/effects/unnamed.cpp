@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/regimes.hpp"
 #include "diagnose/effects/shapes.hpp"
-#include "diagnose/regimes.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/channel/across_channels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace ravencal::diagnose {
+namespace {
+
+const NamedParameter* level_of(const NamedEffect& effect) {
+  for (const NamedParameter& p : effect.parameters) {
+    if (p.name == "level") return &p;
+  }
+  return nullptr;
+}
+
+/// True if friction behind the cable may have changed that much: the cable would not show it, was
+/// not looked at, or has a loop that is not the plant's.
+bool says_otherwise(const Report& report, const physics::Joint& joint, double change) {
+  const double stiffness = joint.parameter("compliance", "stiffness");
+  const auto seen = std::find_if(
+      report.held_out.begin(), report.held_out.end(),
+      [&](const HeldOut& h) { return h.joint == joint.name && h.metric == "position_rmse"; });
+  if (stiffness <= 0.0 || seen == report.held_out.end()) return true;
+  // A loop of three floors is never missed.
+  if (std::abs(change) / stiffness < 3.0 * seen->floor) return true;
+  return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& e) {
+    if (e.joint != joint.name) return false;
+    constexpr std::array<std::string_view, 5> kLoops = {"joint_friction", "hysteresis", "backlash",
+                                                        "creep", "compliance"};
+    const bool loop = std::find(kLoops.begin(), kLoops.end(), e.id) != kLoops.end();
+    return (loop && e.stage == "transmission") ||
+           (e.id == "coulomb_friction" && e.stage == "drive");
+  });
+}
+
+}  // namespace
+
+void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
+  for (std::size_t d = 0; d < set.series.size(); ++d) {
+    const Eigen::VectorXd& found = findings[d].found_load;
+    if (set.series[d].stage != Stage::kDrive) continue;
+    for (Series& series : set.series) {
+      if (series.joint != set.series[d].joint || series.stage != Stage::kTransmission) continue;
+      series.constant_load = findings[d].constant_load;
+      if (found.size() == 0) continue;
+      if (series.weight.size() == 0) series.weight = Eigen::VectorXd::Zero(found.size());
+      if (series.weight.size() != found.size()) continue;
+      series.weight += found;
+      series.found_load = found;
+      series.weight_deviation = findings[d].weight_deviation;
+      series.transmitted = replay_cable({series.t_s, series.motion.q, series.weight,
+                                         series.inertial, series.fresh, series.rest_width()},
+                                        series.cable)
+                               .tension;
+    }
+  }
+}
+
+void merge_joint_friction(const physics::Plant& plant, Report& report) {
+  for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
+    const NamedParameter* level = level_of(loop);
+    if (loop.id != "joint_friction" || loop.stage != "transmission" || level == nullptr) continue;
+    std::erase_if(report.effects, [&](const NamedEffect& e) {
+      if (e.joint != loop.joint || e.stage != "drive") return false;
+      // The cable's wind-up under that friction turns over a displacement, as presliding does.
+      if (e.id == "presliding") return true;
+      const NamedParameter* drive = level_of(e);
+      if (drive == nullptr) return false;
+      if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
+      double found = drive->value;
+      if (e.out_of_tolerance) {
+        const auto index = plant.joint_index(e.joint);
+        if (index) found -= plant.joints[*index].parameter(e.id, "level");
+      }
+      return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
+    });
+  }
+}
+
+void move_friction_to_motor(const physics::Plant& plant, Report& report) {
+  for (NamedEffect& e : report.effects) {
+    const auto index = plant.joint_index(e.joint);
+    if (e.id != "joint_friction" || e.stage != "drive" || !e.out_of_tolerance || !index) continue;
+    const physics::Joint& joint = plant.joints[*index];
+    const double behind = joint.parameter("joint_friction", "level");
+    const double own = joint.parameter("coulomb_friction", "level");
+    const NamedParameter level = e.parameters.front();
+    const double more = level.value - behind;
+    if (own + more <= 0.0 || says_otherwise(report, joint, more)) continue;
+    e.id = "coulomb_friction";
+    e.out_of_tolerance = own > 0.0;
+    std::erase(e.ambiguous_with, e.id);
+    // What is behind the cable is the plant's word.
+    const double unseen = 1.96 * behind * tolerance_of(joint, "joint_friction", "level");
+    e.parameters = {{"level",
+                     own + more,
+                     level.unit,
+                     {own + more - std::hypot(level.value - level.ci95.first, unseen),
+                      own + more + std::hypot(level.ci95.second - level.value, unseen)}}};
+  }
+}
+
+}  // namespace ravencal::diagnose

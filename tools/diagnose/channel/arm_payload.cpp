@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/channel/arm_payload.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "diagnose/effects/effects.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Rise of a score (twice the negative log likelihood) at the ends of a 95 % interval.
+constexpr double kRise95 = 3.84;
+
+bool is_weight(const std::string& id) { return id == "payload" || id == "gravity"; }
+
+/// What is thought beforehand of the effects chosen and of the constant, where it is needed.
+double worth(const ChannelModel& model) {
+  double cost = 0.0;
+  const VectorXd b = joint_fit(model);
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+    const Chosen& own = model.chosen[i];
+    const auto term = model.candidates[own.candidate]->form->nominal_term();
+    cost += term ? number_cost(b[model.first_column(i)], model.tolerance[*term])
+                 : effect_cost(own.columns.cols() + static_cast<Index>(own.shape.size()));
+  }
+  return cost + std::min(score_of(without_constant(model)), score_of(model) + effect_cost(1));
+}
+
+/// One drive as its own channel explains it, and without what it took for a weight.
+class Joint {
+ public:
+  Joint(const Series& series, const physics::Plant& plant, const ChannelOptions& options)
+      : fit_(fit_channel(series, plant, options, unused_)), bare_(fit_.model) {
+    per_kg_ = bare_.blocks.gather(seen_columns(*payload(), series, {})).col(0);
+    own_ = worth(fit_.model);
+    for (std::size_t i = bare_.chosen.size(); i-- > 0;) {
+      if (is_weight(bare_.candidates[bare_.chosen[i].candidate]->form->id()))
+        bare_ = bare_.without(i);
+    }
+  }
+
+  [[nodiscard]] const ChannelModel& bare() const { return bare_; }
+  [[nodiscard]] double own() const { return own_; }
+
+  [[nodiscard]] ChannelModel loaded(double mass_kg) const {
+    ChannelModel model = bare_;
+    model.free_target -= mass_kg * per_kg_;
+    model.hold_nominal();
+    return model;
+  }
+
+  /// Of the model under that mass; effects that it makes superfluous cost nothing.
+  [[nodiscard]] double worth_under(double mass_kg) const {
+    ChannelModel model = loaded(mass_kg);
+    double least = worth(model);
+    for (std::size_t i = model.chosen.size(); i-- > 0;) {
+      const ChannelModel fewer = model.without(i);
+      const double without = worth(fewer);
+      if (without > least) continue;
+      least = without;
+      model = fewer;
+    }
+    return least;
+  }
+
+  /// The mass that this joint alone would weigh, its constant left to the payload.
+  [[nodiscard]] double own_mass_kg() const {
+    ChannelModel model = without_constant(bare_);
+    const Index column = model.free_base.cols();
+    model.free_base.conservativeResize(Eigen::NoChange, column + 1);
+    model.free_base.col(column) = per_kg_;
+    model.precision.conservativeResize(column + 1);
+    model.precision[column] = 0.0;
+    model.hold_nominal();
+    return joint_fit(model)[column];
+  }
+
+  /// RMS of the effort of a kilogram, as the channel shows it.
+  [[nodiscard]] double effort_per_kg() const {
+    return std::sqrt(per_kg_.squaredNorm() / static_cast<double>(per_kg_.size()));
+  }
+
+ private:
+  ChannelFindings unused_;
+  ChannelFit fit_;
+  ChannelModel bare_;
+  VectorXd per_kg_;
+  double own_ = 0.0;
+};
+
+double worth_of_all(const std::vector<Joint>& joints, double mass_kg) {
+  double sum = effect_cost(1);
+  for (const Joint& joint : joints) sum += joint.worth_under(mass_kg);
+  return sum;
+}
+
+struct Weighed {
+  double mass_kg = 0.0, deviation_kg = 0.0, worth = std::numeric_limits<double>::infinity();
+};
+
+/// The likeliest mass about those that single joints propose, at the top of the parabola through
+/// the three masses around it.
+Weighed weigh(const std::vector<Joint>& joints, double least_kg) {
+  constexpr int kMasses = 12;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Joint& joint : joints) {
+    const double mass = joint.own_mass_kg();
+    low = std::min(low, mass);
+    high = std::max(high, mass);
+  }
+  const double reach = 0.25 * std::max(std::abs(low), std::abs(high));
+  low = std::max(low - reach, least_kg);
+  const double step = (high + reach - low) / (kMasses - 1);
+  std::array<double, kMasses> worths{};
+  for (int i = 0; i < kMasses; ++i) worths[i] = worth_of_all(joints, low + i * step);
+  const auto best = std::min_element(worths.begin() + 1, worths.end() - 1) - worths.begin();
+  const double curvature = worths[best - 1] - 2.0 * worths[best] + worths[best + 1];
+  if (curvature <= 0.0) return {};
+  const double move =
+      std::clamp(0.5 * (worths[best - 1] - worths[best + 1]) / curvature, -1.0, 1.0);
+  const double mass = low + (static_cast<double>(best) + move) * step;
+  return {mass, step * std::sqrt(2.0 / curvature), worth_of_all(joints, mass)};
+}
+
+/// True if a drive's own verdict leaves room for a weight that it cannot see alone: a constant that
+/// it takes for friction, a heavier link, or what it has no name for.
+bool suspects(const ChannelFindings& drive) {
+  return !drive.unexplained.empty() ||
+         std::any_of(drive.effects.begin(), drive.effects.end(), [](const NamedEffect& e) {
+           return is_weight(e.id) || e.id == "unknown" || is_dry_asymmetry(e);
+         });
+}
+
+NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) {
+  const ChannelModel loaded = without_constant(joint.loaded(found.mass_kg));
+  const ChannelModel bare = without_constant(joint.bare());
+  const VectorXd before = held_out_errors(bare), after = held_out_errors(loaded);
+  NamedEffect effect;
+  effect.id = "payload";
+  effect.joint = bare.series->joint;
+  effect.stage = stage_word(bare.series->stage);
+  const double half_width =
+      std::sqrt(kRise95) * std::hypot(found.deviation_kg, kModelForm * found.mass_kg);
+  effect.parameters = {
+      {"mass", found.mass_kg, "kg", {found.mass_kg - half_width, found.mass_kg + half_width}}};
+  effect.held_out_before = bare.rms_of(before);
+  effect.held_out_after = bare.rms_of(after);
+  effect.unit = bare.series->unit;
+  effect.p_value = sign_flip_p(before - after, seed);
+  effect.size = std::abs(found.mass_kg) * joint.effort_per_kg();
+  effect.separate_by = payload()->separate_by();
+  return effect;
+}
+
+}  // namespace
+
+std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::Plant& plant,
+                                          const ChannelOptions& options,
+                                          const std::vector<ChannelFindings>& findings) {
+  std::vector<const Series*> drives;
+  int suspected = 0;
+  for (std::size_t i = 0; i < set.series.size(); ++i) {
+    const Series& series = set.series[i];
+    if (series.stage != Stage::kDrive || !payload()->untestable(series).empty()) continue;
+    drives.push_back(&series);
+    suspected += suspects(findings[i]) ? 1 : 0;
+  }
+  if (suspected == 0 || drives.size() < 2) return std::nullopt;
+  std::vector<Joint> joints;
+  double own = 0.0;
+  for (const Series* series : drives) {
+    joints.emplace_back(*series, plant, options);
+    own += joints.back().own();
+  }
+  const Weighed found = weigh(joints, -drives.front()->removable_mass_kg);
+  // One weight goes before a name on each of several joints, unless each is clearly likelier.
+  const double most = own + kClearScore * (suspected - 1);
+  if (found.worth >= most || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
+    return std::nullopt;
+  std::optional<NamedEffect> strongest;
+  for (const Joint& joint : joints) {
+    NamedEffect effect = named(joint, found, options.seed + 330);
+    if (!strongest || held_out_share(effect) > held_out_share(*strongest)) strongest = effect;
+  }
+  return strongest;
+}
+
+void hang(const NamedEffect& found, SeriesSet& set) {
+  for (Series& series : set.series) {
+    if (series.stage == Stage::kDrive && series.payload_per_kg.size() > 0)
+      series.payload_effort =
+          found.parameters.front().value * payload()->columns(series, {}).col(0);
+  }
+}
+
+}  // namespace ravencal::diagnose

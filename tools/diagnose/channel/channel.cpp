@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/channel/channel.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel/settling.hpp"
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/selection/invariance.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Forms candidates_for(const Series& series, const physics::Plant& plant, const Nominal& nominal,
+                     const VectorXd& further_load) {
+  Forms forms;
+  for (auto& form : forms_for(series, nominal, further_load)) {
+    const bool in_plant =
+        form->id() != "gravity" && plant_has(plant, series.joint, form->id(), form->from());
+    if (!in_plant) forms.push_back(std::move(form));
+  }
+  for (std::size_t t = 0; t < nominal.terms.size(); ++t) {
+    // A stream that is later than its recorder says is the delay that the vocabulary means.
+    if (!nominal.terms[t].form_only && nominal.terms[t].id != "delay")
+      forms.push_back(tolerance_form(nominal.terms[t], t));
+  }
+  return forms;
+}
+
+void append_step(ChannelFit& fit, const Step& step) {
+  ChannelModel& model = fit.model;
+  fit.steps.push_back(step);
+  model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
+  model.base.rightCols(1) = model.blocks.gather(step_column(*model.series, step));
+  model.free_base.conservativeResize(Eigen::NoChange, model.base.cols());
+  model.free_base.rightCols(1) = model.base.rightCols(1);
+  model.precision.conservativeResize(model.precision.size() + 1);
+  model.precision[model.precision.size() - 1] = 0.0;
+}
+
+/// Where a step takes most off the error of the plant with its tolerances; share of that error.
+std::pair<Step, double> likeliest_step(const ChannelModel& model) {
+  constexpr Index kPlaces = 160;
+  const MatrixXd normal = model.free_base.transpose() * model.free_base;
+  MatrixXd weighted = normal;
+  weighted.diagonal() += model.precision;
+  weighted.diagonal() += 1e-9 * normal.diagonal();
+  const Eigen::LDLT<MatrixXd> solver(weighted);
+  const VectorXd b = solver.solve(model.free_base.transpose() * model.free_target);
+  const VectorXd rest = model.free_target - model.free_base * b;
+  std::pair<Step, double> best;
+  const auto consider = [&](Index n) {
+    Step step;
+    step.row = model.blocks.rows[static_cast<std::size_t>(n)];
+    const VectorXd z = model.blocks.gather(step_column(*model.series, step)).col(0);
+    const VectorXd cross = model.free_base.transpose() * z;
+    const double unique = z.squaredNorm() - cross.dot(solver.solve(cross));
+    if (unique < 1e-6 * z.squaredNorm()) return;
+    const double score = z.dot(rest);
+    const double share = score * score / unique / std::max(rest.squaredNorm(), 1e-300);
+    if (share <= best.second) return;
+    step.t_s = model.series->t_s[step.row];
+    step.size = score / unique;
+    best = {step, share};
+  };
+  const Index count = rest.size();
+  const Index stride = std::max<Index>(1, count / kPlaces);
+  for (Index n = 4 * stride; n + 4 * stride < count; n += stride) consider(n);
+  return best;
+}
+
+/// A large step bends everything that is fitted beside it, so that none of it is left to be seen.
+/// The likeliest one is taken into the model, which gives honest noise; put back onto that noise
+/// it must be found where it is.
+void adopt_hidden_steps(ChannelFit& fit) {
+  constexpr double kSuspicious = 0.15;
+  ChannelModel& model = fit.model;
+  for (int round = 0; round < 2; ++round) {
+    const std::pair<Step, double> likeliest = likeliest_step(model);
+    const Step& suspect = likeliest.first;
+    if (likeliest.second < kSuspicious) return;
+    ChannelFit trial;
+    trial.model = model;
+    append_step(trial, suspect);
+    trial.model.hold_nominal();
+    const VectorXd noise = saturated_noise(trial.model);
+    const VectorXd coefficients = joint_fit(trial.model);
+    const double size = coefficients[coefficients.size() - 1];
+    const double memory = noise_memory(trial.model, noise);
+    const auto found = find_steps(*model.series, model.blocks,
+                                  noise + size * trial.model.base.rightCols(1), memory);
+    const auto same = std::find_if(found.begin(), found.end(), [&](const Step& step) {
+      return std::abs(step.row - suspect.row) <= 2 * step.window && step.size * size > 0.0;
+    });
+    if (same == found.end()) return;
+    append_step(fit, *same);
+    model.hold_nominal();
+    model.noise = noise;
+    model.correlation_rows = memory;
+    model.floor = std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size()));
+  }
+}
+
+/// Steps are found in what the saturated model leaves, and then belong to the base.
+void adopt_steps(ChannelFit& fit) {
+  ChannelModel& model = fit.model;
+  const Series& series = *model.series;
+  if (series.stage != Stage::kTransmission) return;
+  auto steps = find_steps(series, model.blocks, model.noise, model.correlation_rows);
+  std::erase_if(steps, [&](const Step& step) { return std::abs(step.size) < model.floor; });
+  for (const Step& step : steps) append_step(fit, step);
+  if (steps.empty()) adopt_hidden_steps(fit);
+}
+
+/// A size that changes with circumstances is evidence of one more effect. Looks for the one whose
+/// company makes all sizes steady, under the chance gate of a single look (5 %); true if found.
+bool completed(ChannelFit& fit, const ChannelOptions& options) {
+  Gates gates = options.gates;
+  gates.alpha = std::max(gates.alpha, 0.05);
+  const ScreenResult result = screen(fit.model, gates, options.seed + 50);
+  const TestedCandidate* best = nullptr;
+  for (const TestedCandidate& t : result.tested) {
+    if (!t.consistent || t.evidence.p_value > gates.alpha || t.evidence.z < 1.0 ||
+        t.evidence.share < gates.least_share)
+      continue;
+    ChannelModel with = fit.model;
+    with.chosen.push_back(t.best);
+    const VectorXd coefficients = joint_fit(with);
+    bool steady = true;
+    for (std::size_t i = 0; i < with.chosen.size(); ++i)
+      steady = steady && !invariance_of(with, coefficients, i).is_proxy();
+    if (steady && (best == nullptr || t.errors.sum() < best->errors.sum())) best = &t;
+  }
+  if (best == nullptr) return false;
+  fit.model.chosen.push_back(best->best);
+  fit.model.hold_nominal();
+  fit.coefficients = joint_fit(fit.model);
+  return true;
+}
+
+/// Effects whose first parameter may as well be zero, drawn over blocks, are none: the model has
+/// other ways to say the same.
+void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
+  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    // A number of the plant that the others' company turned into none.
+    const bool consistent =
+        !form.nominal_term() ||
+        form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
+    // Of several columns no single one need be certain.
+    if (consistent && fit.model.chosen[i].columns.cols() > 1) continue;
+    const auto parameters = parameters_of(fit, i, options.seed + 200 + i);
+    if (consistent && parameters.empty()) continue;
+    const NamedParameter& first = parameters.front();
+    double least = 0.0;
+    double from = first.ci95.first;
+    double to = first.ci95.second;
+    if (const auto term = form.nominal_term()) {
+      const NominalTerm& nominal = fit.nominal.terms[*term];
+      least = nominal.tolerance;
+      from = (from - nominal.value) / nominal.value;
+      to = (to - nominal.value) / nominal.value;
+      if (from > to) std::swap(from, to);
+    }
+    if (consistent && (from > least || to < -least)) continue;
+    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    fit.model.hold_nominal();
+    fit.coefficients = joint_fit(fit.model);
+  }
+}
+
+/// Effects whose size depends on circumstances lose their name.
+void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options,
+                      std::vector<std::string>& notes) {
+  bool tried = false;
+  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+    if (!invariance.is_proxy()) continue;
+    if (!tried && completed(fit, options)) return;
+    tried = true;
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    notes.push_back(
+        fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
+                    "(halves differ by {:.0f} %), so the name is withdrawn",
+                    fit.model.series->joint, stage_word(fit.model.series->stage), form.key(),
+                    invariance.worst, 100.0 * invariance.spread));
+    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    fit.model.hold_nominal();
+    fit.coefficients = joint_fit(fit.model);
+  }
+}
+
+void predict(ChannelFit& fit) {
+  const Series& series = *fit.model.series;
+  VectorXd prediction = fit.nominal.prediction;
+  VectorXd before = fit.model.target;
+  if (series.payload_effort.size() > 0) {
+    const VectorXd seen = series.as_seen(series.payload_effort);
+    prediction += seen;
+    before += fit.model.blocks.gather(seen);
+  }
+  prediction.array() += fit.coefficients[0];
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  }
+  for (std::size_t k = 0; k < fit.steps.size(); ++k) {
+    prediction += fit.coefficients[step_index(fit, k)] * step_column(series, fit.steps[k]);
+  }
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    const MatrixXd columns =
+        chosen.everywhere.size() > 0
+            ? MatrixXd(chosen.everywhere)
+            : seen_columns(*fit.model.candidates[chosen.candidate]->form, series, chosen.shape);
+    prediction += columns * coefficients_of(fit, i);
+  }
+  fit.prediction = prediction;
+  const MatrixXd columns = fit.model.columns();
+  fit.held_out_residual =
+      held_out_residual(fit.model.blocks, moments_of(fit.model.blocks, columns, fit.model.target),
+                        fit.model.column_precision(columns.cols()), columns, fit.model.target);
+  fit.base_residual =
+      held_out_residual(fit.model.blocks, moments_of(fit.model.blocks, fit.model.base, before),
+                        fit.model.precision, fit.model.base, before);
+}
+
+/// Effort that depends on posture, where the plant has no links to carry it.
+VectorXd posture_effort(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  VectorXd found;
+  if (s.stage != Stage::kDrive) return found;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    const EffectForm& form = *fit.model.candidates[chosen.candidate]->form;
+    if (form.id() == "gravity" && !form.nominal_term())
+      found = form.columns(s, chosen.shape) * coefficients_of(fit, i);
+  }
+  return found;
+}
+
+/// Effort of a weight at the tool that the fit or the whole arm found; empty if none.
+VectorXd hung_load(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  if (s.payload_effort.size() > 0) return s.payload_effort;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    if (s.stage == Stage::kDrive &&
+        fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
+      return coefficients_of(fit, i)[0] * payload()->columns(s, {}).col(0);
+  }
+  return {};
+}
+
+/// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
+constexpr double kLeastWeightDeviation = 0.05;
+
+/// What the drive's channel says of the joint's load: effort beyond the plant's weight, and how
+/// well all of it is known.
+void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findings) {
+  const Series& s = *fit.model.series;
+  if (s.stage != Stage::kDrive) return;
+  findings.found_load = posture_effort(fit);
+  if (s.weight.size() == 0) {
+    if (findings.found_load.size() > 0) findings.weight_deviation = kLeastWeightDeviation;
+    return;
+  }
+  if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    if (fit.nominal.terms[t].id != "gravity") continue;
+    findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
+    const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
+    findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);
+  }
+  const VectorXd hung = hung_load(fit);
+  if (hung.size() > 0) findings.found_load += hung;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    if (form.id() == "gravity" && form.nominal_term())
+      findings.found_load += coefficients_of(fit, i)[0] * s.weight;
+  }
+}
+
+/// Numbers, errors and figures of the model as it stands.
+void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  findings.offset = fit.coefficients[0];
+  findings.posture = posture_effort(fit);
+  if (const VectorXd hung = hung_load(fit); hung.size() > 0)
+    findings.posture = findings.posture.size() > 0 ? VectorXd(findings.posture + hung) : hung;
+  if (options.details) name_refitted(fit, findings);
+  add_held_out(fit, findings);
+  if (options.details) add_plot(fit, findings);
+}
+
+/// Turns in which a load and the friction under it are found, and the change of the load below
+/// which another turn says nothing new.
+constexpr int kTurns = 3;
+constexpr double kSettled = 0.1;
+
+/// Nominal terms, effects and steps of a channel, chosen anew.
+void fit_once(const Series& series, const physics::Plant& plant, const ChannelOptions& options,
+              const VectorXd& further_load, ChannelFit& fit, std::vector<std::string>& notes) {
+  fit.model = {};
+  fit.steps.clear();
+  fit.nominal = nominal_of(series, plant);
+  fit.forms = candidates_for(series, plant, fit.nominal, further_load);
+  fit.model = prepare_channel(series, fit.nominal, fit.forms);
+  const std::string gross = temper_gross_rows(fit.model);
+  if (!gross.empty()) notes.push_back(gross);
+  const ChannelModel without_steps = fit.model;
+  adopt_steps(fit);
+  select_effects(fit.model, options.gates, options.seed);
+  keep_proven_steps(fit, without_steps, options);
+  settle_offset(fit, options);
+  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
+  fit.coefficients = joint_fit(fit.model);
+  drop_uncertain(fit, options);
+  withdraw_proxies(fit, options, notes);
+}
+
+}  // namespace
+
+VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
+  return fit.coefficients.segment(fit.model.first_column(chosen),
+                                  fit.model.chosen[chosen].columns.cols());
+}
+
+Index step_index(const ChannelFit& fit, std::size_t step) {
+  return static_cast<Index>(1 + fit.nominal.terms.size() + step);
+}
+
+ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
+                       const ChannelOptions& options, ChannelFindings& findings) {
+  // What hangs on the arm rubs as well, so that the two are found in turns. One object for all
+  // turns: its forms refer to it.
+  ChannelFit fit;
+  VectorXd further_load = series.payload_effort;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    std::vector<std::string> notes;
+    fit_once(series, plant, options, further_load, fit, notes);
+    VectorXd found = hung_load(fit);
+    const bool settled =
+        found.size() == 0 || turn + 1 == kTurns ||
+        (further_load.size() > 0 && (found - further_load).norm() < kSettled * found.norm());
+    further_load = std::move(found);
+    if (!settled) continue;
+    findings.notes.insert(findings.notes.end(), notes.begin(), notes.end());
+    break;
+  }
+  if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
+  predict(fit);
+  const auto share = settle_at_rest(fit);
+  if (share && *share < 0.9) {
+    findings.notes.push_back(fmt::format("at rest, joint {} carries {:.0f} % of its friction",
+                                         series.joint, 100.0 * *share));
+  }
+  return fit;
+}
+
+ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options) {
+  ChannelFindings findings;
+  findings.joint = series.joint;
+  findings.stage = series.stage;
+  findings.unit = series.unit;
+  ChannelFit fit = fit_channel(series, plant, options, findings);
+  name_effects(fit, options, findings);
+  name_offset(fit, plant, options, findings);
+  name_asymmetry(fit, options, findings);
+  name_steps(fit, findings);
+  if (options.details) {
+    add_remainder(fit, options, findings);
+    add_tone(fit, options, findings);
+    add_location(fit, options, findings);
+    add_limits(fit, options, findings);
+    add_candidates(fit, options, findings);
+  }
+  findings.floor = fit.model.floor;
+  add_load(fit, options.seed + 560, findings);
+  findings.constant_load = fit.coefficients[0];
+  auto bare = std::make_shared<ChannelFindings>(findings);
+  complete(fit, options, *bare);
+  if (options.details) keep_without_name(fit, options);
+  if (fit.kept == 0) return std::move(*bare);
+  predict(fit);
+  settle_at_rest(fit);
+  take_values_of(fit, plant, options, findings);
+  complete(fit, options, findings);
+  if (series.stage == Stage::kDrive) findings.bare = std::move(bare);
+  return findings;
+}
+
+}  // namespace ravencal::diagnose

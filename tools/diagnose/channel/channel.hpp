@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Everything that diagnose says about one residual channel of one joint.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "diagnose/channel/slip.hpp"
+#include "diagnose/findings/findings.hpp"
+#include "diagnose/selection/invariance.hpp"
+#include "diagnose/selection/selection.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::diagnose {
+
+/// What the fit of a channel predicts at every row, held out or not.
+struct ChannelFit {
+  ChannelModel model;
+  Forms forms;  ///< what model.candidates point to
+  Nominal nominal;
+  std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
+  std::size_t kept = 0;     ///< of the last effects chosen: they predict better, but have no name
+  std::vector<Step> steps;  ///< each a column of the base, after the nominal terms
+  Eigen::VectorXd coefficients;       ///< of model.columns()
+  Eigen::VectorXd prediction;         ///< of series.y, all rows: nominal + base + effects
+  Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
+  Eigen::VectorXd base_residual;      ///< the same without any effect
+};
+
+struct ChannelFindings {
+  std::string joint;
+  Stage stage = Stage::kDrive;
+  std::string unit;
+  std::vector<Mismatch> mismatch;
+  std::vector<NamedEffect> effects;
+  std::vector<NamedEffect> kept;  ///< in the improved plant without a name
+  std::vector<HeldOut> held_out;
+  std::vector<Unexplained> unexplained;
+  std::vector<NotFound> not_found;
+  std::vector<CandidateRow> candidates;
+  std::vector<std::string> notes;  ///< sentences for the verdict: proxies, prior knowledge used
+  Eigen::VectorXd
+      found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
+  std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
+  Eigen::VectorXd posture;     ///< drive stage: effort found that no link carries; may be empty
+  double constant_load = 0.0;  ///< constant beside what is named
+  double offset = 0.0;         ///< the same, beside what is kept as well
+  std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
+  ChannelPlot plot;
+  double floor = 0.0;
+  /// The drive's findings without what is kept: the free run may do better so. Empty: nothing is.
+  std::shared_ptr<const ChannelFindings> bare;
+};
+
+struct ChannelOptions {
+  Gates gates;
+  std::uint64_t seed = 1;
+  bool details = true;  ///< limits, remainder, plot; off for placebo twins
+};
+
+/// Drive, transmission and tracking channels.
+ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options);
+
+/// The command stage: control law and disturbances of its output.
+ChannelFindings analyse_command(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options);
+
+/// Gains of position error, measured rate and desired rate in the command of rows [first, last),
+/// held-out rows left out.
+Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::Index last);
+
+/// Fit only: selection, offset, withdrawal of proxies.
+ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
+                       const ChannelOptions& options, ChannelFindings& findings);
+
+/// Adds to the model what predicts better without the evidence for a name.
+void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
+
+/// Parameters of what is named, fitted beside what is kept; and what is kept.
+void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                    ChannelFindings& findings);
+
+/// Coefficients of a chosen effect, and the place of a step's own.
+Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);
+Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
+
+/// Chosen effects; those that too many others could stand for become unexplained.
+void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Steps whose gain is repeated in held-out blocks stay; and none, where the model without any
+/// step, its effects chosen anew, is as likely.
+void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
+                       const ChannelOptions& options);
+
+/// A free constant hides the mean of what loads do to the cable. Where an effect with its own mean
+/// and no constant is clearly likelier than the constant, the effect takes its place.
+void settle_offset(ChannelFit& fit, const ChannelOptions& options);
+
+/// A constant error is an effect of its own in the transmission; everywhere else it is free. It is
+/// named where neither the plant's numbers within their tolerance nor an effect explain it.
+void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                 ChannelFindings& findings);
+
+/// Where an effect that a channel shows enters: what a clock or an encoder does is the sensor's,
+/// whatever positions are compared.
+std::string reported_stage(std::string_view id, Stage shown_in);
+
+/// A constant effort of the drive that no load explains: dry friction that differs between the
+/// directions.
+void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings);
+
+/// Steps: lost counts, a slipping cable, or either.
+void name_steps(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Nominal parameters at their refitted values: no findings, but the improved plant's numbers.
+void name_refitted(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Every candidate with what became of it.
+void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings);
+
+/// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order, nominal
+/// numbers drawn from their tolerances.
+std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
+                                          std::uint64_t seed);
+
+/// 95 % interval of the constant error, drawn in the same way.
+std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed);
+
+/// The first parameter's interval, wider by what the effect's size does between circumstances and,
+/// where the cable was simulated for it, by what simulations of cables differ by: the form is not
+/// the physics to the last percent, and which value is meant is open by that much.
+void widen_by_form(const Invariance& invariance, bool of_cable,
+                   std::vector<NamedParameter>& parameters);
+
+/// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
+Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);
+
+/// What was not found, and the least size that would have been.
+void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Where the residual before any effect exceeds what a learner without physics can predict.
+void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// Least size of a remainder: friction and cables of a simulation follow the real ones to some
+/// percent of what they do at best.
+double least_remainder(const ChannelFit& fit);
+
+/// What a shape without a name explains beyond the effects; names that it beats by far are
+/// withdrawn. The share is of the error that the effects leave.
+std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
+                                        ChannelFindings& findings);
+
+/// A tone that goes through the whole recording: nothing of the vocabulary makes one.
+void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// What the effects leave that is still predictable.
+void add_remainder(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
+
+/// A few hundred points of the residual before and after, for the page.
+void add_plot(const ChannelFit& fit, ChannelFindings& findings);
+
+/// Root mean square over held-out rows of the series, or of the cross-validated residual.
+void add_held_out(const ChannelFit& fit, ChannelFindings& findings);
+
+}  // namespace ravencal::diagnose

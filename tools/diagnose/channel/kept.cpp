@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Effects for which the evidence is too little for a name and which predict better all the same:
+// they belong to the improved plant, as a constant too small for a name does. A name answers for
+// its false alarms; a prediction answers for its error, on other stretches and in other positions.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel/channel.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostKept = 4;
+/// Least gain in held-out error over its standard error: chance one-sided 5 %; and where a model is
+/// asked beyond what it was fitted to, one standard error (Breiman et al. 1984).
+constexpr double kLeastGain_z = 1.645;
+constexpr double kLeastGainBeyond_z = 1.0;
+
+/// Squared error of each block, every row under a fit without its group.
+VectorXd errors_without_group(const ChannelModel& model, const std::vector<int>& group) {
+  const MatrixXd columns = model.columns();
+  const Index width = columns.cols() + 1;
+  MatrixXd joined(columns.rows(), width);
+  joined << columns, model.target;
+  std::vector<MatrixXd> moments(kFolds, MatrixXd::Zero(width, width));
+  for (Index i = 0; i < joined.rows(); ++i) {
+    moments[static_cast<std::size_t>(group[static_cast<std::size_t>(i)])]
+        .selfadjointView<Eigen::Lower>()
+        .rankUpdate(joined.row(i).transpose());
+  }
+  MatrixXd total = MatrixXd::Zero(width, width);
+  for (MatrixXd& m : moments) {
+    m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
+    total += m;
+  }
+  MatrixXd fitted(width - 1, kFolds);
+  for (int g = 0; g < kFolds; ++g)
+    fitted.col(g) =
+        solve(total - moments[static_cast<std::size_t>(g)], model.column_precision(width - 1));
+  const Blocks& blocks = model.blocks;
+  VectorXd errors = VectorXd::Zero(static_cast<Index>(blocks.count()));
+  for (std::size_t b = 0; b < blocks.count(); ++b) {
+    for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
+      const double e =
+          model.target[i] - columns.row(i).dot(fitted.col(group[static_cast<std::size_t>(i)]));
+      errors[static_cast<Index>(b)] += e * e;
+    }
+  }
+  return errors;
+}
+
+/// Groups of equal size by the rank of `x`.
+std::vector<int> by_rank(const VectorXd& x) {
+  std::vector<double> sorted(x.data(), x.data() + x.size());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<int> group;
+  for (Index i = 0; i < x.size(); ++i) {
+    const auto rank = std::lower_bound(sorted.begin(), sorted.end(), x[i]) - sorted.begin();
+    group.push_back(static_cast<int>(rank * kFolds / x.size()));
+  }
+  return group;
+}
+
+/// The position on which an effect depends: another joint's, or the own.
+VectorXd position_of(const ChannelModel& model, const EffectForm& form) {
+  for (const Companion& other : model.series->others) {
+    if (other.name == form.from()) return model.blocks.gather(other.value).col(0);
+  }
+  return model.blocks.gather(model.series->motion.q).col(0);
+}
+
+/// The last effect's gain is repeated where blocks are held out in turn, in long stretches (a drift
+/// is followed between blocks, not over them) and over ranges of position (what holds only where
+/// it was fitted does not predict another motion).
+bool predicts_better(const ChannelModel& with, const ChannelModel& without) {
+  const auto gains = [&](const std::vector<int>& group) {
+    return z_score(errors_without_group(without, group) - errors_without_group(with, group));
+  };
+  const Index rows = with.target.size();
+  const EffectForm& form = *with.candidates[with.chosen.back().candidate]->form;
+  return z_score(held_out_errors(without) - held_out_errors(with)) >= kLeastGain_z &&
+         gains(by_rank(VectorXd::LinSpaced(rows, 0.0, 1.0))) >= kLeastGainBeyond_z &&
+         gains(by_rank(position_of(with, form))) >= kLeastGainBeyond_z;
+}
+
+/// A number of the plant is a verdict of its own, time alone says nothing of another recording, and
+/// what hangs on the arm concerns all joints.
+bool may_be_kept(const EffectForm& form) {
+  return !form.nominal_term() && !form.time_only() && form.id() != "payload";
+}
+
+/// The likeliest effect that makes the model likelier and predicts better; none: no effects.
+ChannelModel extended(const ChannelModel& model, const ChannelOptions& options) {
+  const ScreenResult result = screen(model, options.gates, options.seed + 1000);
+  double least = score_of(model);
+  ChannelModel best;
+  for (const TestedCandidate& tested : result.tested) {
+    if (!tested.consistent || !may_be_kept(*model.candidates[tested.candidate]->form)) continue;
+    ChannelModel with = model;
+    with.chosen.push_back(tested.best);
+    with.hold_nominal();
+    const Index numbers = tested.best.columns.cols() + static_cast<Index>(tested.best.shape.size());
+    const double score = score_of(with) + effect_cost(numbers);
+    if (score >= least || !last_is_consistent(with) || !predicts_better(with, model)) continue;
+    least = score;
+    best = std::move(with);
+  }
+  return best;
+}
+
+}  // namespace
+
+void keep_without_name(ChannelFit& fit, const ChannelOptions& options) {
+  while (fit.kept < kMostKept) {
+    ChannelModel more = extended(fit.model, options);
+    if (more.chosen.empty()) break;
+    fit.model = std::move(more);
+    ++fit.kept;
+  }
+  fit.coefficients = joint_fit(fit.model);
+}
+
+void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                    ChannelFindings& findings) {
+  ChannelFindings anew;
+  anew.joint = findings.joint;
+  anew.stage = findings.stage;
+  anew.unit = findings.unit;
+  name_effects(fit, options, anew);
+  name_offset(fit, plant, options, anew);
+  name_asymmetry(fit, options, anew);
+  const auto same = [](const NamedEffect& a, const NamedEffect& b) {
+    return a.id == b.id && a.from == b.from && a.out_of_tolerance == b.out_of_tolerance;
+  };
+  findings.kept.clear();
+  for (const auto* list : {&anew.effects, &anew.kept}) {
+    for (const NamedEffect& e : *list) {
+      const auto named = std::find_if(findings.effects.begin(), findings.effects.end(),
+                                      [&](const NamedEffect& other) { return same(e, other); });
+      if (named != findings.effects.end())
+        named->parameters = e.parameters;
+      else if (e.id != "homing_offset" && !e.out_of_tolerance)
+        findings.kept.push_back(e);
+    }
+  }
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a channel's fit found, in the vocabulary's names.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/selection/cable_members.hpp"
+#include "diagnose/selection/invariance.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Rivals that explain the data as well in the place of an effect.
+std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
+                                   const ChannelOptions& options) {
+  const ChannelModel& model = fit.model;
+  const Chosen& own = model.chosen[chosen];
+  const EffectForm& form = *model.candidates[own.candidate]->form;
+  std::vector<std::string> rivals = form.twins(*model.series);
+  const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
+  const VectorXd present = held_out_errors(model);
+  const VectorXd part = own.columns * coefficients_of(fit, chosen);
+  for (const TestedCandidate& t : result.tested) {
+    const EffectForm& other = *model.candidates[t.candidate]->form;
+    if (t.candidate == own.candidate || other.id() == form.id()) continue;
+    if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
+    ChannelModel with = model.without(chosen);
+    with.chosen.push_back(t.best);
+    with.hold_nominal();
+    if (!last_is_consistent(with)) continue;
+    const VectorXd difference = held_out_errors(with) - present;
+    const auto count = static_cast<double>(difference.size());
+    const double mean = difference.mean();
+    const double error =
+        std::sqrt((difference.array() - mean).square().sum() / (count - 1.0) / count);
+    if (mean > 2.0 * error) continue;
+    // A richer form that contains this one explains as much by necessity.
+    const MatrixXd& z = t.best.columns;
+    const VectorXd imitation =
+        z * (z.transpose() * z + 1e-12 * MatrixXd::Identity(z.cols(), z.cols()))
+                .ldlt()
+                .solve(z.transpose() * part);
+    const bool richer = freedom_of(model, t.best) > freedom_of(model, own);
+    if (richer && (part - imitation).squaredNorm() < 0.05 * part.squaredNorm()) continue;
+    rivals.push_back(other.id());
+  }
+  std::sort(rivals.begin(), rivals.end());
+  rivals.erase(std::unique(rivals.begin(), rivals.end()), rivals.end());
+  std::erase(rivals, form.id());
+  return rivals;
+}
+
+/// An effect that so many others could stand for is not named.
+constexpr std::size_t kTooManyRivals = 4;
+
+}  // namespace
+
+std::string reported_stage(std::string_view id, Stage shown_in) {
+  const bool read = id == "lost_counts" || id == "delay" || id == "quantisation";
+  return read && shown_in == Stage::kTransmission ? "sensor" : std::string(stage_word(shown_in));
+}
+
+void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    const Evidence evidence = evidence_of(fit.model, i, options.gates, options.seed + 100 + i);
+    NamedEffect effect;
+    effect.id = form.id();
+    effect.from = form.from();
+    effect.joint = findings.joint;
+    effect.stage = reported_stage(effect.id, findings.stage);
+    effect.parameters = parameters_of(fit, i, options.seed + 200 + i);
+    effect.held_out_before = evidence.held_out_before;
+    effect.held_out_after = evidence.held_out_after;
+    effect.unit = findings.unit;
+    effect.p_value = evidence.p_value;
+    effect.size = evidence.size;
+    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+    const bool of_cable = cable_kind(form, *fit.model.series).has_value();
+    widen_by_form(invariance, of_cable, effect.parameters);
+    effect.invariance_spread = invariance.spread;
+    effect.ambiguous_with = rivals_of(fit, i, options);
+    for (const std::string& tied : fit.model.chosen[i].tied_with) {
+      auto& rivals = effect.ambiguous_with;
+      if (tied != effect.id && std::find(rivals.begin(), rivals.end(), tied) == rivals.end())
+        rivals.push_back(tied);
+    }
+    if (effect.ambiguous_with.size() >= kTooManyRivals) {
+      findings.notes.push_back(fmt::format(
+          "joint {} ({}): {} and {} others explain the same error as well, which is no "
+          "name",
+          findings.joint, stage_word(findings.stage), effect.id, effect.ambiguous_with.size()));
+      findings.unexplained.push_back({findings.joint,
+                                      std::string(stage_word(findings.stage)),
+                                      std::clamp(evidence.share, 0.0, 1.0),
+                                      evidence.size,
+                                      findings.unit,
+                                      {}});
+      findings.kept.push_back(std::move(effect));
+      continue;
+    }
+    effect.separate_by = form.separate_by();
+    effect.out_of_tolerance = form.nominal_term().has_value();
+    findings.effects.push_back(std::move(effect));
+  }
+}
+
+void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
+    const NominalTerm& term = fit.nominal.terms[t];
+    const double change = fit.coefficients[static_cast<Index>(t) + 1];
+    const bool load = term.id == "gravity" || term.id == "joint_friction";
+    if (term.form_only || change == 0.0 || term.value == 0.0) continue;
+    // What the drive feels as an effort it also knows best.
+    if (load && fit.model.series->stage == Stage::kTransmission) continue;
+    NamedEffect effect;
+    effect.id = term.id;
+    effect.from = term.from;
+    effect.joint = findings.joint;
+    effect.stage = stage_word(findings.stage);
+    effect.out_of_tolerance = true;
+    const double value = term.value * (1.0 + change);
+    effect.parameters = {{term.parameter, value, term.unit, {value, value}}};
+    findings.refitted.push_back(std::move(effect));
+  }
+  const Stage stage = fit.model.series->stage;
+  if (stage != Stage::kTransmission && stage != Stage::kTracking) return;
+  // A constant too small or too uncertain for a name still belongs to the prediction.
+  NamedEffect offset;
+  offset.id = "homing_offset";
+  offset.joint = findings.joint;
+  offset.stage = stage_word(findings.stage);
+  const double value = fit.coefficients[0];
+  offset.parameters = {{"offset", value, findings.unit, {value, value}}};
+  findings.refitted.push_back(std::move(offset));
+}
+
+void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings) {
+  const ScreenResult result = screen(fit.model, options.gates, options.seed + 400);
+  for (const TestedCandidate& t : result.tested) {
+    const EffectForm& form = *fit.model.candidates[t.candidate]->form;
+    const Evidence& e = t.evidence;
+    std::string outcome = "below its gates";
+    if (!t.consistent)
+      outcome = "numbers cannot be this effect";
+    else if (e.p_value > options.gates.alpha)
+      outcome = "chance does as well";
+    else if (!repeats(options.gates, e.z, e.block_p))
+      outcome = "gain not repeated in held-out blocks";
+    else if (e.size < options.gates.size_per_floor * fit.model.floor)
+      outcome = "smaller than half the floor";
+    findings.candidates.push_back({findings.joint, std::string(stage_word(findings.stage)),
+                                   form.key(), e.share, e.z, e.p_value, e.size, findings.unit,
+                                   outcome});
+  }
+}
+
+}  // namespace ravencal::diagnose

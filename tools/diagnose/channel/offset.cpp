@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The constant of a channel. In the transmission: a homing offset, or the mean of what loads do to
+// the cable. In the drive: friction that differs between the directions, or a weight.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/channel/channel.hpp"
+#include "diagnose/effects/effects.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double score_with_constant(const ChannelModel& model) { return score_of(model) + effect_cost(1); }
+
+/// Effects that explain with their own mean what the constant explains.
+struct Rivals {
+  ScreenResult result;
+  std::vector<Contender> contenders;
+  [[nodiscard]] const Contender* best() const {
+    const auto least =
+        std::min_element(contenders.begin(), contenders.end(),
+                         [](const Contender& a, const Contender& b) { return a.score < b.score; });
+    return least == contenders.end() ? nullptr : &*least;
+  }
+};
+
+Rivals rivals_of(const ChannelModel& bare, const ChannelOptions& options) {
+  Rivals rivals;
+  rivals.result = screen(bare, options.gates, options.seed + 300);
+  rivals.contenders = contenders(bare, rivals.result, options.gates);
+  return rivals;
+}
+
+/// Error that a simulation of the cable's stretch has at best, constant included.
+double form_error(const ChannelFit& fit) {
+  VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);
+  }
+  return kModelForm * std::sqrt(stretch.squaredNorm() / static_cast<double>(stretch.size()));
+}
+
+/// Sizes below which a constant is the plant's own: what it draws at homing, the floor, what other
+/// joints pass on, and what no simulation of the stretch has right.
+double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
+  const Series& series = *fit.model.series;
+  const auto joint = plant.joint_index(series.joint).value_or(0);
+  double passed_on = 0.0;
+  for (const Inherited& part : series.inherited) passed_on += std::abs(part.offset);
+  return std::max({3.0 * plant.joints[joint].parameter("homing_offset", "deviation"),
+                   fit.model.floor, 1.25 * passed_on, form_error(fit)});
+}
+
+/// What the constant takes off the held-out error, and what else could.
+struct ConstantEvidence {
+  VectorXd before, after;  ///< held-out squared errors per block
+  double p_value = 1.0;
+  std::vector<std::string> rivals;
+};
+
+std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
+                                                  const ChannelOptions& options) {
+  const ChannelModel bare = without_constant(fit.model);
+  ConstantEvidence e{held_out_errors(bare), held_out_errors(fit.model), 1.0, {}};
+  const VectorXd gains = e.before - e.after;
+  e.p_value = sign_flip_p(gains, options.seed + 300);
+  const double with = score_with_constant(fit.model);
+  if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return std::nullopt;
+  if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
+      gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
+    return std::nullopt;
+  const Rivals others = rivals_of(bare, options);
+  for (const Contender& other : others.contenders) {
+    const EffectForm& form = *bare.candidates[other.tested->candidate]->form;
+    if (other.score < with + kClearScore && (other.score < with || tied(other.errors, e.after)))
+      e.rivals.push_back(form.id());
+  }
+  return e;
+}
+
+/// The constant under the name of `form`, its parameter that many times the constant.
+NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
+                      const EffectForm& form, const std::pair<const char*, double>& parameter,
+                      const ChannelFindings& findings, std::uint64_t seed) {
+  NamedEffect effect;
+  effect.id = form.id();
+  effect.joint = findings.joint;
+  effect.stage = stage_word(findings.stage);
+  const auto [name, factor] = parameter;
+  const auto [low, high] = offset_interval(fit, seed);
+  effect.parameters = {
+      {name, factor * fit.coefficients[0], findings.unit, {factor * low, factor * high}}};
+  effect.held_out_before = fit.model.rms_of(evidence.before);
+  effect.held_out_after = fit.model.rms_of(evidence.after);
+  effect.unit = findings.unit;
+  effect.p_value = evidence.p_value;
+  effect.ambiguous_with = evidence.rivals;
+  effect.size = std::abs(fit.coefficients[0]);
+  effect.separate_by = form.separate_by();
+  return effect;
+}
+
+const EffectForm& form_of(const ChannelFit& fit, const Chosen& chosen) {
+  return *fit.model.candidates[chosen.candidate]->form;
+}
+
+/// A load whose shape the plant knows, its mean included.
+bool has_a_place(const EffectForm& form) {
+  return form.id() == "payload" || (form.id() == "gravity" && form.nominal_term());
+}
+
+/// A load without a place in the plant is fitted without its mean, which the constant then is; and
+/// friction that differs by speed has one of its own.
+bool has_a_mean(const ChannelFit& fit) {
+  return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
+    const EffectForm& form = form_of(fit, chosen);
+    return (form.id() == "gravity" && !has_a_place(form)) || form.id() == "asymmetric_friction";
+  });
+}
+
+/// Constant that loads leave which hang a little off the plant's place for them.
+double hung_error(const ChannelFit& fit) {
+  constexpr double kPlaceTolerance = 0.125;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    if (has_a_place(form_of(fit, chosen)))
+      sum += std::abs((chosen.columns * coefficients_of(fit, i)).mean());
+  }
+  return kPlaceTolerance * sum;
+}
+
+}  // namespace
+
+void settle_offset(ChannelFit& fit, const ChannelOptions& options) {
+  if (fit.model.series->stage != Stage::kTransmission) return;
+  const ChannelModel bare = without_constant(fit.model);
+  const double with = score_with_constant(fit.model);
+  if (score_of(bare) < with) return;
+  const Rivals rivals = rivals_of(bare, options);
+  const Contender* best = rivals.best();
+  if (best == nullptr || best->score > with - kClearScore ||
+      tied(best->errors, held_out_errors(fit.model)))
+    return;
+  fit.model = bare;
+  fit.model.chosen.push_back(best->tested->best);
+  fit.model.hold_nominal();
+  fit.coefficients = joint_fit(fit.model);
+}
+
+void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                 ChannelFindings& findings) {
+  const Series& series = *fit.model.series;
+  if (series.stage != Stage::kTransmission) return;
+  if (plant_has(plant, series.joint, "homing_offset", "")) {
+    findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
+                                  "the plant draws a new offset at each homing: any is expected"});
+    return;
+  }
+  // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
+  const auto [low, high] = offset_interval(fit, options.seed + 310);
+  const double least = low * high > 0.0 ? std::min(std::abs(low), std::abs(high)) : 0.0;
+  if (least < least_offset(fit, plant)) return;
+  const auto evidence = constant_evidence(fit, options);
+  if (!evidence) return;
+  findings.effects.insert(
+      findings.effects.begin(),
+      effect_of(fit, *evidence, *homing_offset(), {"offset", 1.0}, findings, options.seed + 310));
+}
+
+void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
+                    ChannelFindings& findings) {
+  const Series& series = *fit.model.series;
+  // Without links the constant is as well a weight that the plant does not have.
+  if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_a_mean(fit)) return;
+  const double least = std::max({fit.model.floor, form_error(fit), hung_error(fit)});
+  if (std::abs(fit.coefficients[0]) < least) return;
+  const auto evidence = constant_evidence(fit, options);
+  if (!evidence) return;
+  findings.effects.push_back(effect_of(fit, *evidence, *asymmetric_friction(),
+                                       {"level_difference", 2.0}, findings, options.seed + 320));
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/channel/slip.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostSteps = 4;
+constexpr double kRatio = 2.0;
+/// Chance of a step anywhere in a recording without one.
+constexpr double kAlpha = 0.005;
+
+/// Chance that noise whose deviation is known from `independent` values exceeds `t` of those
+/// deviations at any of as many places: Student's tail by Wallace's normal (Annals of Mathematical
+/// Statistics 1959), times the places, which overlapping windows double.
+double chance_anywhere(double t, double independent) {
+  const double nu = std::max(1.0, independent);
+  const double z = (8.0 * nu + 1.0) / (8.0 * nu + 3.0) * std::sqrt(nu * std::log1p(t * t / nu));
+  return std::min(1.0, 2.0 * nu * std::erfc(z / std::sqrt(2.0)));
+}
+
+/// First training row of the stretch without a new start that holds training row n.
+std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
+  std::vector<Index> starts(blocks.rows.size(), 0);
+  for (std::size_t n = 1; n < blocks.rows.size(); ++n) {
+    bool fresh = false;
+    for (Index row = blocks.rows[n - 1] + 1; row <= blocks.rows[n] && !fresh; ++row) {
+      fresh = series.fresh[static_cast<std::size_t>(row)] != 0;
+    }
+    starts[n] = fresh ? static_cast<Index>(n) : starts[n - 1];
+  }
+  return starts;
+}
+
+/// Mean after minus mean before each training row; 0 where a window would leave its stretch.
+VectorXd step_statistic(const VectorXd& residual, const std::vector<Index>& starts, Index window) {
+  VectorXd sums(residual.size() + 1);
+  sums[0] = 0.0;
+  for (Index i = 0; i < residual.size(); ++i) sums[i + 1] = sums[i] + residual[i];
+  VectorXd statistic = VectorXd::Zero(residual.size());
+  for (Index i = window; i + window <= residual.size(); ++i) {
+    const Index start = starts[static_cast<std::size_t>(i)];
+    if (i - window < start || starts[static_cast<std::size_t>(i + window - 1)] != start) continue;
+    statistic[i] =
+        (sums[i + window] - 2.0 * sums[i] + sums[i - window]) / static_cast<double>(window);
+  }
+  return statistic;
+}
+
+}  // namespace
+
+std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const VectorXd& residual,
+                             double correlation_rows) {
+  std::vector<Step> steps;
+  const Index count = residual.size();
+  const Index window = std::clamp<Index>(static_cast<Index>(4.0 * correlation_rows), 20,
+                                         std::max<Index>(20, count / 16));
+  if (count < 12 * window) return steps;
+  const auto starts = stretch_starts(series, blocks);
+  VectorXd rest = residual;
+  while (steps.size() < kMostSteps) {
+    const VectorXd statistic = step_statistic(rest, starts, window);
+    Index at = 0;
+    const double peak = statistic.cwiseAbs().maxCoeff(&at);
+    std::vector<double> elsewhere;
+    for (Index i = 0; i < count; ++i) {
+      if (statistic[i] != 0.0 && std::abs(i - at) > 2 * window)
+        elsewhere.push_back(std::abs(statistic[i]));
+    }
+    if (elsewhere.size() < static_cast<std::size_t>(6 * window)) break;
+    const auto rank = elsewhere.begin() +
+                      static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(elsewhere.size()));
+    std::nth_element(elsewhere.begin(), rank, elsewhere.end());
+    // The 99 % quantile of a normal is 2.58 deviations of the statistic.
+    const double deviation = *rank / 2.58;
+    // Each value spans a window before and one after.
+    const double independent =
+        static_cast<double>(elsewhere.size()) / (2.0 * static_cast<double>(window));
+    const double chance = chance_anywhere(peak / std::max(deviation, 1e-300), independent);
+    if (peak < kRatio * *rank || chance > kAlpha) break;
+    const Index row = blocks.rows[static_cast<std::size_t>(at)];
+    steps.push_back({row, series.t_s[row], statistic[at], deviation, peak / *rank, chance, window});
+    const Index start = starts[static_cast<std::size_t>(at)];
+    for (Index i = at; i < count && starts[static_cast<std::size_t>(i)] == start; ++i)
+      rest[i] -= statistic[at];
+  }
+  return steps;
+}
+
+VectorXd step_column(const Series& series, const Step& step) {
+  VectorXd column = VectorXd::Zero(series.rows());
+  for (Index i = step.row; i < series.rows(); ++i) {
+    if (i > step.row && series.fresh[static_cast<std::size_t>(i)] != 0) break;
+    column[i] = 1.0;
+  }
+  return column;
+}
+
+}  // namespace ravencal::diagnose

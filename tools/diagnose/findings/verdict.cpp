@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/findings/verdict.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+std::string sentence_of(const NamedEffect& effect) {
+  std::string text = fmt::format("Joint {}, {}: {}", effect.joint, effect.stage, effect.id);
+  if (!effect.from.empty()) text += " from " + effect.from;
+  if (effect.out_of_tolerance) text += " is out of the plant's tolerance";
+  if (!effect.parameters.empty()) {
+    const NamedParameter& p = effect.parameters.front();
+    text += fmt::format(" ({} {}, 95 % between {} and {})", p.name, quantity(p.value, p.unit),
+                        quantity(p.ci95.first, p.unit), quantity(p.ci95.second, p.unit));
+  }
+  text += fmt::format("; held-out error {} to {}", quantity(effect.held_out_before, effect.unit),
+                      quantity(effect.held_out_after, effect.unit));
+  if (!effect.ambiguous_with.empty()) {
+    text += fmt::format("; not told apart from {}: {}", fmt::join(effect.ambiguous_with, ", "),
+                        effect.separate_by);
+  }
+  return text + ".";
+}
+
+/// Where something real was found and nothing named, the schema's `unknown` says so.
+void add_unknown(Report& report) {
+  for (const Unexplained& u : report.unexplained) {
+    const bool named =
+        std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
+          // A sensor's effect is named in the transmission's channel.
+          const bool same =
+              effect.stage == u.stage || (effect.stage == "sensor" && u.stage == "transmission");
+          return effect.joint == u.joint && same;
+        });
+    if (named) continue;
+    NamedEffect effect;
+    effect.id = "unknown";
+    effect.joint = u.joint;
+    effect.stage = u.stage;
+    effect.unit = u.unit;
+    effect.size = u.size;
+    effect.separate_by =
+        "vary one circumstance at a time: " + fmt::format("{}", fmt::join(u.depends_on, ", "));
+    for (const Mismatch& m : report.mismatch) {
+      if (m.joint != u.joint || m.stage != u.stage) continue;
+      effect.held_out_before = std::hypot(m.excess_rmse, m.floor);
+      effect.held_out_after = effect.held_out_before;
+      effect.p_value = m.p_value;
+    }
+    report.effects.push_back(std::move(effect));
+  }
+}
+
+/// Of few twins a share in percent would say more than they know.
+std::string alarms_sentence(const Verdict& verdict) {
+  return fmt::format(
+      "On twins of this recording with nothing left out, something was named in {:.0f} of {}.",
+      verdict.false_alarm_rate.value_or(0.0) * verdict.placebo_twins, verdict.placebo_twins);
+}
+
+std::string kind_of(const Report& report) {
+  bool physics = false, certain = false, parameter = false;
+  for (const NamedEffect& effect : report.effects) {
+    if (effect.id == "unknown") continue;
+    parameter = parameter || effect.out_of_tolerance;
+    physics = physics || !effect.out_of_tolerance;
+    certain = certain || (!effect.out_of_tolerance && effect.ambiguous_with.empty());
+  }
+  if (physics) return certain ? "named" : "ambiguous";
+  if (parameter) return "parameter_out_of_tolerance";
+  if (!report.unexplained.empty()) return "unexplained";
+  const bool looked = !report.held_out.empty() ||
+                      std::any_of(report.not_found.begin(), report.not_found.end(),
+                                  [](const NotFound& n) { return n.detection_limit.has_value(); });
+  return looked ? "nothing_left_out" : "not_testable";
+}
+
+}  // namespace
+
+std::string quantity(double value, const std::string& unit) {
+  constexpr double kDegree = 180.0 / 3.14159265358979323846;
+  if (unit == "rad") return fmt::format("{:.3g} deg", value * kDegree);
+  if (unit == "m") return fmt::format("{:.3g} mm", value * 1e3);
+  if (unit == "1" || unit.empty()) return fmt::format("{:.3g}", value);
+  std::string words = unit;
+  for (std::size_t at = words.find("_per_"); at != std::string::npos; at = words.find("_per_"))
+    words.replace(at, 5, "/");
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return fmt::format("{:.3g} {}", value, words);
+}
+
+void decide(Report& report, const std::vector<std::string>& notes) {
+  add_unknown(report);
+  Verdict& verdict = report.verdict;
+  verdict.kind = kind_of(report);
+  std::string text;
+  if (verdict.kind == "nothing_left_out") {
+    text =
+        "Nothing is left out of the plant that this recording can show; not_found lists what would "
+        "have been seen, and from which size on.";
+  } else if (verdict.kind == "not_testable") {
+    text =
+        "This recording cannot tell: it lacks the signals or the motion that would show a "
+        "mismatch.";
+  }
+  for (const NamedEffect& effect : report.effects) {
+    if (effect.id != "unknown") text += (text.empty() ? "" : " ") + sentence_of(effect);
+  }
+  for (const Unexplained& u : report.unexplained) {
+    text +=
+        fmt::format("{}Joint {}, {}: {} of the excess ({}) has no name{}{}.",
+                    text.empty() ? "" : " ", u.joint, u.stage,
+                    u.share_of_excess < 0.01 ? std::string("less than 1 %")
+                                             : fmt::format("{:.0f} %", 100.0 * u.share_of_excess),
+                    quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
+                    fmt::format("{}", fmt::join(u.depends_on, ", ")));
+  }
+  std::string kept;
+  for (const NamedEffect& e : report.kept) {
+    kept += fmt::format("{}{} of joint {}{}", kept.empty() ? "" : ", ", e.id, e.joint,
+                        e.from.empty() ? "" : " from " + e.from);
+  }
+  if (!kept.empty())
+    text += fmt::format(
+        " Note: kept without a name, since other stretches and positions are predicted better with "
+        "it: {}.",
+        kept);
+  for (const std::string& note : notes) text += " Note: " + note + ".";
+  if (verdict.false_alarm_rate) {
+    text += " " + alarms_sentence(verdict);
+  }
+  verdict.text = text;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/free_run/judge.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "diagnose/channel/across_channels.hpp"
+#include "diagnose/effects/nominal.hpp"
+#include "diagnose/findings/combinations.hpp"
+#include "diagnose/free_run/closed_loop.hpp"
+#include "diagnose/free_run/fit.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNormal95 = 1.96;
+
+bool is_drive(const NamedEffect& e, const std::string& joint) {
+  return e.joint == joint && e.stage == "drive" && e.id != "unknown";
+}
+
+/// What was found in that joint's drive, with a name or without.
+std::vector<NamedEffect> found_in(const Report& report, const std::string& joint) {
+  std::vector<NamedEffect> found;
+  for (const auto* list : {&report.effects, &report.kept}) {
+    std::copy_if(list->begin(), list->end(), std::back_inserter(found),
+                 [&](const NamedEffect& e) { return is_drive(e, joint); });
+  }
+  return found;
+}
+
+std::vector<std::string> found_keys(const std::vector<NamedEffect>& found) {
+  std::vector<std::string> keys;
+  for (const NamedEffect& e : found) {
+    for (const NamedParameter& p : e.parameters) keys.push_back(e.id + "." + p.name);
+  }
+  return keys;
+}
+
+/// Handle's number in the units of the report.
+double reported(const DriveHandle& handle, double x, const physics::Joint& joint) {
+  const double value = handle.at(x);
+  if (handle.field == DriveField::kAsymmetry) return 2.0 * value;
+  if (handle.field == DriveField::kLevel)
+    return std::max(0.0, value - joint.parameter("joint_friction", "level"));
+  return value;
+}
+
+/// Deviation of a reported number that no draw knows: the drive runs under all of its friction, and
+/// what of it is behind the cable is the plant's word.
+double unseen_deviation(const DriveHandle& handle, const physics::Joint& joint) {
+  if (handle.field != DriveField::kLevel) return 0.0;
+  return tolerance_of(joint, "joint_friction", "level") *
+         joint.parameter("joint_friction", "level");
+}
+
+std::vector<NamedEffect> values_of(const DriveFit& fit, const physics::Joint& joint) {
+  std::vector<NamedEffect> values;
+  for (std::size_t h = 0; h < fit.handles.size(); ++h) {
+    const DriveHandle& handle = fit.handles[h];
+    if (handle.id.empty()) continue;
+    VectorXd column = fit.draws.col(static_cast<Index>(h));
+    std::sort(column.data(), column.data() + column.size());
+    const auto at = [&](double share) {
+      const auto row = static_cast<Index>(share * static_cast<double>(column.size() - 1));
+      return reported(handle, column[row], joint);
+    };
+    const double value = reported(handle, fit.x[h], joint);
+    NamedEffect e;
+    e.id = handle.id;
+    e.joint = joint.name;
+    e.stage = "drive";
+    e.out_of_tolerance = true;  // where the report has no name for it: a nominal number, moved
+    // A value at its bound has all draws to one side: their scatter counts to both.
+    const double middle = at(0.5);
+    const double unseen = kNormal95 * unseen_deviation(handle, joint);
+    const Interval ci{value - std::hypot(std::max(middle, value) - at(0.025), unseen),
+                      value + std::hypot(at(0.975) - std::min(middle, value), unseen)};
+    e.parameters = {{handle.parameter, value, "", ci}};
+    values.push_back(std::move(e));
+  }
+  return values;
+}
+
+std::vector<Combination> drive_combinations(const DriveFit& fit, const std::string& joint,
+                                            const std::vector<std::string>& named) {
+  std::vector<CombinedParameter> parameters;
+  std::vector<Index> columns;
+  for (std::size_t h = 0; h < fit.handles.size(); ++h) {
+    const DriveHandle& handle = fit.handles[h];
+    const std::string key = handle.id + "." + handle.parameter;
+    if (!handle.positive || std::find(named.begin(), named.end(), key) == named.end()) continue;
+    parameters.push_back({handle.id, handle.parameter});
+    columns.push_back(static_cast<Index>(h));
+  }
+  MatrixXd logs = fit.draws(Eigen::all, columns);
+  for (Index c = 0; c < logs.cols(); ++c)
+    logs.col(c).array() +=
+        std::log(fit.handles[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])].value);
+  std::vector<Combination> found = combinations_of(parameters, logs);
+  for (Combination& c : found) {
+    c.joint = joint;
+    c.stage = "drive";
+  }
+  return found;
+}
+
+/// Numbers without an effect; false if the drive's model does not have it.
+bool without(const std::string& id, const physics::Joint& joint,
+             physics::DriveNumbers<double>& numbers) {
+  if (id == "coulomb_friction")
+    numbers.level = joint.parameter("joint_friction", "level");
+  else if (id == "viscous_friction")
+    numbers.viscous = 0.0;
+  else if (id == "asymmetric_friction")
+    numbers.asymmetry = 0.0;
+  else if (id == "stribeck_friction")
+    numbers.stribeck_extra = 0.0;
+  else if (id == "load_dependent_friction")
+    numbers.load_share = 0.0;
+  else if (id == "torque_ripple")
+    numbers.ripple = 0.0;
+  else if (id == "torque_constant")
+    numbers.torque_ratio = 0.0;
+  else
+    return false;
+  return true;
+}
+
+/// True if mean squares are less by more than one standard error over windows.
+bool less(const VectorXd& windows, const VectorXd& than) {
+  if (windows.size() < 2 || than.size() != windows.size()) return false;
+  const VectorXd gain = than - windows;
+  const double mean = gain.mean();
+  const auto count = static_cast<double>(gain.size());
+  const double variance = (gain.array() - mean).square().sum() / (count - 1.0);
+  return mean > std::sqrt(variance / count);
+}
+
+void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& command,
+                     const physics::Plant& plant, const physics::DriveNumbers<double>& nominal,
+                     const physics::DriveNumbers<double>& improved, FreeRunVerdict& verdict) {
+  const Series& s = before.series();
+  const physics::Joint& joint = plant.joints[plant.joint_index(s.joint).value_or(0)];
+  double square[2] = {0.0, 0.0}, magnitude[2] = {0.0, 0.0}, count = 0.0;
+  for (const FreeRunWindow& stretch : closed_loop_stretches(s)) {
+    const ServoLaw recorded = recorded_law(command, stretch.first, stretch.last);
+    if (!(recorded.position > 0.0) || recorded.rate < 0.0) continue;
+    const std::vector<double> errors[2] = {
+        closed_loop_errors(before, command, nominal, plant_law(joint, recorded), stretch),
+        closed_loop_errors(after, command, improved, recorded, stretch)};
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (const double e : errors[k]) {
+        const double bounded = std::isfinite(e) ? std::min(std::abs(e), 1e3) : 1e3;
+        square[k] += bounded * bounded;
+        magnitude[k] += bounded;
+      }
+    }
+    count += static_cast<double>(errors[0].size());
+  }
+  if (count == 0.0) return;
+  const std::string unit = s.prismatic ? "m" : "rad";
+  verdict.held_out.push_back({s.joint, "closed_loop_rmse", unit, std::sqrt(square[0] / count),
+                              std::sqrt(square[1] / count), s.motion.noise});
+  verdict.held_out.push_back({s.joint, "closed_loop_mae", unit, magnitude[0] / count,
+                              magnitude[1] / count, s.motion.noise});
+}
+
+}  // namespace
+
+bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other) {
+  return less(one.windows, other.windows);
+}
+
+FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                           std::size_t drive, const physics::Plant& plant,
+                           const physics::Plant& improved, const Report& report,
+                           std::uint64_t seed) {
+  FreeRunVerdict verdict;
+  const Series& recorded = set.series[drive];
+  const auto index = improved.joint_index(recorded.joint);
+  if (!index || recorded.recorded.size() == 0) return verdict;
+  const physics::Joint& joint = improved.joints[*index];
+  const FreeRunRows rows = recorded.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
+  const FreeRun before(recorded, plant);
+  Series relieved = recorded;
+  const bool uneven = std::any_of(
+      report.effects.begin(), report.effects.end(),
+      [&](const NamedEffect& e) { return e.joint == recorded.joint && is_dry_asymmetry(e); });
+  relieved.free_offset = uneven ? 0.0 : findings[drive].offset;
+  const FreeRun after(relieved, improved, findings[drive].posture);
+
+  const std::vector<NamedEffect> found = found_in(report, recorded.joint);
+  const std::vector<std::string> named = found_keys(found);
+  const physics::DriveNumbers<double> start = after.numbers(improved);
+  const physics::DriveNumbers<double> nominal = before.numbers(plant);
+  const bool weight = relieved.weight.size() > 0 && joint.link.mass_kg > 0.0;
+  const DriveFit fit =
+      fit_drive(after, start, drive_handles(start, nominal, joint, weight, named), seed);
+  verdict.windows = fit.judged_windows;
+  if (fit.better()) {
+    verdict.values = values_of(fit, joint);
+    verdict.combinations = drive_combinations(fit, recorded.joint, named);
+  }
+  for (const NamedEffect& e : found) {
+    physics::DriveNumbers<double> lacking = start;
+    if (e.out_of_tolerance || !without(e.id, joint, lacking)) continue;
+    // Every free run has a constant of its own, which says the same.
+    if (is_dry_asymmetry(e)) continue;
+    const DriveFit rival =
+        fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
+    // What passed the gates of held-out effort is not lost by a draw.
+    if (less(rival.judged_windows, fit.judged_windows)) verdict.demoted.push_back(e.id);
+  }
+
+  const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);
+  const double was = rms_of(free_run_errors(before, nominal, windows));
+  const double is = rms_of(free_run_errors(after, fit.numbers, windows));
+  if (was >= 0.0 && is >= 0.0) {
+    verdict.held_out.push_back({recorded.joint, "free_run_1s_rmse",
+                                recorded.prismatic ? "m" : "rad", was, is, recorded.motion.noise});
+  }
+  for (const Series& series : set.series) {
+    if (series.joint != recorded.joint || series.stage != Stage::kCommand) continue;
+    add_closed_loop(before, after, series, plant, nominal, fit.numbers, verdict);
+  }
+  return verdict;
+}
+
+namespace {
+
+/// Takes the value of the free run. Screening looks at the same number through other errors of the
+/// model: by how much the two differ beyond their chance belongs to the interval (DerSimonian and
+/// Laird 1986, two estimates).
+void adopt(const NamedParameter& refitted, NamedParameter& p) {
+  // Numbers that are positive for certain scatter in proportion.
+  const bool positive = refitted.ci95.first > 0.0 && p.ci95.first > 0.0;
+  const auto in = [positive](double x) { return positive ? std::log(x) : x; };
+  const auto out = [positive](double x) { return positive ? std::exp(x) : x; };
+  const auto variance = [&in](const Interval& ci) {
+    return std::pow((in(ci.second) - in(ci.first)) / (2.0 * kNormal95), 2);
+  };
+  const double value = in(refitted.value);
+  const double difference = value - in(p.value);
+  const double between =
+      std::max(0.0, 0.5 * (difference * difference - variance(refitted.ci95) - variance(p.ci95)));
+  const double more = kNormal95 * std::sqrt(between);
+  p.value = refitted.value;
+  p.ci95 = {out(value - std::hypot(value - in(refitted.ci95.first), more)),
+            out(value + std::hypot(in(refitted.ci95.second) - value, more))};
+}
+
+}  // namespace
+
+void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
+  report.held_out.insert(report.held_out.end(), verdict.held_out.begin(), verdict.held_out.end());
+  report.combinations.insert(report.combinations.end(), verdict.combinations.begin(),
+                             verdict.combinations.end());
+  for (const NamedEffect& value : verdict.values) {
+    const NamedParameter& refitted = value.parameters.front();
+    bool known = false;
+    for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
+      for (NamedEffect& e : *list) {
+        if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
+        for (NamedParameter& p : e.parameters) {
+          if (p.name != refitted.name) continue;
+          adopt(refitted, p);
+          known = true;
+        }
+      }
+    }
+    if (!known) report.refitted.push_back(value);
+  }
+  for (const std::string& id : verdict.demoted) {
+    std::erase_if(report.kept,
+                  [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
+    const auto it =
+        std::find_if(report.effects.begin(), report.effects.end(),
+                     [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
+    if (it == report.effects.end()) continue;
+    const bool told = std::any_of(
+        report.unexplained.begin(), report.unexplained.end(),
+        [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
+    if (!told) {
+      Unexplained u;
+      u.joint = drive.joint;
+      u.stage = "drive";
+      u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
+      u.size = it->size;
+      u.unit = it->unit;
+      report.unexplained.push_back(std::move(u));
+    }
+    report.effects.erase(it);
+  }
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/report/suggest.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A recording that changes one circumstance, and the effects that answer to it alone.
+struct Protocol {
+  std::string_view experiment;
+  double minutes;
+  std::array<std::string_view, 6> answers;
+  Exercise motion = Exercise::kNone;
+};
+
+/// Ids that one protocol tells from the others: a pair is parted by a protocol that names one of
+/// the two and not the other. After MISMATCH's menu of separating experiments.
+constexpr std::array<Protocol, 11> kProtocols = {{
+    {"repeat the same motion with 500 g on the tool",
+     4,
+     {"compliance", "payload", "gravity", "load_dependent_friction", "hysteresis", "backlash"},
+     Exercise::kLoaded},
+    {"repeat the same motion at a third and at three times the speed",
+     6,
+     {"delay", "viscous_friction", "stribeck_friction", "torque_constant", "inertia_error", ""},
+     Exercise::kSpeeds},
+    {"hold a loaded pose for three minutes, then the opposite one",
+     7,
+     {"creep", "", "", "", "", ""},
+     Exercise::kHolds},
+    {"reversals of 0.05, 0.2, 1 and 5 degrees around three poses, slowly",
+     5,
+     {"presliding", "hysteresis", "joint_friction", "backlash", "coulomb_friction", ""},
+     Exercise::kReversals},
+    {"move every other joint alone over its range while this one holds",
+     4,
+     {"coupling", "", "", "", "", ""},
+     Exercise::kOneByOne},
+    {"home twice more and record a minute each time",
+     4,
+     {"homing_offset", "slip", "lost_counts", "", "", ""}},
+    {"record again after an hour of motion", 65, {"thermal_drift", "", "", "", "", ""}},
+    {"press the joint to and fro by hand, or with torque pulses below breakaway",
+     3,
+     {"backlash", "joint_friction", "", "", "", ""}},
+    {"pass the whole range slowly both ways ten times, at 1 kHz",
+     8,
+     {"eccentricity", "torque_ripple", "gain_error", "", "", ""},
+     Exercise::kWholeRange},
+    {"torque pulses and fast stops, recorded at 1 kHz",
+     3,
+     {"flexible_mode", "saturation", "input_disturbance", "controller_gain", "", ""}},
+    {"weigh the tool and check the plant's masses and drive constants",
+     2,
+     {"torque_constant", "gravity", "payload", "", "", ""}},
+}};
+
+bool answers(const Protocol& protocol, std::string_view id) {
+  return std::find(protocol.answers.begin(), protocol.answers.end(), id) != protocol.answers.end();
+}
+
+/// The cheapest protocol that one of the two answers to and the other does not.
+const Protocol* parting(std::string_view a, std::string_view b) {
+  const Protocol* best = nullptr;
+  for (const Protocol& p : kProtocols) {
+    if (answers(p, a) == answers(p, b)) continue;
+    if (best == nullptr || p.minutes < best->minutes) best = &p;
+  }
+  return best;
+}
+
+const Protocol* testing(std::string_view id) {
+  const Protocol* best = nullptr;
+  for (const Protocol& p : kProtocols) {
+    if (answers(p, id) && (best == nullptr || p.minutes < best->minutes)) best = &p;
+  }
+  return best;
+}
+
+void add_ties(const Json& report, std::vector<Suggestion>& out) {
+  for (const Json& effect : report.at("effects")) {
+    const std::string id = effect.at("id");
+    for (const Json& rival : effect.at("ambiguous_with")) {
+      const std::string other = rival;
+      if (const Protocol* p = parting(id, other)) {
+        out.push_back({0,
+                       effect.at("joint"),
+                       std::string(p->experiment),
+                       p->minutes,
+                       fmt::format("joint {}: parts {} from {}",
+                                   effect.at("joint").get<std::string>(), id, other),
+                       p->motion,
+                       {id, other}});
+      } else {
+        out.push_back({0,
+                       effect.at("joint"),
+                       effect.at("separate_by"),
+                       10.0,
+                       fmt::format("joint {}: parts {} from {}",
+                                   effect.at("joint").get<std::string>(), id, other),
+                       Exercise::kNone,
+                       {id, other}});
+      }
+    }
+  }
+}
+
+void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
+  for (const Json& u : report.at("unexplained")) {
+    const auto depends = u.at("depends_on").get<std::vector<std::string>>();
+    const std::string joint = u.at("joint");
+    out.push_back({1,
+                   joint,
+                   depends.empty()
+                       ? std::string("repeat the same motion twice: what does not repeat is noise")
+                       : fmt::format("vary {} alone, everything else held", depends.front()),
+                   5.0,
+                   fmt::format("joint {}, {}: {:.0f} % of the excess has no name", joint,
+                               u.at("stage").get<std::string>(),
+                               100.0 * u.at("share_of_excess").get<double>()),
+                   Exercise::kNone,
+                   {}});
+  }
+}
+
+/// Effects that one experiment would test and that one reason kept from being tested.
+struct Untested {
+  const Protocol* protocol;
+  std::string why;
+  std::vector<std::string> ids, joints;
+};
+
+void add_once(std::vector<std::string>& list, const std::string& item) {
+  if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
+void add_untested(const Json& report, std::vector<Suggestion>& out) {
+  std::vector<Untested> groups;
+  for (const Json& n : report.at("not_found")) {
+    if (!n.contains("not_testable_because")) continue;
+    const std::string id = n.at("id");
+    const std::string why = n.at("not_testable_because");
+    const Protocol* p = testing(id);
+    if (p == nullptr) continue;
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const Untested& g) { return g.protocol == p && g.why == why; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {p, why, {}, {}});
+    add_once(group->ids, id);
+    add_once(group->joints, n.at("joint"));
+  }
+  for (const Untested& g : groups) {
+    out.push_back({2,
+                   g.joints.front(),
+                   std::string(g.protocol->experiment),
+                   g.protocol->minutes,
+                   fmt::format("joint {}: tests {}, not testable so far: {}",
+                               fmt::join(g.joints, ", "), fmt::join(g.ids, ", "), g.why),
+                   g.protocol->motion,
+                   {g.ids.front()}});
+  }
+}
+
+/// One entry per experiment and urgency, its reasons joined.
+std::vector<Suggestion> merged(std::vector<Suggestion> all) {
+  std::stable_sort(all.begin(), all.end(), [](const Suggestion& a, const Suggestion& b) {
+    return a.urgency != b.urgency ? a.urgency < b.urgency : a.minutes < b.minutes;
+  });
+  std::vector<Suggestion> out;
+  for (Suggestion& s : all) {
+    const auto same = std::find_if(
+        out.begin(), out.end(), [&](const Suggestion& o) { return o.experiment == s.experiment; });
+    if (same == out.end()) {
+      out.push_back(std::move(s));
+    } else if (same->urgency == s.urgency && same->why.size() < 400 &&
+               same->why.find(s.why) == std::string::npos) {
+      same->why += "; " + s.why;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival) {
+  const Protocol* p = parting(id, rival);
+  if (p == nullptr) return std::nullopt;
+  return Experiment{std::string(p->experiment), p->minutes};
+}
+
+core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
+                                              const std::string& source) {
+  try {
+    const Json report = Json::parse(report_json);
+    if (report.at("schema") != 1) {
+      return core::Error{core::ErrorCode::kData,
+                         fmt::format("{}: schema {} is not 1", source, report.at("schema").dump())};
+    }
+    std::vector<Suggestion> all;
+    add_ties(report, all);
+    add_unexplained(report, all);
+    add_untested(report, all);
+    return merged(std::move(all));
+  } catch (const Json::exception& error) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: not a report of `ravencal diagnose`: {}", source, error.what())};
+  }
+}
+
+std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
+  Json list = Json::array();
+  for (const Suggestion& s : suggestions) {
+    list.push_back({{"urgency", s.urgency},
+                    {"joint", s.joint},
+                    {"experiment", s.experiment},
+                    {"minutes", s.minutes},
+                    {"why", s.why}});
+  }
+  return Json{{"suggestions", std::move(list)}}.dump(2);
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a diagnosis leaves behind: for programs, for people, for `ravencal simulate`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/result.hpp"
+#include "diagnose/findings/findings.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::diagnose {
+
+/// report.json as text, schema 1.
+std::string report_json(const Report& report);
+
+/// report.html: one page that needs nothing else.
+std::string report_html(const Report& report);
+
+/// The plant with the named effects and refitted parameters. What `simulate` cannot run yet stands
+/// in comments at its end. Errors: the plant's file cannot be read (kIo).
+core::Result<std::string> improved_plant(const physics::Plant& plant, const Report& report);
+
+/// Writes report.json, report.html and plant_improved.toml into `folder`, each through a partial
+/// file.
+core::Status write_report(const Report& report, const physics::Plant& plant,
+                          const std::filesystem::path& folder);
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/selection/cable_family.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/effects/shapes.hpp"
+#include "diagnose/selection/cable_members.hpp"
+#include "diagnose/selection/invariance.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostMembers = 3;
+/// Sets whose whole fit is worth a look at held-out blocks.
+constexpr std::size_t kShortList = 7;
+/// What a search through some hundred sets must gain that nothing called for: twice the logs of
+/// their number and of 200 : 1.
+constexpr double kUncalledScore = 20.0;
+
+struct Judged {
+  CableSubset subset;
+  ChannelModel model;
+  VectorXd errors;
+  double score = 0.0;
+};
+
+double cost_of(const CableSubset& subset, const ChannelModel& model) {
+  double cost = 0.0;
+  for (std::size_t m = 0; m < subset.members.size(); ++m) {
+    const CableMember& member = *subset.members[m];
+    if (!member.is_number()) {
+      // Where creep begins is a state, not physics.
+      cost += effect_cost(std::min<Index>(2, subset.log_values[m].size()));
+      continue;
+    }
+    const auto term = model.candidates[member.candidate]->form->nominal_term();
+    cost += number_cost(std::expm1(subset.log_values[m][0]), model.tolerance[*term]);
+  }
+  return cost;
+}
+
+/// Sets of up to three members: physics that the plant lacks, or numbers that are off. A number far
+/// off beside missing physics of the same cable cannot be told from how that physics is simulated.
+std::vector<std::vector<const CableMember*>> sets_of(const std::vector<CableMember>& members) {
+  std::vector<std::vector<const CableMember*>> sets;
+  const std::size_t count = members.size();
+  for (std::size_t mask = 1; mask < (std::size_t{1} << count); ++mask) {
+    std::vector<const CableMember*> set;
+    for (std::size_t m = 0; m < count; ++m)
+      if ((mask >> m & 1U) != 0) set.push_back(&members[m]);
+    const auto numbers =
+        std::count_if(set.begin(), set.end(), [](const CableMember* m) { return m->is_number(); });
+    const bool one_kind = numbers == 0 || numbers == static_cast<std::ptrdiff_t>(set.size());
+    if (one_kind && set.size() <= kMostMembers) sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+/// The model with that set in it; nothing where a number contradicts its effect.
+std::optional<Judged> judged(const ChannelModel& rest, CableSubset subset, double unit) {
+  Judged out{std::move(subset), rest, {}, 0.0};
+  if (!out.subset.members.front()->is_number()) {
+    move_nominal(out.model, cable_with(*rest.series, out.subset));
+    out.subset = CableFit(out.model).improved(std::move(out.subset));
+  }
+  for (Chosen& chosen : chosen_of(rest, out.subset)) out.model.chosen.push_back(std::move(chosen));
+  out.model.hold_nominal();
+  const VectorXd b = joint_fit(out.model);
+  Index at = out.model.base.cols();
+  for (const Chosen& chosen : out.model.chosen) {
+    const EffectForm& form = *rest.candidates[chosen.candidate]->form;
+    const VectorXd own = b.segment(at, chosen.columns.cols());
+    at += chosen.columns.cols();
+    if (chosen.everywhere.size() == 0) continue;
+    if (!form.inconsistency(*rest.series, chosen.shape, own).empty()) return std::nullopt;
+    const auto term = form.nominal_term();
+    if (term && std::abs(own[0]) < rest.limit[*term]) return std::nullopt;
+  }
+  out.errors = held_out_errors(out.model);
+  out.score = out.errors.sum() / unit + cost_of(out.subset, out.model) + nominal_cost(out.model, b);
+  return out;
+}
+
+std::vector<Judged> short_list(const ChannelModel& rest, const std::vector<CableMember>& members,
+                               double unit) {
+  const CableFit fit(rest);
+  std::vector<std::pair<double, CableSubset>> fitted;
+  const auto rows = static_cast<double>(rest.target.size());
+  for (const auto& set : sets_of(members)) {
+    CableSubset subset = fit.fit(set);
+    const double score = subset.error * rows / unit + cost_of(subset, rest);
+    fitted.emplace_back(score, std::move(subset));
+  }
+  std::sort(fitted.begin(), fitted.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Judged> list;
+  for (auto& [score, subset] : fitted) {
+    if (list.size() >= kShortList) break;
+    if (auto one = judged(rest, std::move(subset), unit)) list.push_back(std::move(*one));
+  }
+  return list;
+}
+
+bool steady(const ChannelModel& model) {
+  const VectorXd b = joint_fit(model);
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+    if (model.chosen[i].everywhere.size() > 0 && invariance_of(model, b, i).is_proxy())
+      return false;
+  }
+  return true;
+}
+
+/// Error that no simulation of a cable comes below, as sum of squares: a share of how far the cable
+/// parts motor and joint.
+double form_error(const ChannelModel& rest, const CableSubset& subset) {
+  const Series& s = *rest.series;
+  VectorXd stretch = rest.blocks.gather(cable_stretch(s, cable_with(s, subset)));
+  stretch.array() -= stretch.mean();
+  return kModelForm * kModelForm * stretch.squaredNorm();
+}
+
+/// The same of the strands among them: slip elements and Bouc and Wen's loop, each fitted to the
+/// other, part by 5 % over full strokes and by up to 27 % over nested ones, where only one of them
+/// closes its loops.
+double strands_error(const ChannelModel& rest, const CableSubset& subset) {
+  constexpr double kStrandsForm = 0.3;
+  const Series& s = *rest.series;
+  const CableNumbers cable = cable_with(s, subset);
+  CableNumbers without = cable;
+  without.strand_stiffness = s.cable.strand_stiffness;
+  without.strand_yield = s.cable.strand_yield;
+  const VectorXd part = cable_stretch(s, cable) - cable_stretch(s, without);
+  return kStrandsForm * kStrandsForm * rest.blocks.gather(part).squaredNorm();
+}
+
+/// The likeliest set; a smaller one where held-out blocks do not tell the two apart, or differ by
+/// less than simulations of cables do; sets whose sizes change with circumstances only where no
+/// other is as good.
+const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest) {
+  const auto less = [](const Judged& a, const Judged& b) { return a.score < b.score; };
+  const auto first = std::min_element(list.begin(), list.end(), less);
+  if (first == list.end()) return nullptr;
+  const double form = form_error(rest, first->subset);
+  const auto as_good = [&](const Judged& other) {
+    if (other.errors.sum() - first->errors.sum() < form) return true;
+    return other.score < first->score + kUncalledScore && tied(other.errors, first->errors);
+  };
+  const Judged* best = &*first;
+  bool best_steady = steady(best->model);
+  for (const Judged& other : list) {
+    const std::size_t size = other.subset.members.size();
+    const std::size_t least = best->subset.members.size();
+    const bool smaller = size < least || (size == least && other.score < best->score);
+    const bool steadier = !best_steady && size <= least;
+    if (&other == best || !as_good(other) || !(smaller || steadier)) continue;
+    if (!steady(other.model)) continue;
+    best = &other;
+    best_steady = true;
+  }
+  return best;
+}
+
+/// Names by which other sets, as likely and not larger, differ from the one kept.
+void note_ties(const std::vector<Judged>& list, const Judged& best, ChannelModel& model) {
+  const auto has = [](const CableSubset& set, const CableMember* member) {
+    return std::find(set.members.begin(), set.members.end(), member) != set.members.end();
+  };
+  for (const Judged& other : list) {
+    if (&other == &best || other.score > best.score + kClearScore ||
+        other.subset.members.size() > best.subset.members.size() ||
+        !tied(other.errors, best.errors))
+      continue;
+    std::vector<const CableMember*> lost, gained;
+    for (const CableMember* m : best.subset.members)
+      if (!has(other.subset, m)) lost.push_back(m);
+    for (const CableMember* m : other.subset.members)
+      if (!has(best.subset, m)) gained.push_back(m);
+    if (lost.size() != 1 || gained.size() != 1) continue;
+    const std::string& name = model.candidates[gained.front()->candidate]->form->id();
+    for (Chosen& chosen : model.chosen) {
+      if (chosen.candidate == lost.front()->candidate) chosen.tied_with.push_back(name);
+    }
+  }
+}
+
+/// What the selection, which takes effects one by one, says of the cable.
+struct Called {
+  ChannelModel rest;  ///< the model without it
+  double cost = 0.0;
+  double form_error = 0.0;  ///< as of a set, were it named; none where nothing of the cable is
+  bool strands = false, other_physics = false;
+
+  explicit Called(const ChannelModel& model) : rest(model) {
+    std::erase_if(rest.chosen, [&](const Chosen& c) {
+      return cable_kind(*model.candidates[c.candidate]->form, *model.series).has_value();
+    });
+    if (rest.chosen.size() == model.chosen.size()) return;
+    rest.hold_nominal();
+    const VectorXd b = joint_fit(model);
+    const Series& s = *model.series;
+    VectorXd stretch = model.blocks.gather(cable_stretch(s, s.cable));
+    for (std::size_t i = 0; i < model.chosen.size(); ++i) {
+      const Chosen& c = model.chosen[i];
+      const EffectForm& form = *model.candidates[c.candidate]->form;
+      const auto kind = cable_kind(form, s);
+      if (!kind) continue;
+      const VectorXd own = b.segment(model.first_column(i), c.columns.cols());
+      stretch -= c.columns * own;
+      const auto term = form.nominal_term();
+      strands = strands || *kind == CableMember::Kind::kStrands;
+      other_physics = other_physics || (!term && *kind != CableMember::Kind::kStrands);
+      cost +=
+          term ? number_cost(own[0], model.tolerance[*term]) : effect_cost(freedom_of(model, c));
+    }
+    stretch.array() -= stretch.mean();
+    form_error = kModelForm * kModelForm * stretch.squaredNorm();
+  }
+};
+
+/// Puts the set in place that the selection, which takes effects one by one, could not come to.
+/// Where it named one of the cable's effects, what a set explains beyond it must exceed what
+/// simulations of that one differ by; and strands, whose loops take any shape, are added to no
+/// other name: LuGre friction beside a gap passes for them.
+void settle_beside(ChannelModel& model, const Gates& gates) {
+  const VectorXd errors = held_out_errors(model);
+  const double unit = noise_unit(model);
+  const Called called(model);
+  // Nothing is there to gain where the error is the noise; but where a set was taken for one of its
+  // members, what that one leaves passes for noise.
+  const double noise = called.form_error > 0.0 ? called.form_error : model.noise.squaredNorm();
+  if (errors.sum() - noise < kUncalledScore * unit) return;
+  const double excess = called.rest.rms_of(held_out_errors(called.rest));
+  std::vector<CableMember> members = cable_members(called.rest, excess);
+  if (called.other_physics && !called.strands)
+    std::erase_if(members,
+                  [](const CableMember& m) { return m.kind == CableMember::Kind::kStrands; });
+  if (members.empty()) return;
+  const std::vector<Judged> list = short_list(called.rest, members, unit);
+  const Judged* best = best_of(list, called.rest);
+  if (best == nullptr) return;
+  const double present = errors.sum() / unit + nominal_cost(model, joint_fit(model)) + called.cost;
+  if (best->score > present - kUncalledScore) return;
+  const double gain = errors.sum() - best->errors.sum();
+  if (gain < std::max(called.form_error, gates.least_share * errors.sum())) return;
+  ChannelModel settled = best->model;
+  note_ties(list, *best, settled);
+  model = std::move(settled);
+}
+
+/// Loops that do not close wander, as creep does: creep beside strands must explain more than
+/// simulations of strands differ by.
+void drop_wander(ChannelModel& model) {
+  const auto kind_of = [&](const Chosen& c) {
+    return cable_kind(*model.candidates[c.candidate]->form, *model.series);
+  };
+  const auto has = [&](CableMember::Kind kind) {
+    return std::any_of(model.chosen.begin(), model.chosen.end(),
+                       [&](const Chosen& c) { return kind_of(c) == kind; });
+  };
+  if (!has(CableMember::Kind::kStrands) || !has(CableMember::Kind::kCreep)) return;
+  const Called called(model);
+  const VectorXd errors = held_out_errors(model);
+  const double excess = called.rest.rms_of(held_out_errors(called.rest));
+  const std::vector<CableMember> members = cable_members(called.rest, excess);
+  std::vector<const CableMember*> others;
+  for (const CableMember& m : members)
+    if (m.kind != CableMember::Kind::kCreep && has(m.kind)) others.push_back(&m);
+  const auto without = judged(called.rest, CableFit(called.rest).fit(others), noise_unit(model));
+  if (!without) return;
+  const double more = without->errors.sum() - errors.sum();
+  if (more < strands_error(called.rest, without->subset)) model = without->model;
+}
+
+}  // namespace
+
+void settle_cable(ChannelModel& model, const Gates& gates) {
+  // What creep leaves from an unknown start looks like a drift: the sets are tried without one
+  // first, and with it where they do not explain as much.
+  ChannelModel timeless = model;
+  std::erase_if(timeless.chosen, [&](const Chosen& chosen) {
+    return model.candidates[chosen.candidate]->form->time_only();
+  });
+  if (timeless.chosen.size() < model.chosen.size()) {
+    timeless.hold_nominal();
+    const VectorXd present = held_out_errors(model);
+    settle_beside(timeless, gates);
+    const VectorXd errors = held_out_errors(timeless);
+    if (errors.sum() < present.sum() || tied(errors, present)) {
+      model = std::move(timeless);
+      drop_wander(model);
+      return;
+    }
+  }
+  settle_beside(model, gates);
+  drop_wander(model);
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/selection/contenders.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates) {
+  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+         e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
+}
+
+double prior_cost(const ChannelModel& model) {
+  const VectorXd b = joint_fit(model);
+  const double cost = nominal_cost(model, b);
+  const Chosen& last = model.chosen.back();
+  if (const auto term = model.candidates[last.candidate]->form->nominal_term())
+    return cost + number_cost(b[b.size() - 1], model.tolerance[*term]);
+  return cost + effect_cost(freedom_of(model, last));
+}
+
+}  // namespace
+
+Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double rows,
+              std::uint64_t seed) {
+  const VectorXd gains = before - after;
+  const double gain = gains.sum();
+  e.held_out_before = std::sqrt(before.sum() / rows);
+  e.held_out_after = std::sqrt(after.sum() / rows);
+  e.z = z_score(gains);
+  e.block_p = sign_flip_p(gains, seed, 999);
+  e.share = gain / std::max(before.sum(), 1e-300);
+  e.size = std::sqrt(std::max(0.0, gain) / rows);
+  return e;
+}
+
+bool last_is_consistent(const ChannelModel& model) {
+  const Chosen& last = model.chosen.back();
+  const EffectForm& form = *model.candidates[last.candidate]->form;
+  const VectorXd b = joint_fit(model).tail(last.columns.cols());
+  if (const auto term = form.nominal_term(); term && std::abs(b[0]) <= model.limit[*term])
+    return false;
+  return form.inconsistency(*model.series, last.shape, b).empty();
+}
+
+std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult& result,
+                                  const Gates& gates) {
+  const double unit = noise_unit(model);
+  std::vector<Contender> out;
+  const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
+  for (const TestedCandidate& tested : result.tested) {
+    if (tested.evidence.p_value > gates.alpha) continue;
+    ChannelModel with = model;
+    with.chosen.push_back(tested.best);
+    with.hold_nominal();
+    Contender contender{&tested, held_out_errors(with), 0.0};
+    const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
+    if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;
+    contender.score = contender.errors.sum() / unit + prior_cost(with);
+    out.push_back(std::move(contender));
+  }
+  return out;
+}
+
+}  // namespace ravencal::diagnose

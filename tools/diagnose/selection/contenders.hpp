@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the plant's numbers do when an effect joins them: evidence with all of them held anew.
+#pragma once
+
+#include <cstdint>
+
+#include "diagnose/selection/selection.hpp"
+
+namespace ravencal::diagnose {
+
+/// What a candidate gains with the plant's numbers held anew beside it. A screen holds them where
+/// they were without it, bent as far towards it as their tolerances let them.
+Evidence anew(Evidence e, const Eigen::VectorXd& before, const Eigen::VectorXd& after, double rows,
+              std::uint64_t seed);
+
+}  // namespace ravencal::diagnose

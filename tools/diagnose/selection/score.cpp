@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a model is worth: held-out error in units of its noise, and what is thought of its effects
+// and numbers beforehand.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/selection/selection.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Cost of missing physics: one candidate out of some twenty (2 ln 20).
+constexpr double kPhysicsCost = 6.0;
+/// Per free coefficient and shape (Akaike).
+constexpr double kFreedomCost = 2.0;
+
+}  // namespace
+
+double noise_unit(const ChannelModel& model) {
+  const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
+  return std::max(variance * model.correlation_rows, 1e-300);
+}
+
+VectorXd held_out_errors(const ChannelModel& model) {
+  const MatrixXd columns = model.columns();
+  return held_out_error(model.blocks, moments_of(model.blocks, columns, model.target),
+                        model.column_precision(columns.cols()));
+}
+
+double effect_cost(Index numbers) {
+  return kPhysicsCost + kFreedomCost * static_cast<double>(numbers);
+}
+
+// A size that a replay takes as its shape has no coefficient of its own.
+Index freedom_of(const ChannelModel& model, const Chosen& chosen) {
+  const EffectForm& form = *model.candidates[chosen.candidate]->form;
+  const Index numbers = chosen.columns.cols() + static_cast<Index>(chosen.shape.size());
+  return form.unit_coefficient(*model.series) ? numbers - 1 : numbers;
+}
+
+// A number beyond its tolerance: its owner was wrong about it, not unlucky, and errors of that kind
+// have long tails (Cauchy, tolerances as unit).
+double number_cost(double change, double tolerance) {
+  const double relative = change / tolerance;
+  return 2.0 * std::log1p(relative * relative) + kFreedomCost;
+}
+
+double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
+  double cost = 0.0;
+  for (std::size_t term = 0; term < model.tolerance.size(); ++term) {
+    const double change = coefficients[static_cast<Index>(term) + 1] / model.tolerance[term];
+    cost += change * change;
+  }
+  return cost;
+}
+
+ChannelModel without_constant(const ChannelModel& model) {
+  ChannelModel out = model;
+  out.free_base.col(0).setZero();
+  out.precision[0] = 1.0;
+  out.hold_nominal();
+  return out;
+}
+
+double score_of(const ChannelModel& model) {
+  return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
+}
+
+bool tied(const VectorXd& a, const VectorXd& b) {
+  const VectorXd difference = a - b;
+  const auto count = static_cast<double>(difference.size());
+  const double mean = difference.mean();
+  const double deviation =
+      std::sqrt((difference.array() - mean).square().sum() / std::max(1.0, count - 1.0));
+  return std::abs(mean) < 2.0 * deviation / std::sqrt(count);
+}
+
+}  // namespace ravencal::diagnose

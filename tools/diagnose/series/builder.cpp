@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnose/series/operators.hpp"
+#include "diagnose/series/posture.hpp"
+#include "diagnose/series/series.hpp"
+#include "diagnose/series/table.hpp"
+#include "physics/plant_effort.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using record::Recording;
+using record::Role;
+
+/// Positions of every joint on each side of the transmission, where recorded.
+struct Positions {
+  VectorXd estimate;  ///< empty if unknown
+  VectorXd motor;     ///< motor angle over reduction
+  VectorXd desired;
+  VectorXd truth;
+  VectorXd effort;  ///< of the drive, at the joint
+};
+
+class Builder {
+ public:
+  Builder(const Table& table, const physics::Plant& plant) : table_(table), plant_(plant) {
+    for (const physics::Joint& joint : plant.joints) positions_.push_back(positions_of(joint));
+    derive_estimates();
+  }
+
+  SeriesSet build() {
+    SeriesSet set;
+    std::vector<VectorXd> believed, truth;
+    for (const Positions& p : positions_) {
+      believed.push_back(best_position(p));
+      truth.push_back(p.estimate.size() > 0 ? p.truth : VectorXd());
+    }
+    const std::vector<VectorXd> posture = posture_of(believed, truth, table_.recording());
+    weights_ = holding_efforts(plant_, posture);
+    physics::Plant loaded = plant_;
+    loaded.payload.mass_kg += 1.0;
+    payloads_ = holding_efforts(loaded, posture);
+    for (std::size_t j = 0; j < payloads_.size(); ++j) {
+      if (payloads_[j].size() == 0 || weights_[j].size() == 0)
+        payloads_[j].resize(0);
+      else
+        payloads_[j] -= weights_[j];
+    }
+    drive_weights_ = physics::motor_efforts(plant_, weights_);
+    drive_payloads_ = physics::motor_efforts(plant_, payloads_);
+    for (std::size_t j = 0; j < positions_.size(); ++j)
+      frictions_.push_back(cable_friction(table_.t_s(),
+                                          Table::bridged(best_position(positions_[j])),
+                                          table_.fresh(), cable_numbers(plant_.joints[j])));
+    drive_frictions_ = physics::motor_efforts(plant_, frictions_);
+    stretches_.resize(positions_.size());
+    for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
+    return set;
+  }
+
+ private:
+  [[nodiscard]] VectorXd signal_or_empty(Role role, const std::string& joint) const {
+    return table_.has(role, joint) ? table_.signal(role, joint) : VectorXd();
+  }
+
+  [[nodiscard]] Positions positions_of(const physics::Joint& joint) const {
+    Positions p;
+    p.estimate = signal_or_empty(Role::kJointEstimate, joint.name);
+    p.motor = signal_or_empty(Role::kMotorPosition, joint.name);
+    if (p.motor.size() > 0) p.motor /= joint.reduction;
+    p.desired = signal_or_empty(Role::kDesiredPosition, joint.name);
+    p.truth = signal_or_empty(Role::kJointTruth, joint.name);
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    if (table_.has(Role::kDriveTorque, joint.name)) {
+      p.effort = table_.signal(Role::kDriveTorque, joint.name) * to_joint;
+    } else if (table_.has(Role::kDriveInput, joint.name)) {
+      const double counts = joint.drive.dac_counts_per_n_m;
+      const double gain = counts != 0.0 ? 1.0 / counts : joint.drive.gain;
+      p.effort = table_.signal(Role::kDriveInput, joint.name) * gain * to_joint;
+    }
+    return p;
+  }
+
+  /// joint = motor / reduction + coupling * joints, in the plant's order.
+  void derive_estimates() {
+    for (std::size_t j = 0; j < positions_.size(); ++j) {
+      Positions& p = positions_[j];
+      if (p.estimate.size() > 0 || p.motor.size() == 0) continue;
+      p.estimate = p.motor;
+      for (std::size_t k = 0; k < j; ++k) {
+        const double factor = plant_.coupling[j][k];
+        if (factor != 0.0 && positions_[k].estimate.size() > 0) {
+          p.estimate += factor * positions_[k].estimate;
+        }
+      }
+    }
+  }
+
+  static const VectorXd& best_position(const Positions& p) {
+    if (p.estimate.size() > 0) return p.estimate;
+    return p.truth.size() > 0 ? p.truth : p.desired;
+  }
+
+  void add_joint(std::size_t j, SeriesSet& set) {
+    const Positions& p = positions_[j];
+    const std::string& name = plant_.joints[j].name;
+    const VectorXd& believed = p.estimate.size() > 0 ? p.estimate : p.desired;
+    const bool transmission = p.truth.size() > 0 && believed.size() > 0;
+    const bool drive = p.effort.size() > 0 && (p.motor.size() > 0 || believed.size() > 0);
+    if (transmission)
+      set.series.push_back(position_series(j, Stage::kTransmission, p.truth, believed));
+    if (drive) set.series.push_back(drive_series(j));
+    if (drive && p.desired.size() > 0 && plant_.joints[j].controller) {
+      set.series.push_back(command_series(j));
+    }
+    const bool tracking = !transmission && !drive && p.desired.size() > 0 && p.estimate.size() > 0;
+    if (tracking) set.series.push_back(position_series(j, Stage::kTracking, p.estimate, p.desired));
+    if (!transmission && !drive && !tracking) {
+      set.not_possible[name] = "the recording holds too few of this joint's positions and efforts";
+    } else if (!transmission) {
+      set.not_possible[name] =
+          "no joint_truth was recorded, so nothing behind the motor can be seen";
+    } else if (!drive) {
+      set.not_possible[name] =
+          "no drive effort was recorded, so friction and load of the drive cannot be seen";
+    }
+  }
+
+  [[nodiscard]] Series basis(std::size_t j, Stage stage, const VectorXd& position) {
+    const physics::Joint& joint = plant_.joints[j];
+    Series series;
+    series.joint = joint.name;
+    series.stage = stage;
+    series.prismatic = joint.kind == physics::JointKind::kPrismatic;
+    series.t_s = table_.t_s();
+    series.recording = table_.recording();
+    series.fresh = table_.fresh();
+    series.held_out = table_.held_out();
+    series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
+                                  stage == Stage::kDrive ? 2 : 1);
+    series.nominal_mass_kg = joint.link.mass_kg;
+    series.inertia = joint_inertia(plant_, j);
+    series.presliding = joint.parameter("presliding", "displacement");
+    const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
+    series.weight = drive ? drive_weights_[j] : weights_[j];
+    series.payload_per_kg = drive ? drive_payloads_[j] : payloads_[j];
+    const Positions& own = positions_[j];
+    if (own.desired.size() > 0 && best_position(own).size() > 0)
+      series.tracking_error = own.desired - best_position(own);
+    for (std::size_t k = 0; k < positions_.size(); ++k) {
+      const VectorXd& other =
+          stage == Stage::kTracking ? positions_[k].desired : best_position(positions_[k]);
+      if (k == j || other.size() == 0) continue;
+      series.others.push_back(
+          {plant_.joints[k].name,
+           plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
+           smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
+    }
+    series.servo = servo_gains(joint);
+    series.removable_mass_kg = plant_.joints.back().link.mass_kg + plant_.payload.mass_kg;
+    series.cable = cable_numbers(joint);
+    series.inertial = link_inertia(joint) * series.motion.a;
+    if (stage == Stage::kDrive) wind(j, series);
+    const VectorXd& wound = series.wound.size() > 0 ? series.wound : series.motion.q;
+    const CableMotion cable = replay_cable(
+        {series.t_s, wound, series.weight, series.inertial, series.fresh, series.rest_width()},
+        series.cable);
+    series.transmitted = cable.tension;
+    if (!drive && !series.cable.rigid()) stretches_[j] = cable.stretch;
+    for (const record::Channel& channel : table_.channels()) {
+      // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
+      const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&
+                          (channel.unit == "N" || channel.unit == "N_m");
+      const bool load =
+          channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name);
+      if (load || (effort && stage == Stage::kTransmission)) {
+        series.loads.push_back({channel.name, channel.unit, table_.signal(channel.name)});
+      }
+    }
+    return series;
+  }
+
+  /// Cables over other joints' pulleys move this joint while its motor stands: friction behind the
+  /// cable follows the joint, and other joints' loads their motors (see motor_efforts).
+  void wind(std::size_t j, Series& series) const {
+    const Positions& p = positions_[j];
+    const auto& row = plant_.coupling[j];
+    const bool coupled = std::any_of(row.begin(), row.end(), [](double f) { return f != 0.0; });
+    if (coupled && p.motor.size() > 0 && p.estimate.size() > 0)
+      series.wound = Table::bridged(p.estimate);
+    const VectorXd others = drive_frictions_[j] - frictions_[j];
+    if (!others.isZero(0.0)) series.others_friction = others;
+  }
+
+  static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {
+    if (!joint.controller) return std::nullopt;
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    const double counts = std::abs(joint.drive.dac_counts_per_n_m);
+    ServoGains gains;
+    gains.position = joint.controller->kp_n_m_per_rad * joint.reduction * to_joint;
+    gains.rate = joint.controller->kd_n_m_s_per_rad * joint.reduction * to_joint;
+    if (counts > 0.0) gains.limit = joint.controller->dac_limit_counts / counts * to_joint;
+    return gains;
+  }
+
+  /// Where a status channel says that the drive was off, efforts are not what the drive did.
+  void mask_unpowered(Series& series) const {
+    for (const record::Channel& channel : table_.channels()) {
+      if (channel.role != Role::kStatus || channel.name.find("torque_on") == std::string::npos)
+        continue;
+      const VectorXd on = table_.signal(channel.name);
+      for (Index i = 0; i < series.rows(); ++i) {
+        if (on[i] < 0.5) series.valid[static_cast<std::size_t>(i)] = 0;
+      }
+    }
+  }
+
+  static void mark_valid(Series& series) {
+    series.valid.assign(static_cast<std::size_t>(series.rows()), 1);
+    for (Index i = 0; i < series.rows(); ++i) {
+      bool good = std::isfinite(series.y[i]);
+      for (const Companion& load : series.loads) good = good && std::isfinite(load.value[i]);
+      series.valid[static_cast<std::size_t>(i)] = good ? 1 : 0;
+      if (!good) series.y[i] = 0.0;
+      for (Companion& load : series.loads) {
+        if (!std::isfinite(load.value[i])) load.value[i] = i > 0 ? load.value[i - 1] : 0.0;
+      }
+    }
+  }
+
+  /// Without the mean of each recording's valid rows: offsets are set at each homing, by joint.
+  void centre(VectorXd& x) const {
+    const auto& recording = table_.recording();
+    std::map<int, std::pair<double, double>> sums;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (!std::isfinite(x[i])) continue;
+      auto& [sum, count] = sums[recording[static_cast<std::size_t>(i)]];
+      sum += x[i];
+      count += 1.0;
+    }
+    double last = 0.0;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (std::isfinite(x[i])) {
+        const auto& [sum, count] = sums[recording[static_cast<std::size_t>(i)]];
+        last = x[i] - sum / count;
+      }
+      x[i] = last;
+    }
+  }
+
+  /// `stretches_` of the joints before this one must be known.
+  [[nodiscard]] std::vector<Inherited> inherited(std::size_t j) const {
+    std::vector<Inherited> out;
+    for (std::size_t k = 0; k < j; ++k) {
+      const Positions& other = positions_[k];
+      const double factor = plant_.coupling[j][k];
+      if (factor == 0.0 || other.truth.size() == 0 || other.estimate.size() == 0) continue;
+      const VectorXd stretch = stretches_[k].size() > 0 ? VectorXd(-factor * stretches_[k])
+                                                        : VectorXd(VectorXd::Zero(table_.rows()));
+      const VectorXd whole = factor * (other.truth - other.estimate);
+      const double finite = std::max(1.0, whole.array().isFinite().cast<double>().sum());
+      const double mean = whole.array().isFinite().select(whole.array(), 0.0).sum() / finite;
+      Inherited part{plant_.joints[k].name, stretch, whole - stretch, mean};
+      centre(part.stretch);
+      centre(part.rest);
+      out.push_back(std::move(part));
+    }
+    return out;
+  }
+
+  [[nodiscard]] Series position_series(std::size_t j, Stage stage, const VectorXd& measured,
+                                       const VectorXd& believed) {
+    Series series = basis(j, stage, believed);
+    series.unit = series.prismatic ? "m" : "rad";
+    series.y = measured - believed;
+    if (stage == Stage::kTransmission) series.inherited = inherited(j);
+    mark_valid(series);
+    return series;
+  }
+
+  [[nodiscard]] Series drive_series(std::size_t j) {
+    const Positions& p = positions_[j];
+    Series series = basis(j, Stage::kDrive, p.motor.size() > 0 ? p.motor : best_position(p));
+    series.unit = series.prismatic ? "N" : "N_m";
+    series.recorded = p.effort;
+    series.y = filter_like_acceleration(series.t_s, p.effort, series.fresh,
+                                        std::max(series.motion.half_width_s, 1e-9));
+    mark_valid(series);
+    mask_unpowered(series);
+    mark_rest(series);
+    return series;
+  }
+
+  /// A joint that sticks may carry any effort up to its friction: below a fiftieth of its usual
+  /// speed it says nothing about friction's law.
+  static void mark_rest(Series& series) {
+    const double least = 0.02 * series.training_rms(series.motion.v);
+    series.at_rest.assign(static_cast<std::size_t>(series.rows()), 0);
+    for (Index i = 0; i < series.rows(); ++i) {
+      if (std::abs(series.motion.v[i]) < least) series.at_rest[static_cast<std::size_t>(i)] = 1;
+    }
+  }
+
+  /// The control law works on motor angles; everything here is already divided by the reduction.
+  [[nodiscard]] Series command_series(std::size_t j) {
+    const Positions& p = positions_[j];
+    const VectorXd& measured = best_position(p);  // desired joints are met by joints, not motors
+    Series series = basis(j, Stage::kCommand, p.desired);
+    series.unit = series.prismatic ? "N" : "N_m";
+    series.y = p.effort;
+    series.position_error = motor_error(j);
+    series.desired_rate = series.motion.v;
+    const auto recorded = signal_or_empty(Role::kMotorVelocity, series.joint);
+    series.measured_rate = recorded.size() > 0 ? VectorXd(recorded / plant_.joints[j].reduction)
+                                               : backward_rate(series.t_s, measured, series.fresh);
+    mark_valid(series);
+    mask_unpowered(series);
+    return series;
+  }
+
+  /// Error that drives the joint's motor, without what other joints' motors are believed to add.
+  [[nodiscard]] VectorXd motor_error(std::size_t j) const {
+    VectorXd own = positions_[j].desired - best_position(positions_[j]);
+    for (std::size_t k = 0; k < positions_.size(); ++k) {
+      const Positions& p = positions_[k];
+      if (k != j && p.desired.size() > 0 && best_position(p).size() > 0)
+        own -= plant_.coupling[j][k] * Table::bridged(p.desired - best_position(p));
+    }
+    return own;
+  }
+
+  const Table& table_;
+  const physics::Plant& plant_;
+  std::vector<Positions> positions_;
+  std::vector<VectorXd> weights_;        ///< at the joints
+  std::vector<VectorXd> drive_weights_;  ///< at the motors
+  std::vector<VectorXd> payloads_;       ///< per kg
+  std::vector<VectorXd> drive_payloads_;
+  std::vector<VectorXd> frictions_, drive_frictions_;  ///< behind the cables: at joints, at motors
+  std::vector<VectorXd> stretches_;  ///< of the plant's cables, once their transmission was built
+};
+
+}  // namespace
+
+core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
+                                     const std::vector<Recording>& held_out,
+                                     const physics::Plant& plant, const SeriesOptions& options) {
+  const Table table(training, held_out, options);
+  if (table.rows() < 50) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: {} samples are too few to diagnose; at least 50 are needed",
+                                   training.front().source, table.rows())};
+  }
+  SeriesSet set = Builder(table, plant).build();
+  if (set.series.empty()) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format(
+            "{}: no joint of the plant {} has two signals to compare: joint_truth with "
+            "joint_estimate or motor_position, drive_torque or drive_input with a position, "
+            "or desired_position with a measured one",
+            training.front().source, plant.source)};
+  }
+  return set;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/series/cable_replay.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t kStrands = 4;  // as the simulator's physics::Hysteresis
+
+struct Value {
+  double f = 0.0;
+  double slope = 0.0;
+};
+
+/// State of one cable between samples.
+class Cable {
+ public:
+  Cable(const CableNumbers& n, double least_compliance, double least_presliding)
+      : n_(n),
+        stiffness_(1.0 / std::max(n.compliance, least_compliance)),
+        presliding_(std::max(n.friction_presliding, least_presliding)) {}
+
+  void start(double motor, double load) {
+    creep_ = n_.creep_start * n_.creep_compliance * load;
+    strands_.fill(0.0);
+    stretch_ = 0.0;
+    joint_ = motor;
+    bristle_ = 0.0;
+    if (n_.friction_start) {
+      stretch_ = balance(motor, load + *n_.friction_start * level_at(load), 0.0);
+      joint_ = motor - creep_ - stretch_;
+      bristle_ = *n_.friction_start;
+    } else {
+      stretch_ = balance(motor, load, level_at(load));
+    }
+    settle(motor);
+  }
+
+  /// Joint after the motor has moved to `motor` under `load`; returns motor minus joint.
+  double step(double motor, double load, double dt_s) {
+    if (n_.creep_compliance > 0.0) {
+      creep_ +=
+          (1.0 - std::exp(-dt_s / n_.creep_time_s)) * (n_.creep_compliance * tension_ - creep_);
+    }
+    const double next = balance(motor, load, level_at(load));
+    move_strands(next);
+    stretch_ = next;
+    settle(motor);
+    return motor - joint_;
+  }
+
+  [[nodiscard]] double tension() const { return tension_; }
+  [[nodiscard]] double offset(double motor) const { return motor - joint_; }
+
+ private:
+  /// Cable's effort and its slope at stretch s.
+  [[nodiscard]] Value effort(double s) const {
+    Value v;
+    const double b = n_.gap_half_width;
+    if (s > b || s < -b || b <= 0.0) {
+      v.f = stiffness_ * (s > b ? s - b : (s < -b ? s + b : s));
+      v.slope = stiffness_;
+    }
+    if (n_.strand_stiffness > 0.0) {
+      const double share = n_.strand_stiffness / static_cast<double>(kStrands);
+      for (std::size_t i = 0; i < kStrands; ++i) {
+        const double limit = n_.strand_yield * static_cast<double>(i + 1) / kStrands;
+        const double at = strands_[i] + s - stretch_;
+        v.f += share * std::clamp(at, -limit, limit);
+        if (std::abs(at) < limit) v.slope += share;
+      }
+    }
+    return v;
+  }
+
+  [[nodiscard]] double level_at(double load) const {
+    return n_.friction_level + n_.friction_load_share * std::abs(load);
+  }
+
+  /// Effort balance of the joint, rising in s: cable minus load minus friction.
+  [[nodiscard]] Value imbalance(double s, double motor, double load, double level) const {
+    Value v = effort(s);
+    v.f -= load;
+    if (level > 0.0) {
+      const double moved = motor - creep_ - s - joint_;
+      const double at = bristle_ + moved / presliding_;
+      v.f -= level * std::clamp(at, -1.0, 1.0);
+      if (std::abs(at) < 1.0) v.slope += level / presliding_;
+    }
+    return v;
+  }
+
+  /// Newton within a bracket: the balance is piecewise linear and rises.
+  [[nodiscard]] double balance(double motor, double load, double level) const {
+    const double span = n_.gap_half_width + (std::abs(load) + level) / stiffness_ +
+                        (n_.strand_stiffness * n_.strand_yield) / stiffness_ + 1e-15;
+    double low = -span;
+    double high = span;
+    double s = std::clamp(stretch_, low, high);
+    for (int i = 0; i < 60; ++i) {
+      const Value v = imbalance(s, motor, load, level);
+      if (std::abs(v.f) <= 1e-10 * (std::abs(load) + level + 1e-12)) break;
+      (v.f > 0.0 ? high : low) = s;
+      const double newton = v.slope > 0.0 ? s - v.f / v.slope : low - 1.0;
+      s = newton > low && newton < high ? newton : 0.5 * (low + high);
+      if (high - low < 1e-13 * span) break;
+    }
+    return s;
+  }
+
+  void move_strands(double next) {
+    for (std::size_t i = 0; i < kStrands; ++i) {
+      const double limit = n_.strand_yield * static_cast<double>(i + 1) / kStrands;
+      strands_[i] = std::clamp(strands_[i] + next - stretch_, -limit, limit);
+    }
+  }
+
+  void settle(double motor) {
+    const double joint = motor - creep_ - stretch_;
+    bristle_ = std::clamp(bristle_ + (joint - joint_) / presliding_, -1.0, 1.0);
+    joint_ = joint;
+    tension_ = effort(stretch_).f;
+  }
+
+  const CableNumbers& n_;
+  double stiffness_;
+  double presliding_;
+  double joint_ = 0.0;
+  double bristle_ = 0.0;
+  double creep_ = 0.0;
+  double stretch_ = 0.0;
+  double tension_ = 0.0;
+  std::array<double, kStrands> strands_{};
+};
+
+}  // namespace
+
+CableNumbers cable_numbers(const physics::Joint& joint) {
+  CableNumbers n;
+  const double stiffness = joint.parameter("compliance", "stiffness");
+  if (stiffness > 0.0) n.compliance = 1.0 / stiffness;
+  n.gap_half_width = joint.parameter("backlash", "half_width");
+  n.strand_stiffness = joint.parameter("hysteresis", "stiffness");
+  n.strand_yield = joint.parameter("hysteresis", "yield");
+  n.creep_compliance = joint.parameter("creep", "compliance");
+  n.creep_time_s = std::max(1e-3, joint.parameter("creep", "time"));
+  n.friction_level = joint.parameter("joint_friction", "level");
+  n.friction_load_share = joint.parameter("joint_friction", "load_share");
+  n.friction_presliding = joint.parameter("joint_friction", "presliding");
+  return n;
+}
+
+CableMotion replay_cable(const CableDrive& d, const CableNumbers& numbers) {
+  const Index rows = d.motor.size();
+  CableMotion out{VectorXd::Zero(rows), VectorXd::Zero(rows)};
+  VectorXd load = d.weight.size() > 0 ? VectorXd(numbers.weight_scale * d.weight)
+                                      : VectorXd(VectorXd::Zero(rows));
+  if (d.inertial.size() > 0) load += d.inertial;
+  const double greatest = load.cwiseAbs().maxCoeff() + numbers.friction_level;
+  if (greatest <= 0.0) return out;
+  // A stiff cable stretches by a thousandth of what counts as motion.
+  Cable cable(numbers, 1e-3 * d.rest_width / greatest, 0.2 * d.rest_width);
+  for (Index i = 0; i < rows; ++i) {
+    if (i == 0 || d.fresh[static_cast<std::size_t>(i)] != 0) {
+      cable.start(d.motor[i], load[i]);
+      out.stretch[i] = cable.offset(d.motor[i]);
+    } else {
+      out.stretch[i] = cable.step(d.motor[i], load[i], d.t_s[i] - d.t_s[i - 1]);
+    }
+    out.tension[i] = cable.tension();
+  }
+  return out;
+}
+
+VectorXd cable_friction(const VectorXd& t_s, const VectorXd& position,
+                        const std::vector<char>& fresh, const CableNumbers& numbers) {
+  if (position.size() == 0 || numbers.friction_level <= 0.0) return VectorXd::Zero(position.size());
+  const double range = position.maxCoeff() - position.minCoeff();
+  // As Series::rest_width(), noise aside.
+  const double rest_width = std::max(5e-4 * range, 1e-12);
+  return replay_cable({t_s, position, {}, {}, fresh, rest_width}, numbers).tension;
+}
+
+}  // namespace ravencal::diagnose
