@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
@@ -93,10 +94,7 @@ class NominalBuilder {
       }
     }
     inherited();
-    const double order = joint_.parameter("eccentricity", "order");
-    const double phase = joint_.parameter("eccentricity", "phase");
-    linear("eccentricity", "amplitude", s_.unit, joint_.parameter("eccentricity", "amplitude"),
-           (order * s_.motion.q.array() + phase).sin().matrix());
+    run_out();
     cable();
     wander();
   }
@@ -174,6 +172,37 @@ class NominalBuilder {
         [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
     add("compliance", "stiffness", "1", c.compliance, true,
         [](CableNumbers& n, double f) { n.compliance *= f; });
+  }
+
+  /// Run-out turns with the drive, wherever homing has put the zero from which the robot counts:
+  /// the encoder says where, to a fraction of a turn.
+  void run_out() {
+    constexpr double kPhase_rad = 0.3;
+    const double amplitude = joint_.parameter("eccentricity", "amplitude");
+    const VectorXd angle = joint_.parameter("eccentricity", "order") * (s_.motion.q + homed()) +
+                           VectorXd::Constant(s_.rows(), joint_.parameter("eccentricity", "phase"));
+    linear("eccentricity", "amplitude", s_.unit, amplitude, angle.array().sin().matrix());
+    if (amplitude == 0.0) return;
+    nominal_.terms.push_back({"eccentricity", "phase", "rad", 1.0, kPhase_rad,
+                              amplitude * angle.array().cos().matrix(), true});
+  }
+
+  /// Mean of the residual over each recording.
+  [[nodiscard]] VectorXd homed() const {
+    std::map<int, std::pair<double, double>> sums;
+    for (Index i = 0; i < s_.rows(); ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      if (s_.valid[n] == 0) continue;
+      auto& [sum, count] = sums[s_.recording[n]];
+      sum += s_.y[i];
+      count += 1.0;
+    }
+    VectorXd mean = VectorXd::Zero(s_.rows());
+    for (Index i = 0; i < s_.rows(); ++i) {
+      const auto& [sum, count] = sums[s_.recording[static_cast<std::size_t>(i)]];
+      if (count > 0.0) mean[i] = sum / count;
+    }
+    return mean;
   }
 
   /// Half of what other joints may pass on is expected, none and all of it are as likely.
