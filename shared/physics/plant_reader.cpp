@@ -32,6 +32,8 @@ std::uint64_t fnv1a(std::string_view bytes) {
   return hash;
 }
 
+constexpr core::NumberRange kNotNegative{.low = 0.0};
+
 core::Status read_robot(TomlTable& root, Robot& robot) {
   auto table = root.table("robot");
   if (!table) {
@@ -53,9 +55,8 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
 
 core::Status read_environment(TomlTable& root, Plant& plant) {
   if (auto table = root.table("payload")) {
-    plant.payload.mass_kg = table->number("mass_kg");
+    plant.payload.mass_kg = table->number("mass_kg", kNotNegative);
     plant.payload.com_m = array_of<3>(table->numbers("com_m", 3));
-    if (plant.payload.mass_kg < 0.0) table->fail("mass_kg", "a mass cannot be negative");
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
   if (auto table = root.table("sensors")) {
@@ -64,9 +65,10 @@ core::Status read_environment(TomlTable& root, Plant& plant) {
   }
   if (auto table = root.table("logger")) {
     plant.logger.rate_hz = table->number("rate_hz");
-    plant.logger.truth_period_s = table->number("truth_period_s");
-    plant.logger.truth_latency_s = table->number("truth_latency_s");
-    plant.logger.truth_latency_deviation_s = table->number("truth_latency_deviation_s");
+    plant.logger.truth_period_s = table->number("truth_period_s", kNotNegative);
+    plant.logger.truth_latency_s = table->number("truth_latency_s", kNotNegative);
+    plant.logger.truth_latency_deviation_s =
+        table->number("truth_latency_deviation_s", kNotNegative);
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
   return {};
@@ -75,7 +77,7 @@ core::Status read_environment(TomlTable& root, Plant& plant) {
 core::Status read_link(TomlTable& joint, Link& link) {
   auto table = joint.table("link");
   if (!table) return {};
-  link.mass_kg = table->number("mass_kg");
+  link.mass_kg = table->number("mass_kg", kNotNegative);
   link.com_m = array_of<3>(table->numbers("com_m", 3));
   link.inertia_kg_m2 = array_of<3>(table->numbers("inertia_kg_m2", 3));
   return table->finish();
@@ -100,9 +102,9 @@ core::Status read_controller(TomlTable& joint, std::optional<Controller>& contro
   auto table = joint.table("controller");
   if (!table) return {};
   controller.emplace();
-  controller->kp_n_m_per_rad = table->number("kp_n_m_per_rad");
-  controller->kd_n_m_s_per_rad = table->number("kd_n_m_s_per_rad");
-  controller->dac_limit_counts = table->number("dac_limit_counts");
+  controller->kp_n_m_per_rad = table->number("kp_n_m_per_rad", kNotNegative);
+  controller->kd_n_m_s_per_rad = table->number("kd_n_m_s_per_rad", kNotNegative);
+  controller->dac_limit_counts = table->number("dac_limit_counts", kNotNegative);
   controller->gravity_compensation = table->boolean_or("gravity_compensation", false);
   return table->finish();
 }
@@ -118,8 +120,9 @@ core::Status read_homing(TomlTable& joint, JointKind kind, std::optional<Homing>
   homing->dac_threshold_counts = table->number("dac_threshold_counts");
   homing->stop_controller_ji = table->number(key("stop_controller", Dimension::kPosition));
   homing->stop_encoder_ji = table->number(key("stop_encoder", Dimension::kPosition));
-  homing->stop_stiffness = table->number(key("stop_stiffness", Dimension::kStiffness));
-  homing->stop_damping = table->number(key("stop_damping", Dimension::kDamping));
+  homing->stop_stiffness =
+      table->number(key("stop_stiffness", Dimension::kStiffness), kNotNegative);
+  homing->stop_damping = table->number(key("stop_damping", Dimension::kDamping), kNotNegative);
   homing->home_ji = table->number(key("home", Dimension::kPosition));
   return table->finish();
 }
@@ -229,7 +232,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   RAVENCAL_RETURN_IF_ERROR(read_effects(table, joint));
   if (auto tolerance = table.table("tolerance")) {
     for (const std::string& key : tolerance->unread_keys()) {
-      joint.tolerance.emplace(key, tolerance->number(key));
+      joint.tolerance.emplace(key, tolerance->number(key, kNotNegative));
     }
     RAVENCAL_RETURN_IF_ERROR(tolerance->finish());
   }

@@ -138,6 +138,24 @@ TEST_P(TwinAsItsPlant, HasNothingLeftOut) {
   EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
 }
 
+/// Over the whole travel the run-out of the drives shows, wherever homing has put their zeros.
+TEST(TwinOnTheZigZag, HasNothingLeftOut) {
+  const auto plant =
+      physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");
+  ASSERT_TRUE(plant.ok());
+  const auto path = trajectory::make_zigzag({});
+  ASSERT_TRUE(path.ok());
+  simulation::SessionOptions session;
+  session.seed = 5;
+  session.homing_seed = 3;
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report =
+      diagnose::diagnose({simulated_as("zigzag", *plant, *path, session)}, {}, *plant, options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
+}
+
 /// The loaded runs of the paper: what single drives take for uneven friction or heavier links.
 TEST(TwinUnderLoad, CarriesOneWeightThatAllItsJointsFeel) {
   auto plant = physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");

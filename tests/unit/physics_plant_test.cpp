@@ -83,6 +83,8 @@ TEST(Plant, RefusesValuesThatMakeNoSense) {
             std::string::npos);
   EXPECT_NE(error_of(changed("reduction = 136.196255507", "reduction = \"a\"")).find("number"),
             std::string::npos);
+  EXPECT_NE(error_of(changed("mass_kg = 0.494", "mass_kg = -0.494")).find("mass_kg"),
+            std::string::npos);
   EXPECT_NE(error_of(changed("inner_rate_hz = 10000", "inner_rate_hz = 10500")).find("multiple"),
             std::string::npos);
   EXPECT_NE(error_of(changed("[-0.14545,       0.0, ", "[-0.14545,       0.5, ")).find("diagonal"),

@@ -112,7 +112,23 @@ void put_in_order(Arguments& arguments) {
   std::sort(arguments.held_out.begin(), arguments.held_out.end());
 }
 
+/// Figures on a recording that the fit saw are no held-out figures.
+core::Status held_out_is_unseen(const Arguments& arguments) {
+  for (const std::string& held_out : arguments.held_out) {
+    for (const std::string& seen : arguments.recordings) {
+      std::error_code unknown;
+      if (!std::filesystem::equivalent(held_out, seen, unknown)) continue;
+      return core::Error{core::ErrorCode::kUsage,
+                         fmt::format("{}: is among the recordings to fit; hold another one out, or "
+                                     "a part of each with --held-out-from",
+                                     held_out)};
+    }
+  }
+  return {};
+}
+
 core::Result<bool> run(const Arguments& arguments) {
+  RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.profile,
                                                           arguments.skip_bad, plant));

@@ -184,7 +184,7 @@ void add_suggest(CLI::App& app, int& exit_code) {
       app.add_subcommand("suggest", "Print the next recording worth making, from a diagnosis");
   command
       ->add_option("source", arguments->source,
-                   "report.json of `ravencal diagnose`, or a recording to diagnose first")
+                   "Folder or report.json of `ravencal diagnose`, or a recording to diagnose first")
       ->required();
   command->add_option("--plant", arguments->plant,
                       "The plant that was diagnosed: predicts by simulation how likely the first "
@@ -198,9 +198,11 @@ void add_suggest(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "Seed of the simulations")->capture_default_str();
   command->add_flag("--json", arguments->json, "Print the suggestions as JSON");
-  command->footer(
-      "Example: ravencal suggest diagnosis/report.json --plant tools/plants/raven2.toml");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  command->footer("Example: ravencal suggest diagnosis --plant tools/plants/raven2.toml");
+  on_call(*command, exit_code, [arguments] {
+    if (fs::is_directory(arguments->source)) arguments->source += "/report.json";
+    return run(*arguments);
+  });
 }
 
 }  // namespace ravencal::commands

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// `ravencal diagnose` and `ravencal suggest` as a user runs them.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "diagnose_generator.hpp"
+#include "unit/run_command.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace ravencal;
+using test::Outcome;
+
+constexpr const char* kProfile = R"([source]
+robot = "two joints"
+format = "csv"
+time = "t_s"
+
+[[channel]]
+name = "one.estimate"
+column = "one_rad"
+unit = "rad"
+role = "joint_estimate"
+joint = "one"
+
+[[channel]]
+name = "two.estimate"
+column = "two_rad"
+unit = "rad"
+role = "joint_estimate"
+joint = "two"
+
+[[channel]]
+name = "one.truth"
+column = "truth_rad"
+unit = "rad"
+role = "joint_truth"
+joint = "one"
+)";
+
+class DiagnoseProgram : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "plant.toml") << generator::plant_text();
+    std::ofstream(folder_ / "profile.toml") << kProfile;
+    write("a.csv", 1);
+    write("b.csv", 2);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, std::uint64_t seed) const {
+    const record::Recording recording = generator::make_recording(
+        {.offset_rad = 0.05}, {.seed = seed, .duration_s = 60.0, .with_torque = false});
+    std::ofstream file(folder_ / name);
+    file << "t_s,one_rad,two_rad,truth_rad\n";
+    for (Eigen::Index i = 0; i < recording.rows(); ++i)
+      file << fmt::format(
+          "{},{},{},{}\n", 1e-9 * static_cast<double>(recording.t_ns[static_cast<std::size_t>(i)]),
+          recording.samples(i, 0), recording.samples(i, 1), recording.samples(i, 2));
+  }
+
+  [[nodiscard]] Outcome run(const std::string& arguments) const {
+    return test::run_command(
+        fmt::format("cd {} && {} {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments));
+  }
+
+  fs::path folder_ = fs::path(::testing::TempDir()) / "diagnose_program";
+};
+
+constexpr const char* kDiagnose =
+    "diagnose a.csv --profile profile.toml --plant plant.toml --out why";
+
+TEST_F(DiagnoseProgram, LeavesAReportThatSuggestTakesByItsFolder) {
+  const Outcome named = run(kDiagnose);
+  EXPECT_EQ(named.exit_code, 0) << named.text;
+  EXPECT_NE(named.text.find("homing_offset"), std::string::npos) << named.text;
+  for (const char* file : {"report.json", "report.html", "plant_improved.toml"})
+    EXPECT_TRUE(fs::exists(folder_ / "why" / file)) << file;
+  const Outcome again = run(std::string(kDiagnose) + " --held-out b.csv --check");
+  EXPECT_EQ(again.exit_code, 1) << "a finding: " << again.text;
+  const Outcome next = run("suggest why");
+  EXPECT_EQ(next.exit_code, 0) << next.text;
+  EXPECT_NE(next.text.find("min)"), std::string::npos) << next.text;
+}
+
+TEST_F(DiagnoseProgram, RefusesToHoldOutWhatItFits) {
+  const Outcome both = run(std::string(kDiagnose) + " --held-out ./a.csv");
+  EXPECT_EQ(both.exit_code, 2) << both.text;
+  EXPECT_NE(both.text.find("./a.csv: is among the recordings to fit"), std::string::npos)
+      << both.text;
+  EXPECT_FALSE(fs::exists(folder_ / "why"));
+}
+
+TEST_F(DiagnoseProgram, SaysWhichFileIsMissing) {
+  EXPECT_EQ(run("suggest nothing/report.json").exit_code, 3);
+  const Outcome no_plant = run("diagnose a.csv --profile profile.toml --plant no.toml --out why");
+  EXPECT_EQ(no_plant.exit_code, 3);
+  EXPECT_NE(no_plant.text.find("no.toml"), std::string::npos) << no_plant.text;
+}
+
+}  // namespace
