@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
 
 #include "diagnose/selection/interval_scan.hpp"
 #include "diagnose/selection/invariance.hpp"
+#include "diagnose/series/posture.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -80,6 +82,30 @@ TEST(Invariance, DeviationIsWhatHalvesDifferBeyondChance) {
   changing.scales.push_back({"load: high", 0.7, 0.04});
   // sqrt((0.6^2 - 0.05^2) / 2)
   EXPECT_NEAR(changing.deviation(), 0.4228, 1e-4);
+}
+
+/// What an encoder says of homing, gain and coupling turns the arm, recording by recording; its
+/// noise does not.
+TEST(Posture, TakesOverWhatIsLinearInTheBelievedPositions) {
+  constexpr Eigen::Index kRows = 2000;
+  std::vector<Eigen::VectorXd> believed(2, Eigen::VectorXd(kRows)), truth(2);
+  truth[0].resize(kRows);
+  Eigen::VectorXd exact(kRows);
+  std::vector<int> recording;
+  std::mt19937_64 engine(3);
+  std::normal_distribution<double> noise(0.0, 5e-3);
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    const auto t = static_cast<double>(i);
+    recording.push_back(i < 800 ? 0 : 1);
+    believed[0][i] = 0.4 * std::sin(0.011 * t);
+    believed[1][i] = 0.3 * std::sin(0.027 * t + 1.0);
+    const double homing = i < 800 ? 0.1 : -0.05;
+    exact[i] = homing + 1.05 * believed[0][i] + 0.02 * believed[1][i];
+    truth[0][i] = i % 7 == 0 ? std::nan("") : exact[i] + noise(engine);
+  }
+  const auto posture = posture_of(believed, truth, recording);
+  EXPECT_LT((posture[0] - exact).cwiseAbs().maxCoeff(), 1.5e-3) << "of noise that is 5e-3";
+  EXPECT_EQ((posture[1] - believed[1]).cwiseAbs().maxCoeff(), 0.0) << "has no encoder";
 }
 
 }  // namespace

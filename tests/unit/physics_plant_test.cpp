@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -8,6 +9,7 @@
 
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
+#include "physics/plant_effort.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -180,6 +182,35 @@ TEST(EffectSpecs, GiveUnitsByTheKindOfJoint) {
   EXPECT_EQ(key_of(spec->parameters[0], JointKind::kRevolute), "stiffness_n_m_per_rad");
   EXPECT_EQ(key_of(spec->parameters[0], JointKind::kPrismatic), "stiffness_n_per_m");
   EXPECT_EQ(find_effect_spec("unknown"), nullptr);
+}
+
+/// A small turn of one motor moves joints through the plant's coupling and gains, errors included:
+/// the joints' work is the motor's.
+TEST(MotorEfforts, DoTheWorkOfTheJoints) {
+  const Plant plant = load_plant(kPlantPath).value();
+  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gain;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    gain[row] = 1.0 + plant.joints[j].parameter("gain_error", "ratio");
+    for (std::size_t k = 0; k < j; ++k)
+      coupling(row, static_cast<Eigen::Index>(k)) = plant.coupling[j][k];
+    for (const Effect& effect : plant.joints[j].effects) {
+      if (effect.id == "coupling")
+        coupling(row, static_cast<Eigen::Index>(*plant.joint_index(effect.from))) +=
+            effect.parameters.at("error");
+    }
+  }
+  const Eigen::Vector3d efforts(1.5, -2.0, 8.0);
+  std::vector<Eigen::VectorXd> of_joints;
+  for (const double effort : efforts) of_joints.push_back(Eigen::VectorXd::Constant(4, effort));
+  const auto of_motors = motor_efforts(plant, of_joints);
+  for (Eigen::Index motor = 0; motor < 3; ++motor) {
+    const Eigen::Vector3d turn = 1e-3 * Eigen::Vector3d::Unit(motor);
+    const Eigen::Vector3d moved =
+        (Eigen::Matrix3d::Identity() - coupling).inverse() * gain.cwiseProduct(turn);
+    EXPECT_NEAR(1e-3 * of_motors[static_cast<std::size_t>(motor)][3], efforts.dot(moved), 1e-12);
+  }
 }
 
 }  // namespace
