@@ -81,6 +81,16 @@ class Joint {
     return joint_fit(model)[column];
   }
 
+  /// How the mass that this joint weighs differs between circumstances.
+  [[nodiscard]] double spread() const {
+    ChannelModel model = without_constant(bare_);
+    for (std::size_t c = 0; c < model.candidates.size(); ++c) {
+      if (model.candidates[c]->form->id() == "payload") model.chosen.push_back({c, {}, per_kg_});
+    }
+    model.hold_nominal();
+    return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
+  }
+
   /// RMS of the effort of a kilogram, as the channel shows it.
   [[nodiscard]] double effort_per_kg() const {
     return std::sqrt(per_kg_.squaredNorm() / static_cast<double>(per_kg_.size()));
@@ -154,6 +164,7 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
   effect.unit = bare.series->unit;
   effect.p_value = sign_flip_p(before - after, seed);
   effect.size = std::abs(found.mass_kg) * joint.effort_per_kg();
+  effect.invariance_spread = joint.spread();
   effect.separate_by = payload()->separate_by();
   return effect;
 }

@@ -106,21 +106,25 @@ double rms(const VectorXd& x) {
 /// Cross-validated RMS as the model grows: plant, its numbers refitted, each effect, floor.
 std::vector<WaterfallStep> waterfall(const ChannelFit& fit) {
   const ChannelModel& model = fit.model;
+  const Series& s = *model.series;
   std::vector<WaterfallStep> steps = {
-      {"plant as it is", rms(model.free_target.size() > 0 ? model.free_target : model.target)},
+      {"plant as it is", rms(model.blocks.gather(s.y - fit.nominal.prediction))},
       {"its numbers refitted", rms(fit.base_residual)}};
   const MatrixXd columns = model.columns();
+  const auto left_by_first = [&](Index width) {
+    const MatrixXd some = columns.leftCols(width);
+    return rms(held_out_residual(model.blocks, moments_of(model.blocks, some, model.target),
+                                 model.column_precision(columns.cols()).head(width), some,
+                                 model.target));
+  };
   Index width = model.base.cols();
+  if (s.payload_effort.size() > 0) steps.push_back({"payload of the arm", left_by_first(width)});
   for (std::size_t i = 0; i < model.chosen.size(); ++i) {
     const Chosen& chosen = model.chosen[i];
     width += chosen.columns.cols();
-    const MatrixXd some = columns.leftCols(width);
-    const VectorXd left =
-        held_out_residual(model.blocks, moments_of(model.blocks, some, model.target),
-                          model.column_precision(columns.cols()).head(width), some, model.target);
     const bool kept = i + fit.kept >= model.chosen.size();
-    steps.push_back(
-        {model.candidates[chosen.candidate]->form->key() + (kept ? " (kept)" : ""), rms(left)});
+    steps.push_back({model.candidates[chosen.candidate]->form->key() + (kept ? " (kept)" : ""),
+                     left_by_first(width)});
   }
   steps.push_back({"floor", model.floor});
   return steps;
