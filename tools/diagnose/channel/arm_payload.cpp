@@ -131,7 +131,7 @@ Weighed weigh(const std::vector<Joint>& joints, double least_kg) {
   for (int i = 0; i < kMasses; ++i) worths[i] = worth_of_all(joints, low + i * step);
   const auto best = std::min_element(worths.begin() + 1, worths.end() - 1) - worths.begin();
   const double curvature = worths[best - 1] - 2.0 * worths[best] + worths[best + 1];
-  if (curvature <= 0.0) return {};
+  if (!(curvature > 0.0)) return {};
   const double move =
       std::clamp(0.5 * (worths[best - 1] - worths[best + 1]) / curvature, -1.0, 1.0);
   const double mass = low + (static_cast<double>(best) + move) * step;
@@ -184,6 +184,7 @@ std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::P
   }
   if (suspected == 0 || drives.size() < 2) return std::nullopt;
   std::vector<Joint> joints;
+  joints.reserve(drives.size());  // forms refer to their fit: none may move
   double own = 0.0;
   for (const Series* series : drives) {
     joints.emplace_back(*series, plant, options);
@@ -192,7 +193,7 @@ std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::P
   const Weighed found = weigh(joints, -drives.front()->removable_mass_kg);
   // One weight goes before a name on each of several joints, unless each is clearly likelier.
   const double most = own + kClearScore * (suspected - 1);
-  if (found.worth >= most || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
+  if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   std::optional<NamedEffect> strongest;
   for (const Joint& joint : joints) {
