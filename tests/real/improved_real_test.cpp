@@ -100,7 +100,9 @@ INSTANTIATE_TEST_SUITE_P(
                            "raven2_joint123.csv",
                            "raven2_joint123.csv",
                            11.65,
-                           {{"shoulder", 0.3}, {"elbow", 0.3}, {"insertion", 0.3}}},
+                           // What posture takes of the shoulder's effort is found, but has no link
+                           // in the plant that could carry it.
+                           {{"shoulder", 0.4}, {"elbow", 0.3}, {"insertion", 0.3}}},
                       Case{"raven2_uw",
                            "raven2_uw_track.csv",
                            "raven2_uw_track.csv",

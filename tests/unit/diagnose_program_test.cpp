@@ -71,7 +71,9 @@ class DiagnoseProgram : public ::testing::Test {
         fmt::format("cd {} && {} {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments));
   }
 
-  fs::path folder_ = fs::path(::testing::TempDir()) / "diagnose_program";
+  fs::path folder_ = fs::path(::testing::TempDir()) /
+                     (std::string("diagnose_program_") +
+                      ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 constexpr const char* kDiagnose =
