@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <numbers>
 
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose/series/posture.hpp"
 #include "physics/joint_error.hpp"
 
 namespace ravencal::diagnose {
@@ -179,7 +180,7 @@ class NominalBuilder {
   void run_out() {
     constexpr double kPhase_rad = 0.3;
     const double amplitude = joint_.parameter("eccentricity", "amplitude");
-    const VectorXd angle = joint_.parameter("eccentricity", "order") * (s_.motion.q + homed()) +
+    const VectorXd angle = joint_.parameter("eccentricity", "order") * encoder_position() +
                            VectorXd::Constant(s_.rows(), joint_.parameter("eccentricity", "phase"));
     linear("eccentricity", "amplitude", s_.unit, amplitude, angle.array().sin().matrix());
     if (amplitude == 0.0) return;
@@ -187,22 +188,18 @@ class NominalBuilder {
                               amplitude * angle.array().cos().matrix(), true});
   }
 
-  /// Mean of the residual over each recording.
-  [[nodiscard]] VectorXd homed() const {
-    std::map<int, std::pair<double, double>> sums;
+  /// Own position as the encoder corrects it, in what is linear in the believed ones.
+  [[nodiscard]] VectorXd encoder_position() const {
+    std::vector<VectorXd> believed = {s_.motion.q}, truth = {s_.motion.q + s_.y};
     for (Index i = 0; i < s_.rows(); ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      if (s_.valid[n] == 0) continue;
-      auto& [sum, count] = sums[s_.recording[n]];
-      sum += s_.y[i];
-      count += 1.0;
+      if (s_.valid[static_cast<std::size_t>(i)] == 0)
+        truth.front()[i] = std::numeric_limits<double>::quiet_NaN();
     }
-    VectorXd mean = VectorXd::Zero(s_.rows());
-    for (Index i = 0; i < s_.rows(); ++i) {
-      const auto& [sum, count] = sums[s_.recording[static_cast<std::size_t>(i)]];
-      if (count > 0.0) mean[i] = sum / count;
+    for (const Companion& other : s_.others) {
+      believed.push_back(other.value);
+      truth.emplace_back();
     }
-    return mean;
+    return posture_of(believed, truth, s_.recording).front();
   }
 
   /// Half of what other joints may pass on is expected, none and all of it are as likely.
