@@ -40,7 +40,7 @@ HeldOut error_of(const Report& report) {
 bool is_coupling(const NamedEffect& e) { return e.id == "coupling" && e.joint == "one"; }
 
 TEST(Kept, AnEffectOfAThirdOfTheFloorIsUsedWithoutAName) {
-  // Zig-zags between -0.5 and 0.5 rad have an RMS of 0.29 rad; names begin at 0.4 of the floor.
+  // Zig-zags between -0.5 and 0.5 rad have an RMS of 0.29 rad; names begin at half the floor.
   const double floor = error_of(diagnosed({}, 4)).floor;
   generator::HiddenPhysics hidden;
   hidden.coupling = 0.33 * floor / 0.29;

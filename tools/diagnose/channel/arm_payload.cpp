@@ -19,7 +19,8 @@ constexpr double kRise95 = 3.84;
 
 bool is_weight(const std::string& id) { return id == "payload" || id == "gravity"; }
 
-/// What is thought beforehand of the effects chosen and of the constant, where it is needed.
+/// Twice the negative log of what data and prior say of a model; its constant is left out where it
+/// is not worth its cost.
 double worth(const ChannelModel& model) {
   double cost = 0.0;
   const VectorXd b = joint_fit(model);
