@@ -12,6 +12,7 @@
 #include "physics/arm_dynamics.hpp"
 #include "physics/cable.hpp"
 #include "physics/effects/bristle_friction.hpp"
+#include "physics/plant_effort.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -104,14 +105,9 @@ Matrix3d true_coupling(const Plant& plant) {
   Vector3d gain;
   for (Index i = 0; i < 3; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    const Joint& joint = plant.joints[row];
-    gain[i] = 1.0 + joint.parameter("gain_error", "ratio");
-    for (Index k = 0; k < i; ++k) coupling(i, k) = plant.coupling[row][static_cast<std::size_t>(k)];
-    for (const Effect& effect : joint.effects) {
-      if (effect.id != "coupling") continue;
-      const std::size_t source = plant.joint_index(effect.from).value_or(0);
-      coupling(i, static_cast<Index>(source)) += effect.parameters.find("error")->second;
-    }
+    gain[i] = 1.0 + plant.joints[row].parameter("gain_error", "ratio");
+    for (Index k = 0; k < 3; ++k)
+      coupling(i, k) = coupling_of(plant, row, static_cast<std::size_t>(k));
   }
   return (Matrix3d::Identity() - coupling).inverse() * gain.asDiagonal();
 }

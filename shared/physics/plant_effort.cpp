@@ -62,17 +62,22 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   return efforts;
 }
 
+double coupling_of(const Plant& plant, std::size_t to, std::size_t from) {
+  double factor = plant.coupling[to][from];
+  for (const Effect& effect : plant.joints[to].effects) {
+    if (effect.id == "coupling" && effect.from == plant.joints[from].name)
+      factor += effect.parameters.at("error");
+  }
+  return factor;
+}
+
 std::vector<VectorXd> motor_efforts(const Plant& plant,
                                     const std::vector<VectorXd>& joint_efforts) {
   std::vector<VectorXd> through = joint_efforts;
   std::vector<VectorXd> motors = joint_efforts;
   for (std::size_t j = through.size(); j-- > 0;) {
     for (std::size_t k = j + 1; k < through.size(); ++k) {
-      double factor = plant.coupling[k][j];
-      for (const Effect& effect : plant.joints[k].effects) {
-        if (effect.id == "coupling" && effect.from == plant.joints[j].name)
-          factor += effect.parameters.at("error");
-      }
+      const double factor = coupling_of(plant, k, j);
       if (factor != 0.0 && through[k].size() > 0 && through[j].size() > 0)
         through[j] += factor * through[k];
     }

@@ -24,12 +24,7 @@ bool is_weight(const std::string& id) { return id == "payload" || id == "gravity
 double worth(const ChannelModel& model) {
   double cost = 0.0;
   const VectorXd b = joint_fit(model);
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) {
-    const Chosen& own = model.chosen[i];
-    const auto term = model.candidates[own.candidate]->form->nominal_term();
-    cost += term ? number_cost(b[model.first_column(i)], model.tolerance[*term])
-                 : effect_cost(own.columns.cols() + static_cast<Index>(own.shape.size()));
-  }
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
   return cost + std::min(score_of(without_constant(model)), score_of(model) + effect_cost(1));
 }
 

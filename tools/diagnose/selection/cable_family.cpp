@@ -210,11 +210,10 @@ struct Called {
       if (!kind) continue;
       const VectorXd own = b.segment(model.first_column(i), c.columns.cols());
       stretch -= c.columns * own;
-      const auto term = form.nominal_term();
+      const bool number = form.nominal_term().has_value();
       strands = strands || *kind == CableMember::Kind::kStrands;
-      other_physics = other_physics || (!term && *kind != CableMember::Kind::kStrands);
-      cost +=
-          term ? number_cost(own[0], model.tolerance[*term]) : effect_cost(freedom_of(model, c));
+      other_physics = other_physics || (!number && *kind != CableMember::Kind::kStrands);
+      cost += chosen_cost(model, i, b);
     }
     stretch.array() -= stretch.mean();
     form_error = kModelForm * kModelForm * stretch.squaredNorm();

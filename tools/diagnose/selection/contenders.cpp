@@ -18,11 +18,7 @@ bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates
 
 double prior_cost(const ChannelModel& model) {
   const VectorXd b = joint_fit(model);
-  const double cost = nominal_cost(model, b);
-  const Chosen& last = model.chosen.back();
-  if (const auto term = model.candidates[last.candidate]->form->nominal_term())
-    return cost + number_cost(b[b.size() - 1], model.tolerance[*term]);
-  return cost + effect_cost(freedom_of(model, last));
+  return nominal_cost(model, b) + chosen_cost(model, model.chosen.size() - 1, b);
 }
 
 }  // namespace

@@ -50,6 +50,13 @@ double number_cost(double change, double tolerance) {
   return 2.0 * std::log1p(relative * relative) + kFreedomCost;
 }
 
+double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd& coefficients) {
+  const Chosen& chosen = model.chosen[effect];
+  const auto term = model.candidates[chosen.candidate]->form->nominal_term();
+  return term ? number_cost(coefficients[model.first_column(effect)], model.tolerance[*term])
+              : effect_cost(freedom_of(model, chosen));
+}
+
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
   double cost = 0.0;
   for (std::size_t term = 0; term < model.tolerance.size(); ++term) {

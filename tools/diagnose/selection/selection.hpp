@@ -167,6 +167,9 @@ double effect_cost(Eigen::Index numbers);
 /// Numbers of a chosen effect that the data settle.
 Eigen::Index freedom_of(const ChannelModel& model, const Chosen& chosen);
 double number_cost(double change, double tolerance);
+/// Of the effect chosen there: one of the former. `coefficients` are the model's.
+double chosen_cost(const ChannelModel& model, std::size_t effect,
+                   const Eigen::VectorXd& coefficients);
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 
 /// The model with its constant out of reach.
