@@ -113,6 +113,27 @@ TEST(DiagnoseArm, TakesALoadOfTheLinksOwnSizeForAPayload) {
   EXPECT_TRUE(says(report.effects.front(), "gravity"));
 }
 
+/// Far from the joint's zero a wrong ratio is mostly a constant, but not only.
+TEST(DiagnoseArm, TellsAWrongRatioFromAHomingOffsetFarFromZero) {
+  constexpr double kFar_rad = 1.2;
+  constexpr double kReduction = 121.5;
+  const auto plant = physics::parse_plant(generator::arm_plant({}, -kFar_rad), "test plant");
+  ASSERT_TRUE(plant.ok());
+  const auto name_of = [&](const ArmTruth& truth) {
+    record::Recording recording = generator::record_arm(truth, {.seed = 11});
+    recording.samples.col(0).array() += kFar_rad;
+    recording.samples.col(1).array() += kFar_rad * kReduction;
+    recording.samples.col(2).array() += kFar_rad;
+    const auto report = diagnose::diagnose({recording}, {}, plant.value(), {});
+    EXPECT_TRUE(report.ok());
+    return report->effects.size() == 1 ? report->effects.front().id : names_in(report.value());
+  };
+  for (const double ratio : {-0.0016, 0.0016}) {
+    EXPECT_EQ(name_of({.gain = ratio, .offset_rad = ratio * kFar_rad}), "gain_error");
+    EXPECT_EQ(name_of({.offset_rad = ratio * kFar_rad}), "homing_offset");
+  }
+}
+
 TEST(DiagnoseArm, SaysUnknownOfABumpThatNoEffectMakes) {
   const diagnose::Report report = run({.bump_rad = 0.004}, {.seed = 5});
   EXPECT_FALSE(report.unexplained.empty()) << names_in(report);

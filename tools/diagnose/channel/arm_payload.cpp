@@ -19,13 +19,9 @@ constexpr double kRise95 = 3.84;
 
 bool is_weight(const std::string& id) { return id == "payload" || id == "gravity"; }
 
-/// Twice the negative log of what data and prior say of a model; its constant is left out where it
-/// is not worth its cost.
-double worth(const ChannelModel& model) {
-  double cost = 0.0;
-  const VectorXd b = joint_fit(model);
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
-  return cost + std::min(score_of(without_constant(model)), score_of(model) + effect_cost(1));
+/// What a model is worth; its constant is left out where it is not worth its cost.
+double worth_of_drive(const ChannelModel& model) {
+  return std::min(worth(without_constant(model)), worth(model) + effect_cost(1));
 }
 
 /// One drive as its own channel explains it, and without what it took for a weight.
@@ -34,7 +30,7 @@ class Joint {
   Joint(const Series& series, const physics::Plant& plant, const ChannelOptions& options)
       : fit_(fit_channel(series, plant, options, unused_)), bare_(fit_.model) {
     per_kg_ = bare_.blocks.gather(seen_columns(*payload(), series, {})).col(0);
-    own_ = worth(fit_.model);
+    own_ = worth_of_drive(fit_.model);
     for (std::size_t i = bare_.chosen.size(); i-- > 0;) {
       if (is_weight(bare_.candidates[bare_.chosen[i].candidate]->form->id()))
         bare_ = bare_.without(i);
@@ -54,10 +50,10 @@ class Joint {
   /// Of the model under that mass; effects that it makes superfluous cost nothing.
   [[nodiscard]] double worth_under(double mass_kg) const {
     ChannelModel model = loaded(mass_kg);
-    double least = worth(model);
+    double least = worth_of_drive(model);
     for (std::size_t i = model.chosen.size(); i-- > 0;) {
       const ChannelModel fewer = model.without(i);
-      const double without = worth(fewer);
+      const double without = worth_of_drive(fewer);
       if (without > least) continue;
       least = without;
       model = fewer;

@@ -99,8 +99,8 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
 void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
                        const ChannelOptions& options);
 
-/// A free constant hides the mean of what loads do to the cable. Where an effect with its own mean
-/// and no constant is clearly likelier than the constant, the effect takes its place.
+/// A free constant hides the mean of what motion and loads do to the cable, which may be all that
+/// is seen of it. Where effects chosen without a constant are clearly likelier, they take its place.
 void settle_offset(ChannelFit& fit, const ChannelOptions& options);
 
 /// A constant error is an effect of its own in the transmission; everywhere else it is free. It is

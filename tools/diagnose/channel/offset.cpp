@@ -16,25 +16,6 @@ using Eigen::VectorXd;
 
 double score_with_constant(const ChannelModel& model) { return score_of(model) + effect_cost(1); }
 
-/// Effects that explain with their own mean what the constant explains.
-struct Rivals {
-  ScreenResult result;
-  std::vector<Contender> contenders;
-  [[nodiscard]] const Contender* best() const {
-    const auto least =
-        std::min_element(contenders.begin(), contenders.end(),
-                         [](const Contender& a, const Contender& b) { return a.score < b.score; });
-    return least == contenders.end() ? nullptr : &*least;
-  }
-};
-
-Rivals rivals_of(const ChannelModel& bare, const ChannelOptions& options) {
-  Rivals rivals;
-  rivals.result = screen(bare, options.gates, options.seed + 300);
-  rivals.contenders = contenders(bare, rivals.result, options.gates);
-  return rivals;
-}
-
 /// Error that a simulation of the cable's stretch has at best, constant included.
 double form_error(const ChannelFit& fit) {
   VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
@@ -74,11 +55,11 @@ std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
   if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
       gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
     return std::nullopt;
-  const Rivals others = rivals_of(bare, options);
-  for (const Contender& other : others.contenders) {
-    const EffectForm& form = *bare.candidates[other.tested->candidate]->form;
-    if (other.score < with + kClearScore && (other.score < with || tied(other.errors, e.after)))
-      e.rivals.push_back(form.id());
+  const ScreenResult others = screen(bare, options.gates, options.seed + 300);
+  for (const Contender& other : contenders(bare, others, options.gates)) {
+    const std::string& id = bare.candidates[other.tested->candidate]->form->id();
+    const bool known = std::find(e.rivals.begin(), e.rivals.end(), id) != e.rivals.end();
+    if (other.score < with + kClearScore && !known) e.rivals.push_back(id);
   }
   return e;
 }
@@ -138,19 +119,17 @@ double hung_error(const ChannelFit& fit) {
 }  // namespace
 
 void settle_offset(ChannelFit& fit, const ChannelOptions& options) {
-  if (fit.model.series->stage != Stage::kTransmission) return;
-  const ChannelModel bare = without_constant(fit.model);
-  const double with = score_with_constant(fit.model);
-  if (score_of(bare) < with) return;
-  const Rivals rivals = rivals_of(bare, options);
-  const Contender* best = rivals.best();
-  if (best == nullptr || best->score > with - kClearScore ||
-      tied(best->errors, held_out_errors(fit.model)))
-    return;
-  fit.model = bare;
-  fit.model.chosen.push_back(best->tested->best);
-  fit.model.hold_nominal();
-  fit.coefficients = joint_fit(fit.model);
+  ChannelModel& model = fit.model;
+  if (model.series->stage != Stage::kTransmission) return;
+  if (std::abs(joint_fit(model)[0]) < options.gates.size_per_floor * model.floor) return;
+  if (score_of(without_constant(model)) < score_with_constant(model)) return;
+  ChannelModel bare = without_constant(model);
+  bare.chosen.clear();
+  bare.hold_nominal();
+  select_effects(bare, options.gates, options.seed + 300);
+  bare.noise = model.noise;
+  if (worth(bare) > worth(model) + effect_cost(1) - kClearScore) return;
+  model = std::move(bare);
 }
 
 void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,

@@ -78,6 +78,13 @@ double score_of(const ChannelModel& model) {
   return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
 }
 
+double worth(const ChannelModel& model) {
+  double cost = 0.0;
+  const VectorXd b = joint_fit(model);
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
+  return score_of(model) + cost;
+}
+
 bool tied(const VectorXd& a, const VectorXd& b) {
   const VectorXd difference = a - b;
   const auto count = static_cast<double>(difference.size());

@@ -93,8 +93,12 @@ class Screen {
       slow += x[b] * x[b] * static_cast<double>(blocks.size(n));
     }
     if (!time_only && slow < kSlowShare * own.squaredNorm()) return 1.0;
-    const VectorXd dx = x.tail(count - 1) - x.head(count - 1);
-    const VectorXd dy = y.tail(count - 1) - y.head(count - 1);
+    VectorXd dx = x;
+    VectorXd dy = y;
+    dx.tail(count - 1) -= x.head(count - 1);
+    dy.tail(count - 1) -= y.head(count - 1);
+    // A constant takes the level at the start; without one it is a step from nothing.
+    if (model_.has_constant()) dx[0] = dy[0] = 0.0;
     const double slope = dx.dot(dy) / std::max(dx.squaredNorm(), 1e-300);
     const double left = (dy - slope * dx).squaredNorm() / static_cast<double>(count - 2);
     const double z2 = slope * slope * dx.squaredNorm() / std::max(left, 1e-300);

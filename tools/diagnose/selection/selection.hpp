@@ -110,6 +110,7 @@ struct ChannelModel {
   [[nodiscard]] ChannelModel without(std::size_t effect) const;
   /// Holds the nominal terms that leave their limits, given the effects chosen.
   void hold_nominal();
+  [[nodiscard]] bool has_constant() const { return !free_base.col(0).isZero(0.0); }
   [[nodiscard]] double rms_of(const Eigen::VectorXd& block_errors) const;
 };
 
@@ -177,6 +178,9 @@ ChannelModel without_constant(const ChannelModel& model);
 
 /// Score of the model as `contenders` reckons it, its chosen effects' own cost aside.
 double score_of(const ChannelModel& model);
+
+/// The same with what is thought of its effects beforehand.
+double worth(const ChannelModel& model);
 
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
