@@ -110,7 +110,10 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     }
     effect.separate_by = form.separate_by();
     effect.out_of_tolerance = form.nominal_term().has_value();
-    findings.effects.push_back(std::move(effect));
+    // What makes the others steady is part of the model, but no name below the gate of size.
+    const bool large = evidence.size >= options.gates.size_per_floor * fit.model.floor;
+    (large || effect.out_of_tolerance ? findings.effects : findings.kept)
+        .push_back(std::move(effect));
   }
 }
 
