@@ -100,6 +100,14 @@ TEST_F(DiagnoseProgram, RefusesToHoldOutWhatItFits) {
   EXPECT_FALSE(fs::exists(folder_ / "why"));
 }
 
+/// Two profiles may take different rows of one file.
+TEST_F(DiagnoseProgram, HoldsOutWhatAnotherProfileTakesFromTheSameFile) {
+  std::ofstream(folder_ / "others.toml") << kProfile;
+  const Outcome other =
+      run(std::string(kDiagnose) + " --held-out a.csv --held-out-profile others.toml");
+  EXPECT_EQ(other.exit_code, 0) << other.text;
+}
+
 TEST_F(DiagnoseProgram, SaysWhichFileIsMissing) {
   EXPECT_EQ(run("suggest nothing/report.json").exit_code, 3);
   const Outcome no_plant = run("diagnose a.csv --profile profile.toml --plant no.toml --out why");

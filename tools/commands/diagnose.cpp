@@ -112,8 +112,12 @@ void put_in_order(Arguments& arguments) {
   std::sort(arguments.held_out.begin(), arguments.held_out.end());
 }
 
-/// Figures on a recording that the fit saw are no held-out figures.
+/// Figures on a recording that the fit saw are no held-out figures; a profile of its own may take
+/// other rows of the same file.
 core::Status held_out_is_unseen(const Arguments& arguments) {
+  const bool same_rows =
+      arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.profile;
+  if (!same_rows) return {};
   for (const std::string& held_out : arguments.held_out) {
     for (const std::string& seen : arguments.recordings) {
       std::error_code unknown;
