@@ -8,9 +8,11 @@
 #include <random>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/fit/blocks.hpp"
 #include "diagnose/fit/sign_flip.hpp"
+#include "diagnose/selection/contenders.hpp"
 #include "diagnose/series/operators.hpp"
 #include "diagnose_generator.hpp"
 
@@ -141,6 +143,96 @@ TEST(Gates, ASmallEffectIsSeenBesideABigOne) {
       << ::testing::PrintToString(ids);
 }
 
+/// A limit that was reached in one block of the recording only.
+class ReachedOnce final : public diagnose::EffectForm {
+ public:
+  explicit ReachedOnce(bool occasional) : EffectForm("saturation"), occasional_(occasional) {}
+  bool occasional() const override { return occasional_; }
+  Eigen::MatrixXd columns(const diagnose::Series& s, const diagnose::Shape&) const override {
+    const auto blocks = diagnose::make_blocks(s, 12.0);  // as long as the noise asks for
+    const double middle_s = s.t_s[blocks.rows[static_cast<std::size_t>(
+        blocks.first(blocks.count() / 2) + blocks.size(blocks.count() / 2) / 2)]];
+    return (1.0 - (s.t_s.array() - middle_s).abs()).max(0.0).matrix();
+  }
+  std::vector<diagnose::FormParameter> parameters(const diagnose::Series&, const diagnose::Shape&,
+                                                  const VectorXd&) const override {
+    return {};
+  }
+  std::string separate_by() const override { return ""; }
+
+ private:
+  bool occasional_;
+};
+
+std::size_t chosen_with(double size, bool occasional) {
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  diagnose::SeriesSet set = series_of({}, plant);
+  diagnose::Series& series = set.series.front();
+  diagnose::Forms forms;
+  forms.push_back(std::make_unique<ReachedOnce>(occasional));
+  series.y += size * forms.front()->columns(series, {}).col(0);
+  diagnose::ChannelModel model =
+      diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
+  diagnose::select_effects(model, {}, 1);
+  return model.chosen.size();
+}
+
+TEST(Gates, WhatMayHappenOnceIsRepeatedByItsParts) {
+  // Noise is 2e-4 here, and what acts all of the time is asked of more than one block.
+  EXPECT_EQ(chosen_with(5e-3, true), 1U);
+  EXPECT_EQ(chosen_with(5e-3, false), 0U);
+  EXPECT_EQ(chosen_with(0.0, true), 0U);
+  const VectorXd needed;
+  EXPECT_TRUE(diagnose::saturation(needed)->occasional());
+}
+
+/// A column of numbers under a name.
+class Given final : public diagnose::EffectForm {
+ public:
+  Given(std::string id, VectorXd column) : EffectForm(std::move(id)), column_(std::move(column)) {}
+  Eigen::MatrixXd columns(const diagnose::Series&, const diagnose::Shape&) const override {
+    return column_;
+  }
+  std::vector<diagnose::FormParameter> parameters(const diagnose::Series&, const diagnose::Shape&,
+                                                  const VectorXd&) const override {
+    return {};
+  }
+  std::string separate_by() const override { return ""; }
+
+ private:
+  VectorXd column_;
+};
+
+TEST(Gates, AreAskedOfTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
+  // Columns that are much alike and act against each other, each more in some blocks than in
+  // others: what one alone gains where it is the larger, it loses where the other is.
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  for (const double size : {1e-3, 0.0}) {
+    diagnose::SeriesSet set = series_of({}, plant);
+    diagnose::Series& series = set.series.front();
+    const Index rows = series.rows();
+    const VectorXd level_one = noise(rows, 103), level_two = noise(rows, 203);
+    VectorXd one = noise(rows, 303);
+    VectorXd two = 0.8 * one + 0.6 * noise(rows, 403);
+    for (Index i = 0; i < rows; ++i) {
+      one[i] *= std::exp(1.5 * level_one[i / 100]);
+      two[i] *= std::exp(1.5 * level_two[i / 100]);
+    }
+    one.normalize();
+    two.normalize();
+    series.y += size * std::sqrt(static_cast<double>(rows)) * (one - two);
+    diagnose::Forms forms;
+    forms.push_back(std::make_unique<Given>("gain_error", one));
+    forms.push_back(std::make_unique<Given>("compliance", two));
+    forms.push_back(std::make_unique<Given>("delay", noise(rows, 23)));
+    diagnose::ChannelModel model =
+        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
+    EXPECT_FALSE(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value());
+    diagnose::select_effects(model, {}, 1);
+    EXPECT_EQ(model.chosen.size(), size > 0.0 ? 2U : 0U);
+  }
+}
+
 TEST(Gates, NoColumnContainsTheRecordedEffortOrTruth) {
   const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
   const auto set = series_of({.coulomb_n_m = 0.5}, plant);
@@ -157,6 +249,34 @@ TEST(Gates, NoColumnContainsTheRecordedEffortOrTruth) {
       }
     }
   }
+}
+
+TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {
+  // A drive that hums moves its joint a little; its desired path knows nothing of that.
+  record::Recording recording = generator::make_recording(
+      {.coulomb_n_m = 0.5}, {.seed = 7, .duration_s = 240.0, .with_truth = false});
+  const Index rows = recording.samples.rows();
+  const VectorXd path = recording.samples.col(0);
+  for (Index i = 0; i < rows; ++i) {
+    const double t_s = static_cast<double>(recording.t_ns[static_cast<std::size_t>(i)]) * 1e-9;
+    const double tone = std::sin(2.0 * 3.14159265 * 0.9 * t_s);
+    recording.samples(i, 0) += 3e-3 * tone;
+    recording.samples(i, 2) += 0.8 * tone;
+  }
+  recording.channels.push_back({"one.desired", "rad", record::Role::kDesiredPosition, "one"});
+  recording.samples.conservativeResize(Eigen::NoChange, recording.samples.cols() + 1);
+  recording.samples.rightCols(1) = path;
+  const auto plant = physics::parse_plant(
+      generator::plant_text(
+          "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"),
+      "test plant");
+  ASSERT_TRUE(plant.ok());
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report = diagnose::diagnose({recording}, {}, plant.value(), options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_FALSE(report->unexplained.empty()) << report->verdict.text;
+  EXPECT_EQ(report->unexplained.front().depends_on.front(), "time, at 0.9 Hz");
 }
 
 TEST(Blocks, NeverReachAcrossARecordingAndCoverEachTrainingRowOnce) {

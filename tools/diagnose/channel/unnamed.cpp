@@ -146,6 +146,7 @@ void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
   const auto& rows = fit.model.blocks.rows;
   // The filter that efforts are seen through would take the tone away.
   const VectorXd& measured = s.recorded.size() > 0 ? s.recorded : s.y;
+  const bool asked = s.tracking_error.size() > 0;
   VectorXd t_s(static_cast<Index>(rows.size())), rest(t_s.size()), motion(t_s.size());
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const auto i = static_cast<Index>(n);
@@ -155,6 +156,8 @@ void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
     t_s[i] = s.t_s[rows[n]];
     rest[i] = measured[rows[n]] - fit.prediction[rows[n]];
     motion[i] = s.motion.q[rows[n]];
+    // A tone in the effort shakes the joint as well: what it was asked for has no part in that.
+    if (asked && std::isfinite(s.tracking_error[rows[n]])) motion[i] += s.tracking_error[rows[n]];
   }
   const auto line = find_line(t_s, rest, motion, options.gates.alpha);
   if (!line || line->share < kLeastShare) return;

@@ -59,9 +59,14 @@ class EffectForm {
   [[nodiscard]] virtual std::vector<std::string> twins(const Series&) const { return {}; }
   /// Index of the nominal term that the form sets free beyond its tolerance; none for physics.
   [[nodiscard]] virtual std::optional<std::size_t> nominal_term() const { return std::nullopt; }
-  /// True for what the set-up brings from one recording to the next, which is as ordinary as a
-  /// wrong number of the plant.
-  [[nodiscard]] virtual bool of_the_session() const { return false; }
+  /// True for what is as ordinary as a wrong number of the plant: what the set-up brings from one
+  /// recording to the next, a motor that is not what its data sheet says.
+  [[nodiscard]] virtual bool ordinary() const { return nominal_term().has_value(); }
+  /// How far off it is, in tolerances, where the form is a number that every drive has though no
+  /// plant states it; none for the plant's own and for physics.
+  [[nodiscard]] virtual std::optional<double> off_by(const Eigen::VectorXd&) const {
+    return std::nullopt;
+  }
   /// True if columns() are already as the residual shows them.
   [[nodiscard]] virtual bool as_seen_already() const { return false; }
   /// True if the shape is the effect's size in a replay that knows its physics: at the right shape
@@ -69,6 +74,8 @@ class EffectForm {
   [[nodiscard]] virtual bool unit_coefficient(const Series&) const { return false; }
   /// True if the column depends on time alone: slow noise looks like it.
   [[nodiscard]] virtual bool time_only() const { return false; }
+  /// True if the effect acts only while something happens, and that may happen once.
+  [[nodiscard]] virtual bool occasional() const { return false; }
   /// Circumstance whose halves the effect is a difference between: neither half shows it alone.
   [[nodiscard]] virtual std::string compares() const { return {}; }
   /// Effect that must be in the model or in the plant before this one makes sense; empty if none.

@@ -80,6 +80,7 @@ class Saturation final : public EffectForm {
     return log_grid(0.75 * limit, 1.33 * limit, 7);
   }
   bool continuous() const override { return true; }
+  bool occasional() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     const VectorXd law = law_of(s, needed_, rate_of(s, s.tracking_error));
     return law - law.cwiseMax(-shape[0]).cwiseMin(shape[0]);

@@ -12,20 +12,26 @@
 namespace ravencal::diagnose {
 namespace {
 
+/// The drive's gain is a number of the plant like any other.
+constexpr double kTolerance = 0.10;
+
 class TorqueConstant final : public EffectForm {
  public:
   explicit TorqueConstant(const Eigen::VectorXd& needed)
       : EffectForm("torque_constant"), needed_(needed) {}
   Eigen::MatrixXd columns(const Series&, const Shape&) const override { return -needed_; }
   bool as_seen_already() const override { return true; }
+  bool ordinary() const override { return true; }
+  std::optional<double> off_by(const Eigen::VectorXd& b) const override {
+    return ratio_of(b[0]) / kTolerance;
+  }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
     return {{"ratio", ratio_of(b[0]), "1"}};
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
-    // The drive's gain is a number of the plant like any other, good to a tenth and a margin.
     const double ratio = ratio_of(b[0]);
-    if (std::abs(ratio) <= 0.125) return "within the drive's own tolerance";
+    if (std::abs(ratio) <= 1.25 * kTolerance) return "within the drive's own tolerance";
     return b[0] < 0.5 && ratio > -0.5 ? "" : "no motor is that far from its data sheet";
   }
   std::string separate_by() const override {

@@ -10,6 +10,11 @@ namespace {
 
 using Eigen::Index;
 
+constexpr Index kShortest = 8;  ///< rows of a block
+/// Signs of eight equal gains are chance once in 128; an event is cut into some more parts.
+constexpr double kFewBlocks = 8.0;
+constexpr double kEventParts = 10.0;
+
 /// Stretches of training rows without a new start inside: pairs of indices into `rows`.
 std::vector<std::pair<Index, Index>> stretches_of(const Series& series,
                                                   const std::vector<Index>& rows) {
@@ -60,6 +65,37 @@ void assign_folds(const Series& series, std::size_t stretches, Blocks& blocks) {
   }
 }
 
+/// Blocks that hold an event, were it in equal parts. `begin` without the end.
+double blocks_of(const Eigen::VectorXd& energy, const std::vector<Index>& begin) {
+  double squares = 0.0;
+  for (std::size_t b = 0; b < begin.size(); ++b) {
+    const Index last = b + 1 < begin.size() ? begin[b + 1] : energy.size();
+    squares += std::pow(energy.segment(begin[b], last - begin[b]).sum(), 2);
+  }
+  return squares > 0.0 ? std::pow(energy.sum(), 2) / squares : kEventParts;
+}
+
+/// Cuts where an event's energy reaches another part of the whole.
+void cut_event(const Eigen::VectorXd& energy, std::vector<Index>& begin) {
+  const double part = energy.sum() / kEventParts;
+  double sum = 0.0;
+  double next = part;
+  for (Index n = 0; n < energy.size(); ++n) {
+    if (sum >= next) {
+      begin.push_back(n);
+      next = sum + part;
+    }
+    sum += energy[n];
+  }
+  std::sort(begin.begin(), begin.end());
+  const auto too_near = [last = -kShortest](Index n) mutable {
+    if (n - last < kShortest) return true;
+    last = n;
+    return false;
+  };
+  std::erase_if(begin, too_near);
+}
+
 }  // namespace
 
 Eigen::MatrixXd Blocks::gather(const Eigen::MatrixXd& full) const {
@@ -70,7 +106,8 @@ Eigen::MatrixXd Blocks::gather(const Eigen::MatrixXd& full) const {
   return out;
 }
 
-Blocks make_blocks(const Series& series, double correlation_rows) {
+Blocks make_blocks(const Series& series, double correlation_rows,
+                   const std::vector<Eigen::VectorXd>& events) {
   Blocks blocks;
   for (Index i = 0; i < series.rows(); ++i) {
     if (series.trains(i)) blocks.rows.push_back(i);
@@ -79,7 +116,7 @@ Blocks make_blocks(const Series& series, double correlation_rows) {
   const double wanted =
       std::clamp(total / std::max(1.0, 5.0 * correlation_rows), static_cast<double>(kFewestBlocks),
                  static_cast<double>(kMostBlocks));
-  const Index length = std::max<Index>(8, static_cast<Index>(total / wanted));
+  const Index length = std::max<Index>(kShortest, static_cast<Index>(total / wanted));
   Index open_rows = 0;  // rows of short stretches that wait to fill a block
   for (const auto& [first, last] : stretches_of(series, blocks.rows)) {
     if (last - first < length && open_rows > 0 && open_rows < length) {
@@ -92,6 +129,9 @@ Blocks make_blocks(const Series& series, double correlation_rows) {
       blocks.begin.push_back(part == 0 ? cut : at_reversal(series, blocks.rows, cut, length / 4));
     }
     open_rows = parts == 1 ? last - first : length;
+  }
+  for (const Eigen::VectorXd& energy : events) {
+    if (blocks_of(energy, blocks.begin) < kFewBlocks) cut_event(energy, blocks.begin);
   }
   assign_folds(series, stretches_of(series, blocks.rows).size(), blocks);
   blocks.begin.push_back(static_cast<Index>(blocks.rows.size()));

@@ -34,7 +34,13 @@ inline constexpr std::size_t kFewestBlocks = 12;
 /// lengths allow, begin at a reversal. `correlation_rows`: rows over which the residual resembles
 /// itself; a block spans at least five of those where kFewestBlocks permit. Folds are
 /// interleaved, or whole recordings, or runs of episodes where there are several.
-Blocks make_blocks(const Series& series, double correlation_rows);
+///
+/// `events`: energies per training row of what may have acted in a single block, which no other
+/// block can then repeat. Where so few blocks hold one that a gain could not be repeated, it is cut
+/// into parts. Noise may last as long as the event and is then seen once; but of an effect far
+/// above the noise the parts say whether it holds throughout.
+Blocks make_blocks(const Series& series, double correlation_rows,
+                   const std::vector<Eigen::VectorXd>& events = {});
 
 /// Sum of autocorrelations 1 + 2 sum rho(k) up to the first negative one, in rows, of `residual`
 /// given per training row.

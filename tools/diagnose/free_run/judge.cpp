@@ -133,14 +133,14 @@ bool without(const std::string& id, const physics::Joint& joint,
   return true;
 }
 
-/// True if mean squares are less by more than one standard error over windows.
-bool less(const VectorXd& windows, const VectorXd& than) {
+/// True if mean squares are less by more than `errors` standard errors over windows.
+bool less(const VectorXd& windows, const VectorXd& than, double errors) {
   if (windows.size() < 2 || than.size() != windows.size()) return false;
   const VectorXd gain = than - windows;
   const double mean = gain.mean();
   const auto count = static_cast<double>(gain.size());
   const double variance = (gain.array() - mean).square().sum() / (count - 1.0);
-  return mean > std::sqrt(variance / count);
+  return mean > errors * std::sqrt(variance / count);
 }
 
 void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& command,
@@ -175,7 +175,7 @@ void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& 
 }  // namespace
 
 bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other) {
-  return less(one.windows, other.windows);
+  return less(one.windows, other.windows, 1.0);
 }
 
 FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
@@ -215,8 +215,8 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
     if (is_dry_asymmetry(e)) continue;
     const DriveFit rival =
         fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
-    // What passed the gates of held-out effort is not lost by a draw.
-    if (less(rival.judged_windows, fit.judged_windows)) verdict.demoted.push_back(e.id);
+    // What passed the gates of held-out effort is lost to clearly better runs, not to chance.
+    if (less(rival.judged_windows, fit.judged_windows, kNormal95)) verdict.demoted.push_back(e.id);
   }
 
   const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);

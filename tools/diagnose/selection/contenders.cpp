@@ -64,4 +64,39 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
   return out;
 }
 
+std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
+                              const Gates& gates) {
+  std::optional<Contender> best;
+  std::optional<Contender> ordinary;
+  const auto keep_likelier = [](std::optional<Contender>& kept, const Contender& other) {
+    if (!kept || other.score < kept->score) kept = other;
+  };
+  for (const Contender& contender : contenders(model, result, gates)) {
+    keep_likelier(best, contender);
+    const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
+    if (form.ordinary()) keep_likelier(ordinary, contender);
+  }
+  if (ordinary && ordinary->score < best->score + kClearScore) return ordinary;
+  return best;
+}
+
+std::vector<Chosen> pick_pair(const ScreenResult& result, const ChannelModel& model,
+                              const Gates& gates, std::uint64_t seed) {
+  std::optional<Contender> first;
+  Gates unrepeated = gates;
+  unrepeated.least_z = 0.0;
+  for (const Contender& contender : contenders(model, result, unrepeated)) {
+    if (!first || contender.score < first->score) first = contender;
+  }
+  if (!first) return {};
+  ChannelModel with = model;
+  with.chosen.push_back(first->tested->best);
+  with.hold_nominal();
+  with.noise = saturated_noise(with);
+  const ScreenResult beside = screen(with, gates, seed);
+  const auto second = pick(beside, with, gates);
+  if (!second) return {};
+  return {first->tested->best, second->tested->best};
+}
+
 }  // namespace ravencal::diagnose

@@ -52,9 +52,12 @@ double number_cost(double change, double tolerance) {
 
 double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd& coefficients) {
   const Chosen& chosen = model.chosen[effect];
-  const auto term = model.candidates[chosen.candidate]->form->nominal_term();
-  return term ? number_cost(coefficients[model.first_column(effect)], model.tolerance[*term])
-              : effect_cost(freedom_of(model, chosen));
+  const EffectForm& form = *model.candidates[chosen.candidate]->form;
+  const Index at = model.first_column(effect);
+  if (const auto term = form.nominal_term())
+    return number_cost(coefficients[at], model.tolerance[*term]);
+  const auto off = form.off_by(coefficients.segment(at, chosen.columns.cols()));
+  return off ? number_cost(*off, 1.0) : effect_cost(freedom_of(model, chosen));
 }
 
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "diagnose/selection/cable_family.hpp"
 #include "diagnose/selection/contenders.hpp"
@@ -40,6 +39,17 @@ std::shared_ptr<const Candidate> candidate_of(const Series& series, const Blocks
     candidate->shapes.push_back(shape);
   }
   return candidate;
+}
+
+/// Energy per training row of the candidates that may have acted once only.
+std::vector<VectorXd> events_of(const ChannelModel& model) {
+  std::vector<VectorXd> events;
+  for (const auto& candidate : model.candidates) {
+    if (!candidate->form->occasional()) continue;
+    for (const MatrixXd& columns : candidate->columns)
+      events.emplace_back(columns.rowwise().squaredNorm());
+  }
+  return events;
 }
 
 /// Residual of a model with every candidate in it, each with the shape that alone helps most, held
@@ -102,25 +112,6 @@ VectorXd without_trend(const Series& series, const Blocks& blocks, const VectorX
 
 double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
-}
-
-/// The likeliest admissible candidate; but a number of the plant that is off, or what a session
-/// brings, unless missing physics is clearly likelier: plants hold wrong numbers more often than
-/// they lack a mechanism.
-std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
-                              const Gates& gates) {
-  std::optional<Contender> best;
-  std::optional<Contender> ordinary;
-  const auto keep_likelier = [](std::optional<Contender>& kept, const Contender& other) {
-    if (!kept || other.score < kept->score) kept = other;
-  };
-  for (const Contender& contender : contenders(model, result, gates)) {
-    keep_likelier(best, contender);
-    const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
-    if (form.nominal_term() || form.of_the_session()) keep_likelier(ordinary, contender);
-  }
-  if (ordinary && ordinary->score < best->score + kClearScore) return ordinary;
-  return best;
 }
 
 void refine_all(ChannelModel& model) {
@@ -277,7 +268,8 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   ChannelModel model;
   model.series = &series;
   // A first cut into forty; the next know how long the noise remembers.
-  model.blocks = make_blocks(series, static_cast<double>(series.rows()) / 200.0);
+  const double first_guess_rows = static_cast<double>(series.rows()) / 200.0;
+  model.blocks = make_blocks(series, first_guess_rows);
   model.target = model.blocks.gather(series.y - nominal.prediction);
   if (series.payload_effort.size() > 0)
     model.target -= model.blocks.gather(series.as_seen(series.payload_effort));
@@ -301,6 +293,8 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   }
   for (const auto& form : forms)
     model.candidates.push_back(candidate_of(series, model.blocks, *form));
+  const std::vector<VectorXd> events = events_of(model);
+  model.blocks = make_blocks(series, first_guess_rows, events);
   double assumed_rows = 0.0;
   for (int round = 0; round < kBlockRounds; ++round) {
     model.noise = noise_of(model);
@@ -310,7 +304,7 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
     // Short blocks let the fit follow what the noise remembers, which then seems to forget.
     if (round > 0 && model.correlation_rows < 1.5 * assumed_rows) break;
     assumed_rows = model.correlation_rows;
-    model.blocks = make_blocks(series, assumed_rows);
+    model.blocks = make_blocks(series, assumed_rows, events);
   }
   model.floor = rms(model.noise);
   return model;
@@ -351,8 +345,11 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
       return std::find(dropped.begin(), dropped.end(), tested.candidate) != dropped.end();
     });
     const auto next = pick(result, model, gates);
-    if (!next) break;
-    model.chosen.push_back(next->tested->best);
+    const std::vector<Chosen> found =
+        next ? std::vector<Chosen>{next->tested->best}
+             : pick_pair(result, model, gates, seed + model.chosen.size());
+    if (found.empty()) break;
+    model.chosen.insert(model.chosen.end(), found.begin(), found.end());
     refine_all(model);
     swap_pass(model, gates, seed);
     std::vector<std::size_t> before;
