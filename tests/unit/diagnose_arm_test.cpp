@@ -83,6 +83,22 @@ TEST(DiagnoseArm, StaysSilentWhereNothingIsLeftOut) {
   }
 }
 
+TEST(DiagnoseArm, FindsSlipsAboveTheirDetectionLimitOnly) {
+  const ArmScene scene{.seed = 11};
+  const diagnose::Report silent = run({}, scene);
+  const auto limit = std::find_if(silent.not_found.begin(), silent.not_found.end(),
+                                  [](const diagnose::NotFound& n) { return n.id == "slip"; });
+  ASSERT_NE(limit, silent.not_found.end());
+  ASSERT_TRUE(limit->detection_limit.has_value()) << limit->not_testable_because;
+  const auto finds = [&](double times) {
+    const diagnose::Report report = run({.slip_rad = times * *limit->detection_limit}, scene);
+    return std::any_of(report.effects.begin(), report.effects.end(),
+                       [](const diagnose::NamedEffect& e) { return says(e, "slip"); });
+  };
+  EXPECT_TRUE(finds(1.5));
+  EXPECT_FALSE(finds(0.4));
+}
+
 /// What free run refits is a scale of the plant's weight, not of what screening made of it.
 TEST(DiagnoseArm, WritesTheWeightThatItFoundIntoThePlant) {
   const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "one_joint.toml";

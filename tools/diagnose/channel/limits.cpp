@@ -51,6 +51,27 @@ NotFound limit_of(const TestedCandidate& t, const ScreenResult& result, const Ch
   return entry;
 }
 
+/// Why a candidate was not tested; empty if it was.
+std::string not_tested_because(const Candidate& candidate, const ChannelModel& model) {
+  if (!candidate.untestable.empty() || model.permits(*candidate.form)) return candidate.untestable;
+  return "it changes " + candidate.form->prerequisite() +
+         ", which neither the plant nor this recording shows";
+}
+
+/// What a step is found by does not tell a slip from lost counts.
+void add_step_limits(const ChannelFit& fit, std::map<std::string, NotFound>& entries) {
+  const ChannelModel& model = fit.model;
+  const auto least = least_step(*model.series, model.blocks, model.noise, model.correlation_rows);
+  for (const char* id : {"slip", "lost_counts"}) {
+    NotFound entry{id, model.series->joint, std::nullopt, model.series->unit, ""};
+    if (least)
+      entry.detection_limit = std::max(*least, model.floor);
+    else
+      entry.not_testable_because = "too little was recorded in one go";
+    entries.emplace(id, entry);
+  }
+}
+
 }  // namespace
 
 void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
@@ -72,12 +93,9 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
   }
   for (const auto& candidate : fit.model.candidates) {
     const std::string& id = candidate->form->id();
-    if (candidate->untestable.empty() || named(id) || worst.contains(id)) continue;
-    NotFound entry;
-    entry.id = id;
-    entry.joint = findings.joint;
-    entry.not_testable_because = candidate->untestable;
-    worst.emplace(id, entry);
+    const std::string why = not_tested_because(*candidate, fit.model);
+    if (why.empty() || named(id) || worst.contains(id)) continue;
+    worst.emplace(id, NotFound{id, findings.joint, std::nullopt, "", why});
   }
   const VectorXd deviation = nominal_deviation(fit, options.seed + 550);
   for (std::size_t i = 0; i < fit.nominal.terms.size(); ++i) {
@@ -87,7 +105,10 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
         (term.tolerance + 1.96 * deviation[static_cast<Index>(i)]) * std::abs(term.value);
     worst.emplace(term.id, NotFound{term.id, findings.joint, least, term.unit, ""});
   }
-  for (auto& [id, entry] : worst) findings.not_found.push_back(std::move(entry));
+  if (findings.stage == Stage::kTransmission) add_step_limits(fit, worst);
+  for (auto& [id, entry] : worst) {
+    if (!named(id)) findings.not_found.push_back(std::move(entry));
+  }
   const bool spoken = std::any_of(findings.not_found.begin(), findings.not_found.end(),
                                   [](const NotFound& n) { return n.id == "homing_offset"; });
   if (findings.stage == Stage::kTransmission && !spoken && !named("homing_offset")) {

@@ -52,44 +52,79 @@ VectorXd step_statistic(const VectorXd& residual, const std::vector<Index>& star
   return statistic;
 }
 
+/// Half the width over which a step is looked for: four times as long as noise resembles itself.
+Index window_of(Index count, double correlation_rows) {
+  return std::clamp<Index>(static_cast<Index>(4.0 * correlation_rows), 20,
+                           std::max<Index>(20, count / 16));
+}
+
+/// The statistic where it is greatest, and what it is elsewhere.
+struct Peak {
+  Index at = 0;
+  double quantile99 = 0.0;  ///< elsewhere
+  double independent =
+      0.0;  ///< values elsewhere, each of which spans a window before and one after
+  /// One standard deviation elsewhere: the 99 % quantile of a normal is 2.58 of them.
+  [[nodiscard]] double deviation() const { return quantile99 / 2.58; }
+};
+
+std::optional<Peak> peak_of(const VectorXd& statistic, Index window) {
+  Peak peak;
+  statistic.cwiseAbs().maxCoeff(&peak.at);
+  std::vector<double> elsewhere;
+  for (Index i = 0; i < statistic.size(); ++i) {
+    if (statistic[i] != 0.0 && std::abs(i - peak.at) > 2 * window)
+      elsewhere.push_back(std::abs(statistic[i]));
+  }
+  if (elsewhere.size() < static_cast<std::size_t>(6 * window)) return std::nullopt;
+  const auto rank =
+      elsewhere.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(elsewhere.size()));
+  std::nth_element(elsewhere.begin(), rank, elsewhere.end());
+  peak.quantile99 = *rank;
+  peak.independent = static_cast<double>(elsewhere.size()) / (2.0 * static_cast<double>(window));
+  return peak;
+}
+
 }  // namespace
 
 std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const VectorXd& residual,
                              double correlation_rows) {
   std::vector<Step> steps;
   const Index count = residual.size();
-  const Index window = std::clamp<Index>(static_cast<Index>(4.0 * correlation_rows), 20,
-                                         std::max<Index>(20, count / 16));
+  const Index window = window_of(count, correlation_rows);
   if (count < 12 * window) return steps;
   const auto starts = stretch_starts(series, blocks);
   VectorXd rest = residual;
   while (steps.size() < kMostSteps) {
     const VectorXd statistic = step_statistic(rest, starts, window);
-    Index at = 0;
-    const double peak = statistic.cwiseAbs().maxCoeff(&at);
-    std::vector<double> elsewhere;
-    for (Index i = 0; i < count; ++i) {
-      if (statistic[i] != 0.0 && std::abs(i - at) > 2 * window)
-        elsewhere.push_back(std::abs(statistic[i]));
-    }
-    if (elsewhere.size() < static_cast<std::size_t>(6 * window)) break;
-    const auto rank = elsewhere.begin() +
-                      static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(elsewhere.size()));
-    std::nth_element(elsewhere.begin(), rank, elsewhere.end());
-    // The 99 % quantile of a normal is 2.58 deviations of the statistic.
-    const double deviation = *rank / 2.58;
-    // Each value spans a window before and one after.
-    const double independent =
-        static_cast<double>(elsewhere.size()) / (2.0 * static_cast<double>(window));
-    const double chance = chance_anywhere(peak / std::max(deviation, 1e-300), independent);
-    if (peak < kRatio * *rank || chance > kAlpha) break;
-    const Index row = blocks.rows[static_cast<std::size_t>(at)];
-    steps.push_back({row, series.t_s[row], statistic[at], deviation, peak / *rank, chance, window});
-    const Index start = starts[static_cast<std::size_t>(at)];
-    for (Index i = at; i < count && starts[static_cast<std::size_t>(i)] == start; ++i)
-      rest[i] -= statistic[at];
+    const auto peak = peak_of(statistic, window);
+    if (!peak) break;
+    const double size = statistic[peak->at];
+    const double deviation = peak->deviation();
+    const double chance =
+        chance_anywhere(std::abs(size) / std::max(deviation, 1e-300), peak->independent);
+    if (std::abs(size) < kRatio * peak->quantile99 || chance > kAlpha) break;
+    const Index row = blocks.rows[static_cast<std::size_t>(peak->at)];
+    steps.push_back(
+        {row, series.t_s[row], size, deviation, std::abs(size) / peak->quantile99, chance, window});
+    const Index start = starts[static_cast<std::size_t>(peak->at)];
+    for (Index i = peak->at; i < count && starts[static_cast<std::size_t>(i)] == start; ++i)
+      rest[i] -= size;
   }
   return steps;
+}
+
+std::optional<double> least_step(const Series& series, const Blocks& blocks,
+                                 const VectorXd& residual, double correlation_rows) {
+  constexpr double kNineInTen = 1.28;
+  const Index window = window_of(residual.size(), correlation_rows);
+  if (residual.size() < 12 * window) return std::nullopt;
+  const auto peak =
+      peak_of(step_statistic(residual, stretch_starts(series, blocks), window), window);
+  if (!peak) return std::nullopt;
+  double deviations = 2.58 * kRatio;
+  while (chance_anywhere(deviations, peak->independent) > kAlpha) deviations += 0.1;
+  return (deviations + kNineInTen) * peak->deviation();
 }
 
 VectorXd step_column(const Series& series, const Step& step) {

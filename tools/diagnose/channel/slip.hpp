@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "diagnose/fit/blocks.hpp"
@@ -26,6 +27,11 @@ struct Step {
 /// `residual` at the training rows; `correlation_rows`: how far its noise resembles itself.
 std::vector<Step> find_steps(const Series& series, const Blocks& blocks,
                              const Eigen::VectorXd& residual, double correlation_rows);
+
+/// Size from which a step in that residual is found nine times in ten; none where too little of it
+/// hangs together.
+std::optional<double> least_step(const Series& series, const Blocks& blocks,
+                                 const Eigen::VectorXd& residual, double correlation_rows);
 
 /// 1 from the step on until its recording or episode ends, else 0.
 Eigen::VectorXd step_column(const Series& series, const Step& step);
