@@ -279,6 +279,18 @@ TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {
   EXPECT_EQ(report->unexplained.front().depends_on.front(), "time, at 0.9 Hz");
 }
 
+TEST(TorqueRipple, TurnsWithThePartsOfTheDrive) {
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  diagnose::Series series = series_of({.coulomb_n_m = 0.5}, plant).series.back();
+  EXPECT_EQ(series.drive_order, 1.0);
+  series.drive_order = 10.0;  // a range of 0.9 rad tells orders apart that differ by 3.5
+  const auto form = diagnose::torque_ripple();
+  const VectorXd b = VectorXd::Ones(2);
+  EXPECT_EQ(form->inconsistency(series, {20.5}, b), "");
+  EXPECT_NE(form->inconsistency(series, {15.0}, b), "");
+  EXPECT_NE(form->inconsistency(series, {2.0}, b), "") << "slower than its slowest shaft";
+}
+
 TEST(Blocks, NeverReachAcrossARecordingAndCoverEachTrainingRowOnce) {
   const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
   const std::vector<record::Recording> two = {

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Cogging and ripple: the drive's effort waves over its position.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -21,6 +25,17 @@ class TorqueRipple final : public EffectForm {
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
     return wave_parameters(s, shape, b);
+  }
+  /// What turns in the drive turns at a whole multiple of its last shaft, as far as a range of
+  /// positions tells orders apart.
+  std::string inconsistency(const Series& s, const Shape& shape,
+                            const Eigen::VectorXd&) const override {
+    if (s.drive_order <= 0.0) return {};
+    const double turns = std::max(1.0, std::round(shape[0] / s.drive_order));
+    const double apart = std::numbers::pi / range_of(s, s.motion.q);
+    return std::abs(shape[0] - turns * s.drive_order) < apart
+               ? ""
+               : "no part of the drive turns at this order";
   }
   std::string separate_by() const override {
     return "pass the range slowly both ways at 1 kHz: ripple repeats with the motor's poles";

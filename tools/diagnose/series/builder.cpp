@@ -146,6 +146,7 @@ class Builder {
     series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
                                   stage == Stage::kDrive ? 2 : 1);
     series.nominal_mass_kg = joint.link.mass_kg;
+    series.drive_order = joint.reduction / joint.gearbox_ratio;
     series.inertia = joint_inertia(plant_, j);
     series.presliding = joint.parameter("presliding", "displacement");
     const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;

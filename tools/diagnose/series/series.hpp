@@ -83,6 +83,7 @@ struct Series {
   std::optional<ServoGains> servo;  ///< the plant's; none without a controller
   double removable_mass_kg = 0.0;   ///< of the last link and its payload: no more can be missing
   double nominal_mass_kg = 0.0;     ///< of this joint's link, that `weight` was computed with
+  double drive_order = 0.0;         ///< rad that the gearbox's shaft turns per unit of position
   double inertia = 0.0;             ///< nominal, at the joint: kg m^2 or kg
   double presliding = 0.0;          ///< the plant's, of the drive's friction; 0: it has none
   /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
