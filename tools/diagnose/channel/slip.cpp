@@ -15,15 +15,6 @@ constexpr double kRatio = 2.0;
 /// Chance of a step anywhere in a recording without one.
 constexpr double kAlpha = 0.005;
 
-/// Chance that noise whose deviation is known from `independent` values exceeds `t` of those
-/// deviations at any of as many places: Student's tail by Wallace's normal (Annals of Mathematical
-/// Statistics 1959), times the places, which overlapping windows double.
-double chance_anywhere(double t, double independent) {
-  const double nu = std::max(1.0, independent);
-  const double z = (8.0 * nu + 1.0) / (8.0 * nu + 3.0) * std::sqrt(nu * std::log1p(t * t / nu));
-  return std::min(1.0, 2.0 * nu * std::erfc(z / std::sqrt(2.0)));
-}
-
 /// First training row of the stretch without a new start that holds training row n.
 std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
   std::vector<Index> starts(blocks.rows.size(), 0);
@@ -86,6 +77,12 @@ std::optional<Peak> peak_of(const VectorXd& statistic, Index window) {
 }
 
 }  // namespace
+
+double chance_anywhere(double t, double independent) {
+  const double nu = std::max(1.0, independent);
+  const double z = (8.0 * nu + 1.0) / (8.0 * nu + 3.0) * std::sqrt(nu * std::log1p(t * t / nu));
+  return std::min(1.0, 2.0 * nu * std::erfc(z / std::sqrt(2.0)));
+}
 
 std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const VectorXd& residual,
                              double correlation_rows) {

@@ -33,6 +33,11 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks,
 std::optional<double> least_step(const Series& series, const Blocks& blocks,
                                  const Eigen::VectorXd& residual, double correlation_rows);
 
+/// Chance that noise whose deviation is known from `independent` values exceeds `t` of those
+/// deviations at any of as many places: Student's tail by Wallace's normal (Annals of Mathematical
+/// Statistics 1959), times the places, which overlapping windows double.
+double chance_anywhere(double t, double independent);
+
 /// 1 from the step on until its recording or episode ends, else 0.
 Eigen::VectorXd step_column(const Series& series, const Step& step);
 

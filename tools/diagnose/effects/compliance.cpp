@@ -42,6 +42,7 @@ class Compliance final : public EffectForm {
     }
     return grid;
   }
+  bool ordinary(const Series& s) const override { return replayed(s); }
   bool unit_coefficient(const Series& s) const override { return replayed(s); }
   MatrixXd columns(const Series& s, const Shape& shape) const override {
     if (replayed(s)) {

@@ -60,8 +60,9 @@ class EffectForm {
   /// Index of the nominal term that the form sets free beyond its tolerance; none for physics.
   [[nodiscard]] virtual std::optional<std::size_t> nominal_term() const { return std::nullopt; }
   /// True for what is as ordinary as a wrong number of the plant: what the set-up brings from one
-  /// recording to the next, a motor that is not what its data sheet says.
-  [[nodiscard]] virtual bool ordinary() const { return nominal_term().has_value(); }
+  /// recording to the next, a motor that is not what its data sheet says, a cable that the plant
+  /// takes for stiff and is not.
+  [[nodiscard]] virtual bool ordinary(const Series&) const { return nominal_term().has_value(); }
   /// How far off it is, in tolerances, where the form is a number that every drive has though no
   /// plant states it; none for the plant's own and for physics.
   [[nodiscard]] virtual std::optional<double> off_by(const Eigen::VectorXd&) const {

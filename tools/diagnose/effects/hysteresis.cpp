@@ -35,7 +35,7 @@ class HysteresisForm final : public EffectForm {
       CableNumbers changed = s.cable;
       changed.strand_yield = shape[0];
       changed.strand_stiffness = 0.3 / s.cable.compliance;
-      return cable_change(s, changed) / changed.strand_stiffness;
+      return strand_columns(s, changed) / changed.strand_stiffness;
     }
     const Eigen::VectorXd& q = driver(s);
     Eigen::MatrixXd out(s.rows(), 3);
@@ -61,6 +61,9 @@ class HysteresisForm final : public EffectForm {
     if (!from().empty()) return {};
     if (by_load(s)) {
       if (b[0] <= 0.0) return "strands would give effort";
+      // Between none and all of them, with room for noise.
+      if (b.size() > 1 && (b[1] < -0.3 * b[0] || b[1] > 1.3 * b[0]))
+        return "more strands would be open than there are";
       return b[0] * s.cable.compliance < kMostStrands ? ""
                                                       : "strands would be stiffer than the cable";
     }
@@ -83,6 +86,15 @@ class HysteresisForm final : public EffectForm {
   [[nodiscard]] bool by_load(const Series& s) const {
     return from().empty() && replayed(s) && s.cable.compliance > 0.0 &&
            s.cable.strand_stiffness <= 0.0;
+  }
+  /// Change by strands whose loops close, and what it is more where they do not: laws of friction
+  /// differ in that, and no plant says which is a cable's.
+  static Eigen::MatrixXd strand_columns(const Series& s, CableNumbers changed) {
+    Eigen::MatrixXd out(s.rows(), 2);
+    out.col(0) = cable_change(s, changed);
+    changed.strand_openness = 1.0;
+    out.col(1) = cable_change(s, changed) - out.col(0);
+    return out;
   }
   [[nodiscard]] const Eigen::VectorXd& driver(const Series& s) const {
     for (const Companion& other : s.others) {

@@ -23,7 +23,7 @@ class Payload final : public EffectForm {
     const Eigen::VectorXd loaded = s.weight + kTrial_kg * s.payload_per_kg;
     return (cable_tension(s, loaded, s.cable) - cable_tension(s, s.weight, s.cable)) / kTrial_kg;
   }
-  bool ordinary() const override { return true; }
+  bool ordinary(const Series&) const override { return true; }
   std::vector<FormParameter> parameters(const Series&, const Shape&,
                                         const Eigen::VectorXd& b) const override {
     return {{"mass", b[0], "kg"}};

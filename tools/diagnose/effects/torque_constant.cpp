@@ -21,7 +21,7 @@ class TorqueConstant final : public EffectForm {
       : EffectForm("torque_constant"), needed_(needed) {}
   Eigen::MatrixXd columns(const Series&, const Shape&) const override { return -needed_; }
   bool as_seen_already() const override { return true; }
-  bool ordinary() const override { return true; }
+  bool ordinary(const Series&) const override { return true; }
   std::optional<double> off_by(const Eigen::VectorXd& b) const override {
     return ratio_of(b[0]) / kTolerance;
   }

@@ -33,7 +33,8 @@ double cost_of(const CableSubset& subset, const ChannelModel& model) {
   for (std::size_t m = 0; m < subset.members.size(); ++m) {
     const CableMember& member = *subset.members[m];
     if (!member.is_number()) {
-      // Where creep begins is a state, not physics.
+      // Where creep begins, how strands were left and whether their loops close: no physics of
+      // its own.
       cost += effect_cost(std::min<Index>(2, subset.log_values[m].size()));
       continue;
     }
@@ -63,10 +64,8 @@ std::vector<std::vector<const CableMember*>> sets_of(const std::vector<CableMemb
 /// The model with that set in it; nothing where a number contradicts its effect.
 std::optional<Judged> judged(const ChannelModel& rest, CableSubset subset, double unit) {
   Judged out{std::move(subset), rest, {}, 0.0};
-  if (!out.subset.members.front()->is_number()) {
-    move_nominal(out.model, cable_with(*rest.series, out.subset));
-    out.subset = CableFit(out.model).improved(std::move(out.subset));
-  }
+  move_nominal(out.model, cable_with(*rest.series, out.subset));
+  out.subset = CableFit(out.model).improved(std::move(out.subset));
   for (Chosen& chosen : chosen_of(rest, out.subset)) out.model.chosen.push_back(std::move(chosen));
   out.model.hold_nominal();
   const VectorXd b = joint_fit(out.model);
@@ -123,26 +122,24 @@ double form_error(const ChannelModel& rest, const CableSubset& subset) {
   return kModelForm * kModelForm * stretch.squaredNorm();
 }
 
-/// The same of the strands among them: slip elements and Bouc and Wen's loop, each fitted to the
-/// other, part by 5 % over full strokes and by up to 27 % over nested ones, where only one of them
-/// closes its loops.
-double strands_error(const ChannelModel& rest, const CableSubset& subset) {
-  constexpr double kStrandsForm = 0.3;
-  const Series& s = *rest.series;
-  const CableNumbers cable = cable_with(s, subset);
-  CableNumbers without = cable;
-  without.strand_stiffness = s.cable.strand_stiffness;
-  without.strand_yield = s.cable.strand_yield;
-  const VectorXd part = cable_stretch(s, cable) - cable_stretch(s, without);
-  return kStrandsForm * kStrandsForm * rest.blocks.gather(part).squaredNorm();
+/// The likeliest set; but one of numbers that are off, unless missing physics is clearly likelier,
+/// as in the selection one by one.
+std::vector<Judged>::const_iterator likeliest(const std::vector<Judged>& list) {
+  const auto less = [](const Judged& a, const Judged& b) { return a.score < b.score; };
+  const auto physics = std::min_element(list.begin(), list.end(), less);
+  auto number = list.end();
+  for (auto one = list.begin(); one != list.end(); ++one) {
+    const bool ordinary = one->subset.members.front()->is_number();
+    if (ordinary && (number == list.end() || less(*one, *number))) number = one;
+  }
+  return number != list.end() && number->score < physics->score + kClearScore ? number : physics;
 }
 
 /// The likeliest set; a smaller one where held-out blocks do not tell the two apart, or differ by
 /// less than simulations of cables do; sets whose sizes change with circumstances only where no
 /// other is as good.
 const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest) {
-  const auto less = [](const Judged& a, const Judged& b) { return a.score < b.score; };
-  const auto first = std::min_element(list.begin(), list.end(), less);
+  const auto first = likeliest(list);
   if (first == list.end()) return nullptr;
   const double form = form_error(rest, first->subset);
   const auto as_good = [&](const Judged& other) {
@@ -250,30 +247,6 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   model = std::move(settled);
 }
 
-/// Loops that do not close wander, as creep does: creep beside strands must explain more than
-/// simulations of strands differ by.
-void drop_wander(ChannelModel& model) {
-  const auto kind_of = [&](const Chosen& c) {
-    return cable_kind(*model.candidates[c.candidate]->form, *model.series);
-  };
-  const auto has = [&](CableMember::Kind kind) {
-    return std::any_of(model.chosen.begin(), model.chosen.end(),
-                       [&](const Chosen& c) { return kind_of(c) == kind; });
-  };
-  if (!has(CableMember::Kind::kStrands) || !has(CableMember::Kind::kCreep)) return;
-  const Called called(model);
-  const VectorXd errors = held_out_errors(model);
-  const double excess = called.rest.rms_of(held_out_errors(called.rest));
-  const std::vector<CableMember> members = cable_members(called.rest, excess);
-  std::vector<const CableMember*> others;
-  for (const CableMember& m : members)
-    if (m.kind != CableMember::Kind::kCreep && has(m.kind)) others.push_back(&m);
-  const auto without = judged(called.rest, CableFit(called.rest).fit(others), noise_unit(model));
-  if (!without) return;
-  const double more = without->errors.sum() - errors.sum();
-  if (more < strands_error(called.rest, without->subset)) model = without->model;
-}
-
 }  // namespace
 
 void settle_cable(ChannelModel& model, const Gates& gates) {
@@ -287,15 +260,15 @@ void settle_cable(ChannelModel& model, const Gates& gates) {
     timeless.hold_nominal();
     const VectorXd present = held_out_errors(model);
     settle_beside(timeless, gates);
+    const bool instead = std::any_of(timeless.chosen.begin(), timeless.chosen.end(),
+                                     [](const Chosen& c) { return c.everywhere.size() > 0; });
     const VectorXd errors = held_out_errors(timeless);
-    if (errors.sum() < present.sum() || tied(errors, present)) {
+    if (instead && (errors.sum() < present.sum() || tied(errors, present))) {
       model = std::move(timeless);
-      drop_wander(model);
       return;
     }
   }
   settle_beside(model, gates);
-  drop_wander(model);
 }
 
 }  // namespace ravencal::diagnose

@@ -40,7 +40,8 @@ VectorXd start_of(Kind kind, const Series& s, double scale) {
       return logs({scale});
     case Kind::kStrands:
       return logs({0.3 / compliance,
-                   0.3 * std::max(range_of(s, cable_stretch(s, s.cable)), s.rest_width())});
+                   0.3 * std::max(range_of(s, cable_stretch(s, s.cable)), s.rest_width()),
+                   std::exp(0.5), 1.0});
     case Kind::kCreep:
       return logs({scale / load, 6.0, 1.0});
     case Kind::kFriction:
@@ -50,10 +51,14 @@ VectorXd start_of(Kind kind, const Series& s, double scale) {
   }
 }
 
-/// Creep that the recording is too short to see the end of is a drift; and it begins between none
-/// of it and half as much again, with room for noise.
+/// Creep that is over before the arm has moved is stretch, and one that the recording is too short
+/// to see the end of is a drift; and it begins between none of it and half as much again, with room
+/// for noise.
 void limit_creep(const Candidate& creep, CableMember& member) {
-  if (!creep.shapes.empty()) member.high[1] = std::log(creep.shapes.back()[0]);
+  if (!creep.shapes.empty()) {
+    member.low[1] = std::log(creep.shapes.front()[0]);
+    member.high[1] = std::log(creep.shapes.back()[0]);
+  }
   member.low[2] = -0.3;
   member.high[2] = 1.2;
 }
@@ -64,8 +69,16 @@ CableMember member_of(Kind kind, std::size_t candidate, const ChannelModel& mode
   CableMember member{kind, candidate, start, -any, any};
   if (kind == Kind::kCreep) limit_creep(*model.candidates[candidate], member);
   // With room for what the linear terms add to it.
-  if (kind == Kind::kStrands)
+  if (kind == Kind::kStrands) {
+    // Strands that never slip are a stiffer cable.
+    const std::vector<Shape>& widths = model.candidates[candidate]->shapes;
+    if (!widths.empty()) member.high[1] = std::log(widths.back()[0]);
     member.high[0] = std::log(0.8 * kMostStrands / model.series->cable.compliance);
+    member.low[2] = 0.0;
+    member.high[2] = 1.0;
+    member.low[3] = -1.0;
+    member.high[3] = 1.0;
+  }
   return member;
 }
 
@@ -107,6 +120,8 @@ void CableMember::add_to(CableNumbers& cable, const VectorXd& log_values) const 
     case Kind::kStrands:
       cable.strand_stiffness = first;
       cable.strand_yield = second;
+      cable.strand_openness = log_values[2];
+      cable.strand_start = log_values[3];
       break;
     case Kind::kCreep:
       cable.creep_compliance = first;

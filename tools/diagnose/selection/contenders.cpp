@@ -74,7 +74,7 @@ std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& mo
   for (const Contender& contender : contenders(model, result, gates)) {
     keep_likelier(best, contender);
     const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
-    if (form.ordinary()) keep_likelier(ordinary, contender);
+    if (form.ordinary(*model.series)) keep_likelier(ordinary, contender);
   }
   if (ordinary && ordinary->score < best->score + kClearScore) return ordinary;
   return best;

@@ -28,30 +28,36 @@ class Cable {
 
   void start(double motor, double load) {
     creep_ = n_.creep_start * n_.creep_compliance * load;
-    strands_.fill(0.0);
     stretch_ = 0.0;
     joint_ = motor;
     bristle_ = 0.0;
+    rate_slope_ = 0.0;
+    // Strands carry what they carry; the spring beside them takes the rest.
+    strand_stiffness_ = 0.0;
+    const double carried = n_.strand_start * n_.strand_stiffness * open_width();
     if (n_.friction_start) {
-      stretch_ = balance(motor, load + *n_.friction_start * level_at(load), 0.0);
-      joint_ = motor - creep_ - stretch_;
+      const double sagged =
+          balance(motor, load - carried + *n_.friction_start * level_at(load), 0.0);
+      joint_ = motor - creep_ - sagged;
       bristle_ = *n_.friction_start;
+      settle(motor, sagged);
     } else {
-      stretch_ = balance(motor, load, level_at(load));
+      settle(motor, balance(motor, load - carried, level_at(load)));
     }
-    settle(motor);
+    for (std::size_t i = 0; i < kStrands; ++i) strands_[i] = n_.strand_start * strand_limit(i);
+    open_ = n_.strand_start;
+    strand_stiffness_ = n_.strand_stiffness;
+    settle(motor, stretch_);
   }
 
   /// Joint after the motor has moved to `motor` under `load`; returns motor minus joint.
   double step(double motor, double load, double dt_s) {
     if (n_.creep_compliance > 0.0) {
       creep_ +=
-          (1.0 - std::exp(-dt_s / n_.creep_time_s)) * (n_.creep_compliance * tension_ - creep_);
+          (1.0 - std::exp(-dt_s / n_.creep_time_s)) * (n_.creep_compliance * elastic_ - creep_);
     }
-    const double next = balance(motor, load, level_at(load));
-    move_strands(next);
-    stretch_ = next;
-    settle(motor);
+    rate_slope_ = dt_s > 0.0 ? n_.damping / dt_s : 0.0;
+    settle(motor, balance(motor, load, level_at(load)));
     return motor - joint_;
   }
 
@@ -59,23 +65,49 @@ class Cable {
   [[nodiscard]] double offset(double motor) const { return motor - joint_; }
 
  private:
-  /// Cable's effort and its slope at stretch s.
-  [[nodiscard]] Value effort(double s) const {
-    Value v;
+  /// What the gap leaves of a stretch to the spring; strands bridge the gap.
+  [[nodiscard]] double taut(double s) const {
     const double b = n_.gap_half_width;
-    if (s > b || s < -b || b <= 0.0) {
-      v.f = stiffness_ * (s > b ? s - b : (s < -b ? s + b : s));
-      v.slope = stiffness_;
+    return s > b ? s - b : (s < -b ? s + b : 0.0);
+  }
+
+  /// Effort at stretch s and its slope: spring and strands.
+  [[nodiscard]] Value elastic(double s) const {
+    const bool closed = std::abs(s) >= n_.gap_half_width;
+    Value v{stiffness_ * taut(s), closed ? stiffness_ : 0.0};
+    if (strand_stiffness_ <= 0.0) return v;
+    const double moved = s - stretch_;
+    const double share =
+        (1.0 - n_.strand_openness) * strand_stiffness_ / static_cast<double>(kStrands);
+    for (std::size_t i = 0; i < kStrands; ++i) {
+      const double at = strands_[i] + moved;
+      v.f += share * std::clamp(at, -strand_limit(i), strand_limit(i));
+      if (std::abs(at) < strand_limit(i)) v.slope += share;
     }
-    if (n_.strand_stiffness > 0.0) {
-      const double share = n_.strand_stiffness / static_cast<double>(kStrands);
-      for (std::size_t i = 0; i < kStrands; ++i) {
-        const double limit = n_.strand_yield * static_cast<double>(i + 1) / kStrands;
-        const double at = strands_[i] + s - stretch_;
-        v.f += share * std::clamp(at, -limit, limit);
-        if (std::abs(at) < limit) v.slope += share;
-      }
-    }
+    if (n_.strand_openness <= 0.0) return v;
+    const double open = n_.strand_openness * strand_stiffness_;
+    const double level = open_level(moved);
+    v.f += open * open_width() * level;
+    v.slope += open * (moved < 0.0 ? 1.0 + level : 1.0 - level);
+    return v;
+  }
+  /// Dahl's law with the slope and the limit of the slip elements together.
+  [[nodiscard]] double open_width() const {
+    return n_.strand_yield * (kStrands + 1.0) / (2.0 * kStrands);
+  }
+  [[nodiscard]] double open_level(double moved) const {
+    const double side = moved < 0.0 ? -1.0 : 1.0;
+    return side - (side - open_) * std::exp(-std::abs(moved) / open_width());
+  }
+  [[nodiscard]] double strand_limit(std::size_t i) const {
+    return n_.strand_yield * static_cast<double>(i + 1) / kStrands;
+  }
+
+  /// The same with what the cable resists to how fast it stretches.
+  [[nodiscard]] Value effort(double s) const {
+    Value v = elastic(s);
+    v.f += rate_slope_ * (taut(s) - taut(stretch_));
+    if (std::abs(s) >= n_.gap_half_width) v.slope += rate_slope_;
     return v;
   }
 
@@ -98,7 +130,8 @@ class Cable {
 
   /// Newton within a bracket: the balance is piecewise linear and rises.
   [[nodiscard]] double balance(double motor, double load, double level) const {
-    const double span = n_.gap_half_width + (std::abs(load) + level) / stiffness_ +
+    const double span = n_.gap_half_width + std::abs(stretch_) +
+                        (std::abs(load) + level) / stiffness_ +
                         (n_.strand_stiffness * n_.strand_yield) / stiffness_ + 1e-15;
     double low = -span;
     double high = span;
@@ -114,29 +147,33 @@ class Cable {
     return s;
   }
 
-  void move_strands(double next) {
-    for (std::size_t i = 0; i < kStrands; ++i) {
-      const double limit = n_.strand_yield * static_cast<double>(i + 1) / kStrands;
-      strands_[i] = std::clamp(strands_[i] + next - stretch_, -limit, limit);
-    }
-  }
-
-  void settle(double motor) {
+  /// Takes the stretch over.
+  void settle(double motor, double next) {
+    tension_ = effort(next).f;
+    elastic_ = elastic(next).f;
+    const double moved = next - stretch_;
+    for (std::size_t i = 0; i < kStrands; ++i)
+      strands_[i] = std::clamp(strands_[i] + moved, -strand_limit(i), strand_limit(i));
+    if (n_.strand_openness > 0.0) open_ = open_level(moved);
+    stretch_ = next;
     const double joint = motor - creep_ - stretch_;
     bristle_ = std::clamp(bristle_ + (joint - joint_) / presliding_, -1.0, 1.0);
     joint_ = joint;
-    tension_ = effort(stretch_).f;
   }
 
   const CableNumbers& n_;
   double stiffness_;
   double presliding_;
+  double strand_stiffness_ = 0.0;
   double joint_ = 0.0;
   double bristle_ = 0.0;
   double creep_ = 0.0;
   double stretch_ = 0.0;
   double tension_ = 0.0;
+  double elastic_ = 0.0;     ///< tension without what damping adds
+  double rate_slope_ = 0.0;  ///< damping over the time since the last sample
   std::array<double, kStrands> strands_{};
+  double open_ = 0.0;  ///< of the strands whose loops do not close, per their limit
 };
 
 }  // namespace
@@ -145,6 +182,7 @@ CableNumbers cable_numbers(const physics::Joint& joint) {
   CableNumbers n;
   const double stiffness = joint.parameter("compliance", "stiffness");
   if (stiffness > 0.0) n.compliance = 1.0 / stiffness;
+  n.damping = joint.parameter("compliance", "damping");
   n.gap_half_width = joint.parameter("backlash", "half_width");
   n.strand_stiffness = joint.parameter("hysteresis", "stiffness");
   n.strand_yield = joint.parameter("hysteresis", "yield");

@@ -2,7 +2,7 @@
 //
 // The transmission with the recorded motion of its motor forced in: where does the joint go? A
 // quasi-static replay of spring, gap, strands, creep and friction behind the cable, which balances
-// efforts at every sample. Rate enters only through creep. Units of the joint.
+// efforts at every sample. Rate enters through creep and the cable's damping. Units of the joint.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,9 +16,13 @@ namespace ravencal::diagnose {
 /// The cable's numbers, as far as they act quasi-statically.
 struct CableNumbers {
   double compliance = 0.0;        ///< 1 / stiffness; 0: the cable is taken as stiff
+  double damping = 0.0;           ///< effort per rate of the spring's stretch
   double gap_half_width = 0.0;    ///< position
   double strand_stiffness = 0.0;  ///< all strands together while none slips
   double strand_yield = 0.0;      ///< stretch at which the last of them slips
+  double strand_openness = 0.0;   ///< share of them whose loops do not close, as Dahl's
+  /// Share of their limits to which strands were loaded where a start is, in [-1, 1].
+  double strand_start = 0.0;
   double creep_compliance = 0.0;
   double creep_time_s = 1.0;
   double creep_start = 1.0;          ///< share of its equilibrium that creep has where a start is
