@@ -11,6 +11,7 @@
 #include "diagnose/channel/slip.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/fit/block_fit.hpp"
+#include "diagnose/series/cable_replay.hpp"
 #include "diagnose_arm.hpp"
 
 namespace {
@@ -244,6 +245,64 @@ TEST(Cable, AGapIsFittedWithThePlantsFrictionFree) {
     ASSERT_EQ(transmission_names(report), Names{"backlash"}) << seed << report.verdict.text;
     EXPECT_NEAR(report.effects.front().parameters.front().value, 0.0009, 0.00012) << seed;
   }
+}
+
+TEST(Cable, ThatThePlantTakesForStiffStretchesBeforeItsRatioIsWrong) {
+  // Slow motion: all load is weight, which over half a radian is nearly a straight line.
+  const auto report =
+      run({.stiffness = 300.0},
+          {.seed = 6, .duration_s = 200.0, .rate_hz = 50.0, .deviation = 0.02}, {}, "compliance");
+  EXPECT_EQ(transmission_names(report), Names{"compliance"}) << report.verdict.text;
+}
+
+TEST(Cable, ASlipIsSeenBesideStrandsThatHideIt) {
+  const auto report =
+      run({.strands_n_m = 1.4, .strands_yield_rad = 0.0012, .slip_rad = -0.004},
+          {.seed = 8, .duration_s = 200.0, .rate_hz = 100.0, .rich = true, .deviation = 0.03});
+  EXPECT_EQ(transmission_names(report), (Names{"hysteresis", "slip"})) << report.verdict.text;
+}
+
+TEST(Replay, ADampedCableLagsItsLoadByDampingOverStiffness) {
+  // A load that steps at row 1: the stretch follows with that time constant (Kelvin and Voigt).
+  const Index rows = 400;
+  const Eigen::VectorXd t_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 1e-3 * (rows - 1));
+  const Eigen::VectorXd motor = Eigen::VectorXd::Zero(rows);
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(rows);
+  weight[0] = 0.0;
+  std::vector<char> fresh(static_cast<std::size_t>(rows), 0);
+  fresh.front() = 1;
+  diagnose::CableNumbers cable;
+  cable.compliance = 1.0 / 200.0;
+  cable.damping = 10.0;  // 50 ms
+  const auto moved = diagnose::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
+  EXPECT_NEAR(moved.stretch[50] * 200.0, 1.0 - std::exp(-1.0), 0.02);
+  EXPECT_NEAR(moved.stretch[rows - 1] * 200.0, 1.0, 2e-3);
+  EXPECT_NEAR(moved.tension[50], 1.0, 1e-6);  // the load is balanced at once
+}
+
+TEST(Replay, OpenStrandsForgetInSmallReversalsWhatClosedOnesKeep) {
+  // A load up to slip, then a hundred small swings about half of it.
+  const Index swings = 100, rows = 40 + 20 * swings;
+  Eigen::VectorXd t_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 1e-2 * (rows - 1));
+  Eigen::VectorXd weight(rows);
+  for (Index i = 0; i < rows; ++i)
+    weight[i] = i < 20 ? 0.05 * static_cast<double>(i)
+                       : (i < 40 ? 1.0 - 0.025 * static_cast<double>(i - 20)
+                                 : 0.5 + 0.05 * std::sin(0.314159265358979 * (i - 40)));
+  const Eigen::VectorXd motor = Eigen::VectorXd::Zero(rows);
+  std::vector<char> fresh(static_cast<std::size_t>(rows), 0);
+  fresh.front() = 1;
+  diagnose::CableNumbers cable;
+  cable.compliance = 1.0 / 100.0;
+  cable.strand_stiffness = 50.0;
+  cable.strand_yield = 0.008;
+  const auto wander = [&](double openness) {
+    cable.strand_openness = openness;
+    const auto moved = diagnose::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
+    return std::abs(moved.stretch[rows - 1] - moved.stretch[rows - 1 - 20 * (swings - 1)]);
+  };
+  EXPECT_LT(wander(0.0), 1e-9);
+  EXPECT_GT(wander(1.0), 1e-5);
 }
 
 }  // namespace

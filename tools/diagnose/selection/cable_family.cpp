@@ -151,7 +151,8 @@ const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest)
   for (const Judged& other : list) {
     const std::size_t size = other.subset.members.size();
     const std::size_t least = best->subset.members.size();
-    const bool smaller = size < least || (size == least && other.score < best->score);
+    const bool likelier = best != &*first && other.score < best->score;
+    const bool smaller = size < least || (size == least && likelier);
     const bool steadier = !best_steady && size <= least;
     if (&other == best || !as_good(other) || !(smaller || steadier)) continue;
     if (!steady(other.model)) continue;
