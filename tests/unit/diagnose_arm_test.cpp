@@ -96,7 +96,9 @@ TEST(DiagnoseArm, FindsSlipsAboveTheirDetectionLimitOnly) {
                        [](const diagnose::NamedEffect& e) { return says(e, "slip"); });
   };
   EXPECT_TRUE(finds(1.5));
-  EXPECT_FALSE(finds(0.4));
+  // The limit is that of a step anywhere; one at half time bends the whole recording, and its
+  // likelihood tells of less.
+  EXPECT_FALSE(finds(0.2));
 }
 
 /// What free run refits is a scale of the plant's weight, not of what screening made of it.

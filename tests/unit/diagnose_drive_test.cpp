@@ -385,7 +385,7 @@ TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
   // It weighs as much beforehand as any number that is off by as many tolerances.
   const VectorXd needed;
   const auto form = diagnose::torque_constant(needed);
-  EXPECT_TRUE(form->ordinary());
+  EXPECT_TRUE(form->ordinary(diagnose::Series{}));
   EXPECT_NEAR(form->off_by(VectorXd::Constant(1, 0.2)).value_or(0.0), 2.5, 1e-9);
   const diagnose::NamedEffect smooth = only_name(0.6, 1.0);
   EXPECT_EQ(smooth.id, "coulomb_friction");
