@@ -79,10 +79,11 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
 /// A large step bends everything that is fitted beside it, so that none of it is left to be seen,
 /// and what is not fitted yet bends the place where it seems to be. The likeliest one is taken into
 /// the model, which gives honest noise, and put back onto that noise to say where it is, in turns.
-/// Where it comes to rest it is real or not by the likelihood of the whole model
-/// (keep_proven_steps).
+/// Where it comes to rest it must be larger than all that is left beside it, or it would hide
+/// nothing; whether it is real is asked by the likelihood of the whole model (keep_proven_steps).
 void adopt_hidden_step(ChannelFit& fit) {
   constexpr double kSuspicious = 0.15;
+  constexpr double kLarge = 0.5;
   constexpr int kTurns = 6;
   ChannelModel& model = fit.model;
   auto [suspect, share] = likeliest_step(model);
@@ -102,6 +103,7 @@ void adopt_hidden_step(ChannelFit& fit) {
       const double memory = noise_memory(trial.model, noise);
       const auto rows = static_cast<double>(noise.size());
       const double variance = noise.squaredNorm() / rows;
+      if (noise.squaredNorm() > kLarge * model.noise.squaredNorm()) return;
       const double energy = (column.array() - column.mean()).square().sum();
       suspect.window = near;
       suspect.deviation = std::sqrt(variance * memory / energy);

@@ -103,8 +103,9 @@ void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
                        const ChannelOptions& options);
 
 /// A free constant hides the mean of what motion and loads do to the cable, which may be all that
-/// is seen of it. Where effects chosen without a constant are clearly likelier, they take its place.
-void settle_offset(ChannelFit& fit, const ChannelOptions& options);
+/// is seen of it. Where effects chosen without a constant are clearly likelier, they take its
+/// place; but not that of one which the plant draws at each homing.
+void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options);
 
 /// A constant error is an effect of its own in the transmission; everywhere else it is free. It is
 /// named where neither the plant's numbers within their tolerance nor an effect explain it.

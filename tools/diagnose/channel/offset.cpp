@@ -118,9 +118,10 @@ double hung_error(const ChannelFit& fit) {
 
 }  // namespace
 
-void settle_offset(ChannelFit& fit, const ChannelOptions& options) {
+void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options) {
   ChannelModel& model = fit.model;
   if (model.series->stage != Stage::kTransmission) return;
+  if (plant_has(plant, model.series->joint, "homing_offset", "")) return;
   if (std::abs(joint_fit(model)[0]) < options.gates.size_per_floor * model.floor) return;
   if (score_of(without_constant(model)) < score_with_constant(model)) return;
   ChannelModel bare = without_constant(model);
