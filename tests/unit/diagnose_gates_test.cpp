@@ -251,6 +251,30 @@ TEST(Gates, NoColumnContainsTheRecordedEffortOrTruth) {
   }
 }
 
+/// Names that a channel with one chosen effect of that size gets, in deviations of its noise.
+std::pair<std::size_t, std::size_t> named_and_kept(double size) {
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  diagnose::SeriesSet set = series_of({}, plant);
+  diagnose::Series& series = set.series.front();
+  const VectorXd column = noise(series.rows(), 77) * std::sqrt(3.0);
+  series.y += size * 2e-4 * column;
+  diagnose::ChannelFit fit;
+  fit.nominal = diagnose::nominal_of(series, plant);
+  fit.forms.push_back(std::make_unique<Given>("gain_error", column));
+  fit.model = diagnose::prepare_channel(series, fit.nominal, fit.forms);
+  fit.model.chosen.push_back({0, {}, fit.model.blocks.gather(column)});
+  fit.model.hold_nominal();
+  fit.coefficients = diagnose::joint_fit(fit.model);
+  diagnose::ChannelFindings findings;
+  diagnose::name_effects(fit, {}, findings);
+  return {findings.effects.size(), findings.kept.size()};
+}
+
+TEST(Gates, WhatIsTooSmallForANameIsKeptInTheModel) {
+  EXPECT_EQ(named_and_kept(2.0), std::pair(std::size_t{1}, std::size_t{0}));
+  EXPECT_EQ(named_and_kept(0.3), std::pair(std::size_t{0}, std::size_t{1}));
+}
+
 TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {
   // A drive that hums moves its joint a little; its desired path knows nothing of that.
   record::Recording recording = generator::make_recording(
