@@ -19,10 +19,10 @@ using Eigen::Index;
 constexpr double kReduction = generator::kTwoJointReduction, kGain = 0.3;
 constexpr double kCoupling = generator::kTwoJointCoupling;
 
-physics::Plant servoed() {
-  return generator::two_joints(
-      "  [joint.controller]\n  kp_n_m_per_rad = 0.3\n  kd_n_m_s_per_rad = 0.01\n"
-      "  dac_limit_counts = 2500\n");
+physics::Plant servoed(const std::string& gain = "0.3") {
+  return generator::two_joints("  [joint.controller]\n  kp_n_m_per_rad = " + gain +
+                               "\n  kd_n_m_s_per_rad = 0.01\n"
+                               "  dac_limit_counts = 2500\n");
 }
 
 /// Both joints follow a sine with errors of their own; the controllers act on motor angles. The
@@ -82,6 +82,22 @@ TEST(Command, KnowsThePulsesToItsStepAtBest) {
     EXPECT_GE(size.ci95.second, truth);
     EXPECT_LT(size.ci95.second - size.ci95.first, 0.2 * truth);
     EXPECT_GT(size.ci95.second - size.ci95.first, kStep * kReduction);
+  }
+}
+
+TEST(Command, KnowsItsGainToTheStepThatCutsAllCommandsAlike) {
+  const physics::Plant plant = servoed("0.15");
+  const auto set = diagnose::build_series({servoed_motion(0.0, 0.002)}, {}, plant, {});
+  ASSERT_TRUE(set.ok()) << set.error().message;
+  for (const diagnose::Series& s : set->series) {
+    if (s.stage != diagnose::Stage::kCommand || s.joint != "one") continue;
+    const auto findings = diagnose::analyse_command(s, plant, {});
+    ASSERT_EQ(findings.effects.size(), 1U);
+    EXPECT_EQ(findings.effects.front().id, "controller_gain");
+    const diagnose::NamedParameter& ratio = findings.effects.front().parameters.front();
+    EXPECT_LE(ratio.ci95.first, 2.0);
+    EXPECT_GE(ratio.ci95.second, 2.0);
+    EXPECT_LT(ratio.ci95.second - ratio.ci95.first, 0.2);
   }
 }
 

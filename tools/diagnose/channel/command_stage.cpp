@@ -283,8 +283,13 @@ void name_gain(const Series& s, const Stretch& stretch, double nominal, double t
   }
   std::vector<double> off(ratios.data(), ratios.data() + ratios.size());
   for (double& value : off) value = std::abs(value - ratio);
-  const double error =
+  const double chance =
       1.96 * 1.4826 * median_of(off) / std::sqrt(static_cast<double>(ratios.size()));
+  // A converter that cuts towards zero takes half a step off each command, which no repetition
+  // averages out.
+  const double mean = s.y.segment(stretch.first, stretch.last - stretch.first).cwiseAbs().mean();
+  const double cut = 0.5 * resolution_of(s) / std::max(mean, 1e-300);
+  const double error = chance + cut * std::abs(ratio);
   if (std::abs(ratio - 1.0) <= tolerance + error) return;
   const VectorXd law_change = s.position_error * (law.gains[0] - nominal);
   NamedEffect effect;
