@@ -138,6 +138,24 @@ TEST_P(TwinAsItsPlant, HasNothingLeftOut) {
   EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
 }
 
+/// What homing draws anew for each session is no step between them.
+TEST(TwinOverTwoSessions, HasNothingLeftOut) {
+  const auto plant =
+      physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2.toml");
+  ASSERT_TRUE(plant.ok());
+  const auto path = trajectory::make_zigzag({});
+  ASSERT_TRUE(path.ok());
+  std::vector<record::Recording> sessions;
+  for (std::uint64_t seed : {1, 2}) {
+    simulation::SessionOptions session;
+    session.seed = session.homing_seed = seed;
+    sessions.push_back(simulated_as(fmt::format("session{}", seed), *plant, *path, session));
+  }
+  const auto report = diagnose::diagnose(sessions, {}, *plant, {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->verdict.kind, "nothing_left_out") << report->verdict.text;
+}
+
 /// Over the whole travel the run-out of the drives shows, wherever homing has put their zeros.
 TEST(TwinOnTheZigZag, HasNothingLeftOut) {
   const auto plant =

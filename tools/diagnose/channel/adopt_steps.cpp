@@ -57,18 +57,52 @@ std::pair<Step, double> likeliest_step(const ChannelModel& model) {
   return best;
 }
 
-/// Row from which on a step takes most off what everything else leaves, a constant aside.
+/// True if a recording or an episode begins between two rows that train.
+bool starts_between(const Series& series, Index before, Index row) {
+  const auto first = series.fresh.begin() + before + 1;
+  const auto last = series.fresh.begin() + row + 1;
+  return std::find_if(first, last, [](char fresh) { return fresh != 0; }) != last;
+}
+
+/// Training rows [first, last) between one start and the next.
+std::vector<std::pair<Index, Index>> stretches_of(const ChannelModel& model) {
+  const std::vector<Index>& rows = model.blocks.rows;
+  std::vector<std::pair<Index, Index>> out;
+  Index first = 0;
+  for (Index n = 1; n <= model.target.size(); ++n) {
+    const auto at = static_cast<std::size_t>(n);
+    if (n < model.target.size() && !starts_between(*model.series, rows[at - 1], rows[at])) continue;
+    out.emplace_back(first, n);
+    first = n;
+  }
+  return out;
+}
+
+/// Each stretch about its own mean: what differs from one start to the next is no step.
+VectorXd about_means(const ChannelModel& model, const VectorXd& x) {
+  VectorXd out = x;
+  for (const auto& [first, last] : stretches_of(model)) {
+    auto stretch = out.segment(first, last - first);
+    stretch.array() -= stretch.mean();
+  }
+  return out;
+}
+
+/// Row from which on a step takes most off what everything else leaves.
 Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
-  const Index count = left.size();
-  const Index least = std::max<Index>(1, count / 40);
-  const double mean = left.mean();
-  double sum = left.head(least - 1).sum() - mean * static_cast<double>(least - 1);
+  const VectorXd centred = about_means(model, left);
+  const Index least = std::max<Index>(1, left.size() / 40);
   double most = 0.0;
-  Index at = least;
-  for (Index n = least; n + least < count; ++n) {
-    sum += left[n - 1] - mean;
-    const double gain = sum * sum / (static_cast<double>(n) * static_cast<double>(count - n));
-    if (gain > most) {
+  Index at = 0;
+  for (const auto& [first, last] : stretches_of(model)) {
+    const auto length = static_cast<double>(last - first);
+    double sum = 0.0;
+    for (Index n = first + 1; n + least < last; ++n) {
+      sum += centred[n - 1];
+      if (n - first < least) continue;
+      const auto before = static_cast<double>(n - first);
+      const double gain = sum * sum * length / (before * (length - before));
+      if (gain <= most) continue;
       most = gain;
       at = n;
     }
@@ -103,7 +137,9 @@ void adopt_hidden_step(ChannelFit& fit) {
       const double memory = noise_memory(trial.model, noise);
       const auto rows = static_cast<double>(noise.size());
       const double variance = noise.squaredNorm() / rows;
-      if (noise.squaredNorm() > kLarge * model.noise.squaredNorm()) return;
+      if (about_means(model, noise).squaredNorm() >
+          kLarge * about_means(model, model.noise).squaredNorm())
+        return;
       const double energy = (column.array() - column.mean()).square().sum();
       suspect.window = near;
       suspect.deviation = std::sqrt(variance * memory / energy);
