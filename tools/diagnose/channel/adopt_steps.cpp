@@ -57,52 +57,18 @@ std::pair<Step, double> likeliest_step(const ChannelModel& model) {
   return best;
 }
 
-/// True if a recording or an episode begins between two rows that train.
-bool starts_between(const Series& series, Index before, Index row) {
-  const auto first = series.fresh.begin() + before + 1;
-  const auto last = series.fresh.begin() + row + 1;
-  return std::find_if(first, last, [](char fresh) { return fresh != 0; }) != last;
-}
-
-/// Training rows [first, last) between one start and the next.
-std::vector<std::pair<Index, Index>> stretches_of(const ChannelModel& model) {
-  const std::vector<Index>& rows = model.blocks.rows;
-  std::vector<std::pair<Index, Index>> out;
-  Index first = 0;
-  for (Index n = 1; n <= model.target.size(); ++n) {
-    const auto at = static_cast<std::size_t>(n);
-    if (n < model.target.size() && !starts_between(*model.series, rows[at - 1], rows[at])) continue;
-    out.emplace_back(first, n);
-    first = n;
-  }
-  return out;
-}
-
-/// Each stretch about its own mean: what differs from one start to the next is no step.
-VectorXd about_means(const ChannelModel& model, const VectorXd& x) {
-  VectorXd out = x;
-  for (const auto& [first, last] : stretches_of(model)) {
-    auto stretch = out.segment(first, last - first);
-    stretch.array() -= stretch.mean();
-  }
-  return out;
-}
-
-/// Row from which on a step takes most off what everything else leaves.
+/// Row from which on a step takes most off what everything else leaves, a constant aside.
 Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
-  const VectorXd centred = about_means(model, left);
-  const Index least = std::max<Index>(1, left.size() / 40);
+  const Index count = left.size();
+  const Index least = std::max<Index>(1, count / 40);
+  const double mean = left.mean();
+  double sum = left.head(least - 1).sum() - mean * static_cast<double>(least - 1);
   double most = 0.0;
-  Index at = 0;
-  for (const auto& [first, last] : stretches_of(model)) {
-    const auto length = static_cast<double>(last - first);
-    double sum = 0.0;
-    for (Index n = first + 1; n + least < last; ++n) {
-      sum += centred[n - 1];
-      if (n - first < least) continue;
-      const auto before = static_cast<double>(n - first);
-      const double gain = sum * sum * length / (before * (length - before));
-      if (gain <= most) continue;
+  Index at = least;
+  for (Index n = least; n + least < count; ++n) {
+    sum += left[n - 1] - mean;
+    const double gain = sum * sum / (static_cast<double>(n) * static_cast<double>(count - n));
+    if (gain > most) {
       most = gain;
       at = n;
     }
@@ -110,16 +76,26 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
   return model.blocks.rows[static_cast<std::size_t>(at)];
 }
 
+/// True if the rows that train were recorded in one go.
+bool in_one_go(const ChannelModel& model) {
+  const auto& fresh = model.series->fresh;
+  const auto first = fresh.begin() + model.blocks.rows.front() + 1;
+  const auto last = fresh.begin() + model.blocks.rows.back() + 1;
+  return std::find_if(first, last, [](char begins) { return begins != 0; }) == last;
+}
+
 /// A large step bends everything that is fitted beside it, so that none of it is left to be seen,
 /// and what is not fitted yet bends the place where it seems to be. The likeliest one is taken into
 /// the model, which gives honest noise, and put back onto that noise to say where it is, in turns.
 /// Where it comes to rest it must be larger than all that is left beside it, or it would hide
 /// nothing; whether it is real is asked by the likelihood of the whole model (keep_proven_steps).
+/// From one start to the next homing may have changed, which bends as much and is no step.
 void adopt_hidden_step(ChannelFit& fit) {
   constexpr double kSuspicious = 0.15;
   constexpr double kLarge = 0.5;
   constexpr int kTurns = 6;
   ChannelModel& model = fit.model;
+  if (!in_one_go(model)) return;
   auto [suspect, share] = likeliest_step(model);
   if (share < kSuspicious) return;
   const Index near = std::max<Index>(4, model.target.size() / 1000);
@@ -137,9 +113,7 @@ void adopt_hidden_step(ChannelFit& fit) {
       const double memory = noise_memory(trial.model, noise);
       const auto rows = static_cast<double>(noise.size());
       const double variance = noise.squaredNorm() / rows;
-      if (about_means(model, noise).squaredNorm() >
-          kLarge * about_means(model, model.noise).squaredNorm())
-        return;
+      if (noise.squaredNorm() > kLarge * model.noise.squaredNorm()) return;
       const double energy = (column.array() - column.mean()).square().sum();
       suspect.window = near;
       suspect.deviation = std::sqrt(variance * memory / energy);

@@ -94,6 +94,23 @@ ChannelModel without_step(const ChannelFit& fit, std::size_t step) {
   return out;
 }
 
+/// True if the step says clearly more than a constant of the whole stretch that it is in: homing
+/// may have changed from one start to the next.
+bool is_within_its_stretch(const ChannelFit& fit, std::size_t step) {
+  const Series& s = *fit.model.series;
+  Step whole = fit.steps[step];
+  while (whole.row > 0 && s.fresh[static_cast<std::size_t>(whole.row)] == 0) --whole.row;
+  const VectorXd column = fit.model.blocks.gather(step_column(s, whole)).col(0);
+  if (same_column(column, VectorXd::Ones(column.size()))) return true;
+  ChannelModel other = fit.model;
+  const Index at = step_index(fit, step);
+  other.base.col(at) = column;
+  other.free_base.col(at) = column;
+  other.hold_nominal();
+  return held_out_errors(other).sum() - held_out_errors(fit.model).sum() >
+         kClearScore * noise_unit(fit.model);
+}
+
 /// Cost of effects and steps and what they leave; steps have a size and a time.
 double score_of(const ChannelModel& model, std::size_t steps, double unit) {
   double score = held_out_errors(model).sum() / unit + nominal_cost(model, joint_fit(model)) +
@@ -113,7 +130,7 @@ void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
     const VectorXd gains = before - held_out_errors(fit.model);
     const bool proven =
         repeats(options.gates, z_score(gains), sign_flip_p(gains, options.seed + 40 + k)) &&
-        gains.sum() > options.gates.least_share * before.sum();
+        gains.sum() > options.gates.least_share * before.sum() && is_within_its_stretch(fit, k);
     if (proven) continue;
     fit.steps.erase(fit.steps.begin() + static_cast<std::ptrdiff_t>(k));
     fit.model = std::move(rest);
