@@ -51,7 +51,7 @@ TEST(AcrossJoints, FrictionThatTheCableDoesNotShowIsTheMotors) {
   EXPECT_EQ(doubled_behind_cable(3e-4, true).id, "joint_friction") << "the cable has a loop";
 }
 
-TEST(FreeRunJudge, KeepsANumberPositiveThatBothEstimatesHavePositive) {
+TEST(FreeRunJudge, LeavesTheReportWhatScreeningMeasuredAndGivesThePlantWhatRuns) {
   NamedEffect seen;
   seen.id = "presliding";
   seen.joint = "one";
@@ -66,11 +66,14 @@ TEST(FreeRunJudge, KeepsANumberPositiveThatBothEstimatesHavePositive) {
   drive.joint = "one";
   apply(verdict, drive, report);
   const NamedParameter& p = report.effects.front().parameters.front();
+  EXPECT_EQ(p.value, 0.004);
+  EXPECT_EQ(p.ci95, seen.parameters.front().ci95);
+  EXPECT_EQ(p.in_plant(), 0.012);
+  // A number that screening only moved has no interval of its own.
+  report.effects.front().parameters.front().ci95 = {0.004, 0.004};
+  apply(verdict, drive, report);
   EXPECT_EQ(p.value, 0.012);
-  // The two differ by three times, far beyond their own scatter.
-  EXPECT_GT(p.ci95.first, 0.0);
-  EXPECT_LT(p.ci95.first, 0.006);
-  EXPECT_GT(p.ci95.second, 0.024);
+  EXPECT_EQ(p.ci95, verdict.values.front().parameters.front().ci95);
 }
 
 Report diagnosed(const ravencal::generator::ArmTruth& truth) {

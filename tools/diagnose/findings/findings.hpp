@@ -36,6 +36,10 @@ struct NamedParameter {
   double value = 0.0;
   std::string unit;
   Interval ci95{0.0, 0.0};
+  /// With which the drive as one rigid body runs free best: the improved plant's, if it differs.
+  std::optional<double> running{};
+
+  [[nodiscard]] double in_plant() const { return running.value_or(value); }
 };
 
 struct NamedEffect {

@@ -235,25 +235,17 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
 
 namespace {
 
-/// Takes the value of the free run. Screening looks at the same number through other errors of the
-/// model: by how much the two differ beyond their chance belongs to the interval (DerSimonian and
-/// Laird 1986, two estimates).
+/// What screening measured stays the report's: there the error is an effort and the motion is known
+/// to a percent, so that least squares are right. An open-loop run turns every disturbance of
+/// the effort into a position far off, and numbers that damp it look better than the true ones;
+/// they are the plant's that predicts such runs. Numbers that screening only moved are theirs.
 void adopt(const NamedParameter& refitted, NamedParameter& p) {
-  // Numbers that are positive for certain scatter in proportion.
-  const bool positive = refitted.ci95.first > 0.0 && p.ci95.first > 0.0;
-  const auto in = [positive](double x) { return positive ? std::log(x) : x; };
-  const auto out = [positive](double x) { return positive ? std::exp(x) : x; };
-  const auto variance = [&in](const Interval& ci) {
-    return std::pow((in(ci.second) - in(ci.first)) / (2.0 * kNormal95), 2);
-  };
-  const double value = in(refitted.value);
-  const double difference = value - in(p.value);
-  const double between =
-      std::max(0.0, 0.5 * (difference * difference - variance(refitted.ci95) - variance(p.ci95)));
-  const double more = kNormal95 * std::sqrt(between);
+  if (p.ci95.first < p.ci95.second) {
+    p.running = refitted.value;
+    return;
+  }
   p.value = refitted.value;
-  p.ci95 = {out(value - std::hypot(value - in(refitted.ci95.first), more)),
-            out(value + std::hypot(in(refitted.ci95.second) - value, more))};
+  p.ci95 = refitted.ci95;
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 double parameter(const NamedEffect& effect, std::string_view name) {
   for (const NamedParameter& p : effect.parameters) {
-    if (p.name == name) return p.value;
+    if (p.name == name) return p.in_plant();
   }
   return 0.0;
 }
@@ -123,7 +123,7 @@ bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const Na
              joint.link.mass_kg * (joint.link.com_m[0] * joint.link.com_m[0] +
                                    joint.link.com_m[1] * joint.link.com_m[1]);
     }
-    const double changed = (p.value - link) / (joint.reduction * joint.reduction);
+    const double changed = (p.in_plant() - link) / (joint.reduction * joint.reduction);
     if (changed <= 0.0) return false;
     joint_table.insert_or_assign("motor_inertia_kg_m2", changed);
     return true;
@@ -131,7 +131,7 @@ bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const Na
   if (e.id == "gravity" && p.name == "weight_scale" && joint.link.mass_kg > 0.0) {
     toml::table* link = joint_table["link"].as_table();
     if (link == nullptr) return false;
-    link->insert_or_assign("mass_kg", joint.link.mass_kg * p.value);
+    link->insert_or_assign("mass_kg", joint.link.mass_kg * p.in_plant());
     return true;
   }
   const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
@@ -139,7 +139,7 @@ bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const Na
   for (const physics::ParameterSpec& parameter_spec : spec->parameters) {
     if (parameter_spec.name != p.name) continue;
     effect_table(joint_table, e)
-        .insert_or_assign(physics::key_of(parameter_spec, joint.kind), p.value);
+        .insert_or_assign(physics::key_of(parameter_spec, joint.kind), p.in_plant());
     return true;
   }
   return false;

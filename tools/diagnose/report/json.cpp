@@ -37,6 +37,7 @@ Json effect_json(const NamedEffect& e) {
                           {"value", number(p.value)},
                           {"unit", p.unit},
                           {"ci95", {number(p.ci95.first), number(p.ci95.second)}}});
+    if (p.running) parameters.back()["in_free_run"] = number(*p.running);
   }
   return {{"id", e.id},
           {"joint", e.joint},
