@@ -7,3 +7,6 @@ ravencal_test(NAME diagnose_friction_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_friction_test.cpp
   LIBS ravencal_diagnose LABELS unit)
 target_include_directories(diagnose_friction_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
+ravencal_test(NAME diagnose_interval_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_interval_test.cpp
+  LIBS ravencal_diagnose LABELS unit)

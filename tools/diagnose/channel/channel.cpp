@@ -71,7 +71,7 @@ void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
         form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
     // Of several columns no single one need be certain.
     if (consistent && fit.model.chosen[i].columns.cols() > 1) continue;
-    const auto parameters = parameters_of(fit, i, options.seed + 200 + i);
+    const auto parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kChance);
     if (consistent && parameters.empty()) continue;
     const NamedParameter& first = parameters.front();
     double least = 0.0;

@@ -131,13 +131,20 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings);
 void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings);
 
+/// What an interval counts: chance and the plant's tolerances, for the question whether there is
+/// anything; or what simulations of cables and slow noise leave open as well, for how much it is.
+enum class Doubt { kChance, kFormToo };
+
 /// Parameters with 95 % intervals by bootstrap over blocks, shapes included to first order, nominal
 /// numbers drawn from their tolerances.
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
-                                          std::uint64_t seed);
+                                          std::uint64_t seed, Doubt doubt);
 
 /// 95 % interval of the constant error, drawn in the same way.
-std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed);
+std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed, Doubt doubt);
+
+/// What the model says the cable stretches by, at the training rows.
+Eigen::VectorXd stretch_of(const ChannelFit& fit);
 
 /// The first parameter's interval, wider by what the effect's size does between circumstances and,
 /// where the cable was simulated for it, by what simulations of cables differ by: the form is not

@@ -78,7 +78,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.from = form.from();
     effect.joint = findings.joint;
     effect.stage = reported_stage(effect.id, findings.stage);
-    effect.parameters = parameters_of(fit, i, options.seed + 200 + i);
+    effect.parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kFormToo);
     effect.held_out_before = evidence.held_out_before;
     effect.held_out_after = evidence.held_out_after;
     effect.unit = findings.unit;

@@ -18,11 +18,7 @@ double score_with_constant(const ChannelModel& model) { return score_of(model) +
 
 /// Error that a simulation of the cable's stretch has at best, constant included.
 double form_error(const ChannelFit& fit) {
-  VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
-  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    const Chosen& chosen = fit.model.chosen[i];
-    if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);
-  }
+  const VectorXd stretch = stretch_of(fit);
   return kModelForm * std::sqrt(stretch.squaredNorm() / static_cast<double>(stretch.size()));
 }
 
@@ -73,7 +69,7 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.joint = findings.joint;
   effect.stage = stage_word(findings.stage);
   const auto [name, factor] = parameter;
-  const auto [low, high] = offset_interval(fit, seed);
+  const auto [low, high] = offset_interval(fit, seed, Doubt::kFormToo);
   effect.parameters = {
       {name, factor * fit.coefficients[0], findings.unit, {factor * low, factor * high}}};
   effect.held_out_before = fit.model.rms_of(evidence.before);
@@ -118,6 +114,15 @@ double hung_error(const ChannelFit& fit) {
 
 }  // namespace
 
+VectorXd stretch_of(const ChannelFit& fit) {
+  VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
+    const Chosen& chosen = fit.model.chosen[i];
+    if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);
+  }
+  return stretch;
+}
+
 void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options) {
   ChannelModel& model = fit.model;
   if (model.series->stage != Stage::kTransmission) return;
@@ -143,7 +148,7 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
-  const auto [low, high] = offset_interval(fit, options.seed + 310);
+  const auto [low, high] = offset_interval(fit, options.seed + 310, Doubt::kChance);
   const double least = low * high > 0.0 ? std::min(std::abs(low), std::abs(high)) : 0.0;
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);

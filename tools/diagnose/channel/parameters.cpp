@@ -2,6 +2,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 #include <random>
 
 #include "diagnose/channel/channel.hpp"
@@ -26,6 +28,13 @@ MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {
   }
   return sum;
 }
+
+/// A least squares problem whose blocks and priors are drawn anew.
+struct Drawn {
+  Moments moments;
+  VectorXd precision;
+  std::optional<Index> bend;  ///< column that no fit has, its prior deviation 1
+};
 
 /// The chosen effect's columns, moved along its shape to first order where that is free.
 struct Tangent {
@@ -55,27 +64,98 @@ Tangent tangent_of(const ChannelFit& fit, std::size_t chosen) {
   return t;
 }
 
+/// Error of one deviation that a straight cable makes where the real one stiffens under load: a
+/// cube of its stretch, anything up to the model's form. Empty where no cable is seen.
+VectorXd bend_of(const ChannelFit& fit) {
+  if (fit.model.series->stage != Stage::kTransmission) return {};
+  const VectorXd stretch = stretch_of(fit);
+  const VectorXd cube = stretch.array().cube();
+  if (!(cube.norm() > 0.0)) return {};
+  return (kModelForm / std::sqrt(3.0) * stretch.norm() / cube.norm()) * cube;
+}
+
+/// Those columns; with the bend beside them where the model's form is in doubt too.
+Drawn drawn_from(const ChannelFit& fit, const MatrixXd& columns, Doubt doubt) {
+  const ChannelModel& model = fit.model;
+  const VectorXd bend = doubt == Doubt::kChance ? VectorXd() : bend_of(fit);
+  if (bend.size() == 0)
+    return {moments_of(model.blocks, columns, model.target), model.column_precision(columns.cols()),
+            std::nullopt};
+  MatrixXd more(columns.rows(), columns.cols() + 1);
+  more << columns, bend;
+  Drawn out{moments_of(model.blocks, more, model.target), model.column_precision(more.cols()),
+            columns.cols()};
+  out.precision[columns.cols()] =
+      model.noise.squaredNorm() / static_cast<double>(model.noise.size()) * model.correlation_rows;
+  return out;
+}
+
 /// One bootstrap draw of the coefficients: blocks with replacement, and each nominal number from
 /// its own tolerance, which the fit takes for known.
-VectorXd drawn_coefficients(const ChannelFit& fit, const Moments& moments,
-                            const VectorXd& precision, std::mt19937_64& engine) {
-  MatrixXd sum = resampled(moments, engine);
+VectorXd drawn_coefficients(const ChannelFit& fit, const Drawn& from, std::mt19937_64& engine) {
+  MatrixXd sum = resampled(from.moments, engine);
   const Index last = sum.cols() - 1;
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    const double centre = fit.model.tolerance[t] * standard_normal(engine);
-    const Index column = static_cast<Index>(t) + 1;
-    sum(column, last) += precision[column] * centre;
+  const auto draw_prior = [&](Index column, double deviation) {
+    sum(column, last) += from.precision[column] * deviation * standard_normal(engine);
     sum(last, column) = sum(column, last);
-  }
-  return solve(sum, precision, 1e-6);
+  };
+  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t)
+    draw_prior(static_cast<Index>(t) + 1, fit.model.tolerance[t]);
+  if (from.bend) draw_prior(*from.bend, 1.0);
+  return solve(sum, from.precision, 1e-6);
+}
+
+/// Student's 97.5 % quantile over a normal's (Cornish and Fisher).
+double student(double degrees) {
+  const double z2 = kNormal95 * kNormal95;
+  return 1.0 + (z2 + 1.0) / (4.0 * degrees) +
+         (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * degrees * degrees);
 }
 
 /// Factor of a bootstrap's deviations: with few blocks it knows less of the spread between them
-/// than it says (Efron 1982, Student's quantile after Cornish and Fisher).
+/// than it says (Efron 1982).
 double few_blocks(std::size_t blocks, Index free) {
   const double degrees = std::max(3.0, static_cast<double>(blocks) - static_cast<double>(free));
-  const double z2 = kNormal95 * kNormal95;
-  return std::sqrt((degrees + 1.0) / degrees) * (1.0 + (z2 + 1.0) / (4.0 * degrees));
+  return std::sqrt((degrees + 1.0) / degrees) * student(degrees);
+}
+
+/// Variance that slow noise adds to a coefficient over time, in squared 95 % half widths: sensors
+/// wander, and blocks that follow each other share it. From the lowest cosines of the blocks'
+/// scores (Lazarus, Lewis, Stock and Watson, JBES 2018), beyond what blocks that share nothing say.
+double slow_noise(const Drawn& from, Index column) {
+  const MatrixXd total = from.moments.total();
+  const Index last = total.cols() - 1;
+  const VectorXd b = solve(total, from.precision, 1e-6);
+  MatrixXd unit = total;
+  unit.col(last).setZero();
+  unit(column, last) = 1.0;
+  const VectorXd influence = solve(unit, from.precision, 1e-6);
+  const auto count = static_cast<Index>(from.moments.block.size());
+  VectorXd scores(count);
+  for (Index n = 0; n < count; ++n) {
+    const MatrixXd& m = from.moments.block[static_cast<std::size_t>(n)];
+    scores[n] = influence.dot(m.col(last).head(last) - m.topLeftCorner(last, last) * b);
+  }
+  const auto blocks = static_cast<double>(count);
+  const Index cosines = std::max<Index>(2, std::lround(0.4 * std::pow(blocks, 2.0 / 3.0)));
+  double power = 0.0;
+  for (Index k = 1; k <= cosines; ++k) {
+    const double step = std::numbers::pi * static_cast<double>(k) / blocks;
+    double sum = 0.0;
+    for (Index n = 0; n < count; ++n)
+      sum += scores[n] * std::cos(step * (static_cast<double>(n) + 0.5));
+    power += 2.0 * sum * sum;
+  }
+  const double degrees = static_cast<double>(cosines);
+  const double shared = std::pow(student(degrees), 2) * power / degrees;
+  const double alone = std::pow(few_blocks(from.moments.block.size(), 1), 2) * scores.squaredNorm();
+  return kNormal95 * kNormal95 * std::max(0.0, shared - alone);
+}
+
+/// The interval with independent variance, in squared half widths, on both sides.
+Interval widened(const Interval& ci, double value, double variance) {
+  const double more = std::sqrt(variance);
+  return {value - std::hypot(value - ci.first, more), value + std::hypot(ci.second - value, more)};
 }
 
 /// Central 95 % of the draws about the value, each side wider by that factor. Draws know no limits
@@ -115,23 +195,23 @@ double taken_deviation(const ChannelModel& model, const Chosen& own) {
 }  // namespace
 
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
-                                          std::uint64_t seed) {
+                                          std::uint64_t seed, Doubt doubt) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
   const Tangent tangent = tangent_of(fit, chosen);
-  const Moments moments = moments_of(model.blocks, tangent.columns, model.target);
-  const VectorXd precision = model.column_precision(tangent.columns.cols());
+  const Drawn from = drawn_from(fit, tangent.columns, doubt);
   const auto central = form.parameters(*model.series, own.shape,
                                        fit.coefficients.segment(tangent.at, tangent.width));
   std::vector<std::vector<double>> draws(central.size());
   std::mt19937_64 engine(seed);
   const double taken = form.nominal_term() ? 0.0 : taken_deviation(model, own);
   for (int r = 0; r < kResamples; ++r) {
-    VectorXd drawn = drawn_coefficients(fit, moments, precision, engine);
+    VectorXd drawn = drawn_coefficients(fit, from, engine);
     if (taken > 0.0) drawn[tangent.at] += taken * standard_normal(engine);
     Shape shape = own.shape;
-    if (tangent.with_shape) shape[0] *= std::exp(std::clamp(drawn[drawn.size() - 1], -0.7, 0.7));
+    if (tangent.with_shape)
+      shape[0] *= std::exp(std::clamp(drawn[tangent.columns.cols() - 1], -0.7, 0.7));
     const auto values =
         form.parameters(*model.series, shape, drawn.segment(tangent.at, tangent.width));
     for (std::size_t p = 0; p < values.size() && p < draws.size(); ++p)
@@ -149,19 +229,19 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
                    shape ? positive_interval_of(draws[p], value, wider)
                          : interval_of(draws[p], value, wider)});
   }
+  if (doubt == Doubt::kFormToo && form.time_only() && !out.empty())
+    out.front().ci95 = widened(out.front().ci95, out.front().value, slow_noise(from, tangent.at));
   return out;
 }
 
-std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed) {
-  const ChannelModel& model = fit.model;
-  const MatrixXd columns = model.columns();
-  const Moments moments = moments_of(model.blocks, columns, model.target);
-  const VectorXd precision = model.column_precision(columns.cols());
+std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed, Doubt doubt) {
+  const Drawn from = drawn_from(fit, fit.model.columns(), doubt);
   std::vector<double> draws;
   std::mt19937_64 engine(seed);
-  for (int r = 0; r < kResamples; ++r)
-    draws.push_back(drawn_coefficients(fit, moments, precision, engine)[0]);
-  return interval_of(draws, fit.coefficients[0], few_blocks(model.blocks.count(), 1));
+  for (int r = 0; r < kResamples; ++r) draws.push_back(drawn_coefficients(fit, from, engine)[0]);
+  const double value = fit.coefficients[0];
+  const Interval ci = interval_of(draws, value, few_blocks(fit.model.blocks.count(), 1));
+  return doubt == Doubt::kChance ? ci : widened(ci, value, slow_noise(from, 0));
 }
 
 void widen_by_form(const Invariance& invariance, bool of_cable,
@@ -170,9 +250,7 @@ void widen_by_form(const Invariance& invariance, bool of_cable,
   const double relative =
       kNormal95 * std::hypot(invariance.deviation(), of_cable ? kModelForm : 0.0);
   NamedParameter& size = parameters.front();
-  const double more = relative * std::abs(size.value);
-  size.ci95 = {size.value - std::hypot(size.value - size.ci95.first, more),
-               size.value + std::hypot(size.ci95.second - size.value, more)};
+  size.ci95 = widened(size.ci95, size.value, std::pow(relative * size.value, 2));
 }
 
 void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {

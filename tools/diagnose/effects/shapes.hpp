@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -89,19 +90,27 @@ inline std::vector<Shape> wave_orders(const Series& s, double least_periods, dou
   return log_grid(least_periods * kTurn / range, most_periods * kTurn / range, count);
 }
 
-/// Sine and cosine of that order over the joint's position.
+inline double middle_of(const Series& s) {
+  const auto [least, greatest] = s.training_range(s.motion.q);
+  return 0.5 * (least + greatest);
+}
+
+/// Sine and cosine of that order over the joint's position, from the middle of the motion: about
+/// zero far away a little more order would turn a wave's whole phase.
 inline Eigen::MatrixXd wave_columns(const Series& s, const Shape& order) {
+  const Eigen::ArrayXd turned = order[0] * (s.motion.q.array() - middle_of(s));
   Eigen::MatrixXd out(s.rows(), 2);
-  out.col(0) = (order[0] * s.motion.q.array()).sin();
-  out.col(1) = (order[0] * s.motion.q.array()).cos();
+  out.col(0) = turned.sin();
+  out.col(1) = turned.cos();
   return out;
 }
 
 inline std::vector<FormParameter> wave_parameters(const Series& s, const Shape& order,
                                                   const Eigen::VectorXd& b) {
+  const double phase = std::atan2(b[1], b[0]) - order[0] * middle_of(s);
   return {{"amplitude", b.norm(), amplitude_unit(s)},
           {"order", order[0], s.prismatic ? "rad_per_m" : "1"},
-          {"phase", std::atan2(b[1], b[0]), "rad"}};
+          {"phase", std::remainder(phase, 2.0 * std::numbers::pi), "rad"}};
 }
 
 /// Motor minus joint with this cable, the recorded motor motion forced in.
