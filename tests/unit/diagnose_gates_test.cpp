@@ -233,6 +233,29 @@ TEST(Gates, AreAskedOfTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
   }
 }
 
+TEST(Gates, TwoEffectsThatUndoEachOtherAreFoundTogether) {
+  // Either alone takes 1.5 % off the error, both together nearly all of it: a stream that is late
+  // lags the motion as strands run ahead of it.
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  for (const double size : {4e-3, 0.0}) {
+    diagnose::SeriesSet set = series_of({}, plant);
+    diagnose::Series& series = set.series.front();
+    const Index rows = series.rows();
+    const VectorXd one = noise(rows, 303).normalized();
+    const VectorXd two = (0.97 * one + 0.2431 * noise(rows, 403).normalized()).normalized();
+    series.y += size * std::sqrt(static_cast<double>(rows)) * (one - two);
+    diagnose::Forms forms;
+    forms.push_back(std::make_unique<Given>("hysteresis", one));
+    forms.push_back(std::make_unique<Given>("delay", two));
+    forms.push_back(std::make_unique<Given>("gain_error", noise(rows, 23)));
+    diagnose::ChannelModel model =
+        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
+    diagnose::select_effects(model, {}, 1);
+    ASSERT_EQ(model.chosen.size(), size > 0.0 ? 2U : 0U);
+    for (const auto& chosen : model.chosen) EXPECT_LT(chosen.candidate, 2U);
+  }
+}
+
 TEST(Gates, NoColumnContainsTheRecordedEffortOrTruth) {
   const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
   const auto set = series_of({.coulomb_n_m = 0.5}, plant);

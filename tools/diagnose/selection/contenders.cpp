@@ -80,23 +80,4 @@ std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& mo
   return best;
 }
 
-std::vector<Chosen> pick_pair(const ScreenResult& result, const ChannelModel& model,
-                              const Gates& gates, std::uint64_t seed) {
-  std::optional<Contender> first;
-  Gates unrepeated = gates;
-  unrepeated.least_z = 0.0;
-  for (const Contender& contender : contenders(model, result, unrepeated)) {
-    if (!first || contender.score < first->score) first = contender;
-  }
-  if (!first) return {};
-  ChannelModel with = model;
-  with.chosen.push_back(first->tested->best);
-  with.hold_nominal();
-  with.noise = saturated_noise(with);
-  const ScreenResult beside = screen(with, gates, seed);
-  const auto second = pick(beside, with, gates);
-  if (!second) return {};
-  return {first->tested->best, second->tested->best};
-}
-
 }  // namespace ravencal::diagnose

@@ -20,10 +20,4 @@ Evidence anew(Evidence e, const Eigen::VectorXd& before, const Eigen::VectorXd& 
 std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
                               const Gates& gates);
 
-/// Two effects may each hide that the other's gain is repeated: where one acts, blocks differ by
-/// what the other does. The likeliest candidate that lacks nothing but repetition, and the one that
-/// is likeliest beside it; their gates are asked of both together.
-std::vector<Chosen> pick_pair(const ScreenResult& result, const ChannelModel& model,
-                              const Gates& gates, std::uint64_t seed);
-
 }  // namespace ravencal::diagnose

@@ -7,6 +7,7 @@
 
 #include "diagnose/selection/cable_family.hpp"
 #include "diagnose/selection/contenders.hpp"
+#include "diagnose/selection/pairs.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -347,10 +348,12 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
     const auto next = pick(result, model, gates);
     const std::vector<Chosen> found =
         next ? std::vector<Chosen>{next->tested->best}
-             : pick_pair(result, model, gates, seed + model.chosen.size());
+             : pick_pair(model, dropped, gates, seed + model.chosen.size());
     if (found.empty()) break;
     model.chosen.insert(model.chosen.end(), found.begin(), found.end());
     refine_all(model);
+    // What two effects hid from each other passed for noise.
+    if (found.size() > 1) model.noise = noise_of(model);
     swap_pass(model, gates, seed);
     std::vector<std::size_t> before;
     for (const Chosen& chosen : model.chosen) before.push_back(chosen.candidate);
