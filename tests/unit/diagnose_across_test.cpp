@@ -51,6 +51,38 @@ TEST(AcrossJoints, FrictionThatTheCableDoesNotShowIsTheMotors) {
   EXPECT_EQ(doubled_behind_cable(3e-4, true).id, "joint_friction") << "the cable has a loop";
 }
 
+/// Names of the drive beside a loop of friction behind the cable: 0.4 N m more than the plant's
+/// 0.5, or 0.9 N m that the plant has not.
+std::vector<std::string> drive_beside_loop(bool plant_has_it) {
+  ravencal::physics::Plant plant;
+  plant.joints.resize(1);
+  plant.joints[0].name = "one";
+  if (plant_has_it) plant.joints[0].effects = {{"joint_friction", {}, {{"level", 0.5}}}};
+  NamedEffect loop, turn, level;
+  loop.id = "joint_friction";
+  turn.id = "presliding";
+  level.id = "coulomb_friction";
+  loop.joint = turn.joint = level.joint = "one";
+  loop.stage = "transmission";
+  turn.stage = level.stage = "drive";
+  loop.out_of_tolerance = plant_has_it;
+  loop.parameters = {{"level", 0.9, "N_m", {0.8, 1.0}}};
+  turn.parameters = {{"displacement", 0.02, "rad", {0.015, 0.025}}};
+  level.parameters = {{"level", plant_has_it ? 0.4 : 0.9, "N_m", {0.2, 1.0}}};
+  Report report;
+  report.effects = {loop, turn, level};
+  merge_joint_friction(plant, report);
+  std::vector<std::string> names;
+  for (const NamedEffect& e : report.effects)
+    if (e.stage == "drive") names.push_back(e.id);
+  return names;
+}
+
+TEST(AcrossJoints, ACablesWindUpIsNoPreslidingUnlessThePlantKnowsOfIt) {
+  EXPECT_EQ(drive_beside_loop(false), std::vector<std::string>{});
+  EXPECT_EQ(drive_beside_loop(true), std::vector<std::string>{"presliding"});
+}
+
 TEST(FreeRunJudge, LeavesTheReportWhatScreeningMeasuredAndGivesThePlantWhatRuns) {
   NamedEffect seen;
   seen.id = "presliding";

@@ -36,6 +36,14 @@ bool says_otherwise(const Report& report, const physics::Joint& joint, double ch
   });
 }
 
+/// Level of a friction beyond the plant's.
+double level_beyond(const physics::Plant& plant, const NamedEffect& e) {
+  const auto index = plant.joint_index(e.joint);
+  const double known =
+      e.out_of_tolerance && index ? plant.joints[*index].parameter(e.id, "level") : 0.0;
+  return level_of(e)->value - known;
+}
+
 }  // namespace
 
 void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
@@ -61,21 +69,18 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
 
 void merge_joint_friction(const physics::Plant& plant, Report& report) {
   for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
-    const NamedParameter* level = level_of(loop);
-    if (loop.id != "joint_friction" || loop.stage != "transmission" || level == nullptr) continue;
+    if (loop.id != "joint_friction" || loop.stage != "transmission" || level_of(loop) == nullptr)
+      continue;
+    const double behind = level_beyond(plant, loop);
     std::erase_if(report.effects, [&](const NamedEffect& e) {
       if (e.joint != loop.joint || e.stage != "drive") return false;
-      // The cable's wind-up under that friction turns over a displacement, as presliding does.
-      if (e.id == "presliding") return true;
-      const NamedParameter* drive = level_of(e);
-      if (drive == nullptr) return false;
+      // The cable's wind-up under that friction turns over a displacement, as presliding does. One
+      // that the plant knows of is in the drive's prediction.
+      if (e.id == "presliding") return !loop.out_of_tolerance;
       if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
-      double found = drive->value;
-      if (e.out_of_tolerance) {
-        const auto index = plant.joint_index(e.joint);
-        if (index) found -= plant.joints[*index].parameter(e.id, "level");
-      }
-      return std::abs(found - level->value) < 0.35 * std::max(std::abs(found), level->value);
+      if (level_of(e) == nullptr) return false;
+      const double found = level_beyond(plant, e);
+      return std::abs(found - behind) < 0.35 * std::max(std::abs(found), std::abs(behind));
     });
   }
 }
