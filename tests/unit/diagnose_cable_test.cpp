@@ -174,6 +174,31 @@ TEST(Constant, IsNoOffsetWhereTheDriveFeelsALoadThatThePlantDoesNotKnow) {
   }
 }
 
+/// Two recordings, each with the constant of a homing of its own.
+diagnose::Report run_twice_homed(double gap_half_rad) {
+  const std::string homing = "\n[[joint.effect]]\nid = \"homing_offset\"\ndeviation_rad = 0.004\n";
+  const auto plant = physics::parse_plant(generator::arm_plant() + homing, "test plant");
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  std::vector<record::Recording> recordings;
+  for (const double offset_rad : {0.004, -0.004}) {
+    const std::uint64_t seed = offset_rad > 0.0 ? 1 : 2;
+    recordings.push_back(
+        generator::record_arm({.gap_half_rad = gap_half_rad, .offset_rad = offset_rad},
+                              {.seed = seed, .duration_s = 120.0, .rate_hz = 50.0, .rich = true}));
+  }
+  diagnose::Options options;
+  options.threads = 1;
+  return diagnose::diagnose(recordings, {}, plant.value(), options).value();
+}
+
+TEST(Constant, OfEachHomingHidesNothingAndIsNothing) {
+  const auto gap = run_twice_homed(0.0009);
+  ASSERT_EQ(transmission_names(gap), Names{"backlash"}) << gap.verdict.text;
+  EXPECT_NEAR(gap.effects.front().parameters.front().value, 0.0009, 0.00018);
+  const auto clean = run_twice_homed(0.0);
+  EXPECT_EQ(transmission_names(clean), Names{}) << clean.verdict.text;
+}
+
 TEST(Step, IsALostCountWhereTheServoSeesItAndASlipWhereItDoesNot) {
   for (const double rate_hz : {25.0, 50.0, 100.0}) {
     const ArmScene scene{.seed = 7, .duration_s = 200.0, .rate_hz = rate_hz};

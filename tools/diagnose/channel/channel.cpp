@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/channel/homings.hpp"
 #include "diagnose/channel/settling.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/selection/invariance.hpp"
@@ -249,21 +250,24 @@ Index step_index(const ChannelFit& fit, std::size_t step) {
   return static_cast<Index>(1 + fit.nominal.terms.size() + step);
 }
 
-ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
+ChannelFit fit_channel(const Series& recorded, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings) {
-  // What hangs on the arm rubs as well, so that the two are found in turns. One object for all
-  // turns: its forms refer to it.
+  // What hangs on the arm rubs as well, and a homing's constant is seen beside what effects do, so
+  // that they are found in turns. One object for all turns: its forms refer to it.
   ChannelFit fit;
+  fit.homed = homed_series(recorded, plant);
+  const Series& series = fit.homed ? *fit.homed : recorded;
   VectorXd further_load = series.payload_effort;
   for (int turn = 0; turn < kTurns; ++turn) {
     std::vector<std::string> notes;
     fit_once(series, plant, options, further_load, fit, notes);
     VectorXd found = hung_load(fit);
+    const bool last = turn + 1 == kTurns;
     const bool settled =
-        found.size() == 0 || turn + 1 == kTurns ||
+        found.size() == 0 ||
         (further_load.size() > 0 && (found - further_load).norm() < kSettled * found.norm());
     further_load = std::move(found);
-    if (!settled) continue;
+    if (!last && (!settled || take_out_homings(fit))) continue;
     findings.notes.insert(findings.notes.end(), notes.begin(), notes.end());
     break;
   }

@@ -21,6 +21,7 @@ namespace ravencal::diagnose {
 
 /// What the fit of a channel predicts at every row, held out or not.
 struct ChannelFit {
+  std::shared_ptr<Series> homed;  ///< what is fitted instead of a series of several homings
   ChannelModel model;
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;
