@@ -87,8 +87,8 @@ TEST(DiagnoseInterval, OfAConstantCountsASensorThatWanders) {
       error[i] = kOffset + 5e-5 * wander + 5e-5 * standard_normal(engine);
     }
     const ChannelFit fit = fit_of(s, stretch, error);
-    chance += holds(offset_interval(fit, 1, Doubt::kChance), kOffset) ? 1 : 0;
-    const auto ci = offset_interval(fit, 1, Doubt::kFormToo);
+    chance += holds(interval_over_time(fit, 0, 1, Doubt::kChance), kOffset) ? 1 : 0;
+    const auto ci = interval_over_time(fit, 0, 1, Doubt::kFormToo);
     whole += holds(ci, kOffset) ? 1 : 0;
     width += (ci.second - ci.first) / kTrials;
   }
@@ -108,10 +108,40 @@ TEST(DiagnoseInterval, OfAConstantCountsACableThatStiffens) {
   for (Index i = 0; i < kRows; ++i)
     error[i] = kOffset - 0.015 * std::pow(stretch[i], 3) / 36e-6 + 2e-4 * standard_normal(engine);
   const ChannelFit fit = fit_of(s, stretch, error);
-  EXPECT_FALSE(holds(offset_interval(fit, 1, Doubt::kChance), kOffset));
-  const auto ci = offset_interval(fit, 1, Doubt::kFormToo);
+  EXPECT_FALSE(holds(interval_over_time(fit, 0, 1, Doubt::kChance), kOffset));
+  const auto ci = interval_over_time(fit, 0, 1, Doubt::kFormToo);
   EXPECT_TRUE(holds(ci, kOffset)) << ci.first << " " << ci.second;
   EXPECT_LT(ci.second - ci.first, kOffset);
+}
+
+TEST(DiagnoseInterval, OfAStepIsWhatAllRowsBeforeAndAfterSay) {
+  const Series s = swinging(Stage::kTransmission);
+  const VectorXd stretch = 1e-9 * s.motion.q;
+  VectorXd step = VectorXd::Zero(kRows);
+  step.tail(kRows / 2).setOnes();
+  std::mt19937_64 engine(7);
+  constexpr int kTrials = 60;
+  int held = 0;
+  double width = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    VectorXd error = kOffset * step;
+    for (Index i = 0; i < kRows; ++i) error[i] += 2e-4 * standard_normal(engine);
+    ChannelFit fit = fit_of(s, stretch, error);
+    ChannelModel& model = fit.model;
+    model.base.conservativeResize(Eigen::NoChange, 3);
+    model.base.col(2) = step;
+    model.free_base = model.base;
+    model.precision.conservativeResize(3);
+    model.precision[2] = 0.0;
+    fit.coefficients = joint_fit(model);
+    const auto ci = interval_over_time(fit, 2, 1, Doubt::kFormToo);
+    held += holds(ci, kOffset) ? 1 : 0;
+    width += (ci.second - ci.first) / kTrials;
+  }
+  EXPECT_GE(held, 52);
+  // Two halves of 2000 rows differ by 6.3e-6; Student's quantile of few cosines is twice a
+  // normal's.
+  EXPECT_LT(width, 2.0 * 2.0 * 1.96 * 6.3e-6);
 }
 
 TEST(DiagnoseInterval, OfAConstantIsNoWiderWhereNothingWandersNorStretches) {
@@ -123,8 +153,8 @@ TEST(DiagnoseInterval, OfAConstantIsNoWiderWhereNothingWandersNorStretches) {
     VectorXd error(kRows);
     for (Index i = 0; i < kRows; ++i) error[i] = kOffset + 2e-4 * standard_normal(engine);
     const ChannelFit fit = fit_of(s, stretch, error);
-    const auto narrow = offset_interval(fit, 1, Doubt::kChance);
-    const auto wide = offset_interval(fit, 1, Doubt::kFormToo);
+    const auto narrow = interval_over_time(fit, 0, 1, Doubt::kChance);
+    const auto wide = interval_over_time(fit, 0, 1, Doubt::kFormToo);
     chance += narrow.second - narrow.first;
     whole += wide.second - wide.first;
   }

@@ -291,7 +291,7 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   name_effects(fit, options, findings);
   name_offset(fit, plant, options, findings);
   name_asymmetry(fit, options, findings);
-  name_steps(fit, findings);
+  name_steps(fit, options, findings);
   if (options.details) {
     add_remainder(fit, options, findings);
     add_tone(fit, options, findings);

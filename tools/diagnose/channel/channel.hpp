@@ -123,7 +123,7 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings);
 
 /// Steps: lost counts, a slipping cable, or either.
-void name_steps(const ChannelFit& fit, ChannelFindings& findings);
+void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
 
 /// Nominal parameters at their refitted values: no findings, but the improved plant's numbers.
 void name_refitted(const ChannelFit& fit, ChannelFindings& findings);
@@ -141,8 +141,10 @@ enum class Doubt { kChance, kFormToo };
 std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t chosen,
                                           std::uint64_t seed, Doubt doubt);
 
-/// 95 % interval of the constant error, drawn in the same way.
-std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed, Doubt doubt);
+/// 95 % interval of a coefficient that time alone has to do with, a constant's (0) or a step's,
+/// drawn in the same way.
+Interval interval_over_time(const ChannelFit& fit, Eigen::Index column, std::uint64_t seed,
+                            Doubt doubt);
 
 /// What the model says the cable stretches by, at the training rows.
 Eigen::VectorXd stretch_of(const ChannelFit& fit);

@@ -69,7 +69,7 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.joint = findings.joint;
   effect.stage = stage_word(findings.stage);
   const auto [name, factor] = parameter;
-  const auto [low, high] = offset_interval(fit, seed, Doubt::kFormToo);
+  const auto [low, high] = interval_over_time(fit, 0, seed, Doubt::kFormToo);
   effect.parameters = {
       {name, factor * fit.coefficients[0], findings.unit, {factor * low, factor * high}}};
   effect.held_out_before = fit.model.rms_of(evidence.before);
@@ -148,7 +148,7 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
-  const auto [low, high] = offset_interval(fit, options.seed + 310, Doubt::kChance);
+  const auto [low, high] = interval_over_time(fit, 0, options.seed + 310, Doubt::kChance);
   const double least = low * high > 0.0 ? std::min(std::abs(low), std::abs(high)) : 0.0;
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);

@@ -234,14 +234,15 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
   return out;
 }
 
-std::pair<double, double> offset_interval(const ChannelFit& fit, std::uint64_t seed, Doubt doubt) {
+Interval interval_over_time(const ChannelFit& fit, Index column, std::uint64_t seed, Doubt doubt) {
   const Drawn from = drawn_from(fit, fit.model.columns(), doubt);
   std::vector<double> draws;
   std::mt19937_64 engine(seed);
-  for (int r = 0; r < kResamples; ++r) draws.push_back(drawn_coefficients(fit, from, engine)[0]);
-  const double value = fit.coefficients[0];
+  for (int r = 0; r < kResamples; ++r)
+    draws.push_back(drawn_coefficients(fit, from, engine)[column]);
+  const double value = fit.coefficients[column];
   const Interval ci = interval_of(draws, value, few_blocks(fit.model.blocks.count(), 1));
-  return doubt == Doubt::kChance ? ci : widened(ci, value, slow_noise(from, 0));
+  return doubt == Doubt::kChance ? ci : widened(ci, value, slow_noise(from, column));
 }
 
 void widen_by_form(const Invariance& invariance, bool of_cable,

@@ -144,7 +144,7 @@ void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
   fit.model = std::move(plain);
 }
 
-void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
+void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   if (fit.steps.empty()) return;
   // Beside structure that has no name a step is part of that structure.
   if (fit.unnamed && fit.unnamed->depends_on.front() != "time") return;
@@ -169,8 +169,10 @@ void name_steps(const ChannelFit& fit, ChannelFindings& findings) {
     effect.stage = reported_stage(effect.id, findings.stage);
     const double size = fit.coefficients[step_index(fit, k)];
     if (std::abs(size) < 1.96 * step.deviation) continue;
+    // What lies around a step finds it; its size is what all rows before and after say.
     effect.parameters = {
-        {"size", size, findings.unit, {size - 1.96 * step.deviation, size + 1.96 * step.deviation}},
+        {"size", size, findings.unit,
+         interval_over_time(fit, step_index(fit, k), options.seed + 330 + k, Doubt::kFormToo)},
         {"time", step.t_s, "s", {step.t_s, step.t_s}}};
     effect.held_out_before = model.rms_of(before);
     effect.held_out_after = model.rms_of(after);

@@ -68,9 +68,11 @@ std::string parameters_html(const NamedEffect& e) {
       ++begins;
       continue;
     }
-    html += fmt::format("{} = {} <span class=\"soft\">[{}, {}]</span><br>", html_escape(p.name),
+    const std::string runs =
+        p.running ? "; free run: " + quantity(*p.running, p.unit) : std::string();
+    html += fmt::format("{} = {} <span class=\"soft\">[{}, {}]{}</span><br>", html_escape(p.name),
                         quantity(p.value, p.unit), quantity(p.ci95.first, p.unit),
-                        quantity(p.ci95.second, p.unit));
+                        quantity(p.ci95.second, p.unit), runs);
   }
   if (begins > 0)
     html += fmt::format("<span class=\"soft\">{} times in report.json</span>", begins);
