@@ -76,14 +76,6 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
   return model.blocks.rows[static_cast<std::size_t>(at)];
 }
 
-/// True if the rows that train were recorded in one go.
-bool in_one_go(const ChannelModel& model) {
-  const auto& fresh = model.series->fresh;
-  const auto first = fresh.begin() + model.blocks.rows.front() + 1;
-  const auto last = fresh.begin() + model.blocks.rows.back() + 1;
-  return std::find_if(first, last, [](char begins) { return begins != 0; }) == last;
-}
-
 /// A large step bends everything that is fitted beside it, so that none of it is left to be seen,
 /// and what is not fitted yet bends the place where it seems to be. The likeliest one is taken into
 /// the model, which gives honest noise, and put back onto that noise to say where it is, in turns.
@@ -95,7 +87,7 @@ void adopt_hidden_step(ChannelFit& fit) {
   constexpr double kLarge = 0.5;
   constexpr int kTurns = 6;
   ChannelModel& model = fit.model;
-  if (!in_one_go(model)) return;
+  if (stretches_of(*model.series, model.blocks.rows).size() > 1) return;
   auto [suspect, share] = likeliest_step(model);
   if (share < kSuspicious) return;
   const Index near = std::max<Index>(4, model.target.size() / 1000);
@@ -133,7 +125,6 @@ void adopt_hidden_step(ChannelFit& fit) {
 
 }  // namespace
 
-/// Steps are found in what the saturated model leaves, and then belong to the base.
 void adopt_steps(ChannelFit& fit) {
   ChannelModel& model = fit.model;
   const Series& series = *model.series;

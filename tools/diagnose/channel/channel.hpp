@@ -95,7 +95,8 @@ Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
 /// Chosen effects; those that too many others could stand for become unexplained.
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
 
-/// Takes steps into the model's base, before any effect is chosen.
+/// Takes steps, found in what the saturated model leaves, into the model's base, before any effect
+/// is chosen.
 void adopt_steps(ChannelFit& fit);
 
 /// Steps whose gain is repeated in held-out blocks stay; and none, where the model without any

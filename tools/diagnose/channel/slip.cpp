@@ -17,14 +17,9 @@ constexpr double kAlpha = 0.005;
 
 /// First training row of the stretch without a new start that holds training row n.
 std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
-  std::vector<Index> starts(blocks.rows.size(), 0);
-  for (std::size_t n = 1; n < blocks.rows.size(); ++n) {
-    bool fresh = false;
-    for (Index row = blocks.rows[n - 1] + 1; row <= blocks.rows[n] && !fresh; ++row) {
-      fresh = series.fresh[static_cast<std::size_t>(row)] != 0;
-    }
-    starts[n] = fresh ? static_cast<Index>(n) : starts[n - 1];
-  }
+  std::vector<Index> starts(blocks.rows.size());
+  for (const auto& [first, last] : stretches_of(series, blocks.rows))
+    std::fill(starts.begin() + first, starts.begin() + last, first);
   return starts;
 }
 
@@ -52,9 +47,8 @@ Index window_of(Index count, double correlation_rows) {
 /// The statistic where it is greatest, and what it is elsewhere.
 struct Peak {
   Index at = 0;
-  double quantile99 = 0.0;  ///< elsewhere
-  double independent =
-      0.0;  ///< values elsewhere, each of which spans a window before and one after
+  double quantile99 = 0.0;   ///< elsewhere
+  double independent = 0.0;  ///< values elsewhere, each as long as the two windows
   /// One standard deviation elsewhere: the 99 % quantile of a normal is 2.58 of them.
   [[nodiscard]] double deviation() const { return quantile99 / 2.58; }
 };

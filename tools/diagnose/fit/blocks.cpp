@@ -15,21 +15,6 @@ constexpr Index kShortest = 8;  ///< rows of a block
 constexpr double kFewBlocks = 8.0;
 constexpr double kEventParts = 10.0;
 
-/// Stretches of training rows without a new start inside: pairs of indices into `rows`.
-std::vector<std::pair<Index, Index>> stretches_of(const Series& series,
-                                                  const std::vector<Index>& rows) {
-  std::vector<std::pair<Index, Index>> stretches;
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    bool starts = n == 0;
-    for (Index row = n == 0 ? rows[0] : rows[n - 1] + 1; row <= rows[n] && !starts; ++row) {
-      starts = series.fresh[static_cast<std::size_t>(row)] != 0;
-    }
-    if (starts) stretches.emplace_back(static_cast<Index>(n), static_cast<Index>(n));
-    stretches.back().second = static_cast<Index>(n) + 1;
-  }
-  return stretches;
-}
-
 /// The reversal of motion nearest to `cut`, if one lies within `reach` entries.
 Index at_reversal(const Series& series, const std::vector<Index>& rows, Index cut, Index reach) {
   const auto moves_up = [&](Index n) {
@@ -97,6 +82,20 @@ void cut_event(const Eigen::VectorXd& energy, std::vector<Index>& begin) {
 }
 
 }  // namespace
+
+std::vector<std::pair<Index, Index>> stretches_of(const Series& series,
+                                                  const std::vector<Index>& rows) {
+  std::vector<std::pair<Index, Index>> stretches;
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    bool starts = n == 0;
+    for (Index row = n == 0 ? rows[0] : rows[n - 1] + 1; row <= rows[n] && !starts; ++row) {
+      starts = series.fresh[static_cast<std::size_t>(row)] != 0;
+    }
+    if (starts) stretches.emplace_back(static_cast<Index>(n), static_cast<Index>(n));
+    stretches.back().second = static_cast<Index>(n) + 1;
+  }
+  return stretches;
+}
 
 Eigen::MatrixXd Blocks::gather(const Eigen::MatrixXd& full) const {
   Eigen::MatrixXd out(static_cast<Index>(rows.size()), full.cols());

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "diagnose/series/series.hpp"
@@ -25,6 +26,10 @@ struct Blocks {
   /// Training rows of a full column, or of each column of a matrix.
   [[nodiscard]] Eigen::MatrixXd gather(const Eigen::MatrixXd& full) const;
 };
+
+/// Stretches of training rows without a new start inside: [first, last) as indices into `rows`.
+std::vector<std::pair<Eigen::Index, Eigen::Index>> stretches_of(
+    const Series& series, const std::vector<Eigen::Index>& rows);
 
 inline constexpr int kFolds = 6;
 inline constexpr std::size_t kMostBlocks = 60;
