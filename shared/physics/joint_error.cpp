@@ -60,17 +60,18 @@ VectorXd signal(const JointSignals& s, const std::string& name) {
   return name.empty() ? VectorXd() : s.other(name);
 }
 
-/// What an effect adds that is described by its shape; empty for others.
-VectorXd shape_of(const Effect& e, const JointSignals& s) {
+/// What an effect adds that is described by its shape; empty for others. `followed`: the joint as
+/// its own loops see it.
+VectorXd shape_of(const Effect& e, const JointSignals& s, const VectorXd& followed) {
   const VectorXd& q = s.position;
   if (e.id == "homing_offset") return VectorXd::Constant(q.size(), value(e, "offset"));
   if (e.id == "delay") return late(s, value(e, "delay"));
   if (e.id == "joint_friction" && value(e, "width") > 0.0)
-    return -value(e, "stretch") * side(q, value(e, "width"), s.fresh);
+    return -value(e, "stretch") * side(followed, value(e, "width"), s.fresh);
   const VectorXd other = signal(s, e.from);
   const bool named = !e.from.empty() && other.size() == q.size();
   if (e.id == "hysteresis" && value(e, "width") > 0.0 && (named || e.from.empty()))
-    return loop(e, named ? other : q, s.fresh);
+    return loop(e, named ? other : followed, s.fresh);
   if (e.id != "compliance" || !named) return {};
   VectorXd per_load = VectorXd::Constant(q.size(), value(e, "stretch_per_load"));
   const VectorXd posture = signal(s, e.posture);
@@ -80,7 +81,7 @@ VectorXd shape_of(const Effect& e, const JointSignals& s) {
 }
 
 /// What the other effects add; zero for those that need an effort to be known.
-VectorXd motion_part(const Effect& e, const JointSignals& s) {
+VectorXd motion_part(const Effect& e, const JointSignals& s, const VectorXd& followed) {
   const VectorXd& q = s.position;
   if (e.id == "gain_error") return value(e, "ratio") * q;
   if (e.id == "coupling") return value(e, "error") * signal(s, e.from);
@@ -92,16 +93,28 @@ VectorXd motion_part(const Effect& e, const JointSignals& s) {
     return value(e, "final") * (1.0 - (-(s.t_s.array() - s.t_s[0]) / value(e, "time")).exp());
   }
   if (e.id == "backlash" && value(e, "half_width") > 0.0)
-    return -value(e, "half_width") * side(q, 2.0 * value(e, "half_width"), s.fresh);
+    return -value(e, "half_width") * side(followed, 2.0 * value(e, "half_width"), s.fresh);
   return VectorXd::Zero(q.size());
 }
 
 }  // namespace
 
+VectorXd moved_by_others(const Joint& joint, const JointSignals& s) {
+  VectorXd moved = VectorXd::Zero(s.position.size());
+  for (const Effect& e : joint.effects) {
+    const VectorXd other = signal(s, e.from);
+    if (other.size() != moved.size()) continue;
+    if (e.id == "coupling") moved += value(e, "error") * other;
+    if (e.id == "hysteresis" && value(e, "width") > 0.0) moved += loop(e, other, s.fresh);
+  }
+  return moved;
+}
+
 VectorXd shape_error(const Joint& joint, const JointSignals& s) {
   VectorXd error = VectorXd::Zero(s.position.size());
+  const VectorXd followed = s.position + moved_by_others(joint, s);
   for (const Effect& effect : joint.effects) {
-    const VectorXd part = shape_of(effect, s);
+    const VectorXd part = shape_of(effect, s, followed);
     if (part.size() > 0) error += part;
   }
   return error;
@@ -109,6 +122,7 @@ VectorXd shape_error(const Joint& joint, const JointSignals& s) {
 
 core::Result<VectorXd> joint_error(const Joint& joint, const JointSignals& s) {
   VectorXd error = VectorXd::Zero(s.position.size());
+  const VectorXd followed = s.position + moved_by_others(joint, s);
   for (const Effect& effect : joint.effects) {
     for (const std::string& name : {effect.from, effect.posture}) {
       if (name.empty() || s.other(name).size() > 0) continue;
@@ -116,8 +130,8 @@ core::Result<VectorXd> joint_error(const Joint& joint, const JointSignals& s) {
                          fmt::format("joint '{}': {} from '{}', which was not recorded", joint.name,
                                      effect.id, name)};
     }
-    const VectorXd part = shape_of(effect, s);
-    error += part.size() > 0 ? part : motion_part(effect, s);
+    const VectorXd part = shape_of(effect, s, followed);
+    error += part.size() > 0 ? part : motion_part(effect, s, followed);
   }
   return error;
 }

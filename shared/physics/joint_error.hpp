@@ -24,6 +24,11 @@ struct JointSignals {
   std::function<Eigen::VectorXd(const std::string&)> other;
 };
 
+/// The part of the joint's motion that other joints make through its effects, signals that are
+/// missing aside. Friction and gaps are the joint's own: their loops follow it wherever it is
+/// moved.
+Eigen::VectorXd moved_by_others(const Joint& joint, const JointSignals& signals);
+
 /// Joint minus `position`, rad or m, by every effect of the joint that needs no effort to be known.
 /// Errors (kData): a signal that an effect names is missing.
 core::Result<Eigen::VectorXd> joint_error(const Joint& joint, const JointSignals& signals);

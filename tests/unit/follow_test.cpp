@@ -187,6 +187,21 @@ TEST(Follow, PlacesAJointByItsPositionsAndLoadsAlone) {
   EXPECT_EQ(followed->recording.samples.col(2), r.samples.col(2)) << "what was given stays";
 }
 
+TEST(Follow, LetsALoopFollowItsJointWhereAnotherMovesIt) {
+  auto r = two_recording();
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    // The command of joint one stands; joint two goes up for a hundred rows and down again.
+    r.samples.row(i) << 0.0, 0.0, 0.01 * static_cast<double>(i < 100 ? i : 200 - i), 0.0;
+  }
+  const auto followed = simulation::follow_recording(plant_of(kTwo), r, {});
+  ASSERT_TRUE(followed.ok()) << followed.error().message;
+  const auto moved = [&](Eigen::Index i) {
+    return followed->recording.samples(i, 1) - 0.1 - 0.2 * r.samples(i, 2);
+  };
+  EXPECT_NEAR(moved(90), -0.03 - 0.02, 1e-12) << "both loops hang behind";
+  EXPECT_NEAR(moved(190), 0.03 + 0.02, 1e-12);
+}
+
 TEST(Follow, SaysWhichSignalIsMissing) {
   auto r = two_recording();
   r.channels[3].name = "pull";

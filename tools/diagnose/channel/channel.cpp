@@ -213,8 +213,8 @@ void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
   if (options.details) add_plot(fit, findings);
 }
 
-/// Turns in which a load and the friction under it are found, and the change of the load below
-/// which another turn says nothing new.
+/// Turns in which a load and the friction under it are found, or what others do to a joint and its
+/// loops; and the change below which another turn says nothing new.
 constexpr int kTurns = 3;
 constexpr double kSettled = 0.1;
 
@@ -256,21 +256,25 @@ ChannelFit fit_channel(const Series& recorded, const physics::Plant& plant,
   // that they are found in turns. One object for all turns: its forms refer to it.
   ChannelFit fit;
   fit.homed = homed_series(recorded, plant);
-  const Series& series = fit.homed ? *fit.homed : recorded;
+  fit.series = fit.homed ? fit.homed : std::make_shared<Series>(recorded);
+  const Series& series = *fit.series;
+  follow_others(fit, plant);
   VectorXd further_load = series.payload_effort;
   for (int turn = 0; turn < kTurns; ++turn) {
     std::vector<std::string> notes;
     fit_once(series, plant, options, further_load, fit, notes);
     VectorXd found = hung_load(fit);
-    const bool last = turn + 1 == kTurns;
-    const bool settled =
+    const bool known =
         found.size() == 0 ||
         (further_load.size() > 0 && (found - further_load).norm() < kSettled * found.norm());
     further_load = std::move(found);
-    if (!last && (!settled || take_out_homings(fit))) continue;
+    const bool moved = follow_others(fit, plant) > kSettled;
+    const bool last = turn + 1 == kTurns;
+    if (!last && (!known || moved || take_out_homings(fit))) continue;
     findings.notes.insert(findings.notes.end(), notes.begin(), notes.end());
     break;
   }
+  settle_loops(fit, plant);
   if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
   predict(fit);
   const auto share = settle_at_rest(fit);
@@ -306,6 +310,7 @@ ChannelFindings analyse_channel(const Series& series, const physics::Plant& plan
   complete(fit, options, *bare);
   if (options.details) keep_without_name(fit, options);
   if (fit.kept == 0) return std::move(*bare);
+  settle_loops(fit, plant);
   predict(fit);
   settle_at_rest(fit);
   take_values_of(fit, plant, options, findings);

@@ -21,7 +21,8 @@ namespace ravencal::diagnose {
 
 /// What the fit of a channel predicts at every row, held out or not.
 struct ChannelFit {
-  std::shared_ptr<Series> homed;  ///< what is fitted instead of a series of several homings
+  std::shared_ptr<Series> series;  ///< what the model refers to
+  std::shared_ptr<Series> homed;   ///< the same, if it is of several homings
   ChannelModel model;
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;
@@ -81,6 +82,12 @@ Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings);
 
+/// Lets the joint's loops follow it wherever other joints move it, as far as the fit knows. Returns
+/// the share of that motion which is new.
+double follow_others(ChannelFit& fit, const physics::Plant& plant);
+/// Fits loops and what other joints add to the motion that they follow until both agree.
+void settle_loops(ChannelFit& fit, const physics::Plant& plant);
+
 /// Adds to the model what predicts better without the evidence for a name.
 void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
 
@@ -91,6 +98,14 @@ void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelO
 /// Coefficients of a chosen effect, and the place of a step's own.
 Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);
 Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
+
+/// Parameters of a chosen effect with intervals that hold for the circumstances of the recording
+/// and for the form of its law.
+std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
+                                     const ChannelOptions& options);
+/// True if its size is not nothing: the interval leaves zero out.
+bool certain(const ChannelFit& fit, std::size_t chosen,
+             const std::vector<NamedParameter>& parameters);
 
 /// Chosen effects; those that too many others could stand for become unexplained.
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);

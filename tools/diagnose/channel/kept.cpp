@@ -94,9 +94,34 @@ bool may_be_kept(const EffectForm& form) {
   return !form.nominal_term() && !form.time_only() && form.id() != "payload";
 }
 
+/// Effects whose size is not nothing.
+std::vector<char> certain_effects(const ChannelFit& fit, const ChannelOptions& options) {
+  std::vector<char> out;
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i)
+    out.push_back(certain(fit, i, sizes_of(fit, i, options)) ? 1 : 0);
+  return out;
+}
+
+/// What is kept says something beside the effects that are there: none of them may come to nothing
+/// beside it that did not before.
+bool leaves_certain(ChannelFit& fit, ChannelModel& with, const std::vector<char>& before,
+                    const ChannelOptions& options) {
+  const Eigen::VectorXd coefficients = fit.coefficients;
+  std::swap(fit.model, with);
+  fit.coefficients = joint_fit(fit.model);
+  bool leaves = true;
+  for (std::size_t i = 0; leaves && i < before.size(); ++i)
+    leaves = before[i] == 0 || certain(fit, i, sizes_of(fit, i, options));
+  std::swap(fit.model, with);
+  fit.coefficients = coefficients;
+  return leaves;
+}
+
 /// The likeliest effect that makes the model likelier and predicts better; none: no effects.
-ChannelModel extended(const ChannelModel& model, const ChannelOptions& options) {
+ChannelModel extended(ChannelFit& fit, const ChannelOptions& options) {
+  const ChannelModel& model = fit.model;
   const ScreenResult result = screen(model, options.gates, options.seed + 1000);
+  const std::vector<char> before = certain_effects(fit, options);
   double least = score_of(model);
   ChannelModel best;
   for (const TestedCandidate& tested : result.tested) {
@@ -106,7 +131,9 @@ ChannelModel extended(const ChannelModel& model, const ChannelOptions& options) 
     with.hold_nominal();
     const Index numbers = tested.best.columns.cols() + static_cast<Index>(tested.best.shape.size());
     const double score = score_of(with) + effect_cost(numbers);
-    if (score >= least || !last_is_consistent(with) || !predicts_better(with, model)) continue;
+    if (score >= least || !last_is_consistent(with) || !predicts_better(with, model) ||
+        !leaves_certain(fit, with, before, options))
+      continue;
     least = score;
     best = std::move(with);
   }
@@ -117,12 +144,12 @@ ChannelModel extended(const ChannelModel& model, const ChannelOptions& options) 
 
 void keep_without_name(ChannelFit& fit, const ChannelOptions& options) {
   while (fit.kept < kMostKept) {
-    ChannelModel more = extended(fit.model, options);
+    ChannelModel more = extended(fit, options);
     if (more.chosen.empty()) break;
     fit.model = std::move(more);
+    fit.coefficients = joint_fit(fit.model);
     ++fit.kept;
   }
-  fit.coefficients = joint_fit(fit.model);
 }
 
 void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
@@ -142,10 +169,13 @@ void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelO
     for (const NamedEffect& e : *list) {
       const auto named = std::find_if(findings.effects.begin(), findings.effects.end(),
                                       [&](const NamedEffect& other) { return same(e, other); });
-      if (named != findings.effects.end())
+      if (named != findings.effects.end() && e.certain) {
         named->parameters = e.parameters;
-      else if (e.id != "homing_offset" && !e.out_of_tolerance)
-        findings.kept.push_back(e);
+        continue;
+      }
+      // Beside what is kept it may be nothing.
+      if (named != findings.effects.end()) findings.effects.erase(named);
+      if (e.id != "homing_offset" && !e.out_of_tolerance) findings.kept.push_back(e);
     }
   }
 }

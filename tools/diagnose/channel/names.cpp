@@ -69,6 +69,24 @@ std::string reported_stage(std::string_view id, Stage shown_in) {
   return read && shown_in == Stage::kTransmission ? "sensor" : std::string(stage_word(shown_in));
 }
 
+std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
+                                     const ChannelOptions& options) {
+  const EffectForm& form = *fit.model.candidates[fit.model.chosen[chosen].candidate]->form;
+  auto parameters = parameters_of(fit, chosen, options.seed + 200 + chosen, Doubt::kFormToo);
+  widen_by_form(invariance_of(fit.model, fit.coefficients, chosen),
+                cable_kind(form, *fit.model.series).has_value(), parameters);
+  return parameters;
+}
+
+bool certain(const ChannelFit& fit, std::size_t chosen,
+             const std::vector<NamedParameter>& parameters) {
+  const EffectForm& form = *fit.model.candidates[fit.model.chosen[chosen].candidate]->form;
+  const std::size_t sizes = std::min(parameters.size(), form.sizes(*fit.model.series));
+  return parameters.empty() ||
+         std::any_of(parameters.begin(), parameters.begin() + static_cast<std::ptrdiff_t>(sizes),
+                     [](const NamedParameter& p) { return p.ci95.first * p.ci95.second > 0.0; });
+}
+
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
@@ -78,16 +96,13 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.from = form.from();
     effect.joint = findings.joint;
     effect.stage = reported_stage(effect.id, findings.stage);
-    effect.parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kFormToo);
+    effect.parameters = sizes_of(fit, i, options);
     effect.held_out_before = evidence.held_out_before;
     effect.held_out_after = evidence.held_out_after;
     effect.unit = findings.unit;
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
-    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
-    const bool of_cable = cable_kind(form, *fit.model.series).has_value();
-    widen_by_form(invariance, of_cable, effect.parameters);
-    effect.invariance_spread = invariance.spread;
+    effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
     for (const std::string& tied : fit.model.chosen[i].tied_with) {
       auto& rivals = effect.ambiguous_with;
@@ -110,9 +125,11 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     }
     effect.separate_by = form.separate_by();
     effect.out_of_tolerance = form.nominal_term().has_value();
-    // What makes the others steady is part of the model, but no name below the gate of size.
+    // What makes the others steady is part of the model, but no name below the gate of size; nor
+    // is what may as well be nothing.
+    effect.certain = effect.out_of_tolerance || certain(fit, i, effect.parameters);
     const bool large = evidence.size >= options.gates.size_per_floor * fit.model.floor;
-    (large || effect.out_of_tolerance ? findings.effects : findings.kept)
+    ((large && effect.certain) || effect.out_of_tolerance ? findings.effects : findings.kept)
         .push_back(std::move(effect));
   }
 }

@@ -36,7 +36,7 @@ class Backlash final : public EffectForm {
       changed.gap_half_width += shape[0];
       return cable_change(s, changed);
     }
-    return -0.5 * shape[0] * direction_memory(s.motion.q, shape[0], s.fresh);
+    return -0.5 * shape[0] * direction_memory(s.loop_motion(), shape[0], s.fresh);
   }
   bool unit_coefficient(const Series& s) const override { return replayed(s); }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,

@@ -85,6 +85,9 @@ class Compliance final : public EffectForm {
     }
     return out;
   }
+  std::size_t sizes(const Series& s) const override {
+    return std::max<std::size_t>(1, s.loads.size());
+  }
   std::string inconsistency(const Series& s, const Shape&,
                             const Eigen::VectorXd& b) const override {
     if (replayed(s)) return b[0] > 0.67 && b[0] < 1.5 ? "" : "the stretch does not fit its load";

@@ -50,6 +50,9 @@ class EffectForm {
   [[nodiscard]] virtual Eigen::MatrixXd columns(const Series& series, const Shape& shape) const = 0;
   [[nodiscard]] virtual std::vector<FormParameter> parameters(
       const Series& series, const Shape& shape, const Eigen::VectorXd& coefficients) const = 0;
+  /// How many of the parameters, from the first, are sizes of the effect: no single one of several
+  /// need be certain.
+  [[nodiscard]] virtual std::size_t sizes(const Series&) const { return 1; }
   /// Why these numbers cannot be this effect; empty if they can.
   [[nodiscard]] virtual std::string inconsistency(const Series&, const Shape&,
                                                   const Eigen::VectorXd&) const {

@@ -100,7 +100,7 @@ class HysteresisForm final : public EffectForm {
     for (const Companion& other : s.others) {
       if (other.name == from()) return other.value;
     }
-    return s.motion.q;
+    return s.loop_motion();
   }
 };
 

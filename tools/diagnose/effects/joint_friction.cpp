@@ -32,7 +32,7 @@ class JointFriction final : public EffectForm {
       if (s.stage == Stage::kDrive) return tension_change(s, changed);
       return cable_change(s, changed);
     }
-    return -direction_memory(s.motion.q, shape[0], s.fresh);
+    return -direction_memory(s.loop_motion(), shape[0], s.fresh);
   }
   bool unit_coefficient(const Series& s) const override { return by_cable(s); }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,

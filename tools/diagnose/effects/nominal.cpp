@@ -8,7 +8,6 @@
 
 #include "diagnose/effects/shapes.hpp"
 #include "diagnose/series/posture.hpp"
-#include "physics/joint_error.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -57,17 +56,7 @@ class NominalBuilder {
   }
 
   /// Effects that the plant describes by their shape alone; nobody says how far they may be off.
-  void shapes() {
-    const auto other = [this](const std::string& name) {
-      if (name == s_.joint) return s_.motion.q;
-      for (const std::vector<Companion>* list : {&s_.others, &s_.loads}) {
-        for (const Companion& companion : *list)
-          if (companion.name == name) return companion.value;
-      }
-      return VectorXd();
-    };
-    nominal_.prediction += physics::shape_error(joint_, {s_.t_s, s_.fresh, s_.motion.q, other});
-  }
+  void shapes() { nominal_.prediction += physics::shape_error(joint_, signals_of(s_)); }
 
   void transmission() {
     linear("gain_error", "ratio", "1", joint_.parameter("gain_error", "ratio"), motor_part());
@@ -355,6 +344,18 @@ class NominalBuilder {
 };
 
 }  // namespace
+
+physics::JointSignals signals_of(const Series& s) {
+  const auto other = [&s](const std::string& name) {
+    if (name == s.joint) return s.motion.q;
+    for (const std::vector<Companion>* list : {&s.others, &s.loads}) {
+      for (const Companion& companion : *list)
+        if (companion.name == name) return companion.value;
+    }
+    return VectorXd();
+  };
+  return {s.t_s, s.fresh, s.motion.q, other};
+}
 
 double tolerance_of(const physics::Joint& joint, const std::string& id,
                     const std::string& parameter) {

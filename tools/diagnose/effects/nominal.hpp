@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "diagnose/series/series.hpp"
+#include "physics/joint_error.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::diagnose {
@@ -36,6 +37,9 @@ struct Nominal {
 /// (compliance, joint friction, hysteresis, creep, backlash) are computed together,
 /// quasi-statically.
 Nominal nominal_of(const Series& series, const physics::Plant& plant);
+
+/// What the plant's effects of this joint may depend on.
+physics::JointSignals signals_of(const Series& series);
 
 /// How far that parameter of the joint may be off, relative.
 double tolerance_of(const physics::Joint& joint, const std::string& id,

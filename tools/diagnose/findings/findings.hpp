@@ -51,6 +51,7 @@ struct NamedEffect {
   std::vector<std::string> ambiguous_with;
   std::string separate_by;
   bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
+  bool certain = true;            ///< its size is not nothing
   std::string from;               ///< the other joint, for couplings
 };
 

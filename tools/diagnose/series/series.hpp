@@ -73,10 +73,13 @@ struct Series {
   std::vector<Companion> others;     ///< positions of the other joints, same side
   std::vector<Companion> loads;      ///< recorded loads that act on this joint
   std::vector<Inherited> inherited;  ///< transmission stage
-  Eigen::VectorXd weight;            ///< effort that holds the plant's links; empty: plant has none
-  Eigen::VectorXd found_load;        ///< part of `weight` that the drive's channel found
-  double constant_load = 0.0;        ///< transmission stage: constant that the drive's fit found
-  double free_offset = 0.0;          ///< drive stage, after the fit: constant effort that it found
+  /// Where positions are compared: the motion with what other joints' cables add to it. Empty:
+  /// nothing.
+  Eigen::VectorXd followed;
+  Eigen::VectorXd weight;      ///< effort that holds the plant's links; empty: plant has none
+  Eigen::VectorXd found_load;  ///< part of `weight` that the drive's channel found
+  double constant_load = 0.0;  ///< transmission stage: constant that the drive's fit found
+  double free_offset = 0.0;    ///< drive stage, after the fit: constant effort that it found
   /// Relative deviation of `weight` where the drive's own channel measured it; else the plant's
   /// tolerance holds.
   std::optional<double> weight_deviation;
@@ -106,6 +109,11 @@ struct Series {
   Eigen::VectorXd desired_rate;
 
   [[nodiscard]] Eigen::Index rows() const { return y.size(); }
+  /// What loops of the joint's own follow: friction and gaps are where the joint is, whoever moves
+  /// it.
+  [[nodiscard]] const Eigen::VectorXd& loop_motion() const {
+    return followed.size() > 0 ? followed : motion.q;
+  }
   /// True for rows that fits see.
   [[nodiscard]] bool trains(Eigen::Index row) const;
   [[nodiscard]] bool any_held_out() const;
