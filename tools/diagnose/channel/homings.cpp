@@ -45,6 +45,7 @@ std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant&
   };
   if (rows.empty() || recording_of(rows.front()) == recording_of(rows.back())) return nullptr;
   auto homed = std::make_shared<Series>(series);
+  homed->each_homed = true;
   const VectorXd error = series.y - nominal_of(series, plant).prediction;
   take_out_means(error(rows), rows, *homed);
   return homed;

@@ -29,8 +29,9 @@ Index at_reversal(const Series& series, const std::vector<Index>& rows, Index cu
   return cut;
 }
 
-/// Interleaved within one recording. Several recordings are held out whole; many short episodes in
-/// runs of neighbours, since repeats of one condition must not lie on both sides of the cut.
+/// Interleaved within one recording, and within several that each have something of their own to be
+/// fitted. Other recordings are held out whole; many short episodes in runs of neighbours, since
+/// repeats of one condition must not lie on both sides of the cut.
 void assign_folds(const Series& series, std::size_t stretches, Blocks& blocks) {
   const std::size_t count = blocks.begin.size();
   const auto folds = static_cast<std::size_t>(kFolds);
@@ -38,7 +39,8 @@ void assign_folds(const Series& series, std::size_t stretches, Blocks& blocks) {
     const Index row = blocks.rows[static_cast<std::size_t>(blocks.begin[b])];
     return static_cast<std::size_t>(series.recording[static_cast<std::size_t>(row)]);
   };
-  const bool by_recording = count > 0 && recording_of(count - 1) - recording_of(0) >= 2;
+  const bool by_recording =
+      count > 0 && !series.each_homed && recording_of(count - 1) - recording_of(0) >= 2;
   for (std::size_t b = 0; b < count; ++b) {
     std::size_t fold = b % folds;
     if (by_recording) {

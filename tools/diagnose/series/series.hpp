@@ -62,6 +62,8 @@ struct Series {
 
   Eigen::VectorXd t_s;         ///< since the recording's start
   std::vector<int> recording;  ///< index of the recording of each row
+  /// Each recording has a constant and a wander of its own, of which no other one tells.
+  bool each_homed = false;
   std::vector<char> fresh;     ///< 1 where a recording or an episode starts
   std::vector<char> held_out;  ///< 1 for rows that no fit may see
   std::vector<char> valid;     ///< 0 where something needed was lost
