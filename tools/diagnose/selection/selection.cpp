@@ -350,6 +350,7 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
         next ? std::vector<Chosen>{next->tested->best}
              : pick_pair(model, dropped, gates, seed + model.chosen.size());
     if (found.empty()) break;
+    const std::vector<Chosen> alone = model.chosen;
     model.chosen.insert(model.chosen.end(), found.begin(), found.end());
     refine_all(model);
     // What two effects hid from each other passed for noise.
@@ -358,6 +359,11 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
     std::vector<std::size_t> before;
     for (const Chosen& chosen : model.chosen) before.push_back(chosen.candidate);
     drop_pass(model, gates, seed);
+    // Of two that entered together, one says nothing without the other.
+    if (found.size() > 1 && model.chosen.size() < before.size()) {
+      model.chosen = alone;
+      model.hold_nominal();
+    }
     // What was dropped once does not come back: the search must end.
     for (const std::size_t candidate : before) {
       const bool kept =
