@@ -390,6 +390,8 @@ TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
   const diagnose::NamedEffect smooth = only_name(0.6, 1.0);
   EXPECT_EQ(smooth.id, "coulomb_friction");
   EXPECT_TRUE(smooth.out_of_tolerance);
+  // One number off by two tolerances beside another at its limit is less likely than a gain.
+  EXPECT_EQ(only_name(1.08, 1.1).id, "torque_constant");
 }
 
 }  // namespace

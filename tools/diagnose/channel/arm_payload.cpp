@@ -24,32 +24,74 @@ double worth_of_drive(const ChannelModel& model) {
   return std::min(worth(without_constant(model)), worth(model) + effect_cost(1));
 }
 
+/// The model without what it took for a weight.
+ChannelModel weightless(ChannelModel model) {
+  for (std::size_t i = model.chosen.size(); i-- > 0;) {
+    if (is_weight(model.candidates[model.chosen[i].candidate]->form->id()))
+      model = model.without(i);
+  }
+  return model;
+}
+
 /// One drive as its own channel explains it, and without what it took for a weight.
 class Joint {
  public:
   Joint(const Series& series, const physics::Plant& plant, const ChannelOptions& options)
-      : fit_(fit_channel(series, plant, options, unused_)), bare_(fit_.model) {
-    per_kg_ = bare_.blocks.gather(seen_columns(*payload(), series, {})).col(0);
-    own_ = worth_of_drive(fit_.model);
-    for (std::size_t i = bare_.chosen.size(); i-- > 0;) {
-      if (is_weight(bare_.candidates[bare_.chosen[i].candidate]->form->id()))
-        bare_ = bare_.without(i);
-    }
+      : options_(options),
+        fit_(fit_channel(series, plant, options, unused_)),
+        bare_({weightless(fit_.model)}) {
+    per_kg_ = fit_.model.blocks.gather(seen_columns(*payload(), series, {})).col(0);
   }
 
-  [[nodiscard]] const ChannelModel& bare() const { return bare_; }
-  [[nodiscard]] double own() const { return own_; }
+  [[nodiscard]] double own() const { return worth_of_drive(fit_.model); }
 
-  [[nodiscard]] ChannelModel loaded(double mass_kg) const {
-    ChannelModel model = bare_;
+  /// The model that is likeliest under that mass, before the mass is hung on it.
+  [[nodiscard]] const ChannelModel& bare(double mass_kg) const {
+    return *std::min_element(bare_.begin(), bare_.end(),
+                             [&](const ChannelModel& a, const ChannelModel& b) {
+                               return worth_under(a, mass_kg) < worth_under(b, mass_kg);
+                             });
+  }
+
+  [[nodiscard]] ChannelModel loaded(ChannelModel model, double mass_kg) const {
     model.free_target -= mass_kg * per_kg_;
     model.hold_nominal();
     return model;
   }
 
-  /// Of the model under that mass; effects that it makes superfluous cost nothing.
+  /// Effects that stood in for the weight may hide others: those chosen with it hung are a further
+  /// model. All of them are judged against the least noise that any of them leaves.
+  void choose_under(double mass_kg) {
+    if (bare_.front().chosen.empty()) return;
+    ChannelModel model = bare_.front();
+    model.chosen.clear();
+    for (auto& candidate : model.candidates) {
+      if (candidate->form->id() != "payload") continue;
+      auto hung = std::make_shared<Candidate>(*candidate);
+      hung->untestable = "it hangs";
+      candidate = hung;
+    }
+    model = loaded(std::move(model), mass_kg);
+    select_effects(model, options_.gates, options_.seed);
+    model.free_target += mass_kg * per_kg_;
+    model.hold_nominal();
+    const VectorXd noise =
+        model.noise.squaredNorm() < fit_.model.noise.squaredNorm() ? model.noise : fit_.model.noise;
+    bare_.push_back(weightless(std::move(model)));
+    for (ChannelModel& each : bare_) each.noise = noise;
+    fit_.model.noise = noise;
+  }
+
+  /// Of the likeliest model under that mass.
   [[nodiscard]] double worth_under(double mass_kg) const {
-    ChannelModel model = loaded(mass_kg);
+    double least = std::numeric_limits<double>::infinity();
+    for (const ChannelModel& model : bare_) least = std::min(least, worth_under(model, mass_kg));
+    return least;
+  }
+
+  /// Effects that the mass makes superfluous cost nothing.
+  [[nodiscard]] double worth_under(const ChannelModel& bare, double mass_kg) const {
+    ChannelModel model = loaded(bare, mass_kg);
     double least = worth_of_drive(model);
     for (std::size_t i = model.chosen.size(); i-- > 0;) {
       const ChannelModel fewer = model.without(i);
@@ -63,7 +105,7 @@ class Joint {
 
   /// The mass that this joint alone would weigh, its constant left to the payload.
   [[nodiscard]] double own_mass_kg() const {
-    ChannelModel model = without_constant(bare_);
+    ChannelModel model = without_constant(bare_.front());
     const Index column = model.free_base.cols();
     model.free_base.conservativeResize(Eigen::NoChange, column + 1);
     model.free_base.col(column) = per_kg_;
@@ -74,13 +116,13 @@ class Joint {
   }
 
   /// How the mass that this joint weighs differs between circumstances.
-  [[nodiscard]] double spread() const {
-    ChannelModel model = without_constant(bare_);
+  [[nodiscard]] Invariance invariance(double mass_kg) const {
+    ChannelModel model = without_constant(bare(mass_kg));
     for (std::size_t c = 0; c < model.candidates.size(); ++c) {
       if (model.candidates[c]->form->id() == "payload") model.chosen.push_back({c, {}, per_kg_});
     }
     model.hold_nominal();
-    return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
+    return invariance_of(model, joint_fit(model), model.chosen.size() - 1);
   }
 
   /// RMS of the effort of a kilogram, as the channel shows it.
@@ -89,17 +131,26 @@ class Joint {
   }
 
  private:
+  const ChannelOptions& options_;
   ChannelFindings unused_;
   ChannelFit fit_;
-  ChannelModel bare_;
+  std::vector<ChannelModel> bare_;  ///< models that explain the drive beside a mass
   VectorXd per_kg_;
-  double own_ = 0.0;
 };
 
 double worth_of_all(const std::vector<Joint>& joints, double mass_kg) {
   double sum = effect_cost(1);
   for (const Joint& joint : joints) sum += joint.worth_under(mass_kg);
   return sum;
+}
+
+/// Lets every joint choose its effects anew under the mass that each of them would weigh alone.
+void choose_anew(std::vector<Joint>& joints) {
+  std::vector<double> masses;
+  for (const Joint& joint : joints) masses.push_back(joint.own_mass_kg());
+  for (Joint& joint : joints) {
+    for (const double mass : masses) joint.choose_under(mass);
+  }
 }
 
 struct Weighed {
@@ -130,18 +181,16 @@ Weighed weigh(const std::vector<Joint>& joints, double least_kg) {
   return {mass, step * std::sqrt(2.0 / curvature), worth_of_all(joints, mass)};
 }
 
-/// True if a drive's own verdict leaves room for a weight that it cannot see alone: a constant that
-/// it takes for friction, a heavier link, or what it has no name for.
-bool suspects(const ChannelFindings& drive) {
-  return !drive.unexplained.empty() ||
-         std::any_of(drive.effects.begin(), drive.effects.end(), [](const NamedEffect& e) {
-           return is_weight(e.id) || e.id == "unknown" || is_dry_asymmetry(e);
-         });
+/// True if a drive named what may be that weight: a constant that it takes for friction, or a
+/// heavier link.
+bool names_instead(const ChannelFindings& drive) {
+  return std::any_of(drive.effects.begin(), drive.effects.end(),
+                     [](const NamedEffect& e) { return is_weight(e.id) || is_dry_asymmetry(e); });
 }
 
 NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) {
-  const ChannelModel loaded = without_constant(joint.loaded(found.mass_kg));
-  const ChannelModel bare = without_constant(joint.bare());
+  const ChannelModel bare = without_constant(joint.bare(found.mass_kg));
+  const ChannelModel loaded = joint.loaded(bare, found.mass_kg);
   const VectorXd before = held_out_errors(bare), after = held_out_errors(loaded);
   NamedEffect effect;
   effect.id = "payload";
@@ -156,7 +205,7 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
   effect.unit = bare.series->unit;
   effect.p_value = sign_flip_p(before - after, seed);
   effect.size = std::abs(found.mass_kg) * joint.effort_per_kg();
-  effect.invariance_spread = joint.spread();
+  effect.invariance_spread = joint.invariance(found.mass_kg).spread;
   effect.separate_by = payload()->separate_by();
   return effect;
 }
@@ -167,24 +216,24 @@ std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::P
                                           const ChannelOptions& options,
                                           const std::vector<ChannelFindings>& findings) {
   std::vector<const Series*> drives;
-  int suspected = 0;
+  int instead = 0;
   for (std::size_t i = 0; i < set.series.size(); ++i) {
     const Series& series = set.series[i];
     if (series.stage != Stage::kDrive || !payload()->untestable(series).empty()) continue;
     drives.push_back(&series);
-    suspected += suspects(findings[i]) ? 1 : 0;
+    instead += names_instead(findings[i]) ? 1 : 0;
   }
-  if (suspected == 0 || drives.size() < 2) return std::nullopt;
+  if (drives.size() < 2) return std::nullopt;
   std::vector<Joint> joints;
   joints.reserve(drives.size());  // forms refer to their fit: none may move
+  for (const Series* series : drives) joints.emplace_back(*series, plant, options);
+  choose_anew(joints);
   double own = 0.0;
-  for (const Series* series : drives) {
-    joints.emplace_back(*series, plant, options);
-    own += joints.back().own();
-  }
+  for (const Joint& joint : joints) own += joint.own();
   const Weighed found = weigh(joints, -drives.front()->removable_mass_kg);
-  // One weight goes before a name on each of several joints, unless each is clearly likelier.
-  const double most = own + kClearScore * (suspected - 1);
+  // One weight goes before a name on each of several joints, unless each is clearly likelier; and
+  // where no joint has named anything, it has to be clearly likelier itself.
+  const double most = own + kClearScore * (instead - 1);
   if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   std::optional<NamedEffect> strongest;

@@ -65,8 +65,9 @@ constexpr std::size_t kTooManyRivals = 4;
 }  // namespace
 
 std::string reported_stage(std::string_view id, Stage shown_in) {
-  const bool read = id == "lost_counts" || id == "delay" || id == "quantisation";
-  return read && shown_in == Stage::kTransmission ? "sensor" : std::string(stage_word(shown_in));
+  if (shown_in != Stage::kTransmission) return std::string(stage_word(shown_in));
+  if (id == "lost_counts" || id == "delay" || id == "quantisation") return "sensor";
+  return id == "payload" || id == "gravity" ? "drive" : "transmission";
 }
 
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,

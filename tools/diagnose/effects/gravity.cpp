@@ -2,7 +2,8 @@
 //
 // An effort (or, where only positions are compared, its lag) that depends on posture alone. Where
 // the plant has no links the shape is not known; variants offer more and more general ones, and
-// cross-validation takes the one that predicts best.
+// cross-validation takes the one that predicts best. Where no drive was recorded, the effort is
+// seen by what it stretches: of that only a weight's own shape is none of the transmission's.
 #include <algorithm>
 
 #include "diagnose/effects/effects.hpp"
@@ -17,19 +18,43 @@ class Gravity final : public EffectForm {
  public:
   Gravity() : EffectForm("gravity") {}
   std::string untestable(const Series& s) const override {
-    return range_of(s, s.motion.q) > 20.0 * s.rest_width() ? "" : "the joint hardly moves";
+    if (range_of(s, s.motion.q) <= 20.0 * s.rest_width()) return "the joint hardly moves";
+    return grid(s).empty() ? "its stretch is a ratio's, as far as the joint turns" : "";
   }
   std::vector<Shape> grid(const Series& s) const override {
     // Through a few degrees sine and cosine are a line and a parabola, which no weight bends so.
     constexpr double kLeastTurn_rad = 0.5;
+    const bool turns = !s.prismatic && range_of(s, s.motion.q) > kLeastTurn_rad;
+    if (weighs_by_stretch(s)) return turns ? std::vector<Shape>{{1.0}} : std::vector<Shape>{};
     std::vector<Shape> shapes = {{0.0}};
-    if (!s.prismatic && range_of(s, s.motion.q) > kLeastTurn_rad) shapes.push_back({1.0});
+    if (turns) shapes.push_back({1.0});
     if (!s.others.empty()) shapes.insert(shapes.end(), {{2.0}, {3.0}});
     return shapes;
   }
+  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+    const Eigen::MatrixXd effort = efforts(s, shape);
+    return weighs_by_stretch(s) ? Eigen::MatrixXd(-s.cable.compliance * effort) : effort;
+  }
+  /// A plant without any weight on a cable that stretches is not finished.
+  bool ordinary(const Series& s) const override { return weighs_by_stretch(s); }
+  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
+                                        const Eigen::VectorXd& b) const override {
+    const std::string unit = weighs_by_stretch(s) ? effort_unit(s) : amplitude_unit(s);
+    return {{"posture_effort_rms", s.training_rms(efforts(s, shape) * b), unit}};
+  }
+  std::vector<std::string> twins(const Series& s) const override {
+    if (s.stage == Stage::kTracking) return {"payload", "coupling"};
+    return {"payload"};
+  }
+  std::string separate_by() const override {
+    return "the same motion with 0 and 500 g on the tool: weight adds in proportion, cables that "
+           "pull with posture do not";
+  }
+
+ private:
   /// 0: own position; 1: its sine and cosine; 2: with the first two others; 3: squares and
   /// products.
-  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
+  static Eigen::MatrixXd efforts(const Series& s, const Shape& shape) {
     std::vector<Eigen::VectorXd> x = {scaled(s, s.motion.q)};
     if (shape[0] == 1.0) {
       x = {s.motion.q.array().sin().matrix(), s.motion.q.array().cos().matrix()};
@@ -49,19 +74,6 @@ class Gravity final : public EffectForm {
     Eigen::MatrixXd out(s.rows(), static_cast<Index>(x.size()));
     for (std::size_t c = 0; c < x.size(); ++c) out.col(static_cast<Index>(c)) = x[c];
     return out;
-  }
-  std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
-                                        const Eigen::VectorXd& b) const override {
-    const Eigen::VectorXd effort = columns(s, shape) * b;
-    return {{"posture_effort_rms", s.training_rms(effort), amplitude_unit(s)}};
-  }
-  std::vector<std::string> twins(const Series& s) const override {
-    if (s.stage == Stage::kTracking) return {"payload", "coupling"};
-    return {"payload"};
-  }
-  std::string separate_by() const override {
-    return "the same motion with 0 and 500 g on the tool: weight adds in proportion, cables that "
-           "pull with posture do not";
   }
 };
 

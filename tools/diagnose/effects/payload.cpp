@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A weight on the last link that the plant does not have: it loads every joint as the plant's
-// geometry says, per kilogram.
+// geometry says, per kilogram; where no drive was recorded, it is seen by what it stretches.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -18,8 +18,13 @@ class Payload final : public EffectForm {
   }
   /// Friction behind the cable that grows with its load comes with the weight.
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
-    if (s.cable.friction_load_share <= 0.0 || s.weight.size() == 0) return s.payload_per_kg;
     constexpr double kTrial_kg = 0.5;
+    if (weighs_by_stretch(s)) {
+      const Eigen::VectorXd more = kTrial_kg * s.payload_per_kg;
+      const Eigen::VectorXd loaded = s.weight.size() > 0 ? s.weight + more : more;
+      return (cable_stretch(s, s.cable) - cable_stretch(s, loaded, s.cable)) / kTrial_kg;
+    }
+    if (s.cable.friction_load_share <= 0.0 || s.weight.size() == 0) return s.payload_per_kg;
     const Eigen::VectorXd loaded = s.weight + kTrial_kg * s.payload_per_kg;
     return (cable_tension(s, loaded, s.cable) - cable_tension(s, s.weight, s.cable)) / kTrial_kg;
   }

@@ -53,6 +53,9 @@ void add_transmission(const Series& series, Forms& forms) {
   forms.push_back(delay());
   forms.push_back(thermal_drift());
   forms.push_back(quantisation());
+  if (!weighs_by_stretch(series)) return;
+  forms.push_back(payload());
+  if (series.weight.size() == 0) forms.push_back(gravity());
 }
 
 void add_drive(const Series& series, const Eigen::VectorXd& needed,

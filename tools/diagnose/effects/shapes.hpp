@@ -114,9 +114,13 @@ inline std::vector<FormParameter> wave_parameters(const Series& s, const Shape& 
 }
 
 /// Motor minus joint with this cable, the recorded motor motion forced in.
-inline Eigen::VectorXd cable_stretch(const Series& s, const CableNumbers& cable) {
-  return replay_cable({s.t_s, s.motion.q, s.weight, s.inertial, s.fresh, s.rest_width()}, cable)
+inline Eigen::VectorXd cable_stretch(const Series& s, const Eigen::VectorXd& weight,
+                                     const CableNumbers& cable) {
+  return replay_cable({s.t_s, s.motion.q, weight, s.inertial, s.fresh, s.rest_width()}, cable)
       .stretch;
+}
+inline Eigen::VectorXd cable_stretch(const Series& s, const CableNumbers& cable) {
+  return cable_stretch(s, s.weight, cable);
 }
 
 /// What a change of the plant's cable does to the joint's position.
@@ -135,6 +139,12 @@ inline Eigen::VectorXd cable_tension(const Series& s, const CableNumbers& cable)
 }
 inline Eigen::VectorXd tension_change(const Series& s, const CableNumbers& changed) {
   return cable_tension(s, changed) - cable_tension(s, s.cable);
+}
+
+/// True if a weight that the plant lacks is seen only where it stretches the plant's cable: the
+/// drive that carries it was not recorded.
+inline bool weighs_by_stretch(const Series& s) {
+  return s.stage == Stage::kTransmission && !s.effort_recorded && s.cable.compliance > 0.0;
 }
 
 /// Stiffness of strands over that of their cable: what slips before the cable has stretched at all

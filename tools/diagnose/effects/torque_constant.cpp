@@ -31,7 +31,6 @@ class TorqueConstant final : public EffectForm {
   }
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     const double ratio = ratio_of(b[0]);
-    if (std::abs(ratio) <= 1.25 * kTolerance) return "within the drive's own tolerance";
     return b[0] < 0.5 && ratio > -0.5 ? "" : "no motor is that far from its data sheet";
   }
   std::string separate_by() const override {

@@ -271,7 +271,8 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   for (const double p_value : chance.p_value) anything = std::min(anything, p_value);
   for (std::size_t n = 0; n < result.tested.size(); ++n) {
     TestedCandidate& tested = result.tested[n];
-    const bool number = model.candidates[tested.candidate]->form->nominal_term().has_value();
+    const EffectForm& form = *model.candidates[tested.candidate]->form;
+    const bool number = form.nominal_term() || form.off_by(tested.coefficients);
     tested.evidence.p_value = number ? anything : chance.p_value[n];
     tested.median_null = chance.median_null[n];
     tested.critical_gain = chance.critical_gain[n];

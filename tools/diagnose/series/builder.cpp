@@ -151,6 +151,7 @@ class Builder {
     series.presliding = joint.parameter("presliding", "displacement");
     const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
     series.weight = drive ? drive_weights_[j] : weights_[j];
+    series.effort_recorded = positions_[j].effort.size() > 0;
     series.payload_per_kg = drive ? drive_payloads_[j] : payloads_[j];
     const Positions& own = positions_[j];
     if (own.desired.size() > 0 && best_position(own).size() > 0)

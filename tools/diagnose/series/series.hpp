@@ -98,6 +98,7 @@ struct Series {
   /// effort that friction behind other joints' cables asks of this motor. Empty: the motor's own;
   /// none.
   Eigen::VectorXd wound, others_friction;
+  bool effort_recorded = false;    ///< of this joint: its drive says what it carries
   Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
   /// Drive stage: effort of a payload that the joints weighed together; empty if none.
   Eigen::VectorXd payload_effort;
