@@ -9,6 +9,9 @@
 #include <random>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/selection/invariance.hpp"
+#include "diagnose/selection/selection.hpp"
 #include "diagnose_arm.hpp"
 #include "physics/plant_effort.hpp"
 
@@ -27,7 +30,7 @@ struct Drive {
   double low, high, speed, coulomb, viscous, noise;
 };
 constexpr Drive kDrives[kJoints] = {{"shoulder", 0.4, 1.0, 0.03, 1.5, 2.5, 0.05},
-                                    {"elbow", 1.0, 1.9, 0.04, 1.4, 2.2, 0.05},
+                                    {"elbow", 0.9, 2.6, 0.06, 1.4, 2.2, 0.05},
                                     {"insertion", 0.34, 0.42, 0.004, 13.0, 700.0, 0.6}};
 
 std::string arm_text(double payload_kg, bool shoulder_rubs) {
@@ -68,7 +71,11 @@ physics::Plant parsed(const std::string& text) {
 
 /// Zig-zags of three joints whose drives carry the weight of their links and the payload, rub, and
 /// are pushed about by slow noise.
-record::Recording recorded(double payload_kg, std::uint64_t seed) {
+struct Truth {
+  double payload_kg = 0.0;
+  double load_share = 0.0, asymmetry = 0.0;  ///< of the elbow's dry friction
+};
+record::Recording recorded(const Truth& truth, std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   const auto uniform = [&] { return static_cast<double>(engine() >> 11U) * 0x1.0p-53; };
   const auto normal = [&] {
@@ -89,7 +96,7 @@ record::Recording recorded(double payload_kg, std::uint64_t seed) {
       q[static_cast<std::size_t>(j)][i] = x += v * kStep_s;
     }
   }
-  const auto weights = physics::holding_efforts(parsed(arm_text(payload_kg, true)), q);
+  const auto weights = physics::holding_efforts(parsed(arm_text(truth.payload_kg, true)), q);
   record::Recording recording;
   recording.source = "generated";
   recording.samples.resize(kRows, 2 * kJoints);
@@ -108,10 +115,11 @@ record::Recording recorded(double payload_kg, std::uint64_t seed) {
       const double moved = i > 0 ? x[i] - x[i - 1] : 0.0;
       bristle = std::clamp(bristle + moved / (slides ? 3e-5 : 3e-4), -1.0, 1.0);
       slow = 0.96 * slow + 0.28 * normal();
+      const double load = weights[static_cast<std::size_t>(j)][i];
+      const double dry = (d.coulomb + (j == 1 ? truth.load_share : 0.0) * std::abs(load)) *
+                         (1.0 + (j == 1 ? truth.asymmetry : 0.0) * bristle) * bristle;
       recording.samples(i, 2 * j) = x[i];
-      recording.samples(i, 2 * j + 1) = weights[static_cast<std::size_t>(j)][i] +
-                                        d.coulomb * bristle + d.viscous * moved / kStep_s +
-                                        d.noise * slow;
+      recording.samples(i, 2 * j + 1) = load + dry + d.viscous * moved / kStep_s + d.noise * slow;
     }
   }
   return recording;
@@ -133,7 +141,7 @@ diagnose::Report found(const record::Recording& recording, const physics::Plant&
 
 /// Dry friction that the plant lacks as well hides behind what stands in for the weight.
 TEST(ArmPayload, IsOneNameForWhatAllJointsCarryBesideFrictionOfOne) {
-  const auto report = found(recorded(0.3, 3), parsed(arm_text(0.0, false)));
+  const auto report = found(recorded({.payload_kg = 0.3}, 3), parsed(arm_text(0.0, false)));
   ASSERT_EQ(report.effects.size(), 2U) << names_in(report);
   const auto of = [&](const char* id) {
     return std::find_if(report.effects.begin(), report.effects.end(),
@@ -148,11 +156,42 @@ TEST(ArmPayload, IsOneNameForWhatAllJointsCarryBesideFrictionOfOne) {
 /// Each joint's plant could be off by that much, but not all of them towards one weight.
 TEST(ArmPayload, IsWeighedByTheArmWhereNoJointNamesItAlone) {
   const auto plant = parsed(arm_text(0.0, true));
-  const auto report = found(recorded(0.05, 5), plant);
+  const auto report = found(recorded({.payload_kg = 0.05}, 5), plant);
   ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
   EXPECT_EQ(report.effects.front().id, "payload") << names_in(report);
   EXPECT_NEAR(report.effects.front().parameters.front().value, 0.05, 0.02);
-  EXPECT_TRUE(found(recorded(0.0, 5), plant).effects.empty());
+  EXPECT_TRUE(found(recorded({}, 5), plant).effects.empty());
+}
+
+/// What load adds to friction differs between the directions where friction does: no proxy's mark.
+TEST(LoadDependentFriction, MayDifferBetweenTheDirectionsWhereFrictionDoes) {
+  const auto plant = parsed(arm_text(0.0, true));
+  const auto set =
+      diagnose::build_series({recorded({.load_share = 0.6, .asymmetry = -0.6}, 7)}, {}, plant, {});
+  ASSERT_TRUE(set.ok());
+  for (diagnose::Series series : set->series) {
+    if (series.joint != "elbow" || series.stage != diagnose::Stage::kDrive) continue;
+    // A pendulum that passes below its axis: its load varies by all of it within a direction.
+    series.weight = 3.0 * (series.motion.q.array() - series.motion.q.mean()).sin().matrix();
+    series.transmitted = series.weight;
+    const diagnose::Nominal nominal = diagnose::nominal_of(series, plant);
+    diagnose::Forms forms;
+    forms.push_back(diagnose::load_dependent_friction({}));
+    diagnose::ChannelModel model = diagnose::prepare_channel(series, nominal, forms);
+    const diagnose::Candidate& candidate = *model.candidates.front();
+    model.chosen.push_back({0, candidate.shapes.front(), candidate.columns.front()});
+    model.hold_nominal();
+    VectorXd b = diagnose::joint_fit(model);
+    const auto compares_directions = [&] {
+      const auto scales = diagnose::invariance_of(model, b, 0).scales;
+      return std::any_of(scales.begin(), scales.end(),
+                         [](const auto& s) { return s.regime == "direction: low"; });
+    };
+    b[0] = 2.0 * model.floor;
+    EXPECT_FALSE(compares_directions());
+    b[0] = 0.0;  // even friction
+    EXPECT_TRUE(compares_directions());
+  }
 }
 
 /// A weight of which the plant knows nothing stretches the cable like a wrong ratio, but by the

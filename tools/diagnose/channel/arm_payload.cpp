@@ -181,6 +181,18 @@ Weighed weigh(const std::vector<Joint>& joints, double least_kg) {
   return {mass, step * std::sqrt(2.0 / curvature), worth_of_all(joints, mass)};
 }
 
+/// Held-out gains by that mass over the blocks of all joints, each in units of its noise.
+VectorXd gains_by(const std::vector<Joint>& joints, double mass_kg) {
+  std::vector<double> gains;
+  for (const Joint& joint : joints) {
+    const ChannelModel bare = without_constant(joint.bare(mass_kg));
+    const VectorXd gain =
+        (held_out_errors(bare) - held_out_errors(joint.loaded(bare, mass_kg))) / noise_unit(bare);
+    gains.insert(gains.end(), gain.begin(), gain.end());
+  }
+  return Eigen::Map<const VectorXd>(gains.data(), static_cast<Index>(gains.size()));
+}
+
 /// True if a drive named what may be that weight: a constant that it takes for friction, or a
 /// heavier link.
 bool names_instead(const ChannelFindings& drive) {
@@ -236,6 +248,7 @@ std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::P
   const double most = own + kClearScore * (instead - 1);
   if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
+  if (z_score(gains_by(joints, found.mass_kg)) < options.gates.least_z) return std::nullopt;
   std::optional<NamedEffect> strongest;
   for (const Joint& joint : joints) {
     NamedEffect effect = named(joint, found, options.seed + 330);
