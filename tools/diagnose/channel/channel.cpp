@@ -255,8 +255,7 @@ ChannelFit fit_channel(const Series& recorded, const physics::Plant& plant,
   // What hangs on the arm rubs as well, and a homing's constant is seen beside what effects do, so
   // that they are found in turns. One object for all turns: its forms refer to it.
   ChannelFit fit;
-  fit.homed = homed_series(recorded, plant);
-  fit.series = fit.homed ? fit.homed : std::make_shared<Series>(recorded);
+  fit.series = homed_series(recorded, plant);
   const Series& series = *fit.series;
   follow_others(fit, plant);
   VectorXd further_load = series.payload_effort;

@@ -22,7 +22,6 @@ namespace ravencal::diagnose {
 /// What the fit of a channel predicts at every row, held out or not.
 struct ChannelFit {
   std::shared_ptr<Series> series;  ///< what the model refers to
-  std::shared_ptr<Series> homed;   ///< the same, if it is of several homings
   ChannelModel model;
   Forms forms;  ///< what model.candidates point to
   Nominal nominal;

@@ -35,16 +35,16 @@ double take_out_means(const VectorXd& error, const std::vector<Index>& rows, Ser
 }  // namespace
 
 std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant& plant) {
+  auto homed = std::make_shared<Series>(series);
   if (series.stage != Stage::kTransmission || !plant_has(plant, series.joint, "homing_offset", ""))
-    return nullptr;
+    return homed;
   std::vector<Index> rows;
   for (Index i = 0; i < series.rows(); ++i)
     if (series.trains(i)) rows.push_back(i);
   const auto recording_of = [&](Index row) {
     return series.recording[static_cast<std::size_t>(row)];
   };
-  if (rows.empty() || recording_of(rows.front()) == recording_of(rows.back())) return nullptr;
-  auto homed = std::make_shared<Series>(series);
+  if (rows.empty() || recording_of(rows.front()) == recording_of(rows.back())) return homed;
   homed->each_homed = true;
   const VectorXd error = series.y - nominal_of(series, plant).prediction;
   take_out_means(error(rows), rows, *homed);
@@ -53,9 +53,9 @@ std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant&
 
 bool take_out_homings(ChannelFit& fit) {
   constexpr double kLeastChange = 0.1;
-  if (!fit.homed) return false;
+  if (!fit.series->each_homed) return false;
   const VectorXd left = fit.model.target - fit.model.columns() * fit.coefficients;
-  return take_out_means(left, fit.model.blocks.rows, *fit.homed) > kLeastChange * fit.model.floor;
+  return take_out_means(left, fit.model.blocks.rows, *fit.series) > kLeastChange * fit.model.floor;
 }
 
 }  // namespace ravencal::diagnose

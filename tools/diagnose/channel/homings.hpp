@@ -10,9 +10,9 @@
 
 namespace ravencal::diagnose {
 
-/// The series with the mean error of each recording taken out; nothing where the plant draws no
-/// constant at homing or there is one recording only. Held-out recordings stay as they are: nobody
-/// knows their constants beforehand.
+/// The series, with the mean error of each recording taken out where the plant draws a constant at
+/// homing and there are several recordings. Held-out ones stay as they are: nobody knows their
+/// constants beforehand.
 std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant& plant);
 
 /// Takes out what the fit, with all that it explains, leaves of the constants; true if that was
