@@ -33,6 +33,17 @@ ChannelModel weightless(ChannelModel model) {
   return model;
 }
 
+/// The candidates of a model that chooses none any more, without their columns: those of a whole
+/// arm are large.
+void forget_columns(ChannelModel& model) {
+  for (auto& candidate : model.candidates) {
+    auto bare = std::make_shared<Candidate>();
+    bare->form = candidate->form;
+    bare->untestable = candidate->untestable;
+    candidate = bare;
+  }
+}
+
 /// One drive as its own channel explains it, and without what it took for a weight.
 class Joint {
  public:
@@ -41,6 +52,9 @@ class Joint {
         fit_(fit_channel(series, plant, options, unused_)),
         bare_({weightless(fit_.model)}) {
     per_kg_ = fit_.model.blocks.gather(seen_columns(*payload(), series, {})).col(0);
+    if (!bare_.front().chosen.empty()) return;
+    forget_columns(fit_.model);
+    forget_columns(bare_.front());
   }
 
   [[nodiscard]] double own() const { return worth_of_drive(fit_.model); }
