@@ -8,8 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "diagnose/diagnose.hpp"
-#include "diagnose_generator.hpp"
+#include "diagnose_generated.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -62,16 +61,6 @@ record::Recording poses(Place&& place) {
     r.samples.row(i) << one[n], two[n], place(one[n], two[n]) + kNoise_rad * noise;
   }
   return r;
-}
-
-Report diagnosed(const record::Recording& recording) {
-  const auto plant = physics::parse_plant(generator::plant_text(), "generated.toml");
-  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
-  Options options;
-  options.threads = 1;
-  auto report = diagnose({recording}, {}, plant.value(), options);
-  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-  return std::move(report).value();
 }
 
 double error_of(const Report& report) {

@@ -5,23 +5,12 @@
 
 #include <cmath>
 
-#include "diagnose/diagnose.hpp"
-#include "diagnose_generator.hpp"
+#include "diagnose_generated.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
 using record::Role;
-
-Report diagnosed(const record::Recording& recording) {
-  const auto plant = physics::parse_plant(generator::plant_text(), "generated.toml");
-  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
-  Options options;
-  options.threads = 1;
-  auto report = diagnose({recording}, {}, plant.value(), options);
-  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-  return std::move(report).value();
-}
 
 const NamedEffect* find(const Report& report, const std::string& id) {
   for (const NamedEffect& e : report.effects)

@@ -130,13 +130,13 @@ class Joint {
   }
 
   /// How the mass that this joint weighs differs between circumstances.
-  [[nodiscard]] Invariance invariance(double mass_kg) const {
+  [[nodiscard]] double spread(double mass_kg) const {
     ChannelModel model = without_constant(bare(mass_kg));
     for (std::size_t c = 0; c < model.candidates.size(); ++c) {
       if (model.candidates[c]->form->id() == "payload") model.chosen.push_back({c, {}, per_kg_});
     }
     model.hold_nominal();
-    return invariance_of(model, joint_fit(model), model.chosen.size() - 1);
+    return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
   }
 
   /// RMS of the effort of a kilogram, as the channel shows it.
@@ -231,7 +231,7 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
   effect.unit = bare.series->unit;
   effect.p_value = sign_flip_p(before - after, seed);
   effect.size = std::abs(found.mass_kg) * joint.effort_per_kg();
-  effect.invariance_spread = joint.invariance(found.mass_kg).spread;
+  effect.invariance_spread = joint.spread(found.mass_kg);
   effect.separate_by = payload()->separate_by();
   return effect;
 }

@@ -126,9 +126,7 @@ ChannelModel extended(ChannelFit& fit, const ChannelOptions& options) {
   ChannelModel best;
   for (const TestedCandidate& tested : result.tested) {
     if (!tested.consistent || !may_be_kept(*model.candidates[tested.candidate]->form)) continue;
-    ChannelModel with = model;
-    with.chosen.push_back(tested.best);
-    with.hold_nominal();
+    ChannelModel with = model.with(tested.best);
     const Index numbers = tested.best.columns.cols() + static_cast<Index>(tested.best.shape.size());
     const double score = score_of(with) + effect_cost(numbers);
     if (score >= least || !last_is_consistent(with) || !predicts_better(with, model) ||

@@ -33,9 +33,7 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
     const EffectForm& other = *model.candidates[t.candidate]->form;
     if (t.candidate == own.candidate || other.id() == form.id()) continue;
     if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
-    ChannelModel with = model.without(chosen);
-    with.chosen.push_back(t.best);
-    with.hold_nominal();
+    const ChannelModel with = model.without(chosen).with(t.best);
     if (!last_is_consistent(with)) continue;
     const VectorXd difference = held_out_errors(with) - present;
     const auto count = static_cast<double>(difference.size());

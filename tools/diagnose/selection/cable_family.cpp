@@ -17,9 +17,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostMembers = 3;
 /// Sets whose whole fit is worth a look at held-out blocks.
 constexpr std::size_t kShortList = 7;
-/// What a search through some hundred sets must gain that nothing called for: twice the logs of
-/// their number and of 200 : 1.
-constexpr double kUncalledScore = 20.0;
 
 struct Judged {
   CableSubset subset;

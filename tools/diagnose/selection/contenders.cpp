@@ -52,9 +52,7 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
   const auto rows = static_cast<double>(std::max<Index>(1, model.target.size()));
   for (const TestedCandidate& tested : result.tested) {
     if (tested.evidence.p_value > gates.alpha) continue;
-    ChannelModel with = model;
-    with.chosen.push_back(tested.best);
-    with.hold_nominal();
+    const ChannelModel with = model.with(tested.best);
     Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;

@@ -14,9 +14,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// What a search through some hundred pairs must gain that nothing called for: twice the logs of
-/// their number and of 200 : 1.
-constexpr double kUncalledScore = 20.0;
 /// Pairs whose company the plant's numbers are held in anew.
 constexpr std::size_t kShortList = 5;
 /// A replayed effect counts at the size that its own coefficient asks for; sizes of its grid lie
@@ -147,14 +144,6 @@ class Pairs {
   Moments moments_;  ///< of base, all options and target
 };
 
-/// The model with that effect, the plant's numbers held anew beside it.
-ChannelModel with(const ChannelModel& model, const Chosen& chosen) {
-  ChannelModel out = model;
-  out.chosen.push_back(chosen);
-  out.hold_nominal();
-  return out;
-}
-
 /// The pair that is likeliest once the plant's numbers are held anew in its company.
 std::vector<Chosen> likeliest_pair(const ChannelModel& model,
                                    const std::vector<std::size_t>& dropped) {
@@ -163,7 +152,7 @@ std::vector<Chosen> likeliest_pair(const ChannelModel& model,
   double least = worth(model) - kUncalledScore;
   for (const Pair& pair : pairs.likeliest()) {
     std::vector<Chosen> both = {pairs.chosen(*pair.first), pairs.chosen(*pair.second)};
-    const double score = worth(with(with(model, both[0]), both[1]));
+    const double score = worth(model.with(both[0]).with(both[1]));
     if (score >= least) continue;
     least = score;
     best = std::move(both);
@@ -176,7 +165,7 @@ std::vector<Chosen> likeliest_pair(const ChannelModel& model,
 std::vector<Chosen> pick_pair(const ChannelModel& model, const std::vector<std::size_t>& dropped,
                               const Gates& gates, std::uint64_t seed) {
   for (const Chosen& first : likeliest_pair(model, dropped)) {
-    ChannelModel one = with(model, first);
+    ChannelModel one = model.with(first);
     one.noise = saturated_noise(one);
     ScreenResult beside = screen(one, gates, seed);
     std::erase_if(beside.tested, [&](const TestedCandidate& tested) {

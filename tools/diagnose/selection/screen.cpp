@@ -288,10 +288,7 @@ Chosen sized(const ChannelModel& model, const Chosen& start) {
   const EffectForm& form = *model.candidates[start.candidate]->form;
   Chosen best = start;
   for (int i = 0; i < 5; ++i) {
-    ChannelModel with = model;
-    with.chosen.push_back(best);
-    with.hold_nominal();
-    const VectorXd all = joint_fit(with);
+    const VectorXd all = joint_fit(model.with(best));
     const double b = all[all.size() - 1];
     if (b <= 0.0 || std::abs(b - 1.0) < 0.01) break;
     best.shape[0] *= std::clamp(b, 0.2, 5.0);

@@ -216,6 +216,13 @@ bool ChannelModel::offers(std::size_t candidate) const {
   return !term || held[*term] != 0.0;
 }
 
+ChannelModel ChannelModel::with(const Chosen& effect) const {
+  ChannelModel more = *this;
+  more.chosen.push_back(effect);
+  more.hold_nominal();
+  return more;
+}
+
 ChannelModel ChannelModel::without(std::size_t effect) const {
   ChannelModel rest = *this;
   rest.chosen.erase(rest.chosen.begin() + static_cast<std::ptrdiff_t>(effect));

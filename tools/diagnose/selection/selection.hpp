@@ -22,6 +22,10 @@ namespace ravencal::diagnose {
 /// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
 inline constexpr double kClearScore = 6.0;
 
+/// What a search through some hundred sets or pairs must gain that nothing called for: twice the
+/// logs of their number and of 200 : 1.
+inline constexpr double kUncalledScore = 20.0;
+
 /// Share of what the plant predicts: LuGre's and Maxwell's friction differ by as much from a
 /// slip element, a stiffening cable from a straight one.
 inline constexpr double kModelForm = 0.04;
@@ -106,7 +110,8 @@ struct ChannelModel {
   /// True if the candidate may be tested beside the effects chosen: it is not among them, its
   /// prerequisite is met, and a nominal term stands at its limit.
   [[nodiscard]] bool offers(std::size_t candidate) const;
-  /// The model without one of its effects, nominal terms held anew.
+  /// The model with one more effect, and without one of its own; nominal terms held anew.
+  [[nodiscard]] ChannelModel with(const Chosen& effect) const;
   [[nodiscard]] ChannelModel without(std::size_t effect) const;
   /// Holds the nominal terms that leave their limits, given the effects chosen.
   void hold_nominal();
