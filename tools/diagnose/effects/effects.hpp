@@ -36,8 +36,8 @@ std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed);
 std::unique_ptr<EffectForm> payload();
 std::unique_ptr<EffectForm> torque_ripple();
 std::unique_ptr<EffectForm> gravity();
-/// `needed` as for torque_constant().
-std::unique_ptr<EffectForm> saturation(const Eigen::VectorXd& needed);
+/// `needed` as for torque_constant(), which need not outlive it.
+std::unique_ptr<EffectForm> saturation(const Series& series, const Eigen::VectorXd& needed);
 std::unique_ptr<EffectForm> flexible_mode();
 std::unique_ptr<EffectForm> quantisation();
 

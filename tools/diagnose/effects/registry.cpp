@@ -68,7 +68,7 @@ void add_drive(const Series& series, const Eigen::VectorXd& needed,
   forms.push_back(load_dependent_friction(further_load));
   forms.push_back(torque_constant(needed));
   forms.push_back(torque_ripple());
-  forms.push_back(saturation(needed));
+  forms.push_back(saturation(series, needed));
   forms.push_back(flexible_mode());
   forms.push_back(payload());
   // A plant with links knows the shape of their weight; the posture's shape is then no candidate.

@@ -28,10 +28,22 @@ constexpr double kSameEffort = 0.15;
 /// the usual one; a servo that follows misses a tenth of it.
 constexpr double kLeastLag = 0.4;
 
+/// Share of the moving rows in which the drive gives no more than what counts as its most.
+constexpr double kMost = 0.99;
+
 struct Limit {
   double value = 0.0;  ///< 0: none found
   std::string why;     ///< then
 };
+
+/// 0 of nothing.
+double quantile(std::vector<double> x, double share) {
+  if (x.empty()) return 0.0;
+  const auto place =
+      x.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1));
+  std::nth_element(x.begin(), place, x.end());
+  return *place;
+}
 
 /// Change per second over some rows to either side.
 VectorXd rate_of(const Series& s, const VectorXd& x) {
@@ -70,24 +82,72 @@ VectorXd law_of(const Series& s, const VectorXd& needed, const VectorXd& lag_rat
              : damped;
 }
 
+/// The effort that moved the joint wherever its controller asked for clearly more than it was
+/// ever given.
+Limit limit_of(const Series& s, const VectorXd& needed, const VectorXd& law,
+               const VectorXd& lag_rate) {
+  const VectorXd asked = s.as_seen(law);
+  const double speed = s.training_rms(s.motion.v);
+  const auto counts = [&](Index i) {
+    const auto n = static_cast<std::size_t>(i);
+    return s.valid[n] != 0 && s.held_out[n] == 0;
+  };
+  // A joint that stands says nothing: its friction takes up whatever the drive gives.
+  const auto moves = [&](Index i, double side) { return side * s.motion.v[i] > kSlow * speed; };
+  std::vector<double> given;
+  for (Index i = 0; i < s.rows(); ++i) {
+    const double side = s.motion.v[i] < 0.0 ? -1.0 : 1.0;
+    if (counts(i) && moves(i, side)) given.push_back(side * needed[i]);
+  }
+  const double most = quantile(given, kMost);
+  std::vector<double> moved;
+  double time_s = 0.0;
+  double rows = 0.0;
+  double missed = 0.0;
+  for (Index i = 1; i < s.rows(); ++i) {
+    if (!counts(i) || most <= 0.0 || std::abs(asked[i]) < kExcess * most) continue;
+    const double side = asked[i] < 0.0 ? -1.0 : 1.0;
+    if (moves(i, side)) moved.push_back(side * needed[i]);
+    if (s.fresh[static_cast<std::size_t>(i)] == 0) time_s += s.t_s[i] - s.t_s[i - 1];
+    rows += 1.0;
+    missed += lag_rate[i] * lag_rate[i];
+  }
+  if (moved.size() < 10 || time_s < kLeastTime_s)
+    return {0.0, "the drive was never asked for clearly more than it gave"};
+  const double limit = quantile(moved, 0.5);
+  double other = 0.0;
+  for (const double effort : moved) other += std::pow(effort / limit - 1.0, 2);
+  if (limit <= 0.0 || other > kSameEffort * kSameEffort * static_cast<double>(moved.size()))
+    return {0.0, "where the controller asked for more, the drive gave more"};
+  if (missed < std::pow(kLeastLag * speed, 2) * rows)
+    return {0.0, "where the controller asked for more, the joint followed"};
+  return {limit, ""};
+}
+
 class Saturation final : public EffectForm {
  public:
-  explicit Saturation(const VectorXd& needed) : EffectForm("saturation"), needed_(needed) {}
+  Saturation(const Series& s, const VectorXd& needed) : EffectForm("saturation") {
+    if (!s.servo || s.tracking_error.size() == 0) {
+      limit_.why = "what the controller asks for is not known: record the desired position";
+      return;
+    }
+    const VectorXd lag_rate = rate_of(s, s.tracking_error);
+    law_ = law_of(s, needed, lag_rate);
+    limit_ = limit_of(s, needed, law_, lag_rate);
+  }
 
-  std::string untestable(const Series& s) const override { return limit_of(s).why; }
-  std::vector<Shape> grid(const Series& s) const override {
-    const double limit = limit_of(s).value;
-    return log_grid(0.75 * limit, 1.33 * limit, 7);
+  std::string untestable(const Series&) const override { return limit_.why; }
+  std::vector<Shape> grid(const Series&) const override {
+    return log_grid(0.75 * limit_.value, 1.33 * limit_.value, 7);
   }
   bool continuous() const override { return true; }
   bool occasional() const override { return true; }
-  Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    const VectorXd law = law_of(s, needed_, rate_of(s, s.tracking_error));
-    return law - law.cwiseMax(-shape[0]).cwiseMin(shape[0]);
+  Eigen::MatrixXd columns(const Series&, const Shape& shape) const override {
+    return law_ - law_.cwiseMax(-shape[0]).cwiseMin(shape[0]);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
-                                        const VectorXd&) const override {
-    return {{"limit", shape.empty() ? 0.0 : shape[0], effort_unit(s)}};
+                                        const VectorXd& b) const override {
+    return {{"limit", shape.empty() ? 0.0 : delivered(shape[0], b[0]), effort_unit(s)}};
   }
   std::string inconsistency(const Series&, const Shape&, const VectorXd& b) const override {
     return b[0] > 0.6 && b[0] < 1.6 ? "" : "what the law asks beyond a limit is missing in full";
@@ -98,57 +158,23 @@ class Saturation final : public EffectForm {
   }
 
  private:
-  /// The effort that moved the joint wherever its controller asked for clearly more.
-  Limit limit_of(const Series& s) const {
-    if (!s.servo || s.tracking_error.size() == 0)
-      return {0.0, "what the controller asks for is not known: record the desired position"};
-    const VectorXd lag = rate_of(s, s.tracking_error);
-    const VectorXd asked = s.as_seen(law_of(s, needed_, lag));
-    const double speed = s.training_rms(s.motion.v);
-    const auto counts = [&](Index i) {
-      const auto n = static_cast<std::size_t>(i);
-      return s.valid[n] != 0 && s.held_out[n] == 0;
-    };
-    std::vector<double> moved;
-    double time_s = 0.0;
-    for (Index i = 1; i < s.rows(); ++i) {
-      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
-      if (!counts(i) || side * s.motion.v[i] < 0.0) continue;
-      if (std::abs(asked[i]) < kExcess * std::abs(needed_[i])) continue;
-      if (side * lag[i] < kSlow * speed) continue;
-      const double effort = side * needed_[i];
-      if (side * s.motion.v[i] > kSlow * speed && effort > 0.0) moved.push_back(effort);
-      if (s.fresh[static_cast<std::size_t>(i)] == 0) time_s += s.t_s[i] - s.t_s[i - 1];
-    }
-    if (moved.size() < 10 || time_s < kLeastTime_s)
-      return {0.0, "the drive was never asked for clearly more than it gave"};
-    const auto middle = moved.begin() + static_cast<std::ptrdiff_t>(moved.size() / 2);
-    std::nth_element(moved.begin(), middle, moved.end());
-    const double limit = *middle;
-    double beyond = 0.0;
-    double other = 0.0;
-    double missed = 0.0;
-    for (Index i = 0; i < s.rows(); ++i) {
-      if (!counts(i) || std::abs(asked[i]) < kExcess * limit) continue;
-      beyond += 1.0;
-      const double side = asked[i] < 0.0 ? -1.0 : 1.0;
-      other += std::pow(side * needed_[i] / limit - 1.0, 2);
-      missed += lag[i] * lag[i];
-    }
-    if (beyond < 10.0 || other > kSameEffort * kSameEffort * beyond)
-      return {0.0, "where the controller asked for more, the drive gave more"};
-    if (missed < std::pow(kLeastLag * speed, 2) * beyond)
-      return {0.0, "where the controller asked for more, the joint followed"};
-    return {limit, ""};
+  /// What is left of the law where it asks for more than `limit` and `share` of that is missing: a
+  /// law that runs into a bound of its own leaves open which of the two is off.
+  double delivered(double limit, double share) const {
+    const VectorXd asked = law_.cwiseAbs();
+    const VectorXd beyond = (asked.array() - limit).cwiseMax(0.0);
+    const double weight = beyond.sum();
+    return weight > 0.0 ? (asked - share * beyond).dot(beyond) / weight : limit;
   }
 
-  const VectorXd& needed_;
+  VectorXd law_;  ///< at all rows
+  Limit limit_;
 };
 
 }  // namespace
 
-std::unique_ptr<EffectForm> saturation(const VectorXd& needed) {
-  return std::make_unique<Saturation>(needed);
+std::unique_ptr<EffectForm> saturation(const Series& series, const VectorXd& needed) {
+  return std::make_unique<Saturation>(series, needed);
 }
 
 }  // namespace ravencal::diagnose
