@@ -139,6 +139,15 @@ class Joint {
     return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
   }
 
+  /// True if the mass takes as much off the error as any effect must, a constant beside it or not.
+  [[nodiscard]] bool shows(double mass_kg) const {
+    const ChannelModel& model = bare(mass_kg);
+    const double loaded_error = held_out_errors(loaded(without_constant(model), mass_kg)).sum();
+    const double gain = held_out_errors(model).sum() - loaded_error;
+    const double least = options_.gates.size_per_floor * fit_.model.floor;
+    return gain > least * least * static_cast<double>(model.target.size());
+  }
+
   /// RMS of the effort of a kilogram, as the channel shows it.
   [[nodiscard]] double effort_per_kg() const {
     return std::sqrt(per_kg_.squaredNorm() / static_cast<double>(per_kg_.size()));
@@ -263,6 +272,10 @@ std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::P
   if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   if (z_score(gains_by(joints, found.mass_kg)) < options.gates.least_z) return std::nullopt;
+  const bool called_for =
+      instead > 0 || std::any_of(joints.begin(), joints.end(),
+                                 [&](const Joint& joint) { return joint.shows(found.mass_kg); });
+  if (!called_for) return std::nullopt;
   std::optional<NamedEffect> strongest;
   for (const Joint& joint : joints) {
     NamedEffect effect = named(joint, found, options.seed + 330);

@@ -233,6 +233,7 @@ void fit_once(const Series& series, const physics::Plant& plant, const ChannelOp
   select_effects(fit.model, options.gates, options.seed);
   keep_proven_steps(fit, without_steps, options);
   settle_offset(fit, plant, options);
+  adopt_common_factor(fit);
   for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
   fit.coefficients = joint_fit(fit.model);
   drop_uncertain(fit, options);

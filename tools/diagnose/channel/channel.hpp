@@ -81,6 +81,10 @@ Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::
 ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
                        const ChannelOptions& options, ChannelFindings& findings);
 
+/// Takes a drive's torque constant for off where its numbers are all off by one factor, and nothing
+/// else was chosen.
+void adopt_common_factor(ChannelFit& fit);
+
 /// Lets the joint's loops follow it wherever other joints move it, as far as the fit knows. Returns
 /// the share of that motion which is new.
 double follow_others(ChannelFit& fit, const physics::Plant& plant);

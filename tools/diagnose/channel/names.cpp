@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Rivals that explain the data as well in the place of an effect.
+/// Rivals that explain the data as well in the place of an effect, or nearly as likely.
 std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
                                    const ChannelOptions& options) {
   const ChannelModel& model = fit.model;
@@ -28,19 +28,17 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
   std::vector<std::string> rivals = form.twins(*model.series);
   const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
   const VectorXd present = held_out_errors(model);
+  const double likely = worth(model);
   const VectorXd part = own.columns * coefficients_of(fit, chosen);
   for (const TestedCandidate& t : result.tested) {
     const EffectForm& other = *model.candidates[t.candidate]->form;
     if (t.candidate == own.candidate || other.id() == form.id()) continue;
-    if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
+    if (!repeats(options.gates, t.evidence, other)) continue;
     const ChannelModel with = model.without(chosen).with(t.best);
     if (!last_is_consistent(with)) continue;
-    const VectorXd difference = held_out_errors(with) - present;
-    const auto count = static_cast<double>(difference.size());
-    const double mean = difference.mean();
-    const double error =
-        std::sqrt((difference.array() - mean).square().sum() / (count - 1.0) / count);
-    if (mean > 2.0 * error) continue;
+    const VectorXd errors = held_out_errors(with);
+    const bool worse = errors.sum() > present.sum() && !tied(errors, present);
+    if (worse && worth(with) > likely + kClearScore) continue;
     // A richer form that contains this one explains as much by necessity.
     const MatrixXd& z = t.best.columns;
     const VectorXd imitation =
@@ -127,7 +125,8 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     // What makes the others steady is part of the model, but no name below the gate of size; nor
     // is what may as well be nothing.
     effect.certain = effect.out_of_tolerance || certain(fit, i, effect.parameters);
-    const bool large = evidence.size >= options.gates.size_per_floor * fit.model.floor;
+    const bool large = fit.model.chosen[i].by_numbers ||
+                       evidence.size >= options.gates.size_per_floor * fit.model.floor;
     ((large && effect.certain) || effect.out_of_tolerance ? findings.effects : findings.kept)
         .push_back(std::move(effect));
   }
@@ -174,7 +173,7 @@ void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
       outcome = "numbers cannot be this effect";
     else if (e.p_value > options.gates.alpha)
       outcome = "chance does as well";
-    else if (!repeats(options.gates, e.z, e.block_p))
+    else if (!repeats(options.gates, e, form))
       outcome = "gain not repeated in held-out blocks";
     else if (e.size < options.gates.size_per_floor * fit.model.floor)
       outcome = "smaller than half the floor";

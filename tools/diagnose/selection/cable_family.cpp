@@ -159,15 +159,19 @@ const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest)
   return best;
 }
 
-/// Names by which other sets, as likely and not larger, differ from the one kept.
-void note_ties(const std::vector<Judged>& list, const Judged& best, ChannelModel& model) {
+/// Names by which other sets, not larger and as likely or as good as simulations of cables can
+/// tell, differ from the one kept.
+void note_ties(const std::vector<Judged>& list, const Judged& best, double form_error,
+               ChannelModel& model) {
   const auto has = [](const CableSubset& set, const CableMember* member) {
     return std::find(set.members.begin(), set.members.end(), member) != set.members.end();
   };
   for (const Judged& other : list) {
-    if (&other == &best || other.score > best.score + kClearScore ||
-        other.subset.members.size() > best.subset.members.size() ||
-        !tied(other.errors, best.errors))
+    const bool as_likely =
+        other.score <= best.score + kClearScore && tied(other.errors, best.errors);
+    const bool as_good = other.errors.sum() - best.errors.sum() < form_error;
+    if (&other == &best || other.subset.members.size() > best.subset.members.size() ||
+        !(as_likely || as_good))
       continue;
     std::vector<const CableMember*> lost, gained;
     for (const CableMember* m : best.subset.members)
@@ -241,7 +245,7 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   const double gain = errors.sum() - best->errors.sum();
   if (gain < std::max(called.form_error, gates.least_share * errors.sum())) return;
   ChannelModel settled = best->model;
-  note_ties(list, *best, settled);
+  note_ties(list, *best, form_error(called.rest, best->subset), settled);
   model = std::move(settled);
 }
 

@@ -11,9 +11,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates) {
-  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
-         e.share >= gates.least_share && e.size >= gates.size_per_floor * model.floor;
+bool admissible(const Evidence& e, const EffectForm& form, const ChannelModel& model,
+                const Gates& gates) {
+  return repeats(gates, e, form) && e.p_value <= gates.alpha && e.share >= gates.least_share &&
+         e.size >= gates.size_per_floor * model.floor;
 }
 
 double prior_cost(const ChannelModel& model) {
@@ -55,7 +56,8 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     const ChannelModel with = model.with(tested.best);
     Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
-    if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;
+    const EffectForm& form = *model.candidates[tested.candidate]->form;
+    if (!admissible(e, form, model, gates) || !last_is_consistent(with)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));
   }

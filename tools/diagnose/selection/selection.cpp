@@ -146,7 +146,7 @@ void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   for (std::size_t i = model.chosen.size(); i-- > 0;) {
     const EffectForm& form = *model.candidates[model.chosen[i].candidate]->form;
     const Evidence e = evidence_of(model, i, gates, seed);
-    if (model.permits(form) && repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+    if (model.permits(form) && repeats(gates, e, form) && e.p_value <= gates.alpha &&
         e.share >= gates.least_share)
       continue;
     model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
