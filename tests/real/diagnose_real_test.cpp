@@ -171,6 +171,10 @@ TEST(DiagnoseDvrk, NamesCableStretchUnderTheRecordedForce) {
   for (const char* axis : {"x", "y", "z"}) {
     EXPECT_NE(find(report, axis, "compliance"), nullptr) << axis;
   }
+  for (const diagnose::NamedEffect& e : report.effects) {
+    const auto [low, high] = e.parameters.front().ci95;
+    EXPECT_TRUE(e.id != "homing_offset" || low * high > 0.0) << e.joint << " may have none";
+  }
   EXPECT_LE(after(report, "x", "position_rmse"), 0.071e-3);  // others: 0.063
   EXPECT_LE(after(report, "y", "position_rmse"), 0.178e-3);
   EXPECT_LE(after(report, "z", "position_rmse"), 0.044e-3);
