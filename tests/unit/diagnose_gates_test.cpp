@@ -233,6 +233,24 @@ TEST(Gates, AreAskedOfTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
   }
 }
 
+TEST(Gates, ALoadByPostureHoldsBeyondWhereItWasFitted) {
+  constexpr double kOrder = 9.0;  ///< some one and a half waves over the range
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  for (const bool is_load : {true, false}) {
+    diagnose::SeriesSet set = series_of({}, plant);
+    diagnose::Series& series = set.series.front();
+    series.stage = diagnose::Stage::kTracking;
+    // A line through the middle of the wave explains some of it and is wrong at both ends.
+    const Eigen::ArrayXd q = series.motion.q.array();
+    series.y += 0.02 * (is_load ? q : Eigen::ArrayXd((kOrder * q).sin())).matrix();
+    diagnose::Forms forms;
+    forms.push_back(diagnose::gravity());
+    const diagnose::ChannelModel model =
+        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
+    EXPECT_EQ(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value(), is_load);
+  }
+}
+
 TEST(Gates, TwoEffectsThatUndoEachOtherAreFoundTogether) {
   // Either alone takes 1.5 % off the error, both together nearly all of it: a stream that is late
   // lags the motion as strands run ahead of it.

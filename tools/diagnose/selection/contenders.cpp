@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/selection/beyond.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -56,6 +58,8 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     if (!admissible(e, model, gates) || !last_is_consistent(with)) continue;
+    const EffectForm& form = *model.candidates[tested.candidate]->form;
+    if (form.takes_any_shape(*model.series) && !predicts_beyond(with, model)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));
   }
