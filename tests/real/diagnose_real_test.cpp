@@ -125,7 +125,7 @@ TEST(DiagnoseRaven2Uw, NamesHysteresisAndFollowsAsWellAsOthers) {
   constexpr double kDeg = 3.14159265358979 / 180.0;
   EXPECT_LE(after(report, "shoulder", "tracking_rmse"), 0.0281 * kDeg);
   EXPECT_LE(after(report, "elbow", "tracking_rmse"), 0.0428 * kDeg);
-  EXPECT_LE(after(report, "insertion", "tracking_rmse"), 0.0035e-2);  // others: 0.0029
+  EXPECT_LE(after(report, "insertion", "tracking_rmse"), 0.0029e-2);
 }
 
 TEST(DiagnoseDvrkWrist, NamesOffsetCouplingAndPlayThroughGrossErrorsOfTheCamera) {
