@@ -66,6 +66,8 @@ VectorXd shape_of(const Effect& e, const JointSignals& s, const VectorXd& follow
   const VectorXd& q = s.position;
   if (e.id == "homing_offset") return VectorXd::Constant(q.size(), value(e, "offset"));
   if (e.id == "delay") return late(s, value(e, "delay"));
+  if (e.id == "coulomb_friction" && value(e, "width") > 0.0 && s.driven.size() > 0)
+    return -value(e, "lag") * side(s.driven, value(e, "width"), s.fresh);
   if (e.id == "joint_friction" && value(e, "width") > 0.0)
     return -value(e, "stretch") * side(followed, value(e, "width"), s.fresh);
   const VectorXd other = signal(s, e.from);

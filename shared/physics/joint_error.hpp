@@ -22,6 +22,8 @@ struct JointSignals {
   Eigen::VectorXd position;  ///< asked of the joint, rad or m
   /// Position of another joint, or a recorded load; empty if there is none of that name.
   std::function<Eigen::VectorXd(const std::string&)> other;
+  /// Position asked of its drive, at the joint, where it is the drive that may lag; else empty.
+  Eigen::VectorXd driven{};
 };
 
 /// The part of the joint's motion that other joints make through its effects, signals that are

@@ -140,10 +140,11 @@ std::string known_effect_ids() {
 /// stretch that positions alone show. One of the two must be whole.
 struct Alternatives {
   std::string_view id;
-  std::array<std::string_view, 2> by_effort, by_position;
+  std::array<std::string_view, 2> by_effort, by_position;  ///< the second may be empty
 };
-constexpr std::array<Alternatives, 3> kAlternatives = {{
-    {"compliance", {"stiffness", "damping"}, {"stretch_per_load", "stretch_per_load"}},
+constexpr std::array<Alternatives, 4> kAlternatives = {{
+    {"compliance", {"stiffness", "damping"}, {"stretch_per_load", ""}},
+    {"coulomb_friction", {"level", ""}, {"lag", "width"}},
     {"joint_friction", {"level", "presliding"}, {"stretch", "width"}},
     {"hysteresis", {"stiffness", "yield"}, {"half_loop", "width"}},
 }};
@@ -153,14 +154,18 @@ void check_alternatives(TomlTable& table, const Effect& effect) {
     if (a.id != effect.id) continue;
     const auto whole = [&](const std::array<std::string_view, 2>& names) {
       return std::all_of(names.begin(), names.end(), [&](std::string_view name) {
-        return effect.parameters.find(name) != effect.parameters.end();
+        return name.empty() || effect.parameters.find(name) != effect.parameters.end();
       });
+    };
+    const auto words = [](std::string_view one, std::string_view other) {
+      return other.empty() ? std::string(one) : fmt::format("{} and {}", one, other);
     };
     const bool named_load = effect.id != "compliance" || effect.from.empty() == whole(a.by_effort);
     if (named_load && (whole(a.by_position) || (whole(a.by_effort) && effect.from.empty()))) return;
-    table.fail("id", fmt::format("effect '{}' needs {} and {}, or {} and {}", effect.id,
-                                 a.by_effort[0], a.by_effort[1], a.by_position[0],
-                                 effect.id == "compliance" ? "from" : a.by_position[1]));
+    table.fail("id",
+               fmt::format(
+                   "effect '{}' needs {}, or {}", effect.id, words(a.by_effort[0], a.by_effort[1]),
+                   words(a.by_position[0], effect.id == "compliance" ? "from" : a.by_position[1])));
   }
 }
 

@@ -55,7 +55,8 @@ core::Status check_plant(const Plant& plant) {
     }
     for (const Effect& effect : joint.effects) {
       if (effect.id == "delay" || (effect.id != "coupling" && !effect.from.empty()) ||
-          effect.parameters.contains("half_loop") || effect.parameters.contains("stretch")) {
+          effect.parameters.contains("half_loop") || effect.parameters.contains("stretch") ||
+          effect.parameters.contains("lag")) {
         return fail(
             fmt::format("joint '{}': {} in a form that holds without a cable; the twin has "
                         "cables (simulate --follow runs it)",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Joints that other joints move: their own loops follow them there. Static poses, one every 0.7 s,
-// on random walks.
+// Joints that other joints move: their own loops follow them there, friction of their drives the
+// drives. Static poses, one every 0.7 s, on random walks, or zig-zags.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,9 +63,9 @@ record::Recording poses(Place&& place) {
   return r;
 }
 
-double error_of(const Report& report) {
+double error_of(const Report& report, const std::string& joint) {
   for (const HeldOut& h : report.held_out) {
-    if (h.joint == "one") return h.after;
+    if (h.joint == joint) return h.after;
   }
   return 1e300;
 }
@@ -77,7 +77,7 @@ TEST(Followed, ALoopFollowsTheJointWhereAnotherMovesIt) {
       diagnosed(poses([&](double one, double two) { return link.follow(one + kCoupling * two); }));
   // A loop over the joint's own motion leaves 14 times as much as the noise, and asks for one of
   // joint two's.
-  EXPECT_LT(error_of(report), 3.0 * kNoise_rad) << report.verdict.text;
+  EXPECT_LT(error_of(report, "one"), 3.0 * kNoise_rad) << report.verdict.text;
   EXPECT_TRUE(std::none_of(report.effects.begin(), report.effects.end(), [](const NamedEffect& e) {
     return e.id != "coupling" && !e.from.empty();
   })) << report.verdict.text;
@@ -86,6 +86,45 @@ TEST(Followed, ALoopFollowsTheJointWhereAnotherMovesIt) {
                    [](const NamedEffect& e) { return e.id == "coupling" && e.from == "two"; });
   ASSERT_NE(coupling, report.effects.end()) << report.verdict.text;
   EXPECT_NEAR(coupling->parameters.front().value, kCoupling, 0.01);
+}
+
+/// Zig-zags whose joint two's motor turns for joint one as well and stays behind by its own dry
+/// friction; joint one is where it is asked to be.
+record::Recording lagging(double of_one, double lag_rad) {
+  generator::Scene scene;
+  scene.with_torque = false;
+  record::Recording r = generator::make_recording({}, scene);
+  r.channels = {{"one.desired", "rad", record::Role::kDesiredPosition, "one"},
+                {"two.desired", "rad", record::Role::kDesiredPosition, "two"},
+                {"one.estimate", "rad", record::Role::kJointEstimate, "one"},
+                {"two.estimate", "rad", record::Role::kJointEstimate, "two"}};
+  r.samples.conservativeResize(Eigen::NoChange, 4);
+  Dragged motor(lag_rad);
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    const double asked = r.samples(i, 1) + of_one * r.samples(i, 0);
+    const double noise = r.samples(i, 2) - r.samples(i, 0);
+    r.samples(i, 3) = r.samples(i, 1) + motor.follow(asked) - asked + noise;
+  }
+  return r;
+}
+
+TEST(Followed, FrictionOfADriveFollowsTheDriveWhereItTurnsForAnotherJoint) {
+  constexpr double kLag_rad = 0.005;
+  const auto plant =
+      physics::parse_plant("coupling = [[0, 0], [-0.5, 0]]\n" + generator::plant_text(), "test");
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  Options options;
+  options.threads = 1;
+  const auto report = diagnose({lagging(0.5, kLag_rad)}, {}, plant.value(), options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  // A loop over the joint's own motion leaves eighteen times as much as the noise.
+  EXPECT_LT(error_of(*report, "two"), 2.0 * error_of(*report, "one")) << report->verdict.text;
+  const auto friction =
+      std::find_if(report->effects.begin(), report->effects.end(),
+                   [](const NamedEffect& e) { return e.id == "coulomb_friction"; });
+  ASSERT_NE(friction, report->effects.end()) << report->verdict.text;
+  EXPECT_EQ(friction->joint, "two");
+  EXPECT_NEAR(friction->parameters.front().value, kLag_rad, 0.1 * kLag_rad);
 }
 
 }  // namespace

@@ -182,8 +182,7 @@ TEST(Gates, WhatMayHappenOnceIsRepeatedByItsParts) {
   EXPECT_EQ(chosen_with(5e-3, true), 1U);
   EXPECT_EQ(chosen_with(5e-3, false), 0U);
   EXPECT_EQ(chosen_with(0.0, true), 0U);
-  const VectorXd needed;
-  EXPECT_TRUE(diagnose::saturation(needed)->occasional());
+  EXPECT_TRUE(diagnose::saturation(diagnose::Series{}, {})->occasional());
 }
 
 /// A column of numbers under a name.
@@ -230,6 +229,24 @@ TEST(Gates, AreAskedOfTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
     EXPECT_FALSE(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value());
     diagnose::select_effects(model, {}, 1);
     EXPECT_EQ(model.chosen.size(), size > 0.0 ? 2U : 0U);
+  }
+}
+
+TEST(Gates, ALoadByPostureHoldsBeyondWhereItWasFitted) {
+  constexpr double kOrder = 9.0;  ///< some one and a half waves over the range
+  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
+  for (const bool is_load : {true, false}) {
+    diagnose::SeriesSet set = series_of({}, plant);
+    diagnose::Series& series = set.series.front();
+    series.stage = diagnose::Stage::kTracking;
+    // A line through the middle of the wave explains some of it and is wrong at both ends.
+    const Eigen::ArrayXd q = series.motion.q.array();
+    series.y += 0.02 * (is_load ? q : Eigen::ArrayXd((kOrder * q).sin())).matrix();
+    diagnose::Forms forms;
+    forms.push_back(diagnose::gravity());
+    const diagnose::ChannelModel model =
+        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
+    EXPECT_EQ(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value(), is_load);
   }
 }
 

@@ -202,6 +202,30 @@ TEST(Follow, LetsALoopFollowItsJointWhereAnotherMovesIt) {
   EXPECT_NEAR(moved(190), 0.03 + 0.02, 1e-12);
 }
 
+TEST(Follow, LetsFrictionOfADriveFollowTheDrive) {
+  const std::string one = kTwo;
+  const auto plant = plant_of("coupling = [[0, 0], [-0.5, 0]]\n" + one.substr(0, one.find("  [[")) +
+                              one.substr(one.rfind("[[joint]]")) + R"(
+  [[joint.effect]]
+  id = "coulomb_friction"
+  lag_rad = 0.02
+  width_rad = 0.04
+)");
+  auto r = recording_of({{"d1", "rad", Role::kDesiredPosition, "one"},
+                         {"d2", "rad", Role::kDesiredPosition, "two"},
+                         {"e1", "rad", Role::kJointEstimate, "one"},
+                         {"e2", "rad", Role::kJointEstimate, "two"}},
+                        200, 0.1);
+  // Joint two stands; its motor turns up and down again to make up for joint one.
+  for (Eigen::Index i = 0; i < r.rows(); ++i)
+    r.samples(i, 0) = 0.01 * static_cast<double>(i < 100 ? i : 200 - i);
+  const auto followed = simulation::follow_recording(plant, r, {});
+  ASSERT_TRUE(followed.ok()) << followed.error().message;
+  EXPECT_NEAR(followed->recording.samples(90, 3), -0.02, 1e-12) << "behind on the way up";
+  EXPECT_NEAR(followed->recording.samples(190, 3), 0.02, 1e-12);
+  EXPECT_EQ(followed->recording.samples.col(2), r.samples.col(0));
+}
+
 TEST(Follow, SaysWhichSignalIsMissing) {
   auto r = two_recording();
   r.channels[3].name = "pull";

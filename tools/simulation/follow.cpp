@@ -60,10 +60,13 @@ class Follower {
       if (driven && r.truth.size() == 0) {
         drive(j, controlled);
       } else if (r.truth.size() > 0 && r.believed().size() > 0) {
-        RAVENCAL_RETURN_IF_ERROR(place(j, Role::kJointTruth, r.believed(), r.truth, "joint"));
-      } else if (r.desired.size() > 0 && r.estimate.size() > 0) {
         RAVENCAL_RETURN_IF_ERROR(
-            place(j, Role::kJointEstimate, r.desired, r.estimate, "followed its desired position"));
+            place(j, Role::kJointTruth, signals(r.believed()), r.truth, "joint"));
+      } else if (r.desired.size() > 0 && r.estimate.size() > 0) {
+        physics::JointSignals asked = signals(r.desired);
+        asked.driven = asked_of_drive(j);
+        RAVENCAL_RETURN_IF_ERROR(
+            place(j, Role::kJointEstimate, asked, r.estimate, "followed its desired position"));
       }
     }
     if (!out_.joints.empty()) return std::move(out_);
@@ -227,13 +230,26 @@ class Follower {
     report(joint.name, how, position - r.measured());
   }
 
-  core::Status place(std::size_t j, Role role, const VectorXd& asked, const VectorXd& measured,
-                     const std::string& how) {
+  [[nodiscard]] physics::JointSignals signals(const VectorXd& asked) const {
+    return {t_s_, fresh_, asked, [this](const std::string& name) { return named(name); }, {}};
+  }
+
+  /// Where its drive has to be for the joint to be where it is desired: without what the plant's
+  /// coupling adds.
+  [[nodiscard]] VectorXd asked_of_drive(std::size_t j) const {
+    VectorXd drive = recorded_[j].desired;
+    for (std::size_t k = 0; k < j; ++k) {
+      if (plant_.coupling[j][k] != 0.0 && recorded_[k].desired.size() > 0)
+        drive -= plant_.coupling[j][k] * recorded_[k].desired;
+    }
+    return drive;
+  }
+
+  core::Status place(std::size_t j, Role role, const physics::JointSignals& asked,
+                     const VectorXd& measured, const std::string& how) {
     const physics::Joint& joint = plant_.joints[j];
-    physics::JointSignals signals{t_s_, fresh_, asked,
-                                  [this](const std::string& name) { return named(name); }};
-    RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error, physics::joint_error(joint, signals));
-    VectorXd position = asked + error;
+    RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error, physics::joint_error(joint, asked));
+    VectorXd position = asked.position + error;
     // What was not measured, say of joints that are held, is not simulated either.
     for (Index i = 0; i < position.size(); ++i)
       if (!std::isfinite(measured[i])) position[i] = measured[i];

@@ -35,7 +35,9 @@ constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, t
                                            {"phase", Dimension::kAngle, false}};
 constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, false},
                                            {"offset", Dimension::kPosition, false}};
-constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, true},
+constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, false},
+                                      {"lag", Dimension::kPosition, false},
+                                      {"width", Dimension::kPosition, false},
                                       {"variation", Dimension::kRatio, false},
                                       {"variation_time", Dimension::kTime, false}};
 constexpr ParameterSpec kViscous[] = {{"damping", Dimension::kDamping, true}};

@@ -79,6 +79,7 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.ambiguous_with = evidence.rivals;
   effect.size = std::abs(fit.coefficients[0]);
   effect.separate_by = form.separate_by();
+  effect.certain = low * high > 0.0;
   return effect;
 }
 
@@ -153,9 +154,9 @@ void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOpti
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
-  findings.effects.insert(
-      findings.effects.begin(),
-      effect_of(fit, *evidence, *homing_offset(), {"offset", 1.0}, findings, options.seed + 310));
+  NamedEffect offset =
+      effect_of(fit, *evidence, *homing_offset(), {"offset", 1.0}, findings, options.seed + 310);
+  if (offset.certain) findings.effects.insert(findings.effects.begin(), std::move(offset));
 }
 
 void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
@@ -167,8 +168,9 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   if (std::abs(fit.coefficients[0]) < least) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
-  findings.effects.push_back(effect_of(fit, *evidence, *asymmetric_friction(),
-                                       {"level_difference", 2.0}, findings, options.seed + 320));
+  NamedEffect difference = effect_of(fit, *evidence, *asymmetric_friction(),
+                                     {"level_difference", 2.0}, findings, options.seed + 320);
+  if (difference.certain) findings.effects.push_back(std::move(difference));
 }
 
 }  // namespace ravencal::diagnose

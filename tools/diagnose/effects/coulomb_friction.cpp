@@ -16,12 +16,12 @@ class CoulombFriction final : public EffectForm {
   // From sharp to yielding over a tenth of the range: real friction turns over a displacement.
   std::vector<Shape> grid(const Series& s) const override {
     const double sharp = s.rest_width();
-    return log_grid(sharp, std::max(3.0 * sharp, 0.1 * range_of(s, s.motion.q)), 6);
+    return log_grid(sharp, std::max(3.0 * sharp, 0.1 * range_of(s, s.drive_motion())), 6);
   }
   bool continuous() const override { return true; }
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
     // Seen as a lag it is a loop of the cable under it, which turns like play.
-    if (s.stage == Stage::kTracking) return -direction_memory(s.motion.q, shape[0], s.fresh);
+    if (s.stage == Stage::kTracking) return -direction_memory(s.drive_motion(), shape[0], s.fresh);
     return bristle_side(s.motion.q, 0.5 * shape[0], s.fresh);
   }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,

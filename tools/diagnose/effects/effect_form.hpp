@@ -76,6 +76,9 @@ class EffectForm {
   /// True if the shape is the effect's size in a replay that knows its physics: at the right shape
   /// the coefficient is one.
   [[nodiscard]] virtual bool unit_coefficient(const Series&) const { return false; }
+  /// True if its columns bend to any dependence on position there is: that of the motion that they
+  /// were fitted to as well as the arm's.
+  [[nodiscard]] virtual bool takes_any_shape(const Series&) const { return false; }
   /// True if the column depends on time alone: slow noise looks like it.
   [[nodiscard]] virtual bool time_only() const { return false; }
   /// True if the effect acts only while something happens, and that may happen once.

@@ -37,6 +37,7 @@ class Gravity final : public EffectForm {
   }
   /// A plant without any weight on a cable that stretches is not finished.
   bool ordinary(const Series& s) const override { return weighs_by_stretch(s); }
+  bool takes_any_shape(const Series& s) const override { return !weighs_by_stretch(s); }
   std::vector<FormParameter> parameters(const Series& s, const Shape& shape,
                                         const Eigen::VectorXd& b) const override {
     const std::string unit = weighs_by_stretch(s) ? effort_unit(s) : amplitude_unit(s);

@@ -354,7 +354,7 @@ physics::JointSignals signals_of(const Series& s) {
     }
     return VectorXd();
   };
-  return {s.t_s, s.fresh, s.motion.q, other};
+  return {s.t_s, s.fresh, s.motion.q, other, s.driven};
 }
 
 double tolerance_of(const physics::Joint& joint, const std::string& id,

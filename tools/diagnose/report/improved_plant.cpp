@@ -42,6 +42,8 @@ std::map<std::string, double> plant_values(const NamedEffect& e, const physics::
   if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
   if (e.id == "backlash") return {{"half_width", parameter(e, "half_width")}};
   if (e.id == "coulomb_friction" && has(e, "level")) return {{"level", parameter(e, "level")}};
+  if (e.id == "coulomb_friction")
+    return {{"lag", parameter(e, "lag")}, {"width", 2.0 * parameter(e, "displacement")}};
   if (e.id == "viscous_friction") return {{"damping", parameter(e, "damping")}};
   if (e.id == "stribeck_friction")
     return {{"extra", parameter(e, "extra")}, {"velocity", parameter(e, "velocity")}};

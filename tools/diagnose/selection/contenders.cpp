@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/selection/beyond.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -58,6 +60,7 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     const EffectForm& form = *model.candidates[tested.candidate]->form;
     if (!admissible(e, form, model, gates) || !last_is_consistent(with)) continue;
+    if (form.takes_any_shape(*model.series) && !predicts_beyond(with, model)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));
   }

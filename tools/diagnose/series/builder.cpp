@@ -277,12 +277,22 @@ class Builder {
     return out;
   }
 
+  /// The series' motion without what the plant's coupling adds to it.
+  [[nodiscard]] VectorXd driven(const Series& series) const {
+    VectorXd drive = series.motion.q;
+    const auto& row = plant_.coupling[*plant_.joint_index(series.joint)];
+    for (const Companion& other : series.others)
+      drive -= row[*plant_.joint_index(other.name)] * other.value;
+    return drive;
+  }
+
   [[nodiscard]] Series position_series(std::size_t j, Stage stage, const VectorXd& measured,
                                        const VectorXd& believed) {
     Series series = basis(j, stage, believed);
     series.unit = series.prismatic ? "m" : "rad";
     series.y = measured - believed;
     if (stage == Stage::kTransmission) series.inherited = inherited(j);
+    if (stage == Stage::kTracking) series.driven = driven(series);
     mark_valid(series);
     return series;
   }

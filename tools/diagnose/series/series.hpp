@@ -78,6 +78,9 @@ struct Series {
   /// Where positions are compared: the motion with what other joints' cables add to it. Empty:
   /// nothing.
   Eigen::VectorXd followed;
+  /// Tracking stage: position of the drive at the joint, the motion without what the plant's
+  /// coupling adds to it. Elsewhere empty.
+  Eigen::VectorXd driven;
   Eigen::VectorXd weight;      ///< effort that holds the plant's links; empty: plant has none
   Eigen::VectorXd found_load;  ///< part of `weight` that the drive's channel found
   double constant_load = 0.0;  ///< transmission stage: constant that the drive's fit found
@@ -116,6 +119,10 @@ struct Series {
   /// it.
   [[nodiscard]] const Eigen::VectorXd& loop_motion() const {
     return followed.size() > 0 ? followed : motion.q;
+  }
+  /// What friction of the drive follows: a drive turns to make up for other joints as well.
+  [[nodiscard]] const Eigen::VectorXd& drive_motion() const {
+    return driven.size() > 0 ? driven : motion.q;
   }
   /// True for rows that fits see.
   [[nodiscard]] bool trains(Eigen::Index row) const;
