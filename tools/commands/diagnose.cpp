@@ -134,11 +134,11 @@ core::Status held_out_is_unseen(const Arguments& arguments) {
 core::Result<bool> run(const Arguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.profile,
-                                                          arguments.skip_bad, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
   const std::string& second =
       arguments.held_out_profile.empty() ? arguments.profile : arguments.held_out_profile;
-  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
                             load_all(arguments.held_out, second, arguments.skip_bad, plant));
   diagnose::Options options = arguments.options;
   const std::string& third =
@@ -152,8 +152,9 @@ core::Result<bool> run(const Arguments& arguments) {
     progress.update(done, what);
     return !cli::interrupted();
   };
-  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
-                            diagnose::diagnose(training, held_out, plant, options));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      diagnose::Report report,
+      diagnose::diagnose(std::move(training), std::move(held_out), plant, std::move(options)));
   add_provenance(arguments, plant, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
   if (!arguments.json.empty()) RAVENCAL_RETURN_IF_ERROR(write_json(report, arguments.json));

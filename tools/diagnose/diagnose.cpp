@@ -189,16 +189,29 @@ void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& repor
   }
 }
 
+/// Residuals against the plant's prediction or, where there is one, another simulation's. Takes the
+/// recordings and lets them go: of a long one they are most of the memory.
+core::Result<SeriesSet> series_of(std::vector<record::Recording> training,
+                                  std::vector<record::Recording> held_out,
+                                  std::vector<record::Recording> simulated,
+                                  const physics::Plant& plant, const SeriesOptions& options) {
+  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options));
+  if (!simulated.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(
+        take_simulation_as_baseline(set, training, held_out, simulated, plant, options));
+  }
+  return set;
+}
+
 }  // namespace
 
-core::Result<Report> diagnose(const std::vector<record::Recording>& training,
-                              const std::vector<record::Recording>& held_out,
-                              const physics::Plant& plant, const Options& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options.series));
-  if (!options.simulated.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(take_simulation_as_baseline(set, training, held_out, options.simulated,
-                                                         plant, options.series));
-  }
+core::Result<Report> diagnose(std::vector<record::Recording> training,
+                              std::vector<record::Recording> held_out, const physics::Plant& plant,
+                              Options options) {
+  const bool against_plant = options.simulated.empty();
+  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set,
+                            series_of(std::move(training), std::move(held_out),
+                                      std::move(options.simulated), plant, options.series));
   ChannelOptions channel_options;
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
@@ -229,7 +242,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
     return core::Error{core::ErrorCode::kUsage,
                        "stopped before the diagnosis was complete; nothing was written"};
 
-  if (options.simulated.empty()) keep_what_runs(set, plant, options, findings);
+  if (against_plant) keep_what_runs(set, plant, options, findings);
   Report report;
   std::vector<std::string> notes;
   if (payload) report.effects.push_back(*payload);
@@ -248,7 +261,7 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   merge_joint_friction(plant, report);
   move_friction_to_motor(plant, report);
   // Another simulator's drive cannot be run here.
-  if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
+  if (against_plant) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);
   if (options.placebo_twins > 0) {
     std::vector<const Series*> channels;
