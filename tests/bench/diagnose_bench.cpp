@@ -72,8 +72,8 @@ void screen_channel(const diagnose::Series& series, const physics::Plant& plant)
   if (series.stage == diagnose::Stage::kCommand) {
     findings = diagnose::analyse_command(series, plant, options);
   } else {
-    const diagnose::ChannelFit fit = diagnose::fit_channel(series, plant, options, findings);
-    diagnose::add_location(fit, options, findings);
+    const auto fit = diagnose::fit_channel(series, plant, options, findings);
+    diagnose::add_location(*fit, options, findings);
   }
 }
 

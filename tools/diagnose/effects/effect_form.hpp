@@ -96,6 +96,6 @@ class EffectForm {
 /// recorded effort has been through, so that friction's edges are as blunt on both sides.
 Eigen::MatrixXd seen_columns(const EffectForm& form, const Series& series, const Shape& shape);
 
-using Forms = std::vector<std::unique_ptr<EffectForm>>;
+using Forms = std::vector<std::shared_ptr<const EffectForm>>;
 
 }  // namespace ravencal::diagnose
