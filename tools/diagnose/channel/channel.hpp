@@ -119,7 +119,7 @@ Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
 /// Parameters of a chosen effect with intervals that hold for the circumstances of the recording
 /// and for the form of its law.
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
-                                     const ChannelOptions& options);
+                                     const Invariance& invariance, const ChannelOptions& options);
 /// True if its size is not nothing: the interval leaves zero out.
 bool certain(const ChannelFit& fit, std::size_t chosen,
              const std::vector<NamedParameter>& parameters);
