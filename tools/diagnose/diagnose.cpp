@@ -137,9 +137,10 @@ void append(std::vector<T>& to, std::vector<T>& from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
-/// What the free runs of that drive say of these findings.
-FreeRunVerdict free_run_of(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
-                           std::size_t drive, const physics::Plant& plant, const Options& options) {
+/// How that drive runs free by these findings, over windows that no fit saw.
+Eigen::VectorXd free_run_of(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                            std::size_t drive, const physics::Plant& plant,
+                            const Options& options) {
   Report report;
   for (const ChannelFindings& f : findings) {
     report.effects.insert(report.effects.end(), f.effects.begin(), f.effects.end());
@@ -151,7 +152,7 @@ FreeRunVerdict free_run_of(const SeriesSet& set, const std::vector<ChannelFindin
   if (!text) return {};
   const auto improved = physics::parse_plant(*text, plant.source);
   if (!improved) return {};
-  return judge_drive(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
+  return unseen_windows(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
 }
 
 /// Equation error screens, free run judges: a drive that runs better without what has no name does
