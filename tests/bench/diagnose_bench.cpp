@@ -90,6 +90,7 @@ int screen_recording(const fs::path& recording, const fs::path& plant_file) {
   std::vector<record::Recording> recordings;
   recordings.push_back(std::move(loaded).value());
   const auto set = diagnose::build_series(recordings, {}, plant.value(), {});
+  recordings.clear();
   if (!set) return 1;
   const std::vector<diagnose::Series>& series = set.value().series;
   std::atomic<std::size_t> next{0};

@@ -35,15 +35,6 @@ struct Arguments {
   diagnose::Options options;
 };
 
-/// Channels that diagnose looks at: those of the plant's joints, loads and sensors' efforts. A
-/// robot's recording has hundreds of others.
-bool is_looked_at(const record::Channel& channel, const physics::Plant& plant) {
-  if (channel.role == record::Role::kFeature)
-    return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
-  return channel.joint.empty() || channel.role == record::Role::kLoad ||
-         plant.joint_index(channel.joint).has_value();
-}
-
 core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
                                                       const std::string& profile, bool skip_bad,
                                                       const physics::Plant& plant) {
@@ -52,7 +43,7 @@ core::Result<std::vector<record::Recording>> load_all(const std::vector<std::str
     record::LoadOptions options;
     options.profile = profile;
     options.skip_bad = skip_bad;
-    options.keep = [&plant](const record::Channel& c) { return is_looked_at(c, plant); };
+    options.keep = [&plant](const record::Channel& c) { return diagnose::looks_at(c, plant); };
     RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
     recordings.push_back(std::move(recording));
   }
