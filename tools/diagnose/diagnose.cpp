@@ -215,11 +215,10 @@ void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& repor
   }
 }
 
-/// Residuals against the plant's prediction or, where there is one, another simulation's. Takes the
-/// recordings and lets them go: of a long one they are most of the memory.
-core::Result<SeriesSet> series_of(std::vector<record::Recording> training,
-                                  std::vector<record::Recording> held_out,
-                                  std::vector<record::Recording> simulated,
+/// Residuals against the plant's prediction or, where there is one, another simulation's.
+core::Result<SeriesSet> series_of(const std::vector<record::Recording>& training,
+                                  const std::vector<record::Recording>& held_out,
+                                  const std::vector<record::Recording>& simulated,
                                   const physics::Plant& plant, const SeriesOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options));
   if (!simulated.empty()) {
@@ -235,9 +234,12 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
                               std::vector<record::Recording> held_out, const physics::Plant& plant,
                               Options options) {
   const bool against_plant = options.simulated.empty();
-  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set,
-                            series_of(std::move(training), std::move(held_out),
-                                      std::move(options.simulated), plant, options.series));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      SeriesSet set, series_of(training, held_out, options.simulated, plant, options.series));
+  // Of a long recording the samples are most of the memory.
+  training.clear();
+  held_out.clear();
+  options.simulated.clear();
   ChannelOptions channel_options;
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());

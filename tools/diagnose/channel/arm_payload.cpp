@@ -144,6 +144,7 @@ double worth_of_all(const std::vector<Joint>& joints, double mass_kg) {
 /// Lets every joint choose its effects anew under the mass that each of them would weigh alone.
 void choose_anew(std::vector<Joint>& joints) {
   std::vector<double> masses;
+  masses.reserve(joints.size());
   for (const Joint& joint : joints) masses.push_back(joint.own_mass_kg());
   for (Joint& joint : joints) {
     for (const double mass : masses) joint.choose_under(mass);

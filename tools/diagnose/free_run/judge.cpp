@@ -189,6 +189,7 @@ class ImprovedDrive {
         named_(found_keys(found_)),
         start_(free_.numbers(improved)),
         nominal_(before.numbers(plant)) {}
+  ~ImprovedDrive() = default;
   ImprovedDrive(const ImprovedDrive&) = delete;
   ImprovedDrive& operator=(const ImprovedDrive&) = delete;
 
@@ -291,48 +292,52 @@ void adopt(const NamedParameter& refitted, NamedParameter& p) {
   p.ci95 = refitted.ci95;
 }
 
+/// Gives the drive's refitted number to whom it belongs: what was found, or the plant.
+void write_back(const NamedEffect& value, Report& report) {
+  const NamedParameter& refitted = value.parameters.front();
+  for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
+    for (NamedEffect& e : *list) {
+      if (e.joint != value.joint || e.stage != "drive" || e.id != value.id) continue;
+      const auto p =
+          std::find_if(e.parameters.begin(), e.parameters.end(),
+                       [&](const NamedParameter& own) { return own.name == refitted.name; });
+      if (p == e.parameters.end()) continue;
+      adopt(refitted, *p);
+      return;
+    }
+  }
+  report.refitted.push_back(value);
+}
+
+/// Takes the name from an effect of the drive; its error is then unexplained.
+void demote(const std::string& id, const Series& drive, Report& report) {
+  const auto is_it = [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; };
+  std::erase_if(report.kept, is_it);
+  const auto it = std::find_if(report.effects.begin(), report.effects.end(), is_it);
+  if (it == report.effects.end()) return;
+  const bool told = std::any_of(
+      report.unexplained.begin(), report.unexplained.end(),
+      [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
+  if (!told) {
+    Unexplained u;
+    u.joint = drive.joint;
+    u.stage = "drive";
+    u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
+    u.size = it->size;
+    u.unit = it->unit;
+    report.unexplained.push_back(std::move(u));
+  }
+  report.effects.erase(it);
+}
+
 }  // namespace
 
 void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
   report.held_out.insert(report.held_out.end(), verdict.held_out.begin(), verdict.held_out.end());
   report.combinations.insert(report.combinations.end(), verdict.combinations.begin(),
                              verdict.combinations.end());
-  for (const NamedEffect& value : verdict.values) {
-    const NamedParameter& refitted = value.parameters.front();
-    bool known = false;
-    for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
-      for (NamedEffect& e : *list) {
-        if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
-        for (NamedParameter& p : e.parameters) {
-          if (p.name != refitted.name) continue;
-          adopt(refitted, p);
-          known = true;
-        }
-      }
-    }
-    if (!known) report.refitted.push_back(value);
-  }
-  for (const std::string& id : verdict.demoted) {
-    std::erase_if(report.kept,
-                  [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
-    const auto it =
-        std::find_if(report.effects.begin(), report.effects.end(),
-                     [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
-    if (it == report.effects.end()) continue;
-    const bool told = std::any_of(
-        report.unexplained.begin(), report.unexplained.end(),
-        [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
-    if (!told) {
-      Unexplained u;
-      u.joint = drive.joint;
-      u.stage = "drive";
-      u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
-      u.size = it->size;
-      u.unit = it->unit;
-      report.unexplained.push_back(std::move(u));
-    }
-    report.effects.erase(it);
-  }
+  for (const NamedEffect& value : verdict.values) write_back(value, report);
+  for (const std::string& id : verdict.demoted) demote(id, drive, report);
 }
 
 }  // namespace ravencal::diagnose
