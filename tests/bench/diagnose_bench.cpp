@@ -72,8 +72,8 @@ void screen_channel(const diagnose::Series& series, const physics::Plant& plant)
   if (series.stage == diagnose::Stage::kCommand) {
     findings = diagnose::analyse_command(series, plant, options);
   } else {
-    const diagnose::ChannelFit fit = diagnose::fit_channel(series, plant, options, findings);
-    diagnose::add_location(fit, options, findings);
+    const auto fit = diagnose::fit_channel(series, plant, options, findings);
+    diagnose::add_location(*fit, options, findings);
   }
 }
 
@@ -90,6 +90,7 @@ int screen_recording(const fs::path& recording, const fs::path& plant_file) {
   std::vector<record::Recording> recordings;
   recordings.push_back(std::move(loaded).value());
   const auto set = diagnose::build_series(recordings, {}, plant.value(), {});
+  recordings.clear();
   if (!set) return 1;
   const std::vector<diagnose::Series>& series = set.value().series;
   std::atomic<std::size_t> next{0};

@@ -35,15 +35,6 @@ struct Arguments {
   diagnose::Options options;
 };
 
-/// Channels that diagnose looks at: those of the plant's joints, loads and sensors' efforts. A
-/// robot's recording has hundreds of others.
-bool is_looked_at(const record::Channel& channel, const physics::Plant& plant) {
-  if (channel.role == record::Role::kFeature)
-    return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
-  return channel.joint.empty() || channel.role == record::Role::kLoad ||
-         plant.joint_index(channel.joint).has_value();
-}
-
 core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
                                                       const std::string& profile, bool skip_bad,
                                                       const physics::Plant& plant) {
@@ -52,7 +43,7 @@ core::Result<std::vector<record::Recording>> load_all(const std::vector<std::str
     record::LoadOptions options;
     options.profile = profile;
     options.skip_bad = skip_bad;
-    options.keep = [&plant](const record::Channel& c) { return is_looked_at(c, plant); };
+    options.keep = [&plant](const record::Channel& c) { return diagnose::looks_at(c, plant); };
     RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
     recordings.push_back(std::move(recording));
   }
@@ -134,11 +125,11 @@ core::Status held_out_is_unseen(const Arguments& arguments) {
 core::Result<bool> run(const Arguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto training, load_all(arguments.recordings, arguments.profile,
-                                                          arguments.skip_bad, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
   const std::string& second =
       arguments.held_out_profile.empty() ? arguments.profile : arguments.held_out_profile;
-  RAVENCAL_ASSIGN_OR_RETURN(const auto held_out,
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
                             load_all(arguments.held_out, second, arguments.skip_bad, plant));
   diagnose::Options options = arguments.options;
   const std::string& third =
@@ -152,8 +143,9 @@ core::Result<bool> run(const Arguments& arguments) {
     progress.update(done, what);
     return !cli::interrupted();
   };
-  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
-                            diagnose::diagnose(training, held_out, plant, options));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      diagnose::Report report,
+      diagnose::diagnose(std::move(training), std::move(held_out), plant, std::move(options)));
   add_provenance(arguments, plant, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
   if (!arguments.json.empty()) RAVENCAL_RETURN_IF_ERROR(write_json(report, arguments.json));

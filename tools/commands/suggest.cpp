@@ -53,8 +53,9 @@ core::Result<Diagnosis> diagnosed(const Arguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(out.nominal, physics::load_plant(arguments.plant));
   record::LoadOptions load;
   load.profile = arguments.profile;
-  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(arguments.source, load));
+  load.keep = [&out](const record::Channel& c) { return diagnose::looks_at(c, *out.nominal); };
+  std::vector<record::Recording> recordings(1);
+  RAVENCAL_ASSIGN_OR_RETURN(recordings.front(), record::load_recording(arguments.source, load));
   diagnose::Options options;
   options.seed = arguments.seed;
   cli::Progress progress("diagnose");
@@ -63,7 +64,7 @@ core::Result<Diagnosis> diagnosed(const Arguments& arguments) {
     return !cli::interrupted();
   };
   RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report report,
-                            diagnose::diagnose({recording}, {}, *out.nominal, options));
+                            diagnose::diagnose(std::move(recordings), {}, *out.nominal, options));
   out.report = diagnose::report_json(report);
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, diagnose::improved_plant(*out.nominal, report));
   RAVENCAL_ASSIGN_OR_RETURN(out.improved, physics::parse_plant(text, "plant_improved.toml"));

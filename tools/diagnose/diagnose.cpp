@@ -8,12 +8,12 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
-#include <random>
 #include <thread>
 
 #include "diagnose/channel/across_channels.hpp"
 #include "diagnose/channel/arm_payload.hpp"
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/channel/placebo.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/free_run/judge.hpp"
@@ -22,8 +22,6 @@
 
 namespace ravencal::diagnose {
 namespace {
-
-using Eigen::Index;
 
 /// Runs `work(i)` for i in [0, count) on several threads; each i writes only its own result.
 template <typename Work>
@@ -40,62 +38,24 @@ void in_parallel(std::size_t count, unsigned threads, Work&& work) {
   for (std::thread& helper : helpers) helper.join();
 }
 
-ChannelFindings analyse(const Series& series, const physics::Plant& plant,
-                        const ChannelOptions& options) {
-  return series.stage == Stage::kCommand ? analyse_command(series, plant, options)
-                                         : analyse_channel(series, plant, options);
-}
-
-/// What twins of a channel are made of.
-struct PlaceboParts {
-  Eigen::VectorXd prediction;  ///< of the plant as refitted, all rows
-  Eigen::VectorXd noise;       ///< held-out residual with everything found, at the training rows
-  Blocks blocks;
-};
-
-PlaceboParts placebo_parts(const Series& series, const physics::Plant& plant,
-                           const ChannelOptions& options) {
-  ChannelFindings unused;
-  ChannelFit fit = fit_channel(series, plant, options, unused);
-  PlaceboParts parts{fit.nominal.prediction, std::move(fit.held_out_residual),
-                     std::move(fit.model.blocks)};
-  if (series.payload_effort.size() > 0) parts.prediction += series.as_seen(series.payload_effort);
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    parts.prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
-  }
-  return parts;
-}
-
-/// The channel's own motion and noise with nothing left out: plant as refitted, floor with the
-/// signs of whole blocks drawn anew.
-Series placebo_twin(const Series& series, const PlaceboParts& parts, std::uint64_t seed) {
-  Series twin = series;
-  std::mt19937_64 engine(seed);
-  const Blocks& blocks = parts.blocks;
-  twin.y = parts.prediction;
-  for (std::size_t b = 0; b < blocks.count(); ++b) {
-    const double sign = (engine() & 1U) != 0 ? 1.0 : -1.0;
-    for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
-      twin.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * parts.noise[i];
-    }
-  }
-  return twin;
-}
-
-/// Share of twins in which anything is named, over all channels of the report.
-double false_alarm_rate(const std::vector<const Series*>& channels, const physics::Plant& plant,
-                        const ChannelOptions& base, const Options& options) {
+/// Share of twins in which anything is named, over all channels of the report that have any.
+std::optional<double> false_alarm_rate(const SeriesSet& set,
+                                       const std::vector<ChannelFindings>& findings,
+                                       const physics::Plant& plant, const ChannelOptions& base,
+                                       const Options& options) {
   const auto twins = static_cast<std::size_t>(options.placebo_twins);
-  std::vector<PlaceboParts> parts(channels.size());
-  in_parallel(parts.size(), options.threads,
-              [&](std::size_t c) { parts[c] = placebo_parts(*channels[c], plant, base); });
+  std::vector<std::size_t> channels;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (findings[i].placebo) channels.push_back(i);
+  }
+  if (channels.empty() || twins == 0) return std::nullopt;
   std::vector<char> alarm(channels.size() * twins, 0);
   in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
     ChannelOptions twin_options = base;
     twin_options.details = false;
     twin_options.seed = base.seed + 7919 * (i + 1);
-    const std::size_t c = i / twins;
-    const Series twin = placebo_twin(*channels[c], parts[c], twin_options.seed);
+    const std::size_t c = channels[i / twins];
+    const Series twin = placebo_twin(set.series[c], *findings[c].placebo, twin_options.seed);
     alarm[i] = analyse_channel(twin, plant, twin_options).effects.empty() ? 0 : 1;
   });
   std::size_t alarms = 0;
@@ -107,14 +67,80 @@ double false_alarm_rate(const std::vector<const Series*>& channels, const physic
   return static_cast<double>(alarms) / static_cast<double>(twins);
 }
 
+/// The channels' way from series to findings, in an order in which each knows what it needs.
+class Analysis {
+ public:
+  Analysis(SeriesSet& set, const physics::Plant& plant, const ChannelOptions& channel_options,
+           const Options& options)
+      : findings(set.series.size()),
+        set_(set),
+        plant_(plant),
+        channel_options_(channel_options),
+        options_(options),
+        drives_(set.series.size()) {}
+
+  /// False: stopped early.
+  bool run() {
+    if (!analyse([](Stage stage) { return stage != Stage::kTransmission; })) return false;
+    payload = payload_of_arm(drives_, findings, channel_options_);
+    if (payload) {
+      hang(*payload, set_);
+      if (!analyse([](Stage stage) { return stage == Stage::kDrive; })) return false;
+    }
+    drives_.clear();
+    load_transmissions(set_, findings);
+    return analyse([](Stage stage) { return stage == Stage::kTransmission; });
+  }
+
+  std::vector<ChannelFindings> findings;  ///< of each channel of the set
+  std::optional<NamedEffect> payload;     ///< that all drives weigh together
+
+ private:
+  template <typename Wanted>
+  bool analyse(Wanted&& wanted) {
+    in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
+      if (stop_ || !wanted(set_.series[i].stage)) return;
+      findings[i] = findings_of(i);
+      look(set_.series[i].joint);
+    });
+    return !stop_;
+  }
+
+  ChannelFindings findings_of(std::size_t i) {
+    const Series& series = set_.series[i];
+    if (series.stage == Stage::kCommand) return analyse_command(series, plant_, channel_options_);
+    NamedChannel named = name_channel(series, plant_, channel_options_);
+    ChannelFindings described = describe(named, plant_, channel_options_);
+    if (series.stage == Stage::kDrive) drives_[i] = std::move(named.fit);
+    return described;
+  }
+
+  void look(std::string_view joint) {
+    const auto share =
+        std::min(1.0, static_cast<double>(++done_) / static_cast<double>(findings.size()));
+    const std::lock_guard<std::mutex> lock(look_mutex_);
+    if (options_.look && !options_.look(0.9 * share, joint)) stop_ = true;
+  }
+
+  SeriesSet& set_;
+  const physics::Plant& plant_;
+  const ChannelOptions& channel_options_;
+  const Options& options_;
+  std::vector<std::unique_ptr<ChannelFit>> drives_;  ///< until the arm is weighed
+  std::atomic<std::size_t> done_{0};
+  std::atomic<bool> stop_{false};
+  std::mutex look_mutex_;
+};
+
 template <typename T>
 void append(std::vector<T>& to, std::vector<T>& from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
-/// What the free runs of that drive say of these findings.
-FreeRunVerdict free_run_of(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
-                           std::size_t drive, const physics::Plant& plant, const Options& options) {
+/// How that drive runs free by these findings, over windows that no fit saw.
+Eigen::VectorXd free_run_of(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                            std::size_t drive, const physics::Plant& plant,
+                            const Options& options) {
   Report report;
   for (const ChannelFindings& f : findings) {
     report.effects.insert(report.effects.end(), f.effects.begin(), f.effects.end());
@@ -126,7 +152,7 @@ FreeRunVerdict free_run_of(const SeriesSet& set, const std::vector<ChannelFindin
   if (!text) return {};
   const auto improved = physics::parse_plant(*text, plant.source);
   if (!improved) return {};
-  return judge_drive(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
+  return unseen_windows(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
 }
 
 /// Equation error screens, free run judges: a drive that runs better without what has no name does
@@ -189,50 +215,45 @@ void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& repor
   }
 }
 
+/// Residuals against the plant's prediction or, where there is one, another simulation's.
+core::Result<SeriesSet> series_of(const std::vector<record::Recording>& training,
+                                  const std::vector<record::Recording>& held_out,
+                                  const std::vector<record::Recording>& simulated,
+                                  const physics::Plant& plant, const SeriesOptions& options) {
+  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options));
+  if (!simulated.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(
+        take_simulation_as_baseline(set, training, held_out, simulated, plant, options));
+  }
+  return set;
+}
+
 }  // namespace
 
-core::Result<Report> diagnose(const std::vector<record::Recording>& training,
-                              const std::vector<record::Recording>& held_out,
-                              const physics::Plant& plant, const Options& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(SeriesSet set, build_series(training, held_out, plant, options.series));
-  if (!options.simulated.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(take_simulation_as_baseline(set, training, held_out, options.simulated,
-                                                         plant, options.series));
-  }
+core::Result<Report> diagnose(std::vector<record::Recording> training,
+                              std::vector<record::Recording> held_out, const physics::Plant& plant,
+                              Options options) {
+  const bool against_plant = options.simulated.empty();
+  RAVENCAL_ASSIGN_OR_RETURN(
+      SeriesSet set, series_of(training, held_out, options.simulated, plant, options.series));
+  // Of a long recording the samples are most of the memory.
+  training.clear();
+  held_out.clear();
+  options.simulated.clear();
   ChannelOptions channel_options;
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
   channel_options.seed = options.seed;
-  std::vector<ChannelFindings> findings(set.series.size());
-  std::atomic<std::size_t> done{0};
-  std::atomic<bool> stop{false};
-  std::mutex look_mutex;
-  const auto analyse_those = [&](const auto& wanted) {
-    in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
-      if (stop || !wanted(set.series[i])) return;
-      findings[i] = analyse(set.series[i], plant, channel_options);
-      const auto share =
-          std::min(1.0, static_cast<double>(++done) / static_cast<double>(set.series.size()));
-      const std::lock_guard<std::mutex> lock(look_mutex);
-      if (options.look && !options.look(0.9 * share, set.series[i].joint)) stop = true;
-    });
-  };
-  analyse_those([](const Series& series) { return series.stage != Stage::kTransmission; });
-  const std::optional<NamedEffect> payload = payload_of_arm(set, plant, channel_options, findings);
-  if (payload) {
-    hang(*payload, set);
-    analyse_those([](const Series& series) { return series.stage == Stage::kDrive; });
-  }
-  load_transmissions(set, findings);
-  analyse_those([](const Series& series) { return series.stage == Stage::kTransmission; });
-  if (stop)
+  Analysis analysis(set, plant, channel_options, options);
+  if (!analysis.run())
     return core::Error{core::ErrorCode::kUsage,
                        "stopped before the diagnosis was complete; nothing was written"};
 
-  if (options.simulated.empty()) keep_what_runs(set, plant, options, findings);
+  std::vector<ChannelFindings>& findings = analysis.findings;
+  if (against_plant) keep_what_runs(set, plant, options, findings);
   Report report;
   std::vector<std::string> notes;
-  if (payload) report.effects.push_back(*payload);
+  if (analysis.payload) report.effects.push_back(*analysis.payload);
   for (ChannelFindings& f : findings) {
     append(report.mismatch, f.mismatch);
     append(report.effects, f.effects);
@@ -248,18 +269,11 @@ core::Result<Report> diagnose(const std::vector<record::Recording>& training,
   merge_joint_friction(plant, report);
   move_friction_to_motor(plant, report);
   // Another simulator's drive cannot be run here.
-  if (options.simulated.empty()) judge_in_free_run(set, findings, plant, options, report);
+  if (against_plant) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);
-  if (options.placebo_twins > 0) {
-    std::vector<const Series*> channels;
-    for (const Series& series : set.series) {
-      if (series.stage != Stage::kCommand) channels.push_back(&series);
-    }
-    if (!channels.empty()) {
-      report.verdict.false_alarm_rate = false_alarm_rate(channels, plant, channel_options, options);
-      report.verdict.placebo_twins = options.placebo_twins;
-    }
-  }
+  report.verdict.false_alarm_rate =
+      false_alarm_rate(set, findings, plant, channel_options, options);
+  if (report.verdict.false_alarm_rate) report.verdict.placebo_twins = options.placebo_twins;
   decide(report, notes);
   return report;
 }

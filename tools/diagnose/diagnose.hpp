@@ -30,10 +30,11 @@ struct Options {
 };
 
 /// Diagnoses `training`; figures are on `held_out` recordings, on held-out rows, or
-/// cross-validated. Errors: too few samples, or no joint with two signals to compare (kData);
+/// cross-validated. Recordings are let go as soon as their series are built: move what is not
+/// needed afterwards. Errors: too few samples, or no joint with two signals to compare (kData);
 /// stopped (kUsage).
-core::Result<Report> diagnose(const std::vector<record::Recording>& training,
-                              const std::vector<record::Recording>& held_out,
-                              const physics::Plant& plant, const Options& options);
+core::Result<Report> diagnose(std::vector<record::Recording> training,
+                              std::vector<record::Recording> held_out, const physics::Plant& plant,
+                              Options options);
 
 }  // namespace ravencal::diagnose

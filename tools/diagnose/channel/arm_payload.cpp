@@ -33,31 +33,15 @@ ChannelModel weightless(ChannelModel model) {
   return model;
 }
 
-/// The candidates of a model that chooses none any more, without their columns: those of a whole
-/// arm are large.
-void forget_columns(ChannelModel& model) {
-  for (auto& candidate : model.candidates) {
-    auto bare = std::make_shared<Candidate>();
-    bare->form = candidate->form;
-    bare->untestable = candidate->untestable;
-    candidate = bare;
-  }
-}
-
 /// One drive as its own channel explains it, and without what it took for a weight.
 class Joint {
  public:
-  Joint(const Series& series, const physics::Plant& plant, const ChannelOptions& options)
-      : options_(options),
-        fit_(fit_channel(series, plant, options, unused_)),
-        bare_({weightless(fit_.model)}) {
-    per_kg_ = fit_.model.blocks.gather(seen_columns(*payload(), series, {})).col(0);
-    if (!bare_.front().chosen.empty()) return;
-    forget_columns(fit_.model);
-    forget_columns(bare_.front());
+  Joint(const ChannelFit& fit, const ChannelOptions& options)
+      : options_(options), own_(fit.model), bare_({weightless(own_)}) {
+    per_kg_ = own_.blocks.gather(seen_columns(*payload(), *fit.series, {})).col(0);
   }
 
-  [[nodiscard]] double own() const { return worth_of_drive(fit_.model); }
+  [[nodiscard]] double own() const { return worth_of_drive(own_); }
 
   /// The model that is likeliest under that mass, before the mass is hung on it.
   [[nodiscard]] const ChannelModel& bare(double mass_kg) const {
@@ -90,10 +74,10 @@ class Joint {
     model.free_target += mass_kg * per_kg_;
     model.hold_nominal();
     const VectorXd noise =
-        model.noise.squaredNorm() < fit_.model.noise.squaredNorm() ? model.noise : fit_.model.noise;
+        model.noise.squaredNorm() < own_.noise.squaredNorm() ? model.noise : own_.noise;
     bare_.push_back(weightless(std::move(model)));
     for (ChannelModel& each : bare_) each.noise = noise;
-    fit_.model.noise = noise;
+    own_.noise = noise;
   }
 
   /// Of the likeliest model under that mass.
@@ -155,8 +139,7 @@ class Joint {
 
  private:
   const ChannelOptions& options_;
-  ChannelFindings unused_;
-  ChannelFit fit_;
+  ChannelModel own_;
   std::vector<ChannelModel> bare_;  ///< models that explain the drive beside a mass
   VectorXd per_kg_;
 };
@@ -170,6 +153,7 @@ double worth_of_all(const std::vector<Joint>& joints, double mass_kg) {
 /// Lets every joint choose its effects anew under the mass that each of them would weigh alone.
 void choose_anew(std::vector<Joint>& joints) {
   std::vector<double> masses;
+  masses.reserve(joints.size());
   for (const Joint& joint : joints) masses.push_back(joint.own_mass_kg());
   for (Joint& joint : joints) {
     for (const double mass : masses) joint.choose_under(mass);
@@ -247,25 +231,23 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
 
 }  // namespace
 
-std::optional<NamedEffect> payload_of_arm(const SeriesSet& set, const physics::Plant& plant,
-                                          const ChannelOptions& options,
-                                          const std::vector<ChannelFindings>& findings) {
-  std::vector<const Series*> drives;
-  int instead = 0;
-  for (std::size_t i = 0; i < set.series.size(); ++i) {
-    const Series& series = set.series[i];
-    if (series.stage != Stage::kDrive || !payload()->untestable(series).empty()) continue;
-    drives.push_back(&series);
-    instead += names_instead(findings[i]) ? 1 : 0;
-  }
-  if (drives.size() < 2) return std::nullopt;
+std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<ChannelFit>>& drives,
+                                          const std::vector<ChannelFindings>& findings,
+                                          const ChannelOptions& options) {
   std::vector<Joint> joints;
-  joints.reserve(drives.size());  // forms refer to their fit: none may move
-  for (const Series* series : drives) joints.emplace_back(*series, plant, options);
+  int instead = 0;
+  double removable_mass_kg = 0.0;
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (!drives[i] || !payload()->untestable(*drives[i]->series).empty()) continue;
+    joints.emplace_back(*drives[i], options);
+    instead += names_instead(findings[i]) ? 1 : 0;
+    removable_mass_kg = drives[i]->series->removable_mass_kg;
+  }
+  if (joints.size() < 2) return std::nullopt;
   choose_anew(joints);
   double own = 0.0;
   for (const Joint& joint : joints) own += joint.own();
-  const Weighed found = weigh(joints, -drives.front()->removable_mass_kg);
+  const Weighed found = weigh(joints, -removable_mass_kg);
   // One weight goes before a name on each of several joints, unless each is clearly likelier; and
   // where no joint has named anything, it has to be clearly likelier itself.
   const double most = own + kClearScore * (instead - 1);

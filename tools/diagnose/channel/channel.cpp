@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "diagnose/channel/homings.hpp"
+#include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/settling.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/selection/invariance.hpp"
@@ -251,11 +252,12 @@ Index step_index(const ChannelFit& fit, std::size_t step) {
   return static_cast<Index>(1 + fit.nominal.terms.size() + step);
 }
 
-ChannelFit fit_channel(const Series& recorded, const physics::Plant& plant,
-                       const ChannelOptions& options, ChannelFindings& findings) {
+std::unique_ptr<ChannelFit> fit_channel(const Series& recorded, const physics::Plant& plant,
+                                        const ChannelOptions& options, ChannelFindings& findings) {
   // What hangs on the arm rubs as well, and a homing's constant is seen beside what effects do, so
-  // that they are found in turns. One object for all turns: its forms refer to it.
-  ChannelFit fit;
+  // that they are found in turns.
+  auto owner = std::make_unique<ChannelFit>();
+  ChannelFit& fit = *owner;
   fit.series = homed_series(recorded, plant);
   const Series& series = *fit.series;
   follow_others(fit, plant);
@@ -282,41 +284,59 @@ ChannelFit fit_channel(const Series& recorded, const physics::Plant& plant,
     findings.notes.push_back(fmt::format("at rest, joint {} carries {:.0f} % of its friction",
                                          series.joint, 100.0 * *share));
   }
-  return fit;
+  return owner;
 }
 
-ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
-                                const ChannelOptions& options) {
-  ChannelFindings findings;
+NamedChannel name_channel(const Series& series, const physics::Plant& plant,
+                          const ChannelOptions& options) {
+  NamedChannel named;
+  ChannelFindings& findings = named.findings;
   findings.joint = series.joint;
   findings.stage = series.stage;
   findings.unit = series.unit;
-  ChannelFit fit = fit_channel(series, plant, options, findings);
+  named.fit = fit_channel(series, plant, options, findings);
+  ChannelFit& fit = *named.fit;
   name_effects(fit, options, findings);
   name_offset(fit, plant, options, findings);
   name_asymmetry(fit, options, findings);
   name_steps(fit, options, findings);
+  findings.floor = fit.model.floor;
+  add_load(fit, options.seed + 560, findings);
+  findings.constant_load = fit.coefficients[0];
+  return named;
+}
+
+ChannelFindings describe(const NamedChannel& named, const physics::Plant& plant,
+                         const ChannelOptions& options) {
+  const ChannelFit& fit = *named.fit;
+  ChannelFindings findings = named.findings;
   if (options.details) {
     add_remainder(fit, options, findings);
     add_tone(fit, options, findings);
     add_location(fit, options, findings);
     add_limits(fit, options, findings);
     add_candidates(fit, options, findings);
+    findings.placebo = std::make_shared<PlaceboParts>(placebo_parts(fit));
   }
-  findings.floor = fit.model.floor;
-  add_load(fit, options.seed + 560, findings);
-  findings.constant_load = fit.coefficients[0];
-  auto bare = std::make_shared<ChannelFindings>(findings);
-  complete(fit, options, *bare);
-  if (options.details) keep_without_name(fit, options);
-  if (fit.kept == 0) return std::move(*bare);
-  settle_loops(fit, plant);
-  predict(fit);
-  settle_at_rest(fit);
-  take_values_of(fit, plant, options, findings);
-  complete(fit, options, findings);
-  if (series.stage == Stage::kDrive) findings.bare = std::move(bare);
+  ChannelFindings bare = findings;
+  complete(fit, options, bare);
+  if (!options.details) return bare;
+  ChannelFit more = fit;
+  keep_without_name(more, options);
+  if (more.kept == 0) return bare;
+  settle_loops(more, plant);
+  predict(more);
+  settle_at_rest(more);
+  take_values_of(more, plant, options, findings);
+  complete(more, options, findings);
+  if (findings.stage == Stage::kDrive)
+    findings.bare = std::make_shared<ChannelFindings>(std::move(bare));
   return findings;
+}
+
+ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
+                                const ChannelOptions& options) {
+  return describe(name_channel(series, plant, options), plant, options);
 }
 
 }  // namespace ravencal::diagnose

@@ -19,7 +19,8 @@
 
 namespace ravencal::diagnose {
 
-/// What the fit of a channel predicts at every row, held out or not.
+/// What the fit of a channel predicts at every row, held out or not. Copies share series and forms,
+/// which refer to the nominal terms of the first: it must outlive them.
 struct ChannelFit {
   std::shared_ptr<Series> series;  ///< what the model refers to
   ChannelModel model;
@@ -33,6 +34,8 @@ struct ChannelFit {
   Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
   Eigen::VectorXd base_residual;      ///< the same without any effect
 };
+
+struct PlaceboParts;
 
 struct ChannelFindings {
   std::string joint;
@@ -55,6 +58,7 @@ struct ChannelFindings {
   std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
   ChannelPlot plot;
   double floor = 0.0;
+  std::shared_ptr<const PlaceboParts> placebo;  ///< none for twins themselves
   /// The drive's findings without what is kept: the free run may do better so. Empty: nothing is.
   std::shared_ptr<const ChannelFindings> bare;
 };
@@ -65,7 +69,21 @@ struct ChannelOptions {
   bool details = true;  ///< limits, remainder, plot; off for placebo twins
 };
 
-/// Drive, transmission and tracking channels.
+/// A channel's fit and the names that it gives.
+struct NamedChannel {
+  std::unique_ptr<ChannelFit> fit;
+  ChannelFindings findings;
+};
+
+/// Drive, transmission and tracking channels: what they name and, of a drive, what its load is.
+NamedChannel name_channel(const Series& series, const physics::Plant& plant,
+                          const ChannelOptions& options);
+
+/// All there is to say of it: limits, remainder, what is kept without a name, figures.
+ChannelFindings describe(const NamedChannel& named, const physics::Plant& plant,
+                         const ChannelOptions& options);
+
+/// Both.
 ChannelFindings analyse_channel(const Series& series, const physics::Plant& plant,
                                 const ChannelOptions& options);
 
@@ -77,9 +95,9 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
 /// held-out rows left out.
 Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::Index last);
 
-/// Fit only: selection, offset, withdrawal of proxies.
-ChannelFit fit_channel(const Series& series, const physics::Plant& plant,
-                       const ChannelOptions& options, ChannelFindings& findings);
+/// Fit only: selection, offset, withdrawal of proxies. The forms refer to the fit that holds them.
+std::unique_ptr<ChannelFit> fit_channel(const Series& series, const physics::Plant& plant,
+                                        const ChannelOptions& options, ChannelFindings& findings);
 
 /// Takes a drive's torque constant for off where its numbers are all off by one factor, and nothing
 /// else was chosen.
@@ -105,7 +123,7 @@ Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
 /// Parameters of a chosen effect with intervals that hold for the circumstances of the recording
 /// and for the form of its law.
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
-                                     const ChannelOptions& options);
+                                     const Invariance& invariance, const ChannelOptions& options);
 /// True if its size is not nothing: the interval leaves zero out.
 bool certain(const ChannelFit& fit, std::size_t chosen,
              const std::vector<NamedParameter>& parameters);
@@ -129,7 +147,7 @@ void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOp
 
 /// A constant error is an effect of its own in the transmission; everywhere else it is free. It is
 /// named where neither the plant's numbers within their tolerance nor an effect explain it.
-void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+void name_offset(const ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                  ChannelFindings& findings);
 
 /// Where an effect that a channel shows enters: what a clock or an encoder does is the sensor's,

@@ -31,11 +31,16 @@ bool may_be_kept(const EffectForm& form) {
   return !form.nominal_term() && !form.time_only() && form.id() != "payload";
 }
 
+bool is_certain(const ChannelFit& fit, std::size_t chosen, const ChannelOptions& options) {
+  const Invariance invariance = invariance_of(fit.model, fit.coefficients, chosen);
+  return certain(fit, chosen, sizes_of(fit, chosen, invariance, options));
+}
+
 /// Effects whose size is not nothing.
 std::vector<char> certain_effects(const ChannelFit& fit, const ChannelOptions& options) {
   std::vector<char> out;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i)
-    out.push_back(certain(fit, i, sizes_of(fit, i, options)) ? 1 : 0);
+    out.push_back(is_certain(fit, i, options) ? 1 : 0);
   return out;
 }
 
@@ -48,7 +53,7 @@ bool leaves_certain(ChannelFit& fit, ChannelModel& with, const std::vector<char>
   fit.coefficients = joint_fit(fit.model);
   bool leaves = true;
   for (std::size_t i = 0; leaves && i < before.size(); ++i)
-    leaves = before[i] == 0 || certain(fit, i, sizes_of(fit, i, options));
+    leaves = before[i] == 0 || is_certain(fit, i, options);
   std::swap(fit.model, with);
   fit.coefficients = coefficients;
   return leaves;

@@ -67,11 +67,10 @@ std::string reported_stage(std::string_view id, Stage shown_in) {
 }
 
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
-                                     const ChannelOptions& options) {
+                                     const Invariance& invariance, const ChannelOptions& options) {
   const EffectForm& form = *fit.model.candidates[fit.model.chosen[chosen].candidate]->form;
   auto parameters = parameters_of(fit, chosen, options.seed + 200 + chosen, Doubt::kFormToo);
-  widen_by_form(invariance_of(fit.model, fit.coefficients, chosen),
-                cable_kind(form, *fit.model.series).has_value(), parameters);
+  widen_by_form(invariance, cable_kind(form, *fit.model.series).has_value(), parameters);
   return parameters;
 }
 
@@ -93,13 +92,14 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.from = form.from();
     effect.joint = findings.joint;
     effect.stage = reported_stage(effect.id, findings.stage);
-    effect.parameters = sizes_of(fit, i, options);
+    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+    effect.parameters = sizes_of(fit, i, invariance, options);
     effect.held_out_before = evidence.held_out_before;
     effect.held_out_after = evidence.held_out_after;
     effect.unit = findings.unit;
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
-    effect.invariance_spread = invariance_of(fit.model, fit.coefficients, i).spread;
+    effect.invariance_spread = invariance.spread;
     effect.ambiguous_with = rivals_of(fit, i, options);
     for (const std::string& tied : fit.model.chosen[i].tied_with) {
       auto& rivals = effect.ambiguous_with;

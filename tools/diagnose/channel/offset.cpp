@@ -139,7 +139,7 @@ void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOp
   model = std::move(bare);
 }
 
-void name_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+void name_offset(const ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                  ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   if (series.stage != Stage::kTransmission) return;

@@ -21,7 +21,7 @@ class AsymmetricFriction final : public EffectForm {
                                         const Eigen::VectorXd& b) const override {
     return {{"damping_difference", 2.0 * b[0], s.prismatic ? "N_s_per_m" : "N_m_s_per_rad"}};
   }
-  std::string compares() const override { return "direction"; }
+  std::string compares(bool /*uneven*/) const override { return "direction"; }
   std::string separate_by() const override {
     return "the same motion with the arm turned over: a load changes its sign, friction does not";
   }

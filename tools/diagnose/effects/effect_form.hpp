@@ -84,7 +84,8 @@ class EffectForm {
   /// True if the effect acts only while something happens, and that may happen once.
   [[nodiscard]] virtual bool occasional() const { return false; }
   /// Circumstance whose halves the effect is a difference between: neither half shows it alone.
-  [[nodiscard]] virtual std::string compares() const { return {}; }
+  /// `uneven`: the model's constant is one of friction that differs between the directions.
+  [[nodiscard]] virtual std::string compares(bool /*uneven*/) const { return {}; }
   /// Effect that must be in the model or in the plant before this one makes sense; empty if none.
   [[nodiscard]] virtual std::string prerequisite() const { return {}; }
   /// Recording that would part the effect from those that look like it.
@@ -99,6 +100,6 @@ class EffectForm {
 /// recorded effort has been through, so that friction's edges are as blunt on both sides.
 Eigen::MatrixXd seen_columns(const EffectForm& form, const Series& series, const Shape& shape);
 
-using Forms = std::vector<std::unique_ptr<EffectForm>>;
+using Forms = std::vector<std::shared_ptr<const EffectForm>>;
 
 }  // namespace ravencal::diagnose

@@ -37,6 +37,8 @@ class LoadDependentFriction final : public EffectForm {
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     return b[0] > 0.0 && b[0] < 1.0 ? "" : "friction cannot fall with load nor exceed it";
   }
+  /// Friction that differs between the directions does so in what load adds to it as well.
+  std::string compares(bool uneven) const override { return uneven ? "direction" : ""; }
   std::string separate_by() const override {
     return "the same motion with 0, 250 and 500 g on the tool";
   }

@@ -73,7 +73,7 @@ std::vector<double> closed_loop_errors(const FreeRun& run, const Series& command
   std::vector<double> errors;
   for (Index i = stretch.first; i + 1 < stretch.last; ++i) {
     const double dt_s = s.t_s[i + 1] - s.t_s[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kFreeRunStep_s - 1e-6)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kFreeRunStepS - 1e-6)));
     for (int k = 0; k < steps; ++k) {
       const double share = (k + 0.5) / steps;
       const auto between = [&](Index row) { return s.motion.q[row] + command.position_error[row]; };

@@ -17,8 +17,8 @@
 
 namespace ravencal::diagnose {
 
-inline constexpr double kFreeRunWindow_s = 1.0;
-inline constexpr double kFreeRunStep_s = 1e-3;  ///< longest step of the integration
+inline constexpr double kFreeRunWindowS = 1.0;
+inline constexpr double kFreeRunStepS = 1e-3;  ///< longest step of the integration
 
 /// Which rows the windows cover.
 enum class FreeRunRows { kTraining, kHeldOut };
@@ -31,7 +31,7 @@ struct FreeRunWindow {
 
 /// Whole windows of `length_s` on valid rows of one episode, end to end.
 std::vector<FreeRunWindow> free_run_windows(const Series& series, FreeRunRows rows,
-                                            double length_s = kFreeRunWindow_s);
+                                            double length_s = kFreeRunWindowS);
 
 /// What one joint's drive needs besides its numbers: signals and the shape of its load.
 class FreeRun {
@@ -98,7 +98,7 @@ void FreeRun::run(const physics::DriveNumbers<T>& n, const FreeRunWindow& w, Vis
   physics::DriveState<T> state{T(s.motion.q[w.first]), T(s.motion.v[w.first]), T(side_[w.first])};
   for (Eigen::Index i = w.first; i + 1 < w.last; ++i) {
     const double dt_s = s.t_s[i + 1] - s.t_s[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kFreeRunStep_s - 1e-6)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kFreeRunStepS - 1e-6)));
     const double h = dt_s / steps;
     for (int k = 0; k < steps; ++k) {
       const double share = (k + 0.5) / steps;

@@ -172,10 +172,68 @@ void add_closed_loop(const FreeRun& before, const FreeRun& after, const Series& 
                               magnitude[1] / count, s.motion.noise});
 }
 
+bool can_run(const Series& drive, const physics::Plant& plant) {
+  return plant.joint_index(drive.joint).has_value() && drive.recorded.size() > 0;
+}
+
+/// One joint's drive as the improved plant has it, and the fit of its numbers.
+class ImprovedDrive {
+ public:
+  /// `before` is the drive as `plant` has it; `improved` must outlive the object.
+  ImprovedDrive(const FreeRun& before, const ChannelFindings& findings, const physics::Plant& plant,
+                const physics::Plant& improved, const Report& report)
+      : joint_(improved.joints[improved.joint_index(before.series().joint).value_or(0)]),
+        relieved_(relieved(before.series(), findings, report)),
+        free_(relieved_, improved, findings.posture),
+        found_(found_in(report, joint_.name)),
+        named_(found_keys(found_)),
+        start_(free_.numbers(improved)),
+        nominal_(before.numbers(plant)) {}
+  ~ImprovedDrive() = default;
+  ImprovedDrive(const ImprovedDrive&) = delete;
+  ImprovedDrive& operator=(const ImprovedDrive&) = delete;
+
+  [[nodiscard]] DriveFit fit_from(const physics::DriveNumbers<double>& start,
+                                  std::uint64_t seed) const {
+    const bool weight = relieved_.weight.size() > 0 && joint_.link.mass_kg > 0.0;
+    return fit_drive(free_, start, drive_handles(start, nominal_, joint_, weight, named_), seed);
+  }
+
+  [[nodiscard]] const physics::Joint& joint() const { return joint_; }
+  [[nodiscard]] const FreeRun& free() const { return free_; }
+  [[nodiscard]] const std::vector<NamedEffect>& found() const { return found_; }
+  [[nodiscard]] const std::vector<std::string>& named() const { return named_; }
+  [[nodiscard]] const physics::DriveNumbers<double>& start() const { return start_; }
+
+ private:
+  /// The drive without the constant that the fit found beside its effects.
+  static Series relieved(Series drive, const ChannelFindings& findings, const Report& report) {
+    const bool uneven = std::any_of(
+        report.effects.begin(), report.effects.end(),
+        [&](const NamedEffect& e) { return e.joint == drive.joint && is_dry_asymmetry(e); });
+    drive.free_offset = uneven ? 0.0 : findings.offset;
+    return drive;
+  }
+
+  const physics::Joint& joint_;
+  const Series relieved_;
+  const FreeRun free_;
+  const std::vector<NamedEffect> found_;
+  const std::vector<std::string> named_;  ///< parameters of what was found: free in fits
+  const physics::DriveNumbers<double> start_, nominal_;
+};
+
 }  // namespace
 
-bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other) {
-  return less(one.windows, other.windows, 1.0);
+bool runs_better(const VectorXd& windows, const VectorXd& than) { return less(windows, than, 1.0); }
+
+VectorXd unseen_windows(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                        std::size_t drive, const physics::Plant& plant,
+                        const physics::Plant& improved, const Report& report, std::uint64_t seed) {
+  const Series& recorded = set.series[drive];
+  if (!can_run(recorded, improved)) return {};
+  const ImprovedDrive run(FreeRun(recorded, plant), findings[drive], plant, improved, report);
+  return run.fit_from(run.start(), seed).judged_windows;
 }
 
 FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
@@ -184,51 +242,37 @@ FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindin
                            std::uint64_t seed) {
   FreeRunVerdict verdict;
   const Series& recorded = set.series[drive];
-  const auto index = improved.joint_index(recorded.joint);
-  if (!index || recorded.recorded.size() == 0) return verdict;
-  const physics::Joint& joint = improved.joints[*index];
+  if (!can_run(recorded, improved)) return verdict;
   const FreeRunRows rows = recorded.any_held_out() ? FreeRunRows::kHeldOut : FreeRunRows::kTraining;
   const FreeRun before(recorded, plant);
-  Series relieved = recorded;
-  const bool uneven = std::any_of(
-      report.effects.begin(), report.effects.end(),
-      [&](const NamedEffect& e) { return e.joint == recorded.joint && is_dry_asymmetry(e); });
-  relieved.free_offset = uneven ? 0.0 : findings[drive].offset;
-  const FreeRun after(relieved, improved, findings[drive].posture);
-
-  const std::vector<NamedEffect> found = found_in(report, recorded.joint);
-  const std::vector<std::string> named = found_keys(found);
-  const physics::DriveNumbers<double> start = after.numbers(improved);
-  const physics::DriveNumbers<double> nominal = before.numbers(plant);
-  const bool weight = relieved.weight.size() > 0 && joint.link.mass_kg > 0.0;
-  const DriveFit fit =
-      fit_drive(after, start, drive_handles(start, nominal, joint, weight, named), seed);
-  verdict.windows = fit.judged_windows;
+  const ImprovedDrive run(before, findings[drive], plant, improved, report);
+  const physics::Joint& joint = run.joint();
+  const DriveFit fit = run.fit_from(run.start(), seed);
   if (fit.better()) {
     verdict.values = values_of(fit, joint);
-    verdict.combinations = drive_combinations(fit, recorded.joint, named);
+    verdict.combinations = drive_combinations(fit, recorded.joint, run.named());
   }
-  for (const NamedEffect& e : found) {
-    physics::DriveNumbers<double> lacking = start;
+  for (const NamedEffect& e : run.found()) {
+    physics::DriveNumbers<double> lacking = run.start();
     if (e.out_of_tolerance || !without(e.id, joint, lacking)) continue;
     // Every free run has a constant of its own, which says the same.
     if (is_dry_asymmetry(e)) continue;
-    const DriveFit rival =
-        fit_drive(after, lacking, drive_handles(lacking, nominal, joint, weight, named), seed);
+    const DriveFit rival = run.fit_from(lacking, seed);
     // What passed the gates of held-out effort is lost to clearly better runs, not to chance.
     if (less(rival.judged_windows, fit.judged_windows, kNormal95)) verdict.demoted.push_back(e.id);
   }
 
   const std::vector<FreeRunWindow> windows = free_run_windows(recorded, rows);
+  const physics::DriveNumbers<double> nominal = before.numbers(plant);
   const double was = rms_of(free_run_errors(before, nominal, windows));
-  const double is = rms_of(free_run_errors(after, fit.numbers, windows));
+  const double is = rms_of(free_run_errors(run.free(), fit.numbers, windows));
   if (was >= 0.0 && is >= 0.0) {
     verdict.held_out.push_back({recorded.joint, "free_run_1s_rmse",
                                 recorded.prismatic ? "m" : "rad", was, is, recorded.motion.noise});
   }
   for (const Series& series : set.series) {
     if (series.joint != recorded.joint || series.stage != Stage::kCommand) continue;
-    add_closed_loop(before, after, series, plant, nominal, fit.numbers, verdict);
+    add_closed_loop(before, run.free(), series, plant, nominal, fit.numbers, verdict);
   }
   return verdict;
 }
@@ -248,48 +292,52 @@ void adopt(const NamedParameter& refitted, NamedParameter& p) {
   p.ci95 = refitted.ci95;
 }
 
+/// Gives the drive's refitted number to whom it belongs: what was found, or the plant.
+void write_back(const NamedEffect& value, Report& report) {
+  const NamedParameter& refitted = value.parameters.front();
+  for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
+    for (NamedEffect& e : *list) {
+      if (e.joint != value.joint || e.stage != "drive" || e.id != value.id) continue;
+      const auto p =
+          std::find_if(e.parameters.begin(), e.parameters.end(),
+                       [&](const NamedParameter& own) { return own.name == refitted.name; });
+      if (p == e.parameters.end()) continue;
+      adopt(refitted, *p);
+      return;
+    }
+  }
+  report.refitted.push_back(value);
+}
+
+/// Takes the name from an effect of the drive; its error is then unexplained.
+void demote(const std::string& id, const Series& drive, Report& report) {
+  const auto is_it = [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; };
+  std::erase_if(report.kept, is_it);
+  const auto it = std::find_if(report.effects.begin(), report.effects.end(), is_it);
+  if (it == report.effects.end()) return;
+  const bool told = std::any_of(
+      report.unexplained.begin(), report.unexplained.end(),
+      [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
+  if (!told) {
+    Unexplained u;
+    u.joint = drive.joint;
+    u.stage = "drive";
+    u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
+    u.size = it->size;
+    u.unit = it->unit;
+    report.unexplained.push_back(std::move(u));
+  }
+  report.effects.erase(it);
+}
+
 }  // namespace
 
 void apply(const FreeRunVerdict& verdict, const Series& drive, Report& report) {
   report.held_out.insert(report.held_out.end(), verdict.held_out.begin(), verdict.held_out.end());
   report.combinations.insert(report.combinations.end(), verdict.combinations.begin(),
                              verdict.combinations.end());
-  for (const NamedEffect& value : verdict.values) {
-    const NamedParameter& refitted = value.parameters.front();
-    bool known = false;
-    for (auto* list : {&report.effects, &report.kept, &report.refitted}) {
-      for (NamedEffect& e : *list) {
-        if (e.joint != value.joint || e.stage != "drive" || e.id != value.id || known) continue;
-        for (NamedParameter& p : e.parameters) {
-          if (p.name != refitted.name) continue;
-          adopt(refitted, p);
-          known = true;
-        }
-      }
-    }
-    if (!known) report.refitted.push_back(value);
-  }
-  for (const std::string& id : verdict.demoted) {
-    std::erase_if(report.kept,
-                  [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
-    const auto it =
-        std::find_if(report.effects.begin(), report.effects.end(),
-                     [&](const NamedEffect& e) { return is_drive(e, drive.joint) && e.id == id; });
-    if (it == report.effects.end()) continue;
-    const bool told = std::any_of(
-        report.unexplained.begin(), report.unexplained.end(),
-        [&](const Unexplained& u) { return u.joint == drive.joint && u.stage == "drive"; });
-    if (!told) {
-      Unexplained u;
-      u.joint = drive.joint;
-      u.stage = "drive";
-      u.share_of_excess = std::clamp(held_out_share(*it), 0.0, 1.0);
-      u.size = it->size;
-      u.unit = it->unit;
-      report.unexplained.push_back(std::move(u));
-    }
-    report.effects.erase(it);
-  }
+  for (const NamedEffect& value : verdict.values) write_back(value, report);
+  for (const std::string& id : verdict.demoted) demote(id, drive, report);
 }
 
 }  // namespace ravencal::diagnose

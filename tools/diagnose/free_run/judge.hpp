@@ -22,12 +22,17 @@ struct FreeRunVerdict {
   std::vector<NamedEffect> values;   ///< refitted: id, parameters with intervals
   std::vector<std::string> demoted;  ///< ids of effects that do not improve the free run
   std::vector<Combination> combinations;
-  Eigen::VectorXd windows;  ///< mean square over each that no fit saw; none held out
 };
 
-/// True if the drive of the one runs better than that of the other, by more than one standard error
-/// over windows.
-bool runs_better(const FreeRunVerdict& one, const FreeRunVerdict& other);
+/// Mean square of the improved drive's runs, its numbers fitted, over each window that the fit did
+/// not see; empty if it cannot run.
+Eigen::VectorXd unseen_windows(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
+                               std::size_t drive, const physics::Plant& plant,
+                               const physics::Plant& improved, const Report& report,
+                               std::uint64_t seed);
+
+/// True if the drive with those windows runs better by more than one standard error over windows.
+bool runs_better(const Eigen::VectorXd& windows, const Eigen::VectorXd& than);
 
 /// `series[i]` belongs to `findings[i]`; `report` holds all names so far.
 FreeRunVerdict judge_drive(const SeriesSet& set, const std::vector<ChannelFindings>& findings,

@@ -103,10 +103,7 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
   part.array() -= part.mean();
 
   const EffectForm& form = *model.candidates[model.chosen[chosen].candidate]->form;
-  // Friction that differs between the directions does so in what load adds to it as well.
-  const bool uneven =
-      form.id() == "load_dependent_friction" && std::abs(coefficients[0]) >= model.floor;
-  const std::string compared = uneven ? "direction" : form.compares();
+  const std::string compared = form.compares(std::abs(coefficients[0]) >= model.floor);
   Invariance out;
   std::vector<std::pair<std::string, VectorXd>> cuts;
   for (const Circumstance& c : circumstances(*model.series)) {

@@ -19,6 +19,13 @@ std::string_view stage_word(Stage stage) {
   return "drive";
 }
 
+bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
+  if (channel.role == record::Role::kFeature)
+    return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
+  return channel.joint.empty() || channel.role == record::Role::kLoad ||
+         plant.joint_index(channel.joint).has_value();
+}
+
 bool Series::trains(Eigen::Index row) const {
   const auto n = static_cast<std::size_t>(row);
   return valid[n] != 0 && held_out[n] == 0 && (at_rest.empty() || at_rest[n] == 0);
