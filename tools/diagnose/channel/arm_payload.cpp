@@ -128,7 +128,7 @@ class Joint {
     const ChannelModel& model = bare(mass_kg);
     const double loaded_error = held_out_errors(loaded(without_constant(model), mass_kg)).sum();
     const double gain = held_out_errors(model).sum() - loaded_error;
-    const double least = options_.gates.size_per_floor * fit_.model.floor;
+    const double least = options_.gates.size_per_floor * model.floor;
     return gain > least * least * static_cast<double>(model.target.size());
   }
 
