@@ -143,16 +143,23 @@ TEST(Gates, ASmallEffectIsSeenBesideABigOne) {
       << ::testing::PrintToString(ids);
 }
 
-/// A limit that was reached in one block of the recording only.
-class ReachedOnce final : public diagnose::EffectForm {
+/// A limit that was reached in one block of the recording only, or in two.
+class Reached final : public diagnose::EffectForm {
  public:
-  explicit ReachedOnce(bool occasional) : EffectForm("saturation"), occasional_(occasional) {}
+  explicit Reached(bool occasional, int blocks)
+      : EffectForm("saturation"), occasional_(occasional), blocks_(blocks) {}
   bool occasional() const override { return occasional_; }
   Eigen::MatrixXd columns(const diagnose::Series& s, const diagnose::Shape&) const override {
     const auto blocks = diagnose::make_blocks(s, 12.0);  // as long as the noise asks for
-    const double middle_s = s.t_s[blocks.rows[static_cast<std::size_t>(
-        blocks.first(blocks.count() / 2) + blocks.size(blocks.count() / 2) / 2)]];
-    return (1.0 - (s.t_s.array() - middle_s).abs()).max(0.0).matrix();
+    VectorXd column = VectorXd::Zero(s.rows());
+    for (int n = 1; n <= blocks_; ++n) {
+      const std::size_t block =
+          blocks.count() * static_cast<std::size_t>(n) / static_cast<std::size_t>(blocks_ + 1);
+      const Index middle = blocks.first(block) + blocks.size(block) / 2;
+      const double middle_s = s.t_s[blocks.rows[static_cast<std::size_t>(middle)]];
+      column.array() += (1.0 - (s.t_s.array() - middle_s).abs()).max(0.0);
+    }
+    return column;
   }
   std::vector<diagnose::FormParameter> parameters(const diagnose::Series&, const diagnose::Shape&,
                                                   const VectorXd&) const override {
@@ -162,14 +169,15 @@ class ReachedOnce final : public diagnose::EffectForm {
 
  private:
   bool occasional_;
+  int blocks_;
 };
 
-std::size_t chosen_with(double size, bool occasional) {
+std::size_t chosen_with(double size, bool occasional, int blocks = 1) {
   const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
   diagnose::SeriesSet set = series_of({}, plant);
   diagnose::Series& series = set.series.front();
   diagnose::Forms forms;
-  forms.push_back(std::make_unique<ReachedOnce>(occasional));
+  forms.push_back(std::make_unique<Reached>(occasional, blocks));
   series.y += size * forms.front()->columns(series, {}).col(0);
   diagnose::ChannelModel model =
       diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
@@ -183,6 +191,10 @@ TEST(Gates, WhatMayHappenOnceIsRepeatedByItsParts) {
   EXPECT_EQ(chosen_with(5e-3, false), 0U);
   EXPECT_EQ(chosen_with(0.0, true), 0U);
   EXPECT_TRUE(diagnose::saturation(diagnose::Series{}, {})->occasional());
+}
+
+TEST(Gates, WhatTwoStretchesShowEachPredictsTheOther) {
+  EXPECT_EQ(chosen_with(5e-3, false, 2), 1U);
 }
 
 /// A column of numbers under a name.

@@ -33,7 +33,7 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
   for (const TestedCandidate& t : result.tested) {
     const EffectForm& other = *model.candidates[t.candidate]->form;
     if (t.candidate == own.candidate || other.id() == form.id()) continue;
-    if (!repeats(options.gates, t.evidence, other)) continue;
+    if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
     const ChannelModel with = model.without(chosen).with(t.best);
     if (!last_is_consistent(with)) continue;
     const VectorXd errors = held_out_errors(with);
@@ -173,7 +173,7 @@ void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
       outcome = "numbers cannot be this effect";
     else if (e.p_value > options.gates.alpha)
       outcome = "chance does as well";
-    else if (!repeats(options.gates, e, form))
+    else if (!repeats(options.gates, e.z, e.block_p))
       outcome = "gain not repeated in held-out blocks";
     else if (e.size < options.gates.size_per_floor * fit.model.floor)
       outcome = "smaller than half the floor";

@@ -13,9 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-bool admissible(const Evidence& e, const EffectForm& form, const ChannelModel& model,
-                const Gates& gates) {
-  return repeats(gates, e, form) && e.p_value <= gates.alpha && e.share >= gates.least_share &&
+bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates) {
+  return e.p_value <= gates.alpha && e.share >= gates.least_share &&
          e.size >= gates.size_per_floor * model.floor;
 }
 
@@ -39,6 +38,20 @@ Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double 
   return e;
 }
 
+bool is_repeated(const Evidence& evidence, const EffectForm& form, const VectorXd& before,
+                 const VectorXd& after, const Gates& gates) {
+  if (repeats(gates, evidence.z, evidence.block_p)) return true;
+  // Of time alone neighbours tell each other, however far they are.
+  if (form.time_only() || evidence.share < gates.most_share) return false;
+  const VectorXd gains = before - after;
+  Index best = 0;
+  gains.maxCoeff(&best);
+  const Index first = std::max<Index>(best - 1, 0);
+  const Index count = std::min<Index>(best + 2, gains.size()) - first;
+  const double gain = gains.sum() - gains.segment(first, count).sum();
+  return gain >= gates.most_share * (before.sum() - before.segment(first, count).sum());
+}
+
 bool last_is_consistent(const ChannelModel& model) {
   const Chosen& last = model.chosen.back();
   const EffectForm& form = *model.candidates[last.candidate]->form;
@@ -59,7 +72,9 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     const EffectForm& form = *model.candidates[tested.candidate]->form;
-    if (!admissible(e, form, model, gates) || !last_is_consistent(with)) continue;
+    if (!admissible(e, model, gates) || !last_is_consistent(with) ||
+        !is_repeated(e, form, result.errors, contender.errors, gates))
+      continue;
     if (form.takes_any_shape(*model.series) && !predicts_beyond(with, model)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));

@@ -35,13 +35,11 @@ bool same_column(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
 /// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
 struct Gates {
-  double alpha = 0.01;        ///< chance over all candidates of one channel
-  double least_z = 2.5;       ///< held-out gain over its standard error, blocks as observations
-  double block_p = 0.0124;    ///< or by sign flips: two-sided chance of a normal beyond least_z
-  double least_share = 0.02;  ///< of the held-out squared error that is left
-  /// Or of the error of stretches that the fit never saw: a motion that shows an effect may come in
-  /// too few of them for a test over blocks.
-  double most_share = 0.5;
+  double alpha = 0.01;          ///< chance over all candidates of one channel
+  double least_z = 2.5;         ///< held-out gain over its standard error, blocks as observations
+  double block_p = 0.0124;      ///< or by sign flips: two-sided chance of a normal beyond least_z
+  double least_share = 0.02;    ///< of the held-out squared error that is left
+  double most_share = 0.5;      ///< of it: what few stretches repeat counts as well
   double size_per_floor = 0.5;  ///< of what no other part of the model can say
   /// The same of what has no name: no physics speaks for it beforehand.
   double unnamed_per_floor = 0.7;
@@ -81,12 +79,6 @@ struct Evidence {
   double share = 0.0;
   double size = 0.0;  ///< RMS of its contribution
 };
-
-/// The same of a candidate; most of the error counts as well, save where neighbours in time tell of
-/// each other.
-inline bool repeats(const Gates& gates, const Evidence& e, const EffectForm& form) {
-  return repeats(gates, e.z, e.block_p) || (!form.time_only() && e.share >= gates.most_share);
-}
 
 /// What is known about one channel while effects are added.
 struct ChannelModel {
