@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// `ravencal ablate` as a user runs it.
+// `ravencal ablate` and `compare` as a user runs them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -96,6 +96,16 @@ TEST_F(StudyCommand, UsageErrorsSayWhatToWrite) {
   EXPECT_EQ(features.exit_code, 2);
   EXPECT_NE(features.text.find("colour"), std::string::npos) << features.text;
   EXPECT_EQ(ablate("torque --collect").exit_code, 3);
+}
+
+TEST_F(StudyCommand, CompareRefusesToTestOnWhatItTrains) {
+  const Outcome both =
+      test::run_command(fmt::format("{} compare --train {} {} --test {} --out {} 2>&1",
+                                    RAVENCAL_PROGRAM, train_, test_, test_, out().string()));
+  EXPECT_EQ(both.exit_code, 2) << both.text;
+  EXPECT_NE(both.text.find("test.db: is both trained on and tested on"), std::string::npos)
+      << both.text;
+  EXPECT_FALSE(fs::exists(out()));
 }
 
 }  // namespace

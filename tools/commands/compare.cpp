@@ -66,6 +66,21 @@ core::Status complete(Arguments& a) {
   return {};
 }
 
+/// Two profiles may take different rows of one file.
+core::Status tests_are_unseen(const Arguments& a) {
+  if (!a.test_profile.empty()) return {};
+  for (const auto& [set, paths] : a.sets) {
+    for (const std::string& tested : paths) {
+      for (const std::string& trained : a.train) {
+        std::error_code unknown;
+        if (std::filesystem::equivalent(tested, trained, unknown))
+          return usage(fmt::format("{}: is both trained on and tested on", tested));
+      }
+    }
+  }
+  return {};
+}
+
 /// Names and hashes of files, as results depend on them.
 core::Result<std::string> files_text(const std::vector<std::string>& paths) {
   std::vector<std::string> words;
@@ -139,6 +154,7 @@ core::Result<study::LoopFitness> measure(const Arguments& a, const record::Recor
 
 core::Status run(Arguments a) {
   RAVENCAL_RETURN_IF_ERROR(complete(a));
+  RAVENCAL_RETURN_IF_ERROR(tests_are_unseen(a));
   RAVENCAL_RETURN_IF_ERROR(add_facts(a));
   std::vector<std::vector<record::Recording>> kept;  // owns what `data` points to
   kept.reserve(1 + a.sets.size());
