@@ -104,4 +104,33 @@ TEST(Causes, AMotorThatGivesThreeFifthsIsATorqueConstantWithThatRatio) {
   EXPECT_FALSE(form->inconsistency({}, {}, Eigen::VectorXd::Constant(1, 0.6)).empty());
 }
 
+TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {
+  // A drive that hums moves its joint a little; its desired path knows nothing of that.
+  record::Recording recording = generator::make_recording(
+      {.coulomb_n_m = 0.5}, {.seed = 7, .duration_s = 240.0, .with_truth = false});
+  const Index rows = recording.samples.rows();
+  const Eigen::VectorXd path = recording.samples.col(0);
+  for (Index i = 0; i < rows; ++i) {
+    const double t_s = static_cast<double>(recording.t_ns[static_cast<std::size_t>(i)]) * 1e-9;
+    const double tone = std::sin(2.0 * 3.14159265 * 0.9 * t_s);
+    recording.samples(i, 0) += 3e-3 * tone;
+    recording.samples(i, 2) += 0.8 * tone;
+  }
+  recording.channels.push_back({"one.desired", "rad", record::Role::kDesiredPosition, "one"});
+  recording.samples.conservativeResize(Eigen::NoChange, recording.samples.cols() + 1);
+  recording.samples.rightCols(1) = path;
+  const auto plant = physics::parse_plant(
+      generator::plant_text(
+          "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"),
+      "test plant");
+  ASSERT_TRUE(plant.ok());
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report = diagnose::diagnose({recording}, {}, plant.value(), options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_FALSE(report->unexplained.empty()) << report->verdict.text;
+  EXPECT_EQ(report->unexplained.front().depends_on.front(), "time, at 0.9 Hz")
+      << report->verdict.text;
+}
+
 }  // namespace

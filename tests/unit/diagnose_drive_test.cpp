@@ -377,42 +377,4 @@ TEST(Unknown, IsALoadThatLeaksInFromAnotherJointWithItsFriction) {
       << report.verdict.text;
 }
 
-/// The only name for joint "one", on which no load acts, that has this much of its plant's dry
-/// friction and whose recorded effort is `recorded` times what it gives.
-diagnose::NamedEffect only_name(double friction, double recorded) {
-  record::Recording recording =
-      generator::make_recording({.coulomb_n_m = 0.5 * friction, .viscous_n_m_s = 4.0},
-                                {.seed = 9, .duration_s = 240.0, .with_truth = false});
-  recording.samples.col(2) *= recorded;
-  const auto plant = physics::parse_plant(
-      generator::plant_text(
-          "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"
-          "\n  [[joint.effect]]\n  id = \"viscous_friction\"\n  damping_n_m_s_per_rad = 4.0\n"),
-      "test plant");
-  diagnose::Options options;
-  options.threads = 1;
-  const auto report = diagnose::diagnose({recording}, {}, plant.value(), options);
-  EXPECT_TRUE(report.ok() && report->effects.size() == 1U)
-      << (report.ok() ? report->verdict.text : report.error().message);
-  return report.ok() && !report->effects.empty() ? report->effects.front()
-                                                 : diagnose::NamedEffect{};
-}
-
-TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
-  const diagnose::NamedEffect weak = only_name(1.0, 0.7);
-  EXPECT_EQ(weak.id, "torque_constant");
-  ASSERT_FALSE(weak.parameters.empty());
-  EXPECT_NEAR(weak.parameters.front().value, 1.0 / 0.7 - 1.0, 0.1);
-  // It weighs as much beforehand as any number that is off by as many tolerances.
-  const VectorXd needed;
-  const auto form = diagnose::torque_constant(needed);
-  EXPECT_TRUE(form->ordinary(diagnose::Series{}));
-  EXPECT_NEAR(form->off_by(VectorXd::Constant(1, 0.2)).value_or(0.0), 2.5, 1e-9);
-  const diagnose::NamedEffect smooth = only_name(0.6, 1.0);
-  EXPECT_EQ(smooth.id, "coulomb_friction");
-  EXPECT_TRUE(smooth.out_of_tolerance);
-  // One number off by two tolerances beside another at its limit is less likely than a gain.
-  EXPECT_EQ(only_name(1.08, 1.1).id, "torque_constant");
-}
-
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Numbers of a drive that are all off by one factor.
+// Numbers of a drive that are all off by one factor: its torque constant.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,7 +8,9 @@
 #include <random>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose_generator.hpp"
 
 namespace {
 
@@ -67,7 +69,7 @@ TEST(CommonFactor, OfAllNumbersIsTheTorqueConstant) {
   EXPECT_NEAR(ratio, 1.0 / 1.108 - 1.0, 0.02);
 }
 
-TEST(CommonFactor, IsNoneWhereNumbersDisagreeOrAreHardlyOff) {
+TEST(CommonFactor, IsNoneWhereNumbersDisagreeOrAreHardlyOffOrByFar) {
   for (const auto& changes :
        {std::array{0.10, -0.12, 0.09, -0.11, 0.12}, std::array{0.05, 0.04, 0.06, 0.05, 0.04},
         std::array{0.12, 0.0, 0.0, 0.02, -0.01}}) {
@@ -75,6 +77,44 @@ TEST(CommonFactor, IsNoneWhereNumbersDisagreeOrAreHardlyOff) {
     diagnose::adopt_common_factor(some.fit);
     EXPECT_TRUE(some.fit.model.chosen.empty()) << ::testing::PrintToString(changes);
   }
+}
+
+/// The only name for joint "one", on which no load acts, that has this much of its plant's dry
+/// friction and whose recorded effort is `recorded` times what it gives.
+diagnose::NamedEffect only_name(double friction, double recorded) {
+  record::Recording recording =
+      generator::make_recording({.coulomb_n_m = 0.5 * friction, .viscous_n_m_s = 4.0},
+                                {.seed = 9, .duration_s = 240.0, .with_truth = false});
+  recording.samples.col(2) *= recorded;
+  const auto plant = physics::parse_plant(
+      generator::plant_text(
+          "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"
+          "\n  [[joint.effect]]\n  id = \"viscous_friction\"\n  damping_n_m_s_per_rad = 4.0\n"),
+      "test plant");
+  diagnose::Options options;
+  options.threads = 1;
+  const auto report = diagnose::diagnose({recording}, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok() && report->effects.size() == 1U)
+      << (report.ok() ? report->verdict.text : report.error().message);
+  return report.ok() && !report->effects.empty() ? report->effects.front()
+                                                 : diagnose::NamedEffect{};
+}
+
+TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
+  const diagnose::NamedEffect weak = only_name(1.0, 0.7);
+  EXPECT_EQ(weak.id, "torque_constant");
+  ASSERT_FALSE(weak.parameters.empty());
+  EXPECT_NEAR(weak.parameters.front().value, 1.0 / 0.7 - 1.0, 0.1);
+  // It weighs as much beforehand as any number that is off by as many tolerances.
+  const VectorXd needed;
+  const auto form = diagnose::torque_constant(needed);
+  EXPECT_TRUE(form->ordinary(diagnose::Series{}));
+  EXPECT_NEAR(form->off_by(VectorXd::Constant(1, 0.2)).value_or(0.0), 2.5, 1e-9);
+  const diagnose::NamedEffect smooth = only_name(0.6, 1.0);
+  EXPECT_EQ(smooth.id, "coulomb_friction");
+  EXPECT_TRUE(smooth.out_of_tolerance);
+  // One number off by two tolerances beside another at its limit is less likely than a gain.
+  EXPECT_EQ(only_name(1.08, 1.1).id, "torque_constant");
 }
 
 }  // namespace

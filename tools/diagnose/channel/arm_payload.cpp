@@ -123,15 +123,6 @@ class Joint {
     return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
   }
 
-  /// True if the mass takes as much off the error as any effect must, a constant beside it or not.
-  [[nodiscard]] bool shows(double mass_kg) const {
-    const ChannelModel& model = bare(mass_kg);
-    const double loaded_error = held_out_errors(loaded(without_constant(model), mass_kg)).sum();
-    const double gain = held_out_errors(model).sum() - loaded_error;
-    const double least = options_.gates.size_per_floor * model.floor;
-    return gain > least * least * static_cast<double>(model.target.size());
-  }
-
   /// RMS of the effort of a kilogram, as the channel shows it.
   [[nodiscard]] double effort_per_kg() const {
     return std::sqrt(per_kg_.squaredNorm() / static_cast<double>(per_kg_.size()));
@@ -200,6 +191,19 @@ VectorXd gains_by(const std::vector<Joint>& joints, double mass_kg) {
   return Eigen::Map<const VectorXd>(gains.data(), static_cast<Index>(gains.size()));
 }
 
+/// By how much the mass makes the joints likelier, the one that it helps most left out: what one
+/// joint alone says may be that joint's own.
+double likelier_without_the_strongest(const std::vector<Joint>& joints, double mass_kg) {
+  double sum = 0.0;
+  double most = 0.0;
+  for (const Joint& joint : joints) {
+    const double gain = joint.own() - joint.worth_under(mass_kg);
+    sum += gain;
+    most = std::max(most, gain);
+  }
+  return sum - most;
+}
+
 /// True if a drive named what may be that weight: a constant that it takes for friction, or a
 /// heavier link.
 bool names_instead(const ChannelFindings& drive) {
@@ -254,10 +258,8 @@ std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<Chan
   if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   if (z_score(gains_by(joints, found.mass_kg)) < options.gates.least_z) return std::nullopt;
-  const bool called_for =
-      instead > 0 || std::any_of(joints.begin(), joints.end(),
-                                 [&](const Joint& joint) { return joint.shows(found.mass_kg); });
-  if (!called_for) return std::nullopt;
+  if (instead == 0 && likelier_without_the_strongest(joints, found.mass_kg) < kClearScore)
+    return std::nullopt;
   std::optional<NamedEffect> strongest;
   for (const Joint& joint : joints) {
     NamedEffect effect = named(joint, found, options.seed + 330);

@@ -20,6 +20,10 @@ constexpr double kVarianceWithin = 1.0 / 3.0;
 /// called for a name.
 constexpr double kNoCoincidence = 10.0;
 
+/// Tolerances beyond which the plant's numbers cannot stand in for the factor: it then shows in the
+/// error like any other effect.
+constexpr double kMostImitated = 1.5;
+
 /// Weight of a term's squared change, in tolerances.
 double weight_of(const NominalTerm& term) { return term.form_only ? 1.0 : 1.0 / kVarianceWithin; }
 
@@ -54,7 +58,9 @@ void adopt_common_factor(ChannelFit& fit) {
   const EffectForm& form = *(*found)->form;
   const VectorXd b = joint_fit(with).tail(1);
   if (!form.inconsistency(*with.series, {}, b).empty()) return;
-  const double cost = number_cost(*form.off_by(b), 1.0);
+  const double off = *form.off_by(b);
+  if (std::abs(off) > kMostImitated) return;
+  const double cost = number_cost(off, 1.0);
   if (score_of(without, fit.nominal.terms) - score_of(with, fit.nominal.terms) - cost <
       kNoCoincidence)
     return;
