@@ -40,6 +40,7 @@ inline robot::RobotView view_of(const robot::CycleOutput& output, bool live_arm 
   };
   robot::RobotView view;
   view.stamp_ns = 1'700'000'000'000'000'000 + output.t_ns;
+  view.seen_ns = output.t_ns;
   view.runlevel = output.runlevel;
   view.operating = output.operating;
   view.homed = output.homed;

@@ -16,14 +16,18 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kGainPerS = 2.0;                      // of the authors' follower
-constexpr std::int64_t kCommandPeriodNs = 2'000'000;   // the authors send at most 500 per second
+constexpr double kGainPerS = 2.0;                     // of the authors' follower
+constexpr std::int64_t kCommandPeriodNs = 2'000'000;  // the authors send at most 500 per second
+// By the caller's clock, which jitters: states that were held up come at once, and commands for all
+// of them would add up to a jump.
+constexpr std::int64_t kShortestSeenNs = kCommandPeriodNs / 2;
 constexpr double kLongestStepS = 0.02;                 // after a hole in the states: no jump
 constexpr std::int64_t kTrackingTimeNs = 200'000'000;  // so long away from the desired joints
 constexpr std::int64_t kWindowNs = 3'000'000'000;      // in which commands must have shown
 constexpr std::int64_t kSettleNs = 2'000'000'000;      // at the end, even if friction keeps it off
 constexpr double kTakenShare = 0.2;                    // of the commands in a window
-constexpr std::int64_t kPatienceNs = 6'000'000'000;  // or in twice that: a network may stand still
+// Or in twice that, by both clocks: a network may stand still.
+constexpr std::int64_t kPatienceNs = 6'000'000'000;
 // Lag at which the place on the path stands still, and what still counts as arrived.
 const Vector3d kLongestLag{0.0175, 0.0175, 0.002};  // 1 deg, 1 deg, 2 mm
 const Vector3d kArrived{0.0017, 0.0017, 2e-4};      // 0.1 deg, 0.1 deg, 0.2 mm
@@ -97,8 +101,10 @@ std::optional<Command> Follower::take(const RobotView& view) {
   if (phase_ == Phase::kDone || phase_ == Phase::kStopped) return std::nullopt;
   if (!check_time(view) || !check_run_state(view) || !check_motion(view)) return std::nullopt;
   const std::int64_t since_ns = view.stamp_ns - last_command_ns_;
-  if (since_ns < kCommandPeriodNs) return std::nullopt;
+  const std::int64_t seen_since_ns = view.seen_ns - last_command_seen_ns_;
+  if (since_ns < kCommandPeriodNs || seen_since_ns < kShortestSeenNs) return std::nullopt;
   last_command_ns_ = view.stamp_ns;
+  last_command_seen_ns_ = view.seen_ns;
   return step(view, std::min(1e-9 * static_cast<double>(since_ns), kLongestStepS));
 }
 
@@ -154,6 +160,7 @@ void Follower::begin_moving(const RobotView& view) {
   other_start_ji_ = view.other_joints_ji;
   own_start_ji_ = view.joints_ji;
   last_command_ns_ = view.stamp_ns;
+  last_command_seen_ns_ = view.seen_ns;
   tracked_ns_ = view.stamp_ns;
   near_end_since_ns_ = 0;
   open_window(view);
@@ -208,7 +215,7 @@ void Follower::check_commands_are_taken(const RobotView& view) {
     const double commanded = window_commanded_ji_[joint];
     if (std::abs(commanded) < kCommandSeen[joint]) continue;
     if (taken[joint] / commanded >= kTakenShare) continue;
-    if (view.stamp_ns - window_ns_ < kPatienceNs) return;
+    if (std::min(view.stamp_ns - window_ns_, view.seen_ns - window_seen_ns_) < kPatienceNs) return;
     stop(StopReason::kIgnored,
          fmt::format("the controller does not take the commands on {}: {} was told to move by {} "
                      "within 6 s, its desired position moved by {}; is it the {} arm that "
@@ -222,6 +229,7 @@ void Follower::check_commands_are_taken(const RobotView& view) {
 
 void Follower::open_window(const RobotView& view) {
   window_ns_ = view.stamp_ns;
+  window_seen_ns_ = view.seen_ns;
   window_commanded_ji_.setZero();
   window_desired_ji_ = view.desired_ji;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Leads the arm along a trajectory by joint commands, closed over the robot's own joint estimate,
-// and decides when to wait, to go on and to stop. Driven by the robot's states and their stamps
-// alone: no clock, no ROS, same states, same commands. One thread. Joints 1 to 3: rad, rad, m.
+// and decides when to wait, to go on and to stop. Driven by the robot's states and the times that
+// they carry: no clock, no ROS, same states, same commands. One thread. Joints 1 to 3: rad, rad, m.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +25,8 @@ enum RunLevel : std::int32_t { kEmergencyStop = 0, kInit = 1, kPedalUp = 2, kPed
 
 /// What the robot said last.
 struct RobotView {
-  std::int64_t stamp_ns = 0;
+  std::int64_t stamp_ns = 0;  ///< by the robot's clock
+  std::int64_t seen_ns = 0;   ///< by the caller's monotonic clock: after a hold-up, much at once
   std::int32_t runlevel = kEmergencyStop;
   OperatingState operating = OperatingState::kUnknown;
   bool homed = false;
@@ -115,6 +116,7 @@ class Follower {
   int pauses_ = 0;
   std::optional<std::int64_t> last_stamp_ns_;
   std::int64_t last_command_ns_ = 0;
+  std::int64_t last_command_seen_ns_ = 0;
   std::int64_t tracked_ns_ = 0;  // when the arm was last close to its desired joints
   std::int64_t near_end_since_ns_ = 0;
   Eigen::Vector3d setpoint_ji_ = Eigen::Vector3d::Zero();
@@ -122,6 +124,7 @@ class Follower {
   Eigen::Vector3d own_start_ji_ = Eigen::Vector3d::Zero();
   // Window in which the controller's desired joints are compared with the commands.
   std::int64_t window_ns_ = 0;
+  std::int64_t window_seen_ns_ = 0;
   Eigen::Vector3d window_commanded_ji_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d window_desired_ji_ = Eigen::Vector3d::Zero();
 };

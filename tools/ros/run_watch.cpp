@@ -144,7 +144,10 @@ void RunWatch::take_measured(std::span<const std::uint8_t> bytes, const Received
 }
 
 robot::RobotView RunWatch::view_of(const record::RavenStateMessage& state) const {
+  const auto seen =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch());
   return {.stamp_ns = state.stamp_ns,
+          .seen_ns = seen.count(),
           .runlevel = heard_.runlevel,
           .operating = heard_.operating,
           .homed = heard_.homed,
