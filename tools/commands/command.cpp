@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "cli/exit_code.hpp"
@@ -43,6 +46,13 @@ core::Result<std::vector<record::Recording>> load_recordings(const std::vector<s
     recordings.push_back(std::move(recording));
   }
   return recordings;
+}
+
+bool is_among(const std::string& path, const std::vector<std::string>& others) {
+  return std::any_of(others.begin(), others.end(), [&](const std::string& other) {
+    std::error_code unknown;
+    return std::filesystem::equivalent(path, other, unknown);
+  });
 }
 
 std::vector<const record::Recording*> pointers_to(

@@ -24,6 +24,9 @@ void add_load_options(CLI::App& command, record::LoadOptions& load);
 core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
                                                              const record::LoadOptions& load);
 
+/// True if that file is among them, by whatever path.
+bool is_among(const std::string& path, const std::vector<std::string>& others);
+
 std::vector<const record::Recording*> pointers_to(const std::vector<record::Recording>& recordings);
 
 }  // namespace ravencal::commands

@@ -71,11 +71,8 @@ core::Status tests_are_unseen(const Arguments& a) {
   if (!a.test_profile.empty()) return {};
   for (const auto& [set, paths] : a.sets) {
     for (const std::string& tested : paths) {
-      for (const std::string& trained : a.train) {
-        std::error_code unknown;
-        if (std::filesystem::equivalent(tested, trained, unknown))
-          return usage(fmt::format("{}: is both trained on and tested on", tested));
-      }
+      if (is_among(tested, a.train))
+        return usage(fmt::format("{}: is both trained on and tested on", tested));
     }
   }
   return {};

@@ -12,6 +12,7 @@
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/version.hpp"
 #include "record/load.hpp"
@@ -110,14 +111,11 @@ core::Status held_out_is_unseen(const Arguments& arguments) {
       arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.profile;
   if (!same_rows) return {};
   for (const std::string& held_out : arguments.held_out) {
-    for (const std::string& seen : arguments.recordings) {
-      std::error_code unknown;
-      if (!std::filesystem::equivalent(held_out, seen, unknown)) continue;
+    if (is_among(held_out, arguments.recordings))
       return core::Error{core::ErrorCode::kUsage,
                          fmt::format("{}: is among the recordings to fit; hold another one out, or "
                                      "a part of each with --held-out-from",
                                      held_out)};
-    }
   }
   return {};
 }

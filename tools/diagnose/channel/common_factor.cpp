@@ -24,18 +24,16 @@ constexpr double kNoCoincidence = 10.0;
 /// error like any other effect.
 constexpr double kMostImitated = 1.5;
 
-/// Weight of a term's squared change, in tolerances.
-double weight_of(const NominalTerm& term) { return term.form_only ? 1.0 : 1.0 / kVarianceWithin; }
-
-/// Error in units of its noise, and what the plant's numbers cost.
-double score_of(const ChannelModel& model, const std::vector<NominalTerm>& terms) {
-  const VectorXd b = joint_fit(model);
-  double score = held_out_errors(model).sum() / noise_unit(model);
+/// The model with numbers that are spread evenly within their tolerances, which as deviations are
+/// smaller by a root.
+ChannelModel with_even_numbers(ChannelModel model, const std::vector<NominalTerm>& terms) {
   for (std::size_t t = 0; t < terms.size(); ++t) {
-    const double change = b[static_cast<Index>(t) + 1] / model.tolerance[t];
-    score += weight_of(terms[t]) * change * change;
+    if (terms[t].form_only) continue;
+    model.precision[static_cast<Index>(t) + 1] /= kVarianceWithin;
+    model.tolerance[t] *= std::sqrt(kVarianceWithin);
   }
-  return score;
+  model.hold_nominal();
+  return model;
 }
 
 }  // namespace
@@ -47,10 +45,7 @@ void adopt_common_factor(ChannelFit& fit) {
     return c->untestable.empty() && c->form->off_by(VectorXd::Zero(1)).has_value();
   });
   if (found == candidates.end()) return;
-  ChannelModel without = fit.model;
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t)
-    without.precision[static_cast<Index>(t) + 1] *= weight_of(fit.nominal.terms[t]);
-  without.hold_nominal();
+  const ChannelModel without = with_even_numbers(fit.model, fit.nominal.terms);
   Chosen factor{
       static_cast<std::size_t>(found - candidates.begin()), {}, (*found)->columns.front()};
   factor.by_numbers = true;
@@ -61,9 +56,8 @@ void adopt_common_factor(ChannelFit& fit) {
   const double off = *form.off_by(b);
   if (std::abs(off) > kMostImitated) return;
   const double cost = number_cost(off, 1.0);
-  if (score_of(without, fit.nominal.terms) - score_of(with, fit.nominal.terms) - cost <
-      kNoCoincidence)
-    return;
+  if (score_of(without) - score_of(with) - cost < kNoCoincidence) return;
+  with.tolerance = fit.model.tolerance;
   fit.model = std::move(with);
 }
 

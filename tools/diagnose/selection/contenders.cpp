@@ -38,12 +38,11 @@ Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double 
   return e;
 }
 
-bool is_repeated(const Evidence& evidence, const EffectForm& form, const VectorXd& before,
-                 const VectorXd& after, const Gates& gates) {
-  if (repeats(gates, evidence.z, evidence.block_p)) return true;
-  // Of time alone neighbours tell each other, however far they are.
-  if (form.time_only() || evidence.share < gates.most_share) return false;
+bool takes_most(const EffectForm& form, const VectorXd& before, const VectorXd& after,
+                const Gates& gates) {
   const VectorXd gains = before - after;
+  // Of time alone neighbours tell each other, however far they are.
+  if (form.time_only() || gains.sum() < gates.most_share * before.sum()) return false;
   Index best = 0;
   gains.maxCoeff(&best);
   const Index first = std::max<Index>(best - 1, 0);
@@ -72,9 +71,9 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
     Contender contender{&tested, held_out_errors(with), 0.0};
     const Evidence e = anew(tested.evidence, result.errors, contender.errors, rows, 1);
     const EffectForm& form = *model.candidates[tested.candidate]->form;
-    if (!admissible(e, model, gates) || !last_is_consistent(with) ||
-        !is_repeated(e, form, result.errors, contender.errors, gates))
-      continue;
+    const bool repeated =
+        repeats(gates, e.z, e.block_p) || takes_most(form, result.errors, contender.errors, gates);
+    if (!repeated || !admissible(e, model, gates) || !last_is_consistent(with)) continue;
     if (form.takes_any_shape(*model.series) && !predicts_beyond(with, model)) continue;
     contender.score = contender.errors.sum() / unit + prior_cost(with);
     out.push_back(std::move(contender));

@@ -14,11 +14,11 @@ namespace ravencal::diagnose {
 Evidence anew(Evidence e, const Eigen::VectorXd& before, const Eigen::VectorXd& after, double rows,
               std::uint64_t seed);
 
-/// True if the gain from errors `before` to `after` by block is repeated in held-out blocks; or if
-/// it takes most of their error and still does without the best block and its neighbours: a motion
-/// that shows an effect may come in too few stretches for a test over blocks.
-bool is_repeated(const Evidence& evidence, const EffectForm& form, const Eigen::VectorXd& before,
-                 const Eigen::VectorXd& after, const Gates& gates);
+/// True if the gain from errors `before` to `after` by block takes most of them, and still does
+/// without the best block and its neighbours: a motion that shows an effect may come in too few
+/// stretches for a test over blocks.
+bool takes_most(const EffectForm& form, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                const Gates& gates);
 
 /// The likeliest admissible candidate; but a number of the plant that is off, or what a session
 /// brings, unless missing physics is clearly likelier: plants hold wrong numbers more often than

@@ -147,7 +147,8 @@ void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
     const EffectForm& form = *model.candidates[model.chosen[i].candidate]->form;
     const Evidence e = evidence_of(model, i, gates, seed);
     if (model.permits(form) && e.p_value <= gates.alpha && e.share >= gates.least_share &&
-        is_repeated(e, form, held_out_errors(model.without(i)), held_out_errors(model), gates))
+        (repeats(gates, e.z, e.block_p) ||
+         takes_most(form, held_out_errors(model.without(i)), held_out_errors(model), gates)))
       continue;
     model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
     model.hold_nominal();
