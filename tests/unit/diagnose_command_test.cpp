@@ -3,8 +3,10 @@
 // The command's channel of an arm whose motors wind each other's cables.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/series/series.hpp"
@@ -98,6 +100,24 @@ TEST(Command, KnowsItsGainToTheStepThatCutsAllCommandsAlike) {
     EXPECT_LE(ratio.ci95.first, 2.0);
     EXPECT_GE(ratio.ci95.second, 2.0);
     EXPECT_LT(ratio.ci95.second - ratio.ci95.first, 0.2);
+  }
+}
+
+TEST(Command, GainIsANumberInSoftwareAndKnownToTwoPercent) {
+  for (const auto& [plant_gain, named] : {std::pair{"0.32", true}, {"0.303", false}}) {
+    const physics::Plant plant = servoed(plant_gain);
+    const auto set = diagnose::build_series({servoed_motion()}, {}, plant, {});
+    ASSERT_TRUE(set.ok()) << set.error().message;
+    for (const diagnose::Series& s : set->series) {
+      if (s.stage != diagnose::Stage::kCommand || s.joint != "one") continue;
+      const auto findings = diagnose::analyse_command(s, plant, {});
+      EXPECT_EQ(!findings.effects.empty(), named) << plant_gain;
+      const bool limited = std::any_of(
+          findings.not_found.begin(), findings.not_found.end(), [](const diagnose::NotFound& n) {
+            return n.id == "controller_gain" && n.detection_limit == 0.02;
+          });
+      EXPECT_EQ(limited, !named) << plant_gain;
+    }
   }
 }
 

@@ -300,6 +300,14 @@ TEST(SpectralLine, OfTheMotionItselfIsNone) {
                                    0.05 * coloured(20000, 0.9, 4) + tone, 0.002));
 }
 
+TEST(SpectralLine, IsSeenThoughItShakesTheJoint) {
+  const VectorXd t_s = times(20000);
+  const VectorXd tone = (2.0 * 3.14159265 * 0.5 * t_s.array()).sin();
+  const VectorXd motion = coloured(20000, 0.9, 4) + 0.4 * tone;  // stands out by itself
+  EXPECT_TRUE(diagnose::find_line(t_s, motion, coloured(20000, 0.9, 5), 0.002));
+  EXPECT_TRUE(diagnose::find_line(t_s, 0.2 * coloured(20000, 0.9, 3) + 0.4 * tone, motion, 0.002));
+}
+
 TEST(SmoothMotion, KeepsVelocitiesSharpWhereAccelerationsNeedALongWindow) {
   const Index rows = 6000;
   const VectorXd t_s = times(rows);

@@ -190,6 +190,9 @@ double resolution_of(const Series& s) {
 
 constexpr int kSegments = 24;
 
+/// A gain is a number in software, which only a converter's steps and a filter bend.
+constexpr double kGainTolerance = 0.02;
+
 /// A law that leaves more than this share of the recorded command is not the one that made it.
 constexpr double kExplained = 0.5;
 
@@ -336,7 +339,7 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
       joint.controller->kp_n_m_per_rad * joint.reduction * joint.reduction / joint.gearbox_ratio;
   const auto tolerance_entry = joint.tolerance.find("controller_gain");
   const double tolerance =
-      tolerance_entry == joint.tolerance.end() ? 0.10 : tolerance_entry->second;
+      tolerance_entry == joint.tolerance.end() ? kGainTolerance : tolerance_entry->second;
   const Law law = fit_law(series, 0, series.rows());
   if (nominal > 0.0) {
     const int recordings = series.recording.back() + 1;

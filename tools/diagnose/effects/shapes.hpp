@@ -149,7 +149,7 @@ inline bool weighs_by_stretch(const Series& s) {
 
 /// Stiffness of strands over that of their cable: what slips before the cable has stretched at all
 /// is friction.
-inline constexpr double kMostStrands = 10.0;
+inline constexpr double kMostStrands = 40.0;
 
 /// True if the load on the cable is known, so that the cable can be replayed.
 inline bool replayed(const Series& s) {

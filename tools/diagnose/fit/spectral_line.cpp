@@ -22,6 +22,9 @@ constexpr double kStep_s = 0.05;
 /// Bins of the spectrum to either side that say how loud noise is there, the nearest left out.
 constexpr Index kAround = 40;
 constexpr Index kNear = 4;
+/// What repeats with the motion does not stand out more than the motion itself; a tone that shakes
+/// the joint stands out in its motion as well, but much less.
+constexpr double kOfMotion = 0.25;
 
 struct Thinned {
   std::vector<double> t_s, x;
@@ -130,9 +133,11 @@ std::optional<SpectralLine> find_line(const VectorXd& t_s, const VectorXd& resid
   const auto most = std::max_element(power.begin(), power.end()) - power.begin();
   // Noise has exponential powers: beyond k medians with chance 2^-k. Residuals are not Gaussian.
   const double needed = 1.5 * std::log2(static_cast<double>(count) / alpha);
-  if (prominence(power, most) < needed) return std::nullopt;
+  const double found = prominence(power, most);
+  if (found < needed) return std::nullopt;
   const double hz = kLowest_hz + static_cast<double>(most) * step_hz;
-  if (prominence(spectrum_of(moved, frequencies), most) > needed) return std::nullopt;
+  if (prominence(spectrum_of(moved, frequencies), most) > std::max(needed, kOfMotion * found))
+    return std::nullopt;
   // A tone goes on: each half of the time has at least half of its amplitude.
   for (const std::size_t half : {std::size_t{0}, size / 2}) {
     const double own = power_at(rest, hz, half, half + size / 2);

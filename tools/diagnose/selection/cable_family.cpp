@@ -111,12 +111,20 @@ bool steady(const ChannelModel& model) {
 }
 
 /// Error that no simulation of a cable comes below, as sum of squares: a share of how far the cable
-/// parts motor and joint.
+/// parts motor and joint, and of strands half of what laws of friction differ by.
 double form_error(const ChannelModel& rest, const CableSubset& subset) {
   const Series& s = *rest.series;
-  VectorXd stretch = rest.blocks.gather(cable_stretch(s, cable_with(s, subset)));
+  CableNumbers cable = cable_with(s, subset);
+  VectorXd stretch = rest.blocks.gather(cable_stretch(s, cable));
   stretch.array() -= stretch.mean();
-  return kModelForm * kModelForm * stretch.squaredNorm();
+  double squares = kModelForm * kModelForm * stretch.squaredNorm();
+  if (cable.strand_stiffness <= 0.0) return squares;
+  cable.strand_openness = 0.0;
+  VectorXd law = rest.blocks.gather(cable_stretch(s, cable));
+  cable.strand_openness = 1.0;
+  law -= rest.blocks.gather(cable_stretch(s, cable));
+  law.array() -= law.mean();
+  return squares + 0.25 * law.squaredNorm();
 }
 
 /// The likeliest set; but one of numbers that are off, unless missing physics is clearly likelier,

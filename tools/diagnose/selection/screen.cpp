@@ -2,6 +2,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "diagnose/selection/selection.hpp"
 
@@ -17,6 +18,30 @@ constexpr double kLeastStepZ = 8.0;
 /// A column with more of its energy in the means of blocks is slow.
 constexpr double kSlowShare = 0.4;
 
+/// A fit of some columns, its coefficients held by their precision.
+class Fit {
+ public:
+  Fit(MatrixXd columns, const VectorXd& precision) : columns_(std::move(columns)) {
+    MatrixXd normal = columns_.transpose() * columns_;
+    normal.diagonal() += precision;
+    normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
+    solver_.compute(normal);
+  }
+
+  [[nodiscard]] VectorXd rest_of(const VectorXd& y) const {
+    return y - columns_ * solver_.solve(columns_.transpose() * y);
+  }
+
+ private:
+  MatrixXd columns_;
+  Eigen::LDLT<MatrixXd> solver_;
+};
+
+MatrixXd with_free_numbers(const ChannelModel& model, MatrixXd columns) {
+  columns.leftCols(model.free_base.cols()) = model.free_base;
+  return columns;
+}
+
 /// The model's columns and moments, and what a candidate adds beyond them.
 class Screen {
  public:
@@ -26,7 +51,9 @@ class Screen {
         precision_(model.column_precision(columns_.cols())),
         moments_(moments_of(model.blocks, columns_, model.target)),
         noise_moments_(moments_of(model.blocks, columns_, model.noise)),
-        total_(moments_.total()) {
+        total_(moments_.total()),
+        held_(columns_, precision_),
+        free_(with_free_numbers(model, columns_), precision_) {
     const Index k = columns_.cols();
     MatrixXd normal = total_.topLeftCorner(k, k);
     normal.diagonal() += precision_;
@@ -76,13 +103,23 @@ class Screen {
 
   /// A slow column against noise that wanders: what counts is whether its steps from block to block
   /// are seen among the steps of the residual, each an observation of its own. In (0, 1]; 1 for
-  /// columns that vary within blocks.
-  [[nodiscard]] double wander_factor(const MatrixXd& z, const Unique& u, bool time_only) const {
+  /// columns that vary within blocks. A number of the plant that is held at its limit in an
+  /// effect's place leaves steps of its own, and one that is free may say what the effect says: the
+  /// better view of the two.
+  [[nodiscard]] double wander_factor(const MatrixXd& z, const EffectForm& form) const {
+    if (model_.blocks.count() < 8 || z.cols() != 1) return 1.0;
+    const double held =
+        wander_factor(held_.rest_of(z.col(0)), held_.rest_of(model_.target), form.time_only());
+    if (held == 1.0 || form.nominal_term()) return held;
+    return std::max(held, wander_factor(free_.rest_of(z.col(0)), free_.rest_of(model_.free_target),
+                                        form.time_only()));
+  }
+
+  /// The same of a column's own part and what the model leaves.
+  [[nodiscard]] double wander_factor(const VectorXd& own, const VectorXd& rest,
+                                     bool time_only) const {
     const Blocks& blocks = model_.blocks;
     const auto count = static_cast<Index>(blocks.count());
-    if (count < 8 || z.cols() != 1) return 1.0;
-    const VectorXd own = (z - columns_ * u.projection).col(0);
-    const VectorXd rest = model_.target - columns_ * solve(total_, precision_);
     VectorXd x(count);
     VectorXd y(count);
     double slow = 0.0;
@@ -139,6 +176,8 @@ class Screen {
   Moments noise_moments_;
   MatrixXd total_;
   Eigen::LDLT<MatrixXd> solver_;
+  Fit held_;
+  Fit free_;
 };
 
 /// RMS that the candidate takes off the held-out error: its contribution beyond what the model can
@@ -248,7 +287,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     tested.unique_share = unique.share;
     flips[n].gain =
         unique.gain / slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
-    flips[n].gain *= view.wander_factor(tested.best.columns, unique, form.time_only());
+    flips[n].gain *= view.wander_factor(tested.best.columns, form);
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
     tested.coefficients = coefficients;
