@@ -79,12 +79,12 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
 /// A large step bends everything that is fitted beside it, so that none of it is left to be seen,
 /// and what is not fitted yet bends the place where it seems to be. The likeliest one is taken into
 /// the model, which gives honest noise, and put back onto that noise to say where it is, in turns.
-/// Where it comes to rest it must be larger than all that is left beside it, or it would hide
+/// Where it comes to rest it must take a quarter of what passed for noise, or it would hide
 /// nothing; whether it is real is asked by the likelihood of the whole model (keep_proven_steps).
 /// From one start to the next homing may have changed, which bends as much and is no step.
 void adopt_hidden_step(ChannelFit& fit) {
   constexpr double kSuspicious = 0.15;
-  constexpr double kLarge = 0.5;
+  constexpr double kLarge = 0.75;
   constexpr int kTurns = 6;
   ChannelModel& model = fit.model;
   if (stretches_of(*model.series, model.blocks.rows).size() > 1) return;
