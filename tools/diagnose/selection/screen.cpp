@@ -2,6 +2,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "diagnose/selection/selection.hpp"
@@ -18,16 +19,20 @@ constexpr double kLeastStepZ = 8.0;
 /// A column with more of its energy in the means of blocks is slow.
 constexpr double kSlowShare = 0.4;
 
-/// A fit of some columns, its coefficients held by their precision.
-class Fit {
+/// A channel's model with all numbers of its plant free.
+class FreeFit {
  public:
-  Fit(MatrixXd columns, const VectorXd& precision) : columns_(std::move(columns)) {
+  FreeFit(const ChannelModel& model, MatrixXd columns, const VectorXd& precision)
+      : columns_(std::move(columns)) {
+    columns_.leftCols(model.free_base.cols()) = model.free_base;
     MatrixXd normal = columns_.transpose() * columns_;
     normal.diagonal() += precision;
     normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
     solver_.compute(normal);
+    rest_ = rest_of(model.free_target);
   }
 
+  [[nodiscard]] const VectorXd& rest() const { return rest_; }
   [[nodiscard]] VectorXd rest_of(const VectorXd& y) const {
     return y - columns_ * solver_.solve(columns_.transpose() * y);
   }
@@ -35,12 +40,8 @@ class Fit {
  private:
   MatrixXd columns_;
   Eigen::LDLT<MatrixXd> solver_;
+  VectorXd rest_;
 };
-
-MatrixXd with_free_numbers(const ChannelModel& model, MatrixXd columns) {
-  columns.leftCols(model.free_base.cols()) = model.free_base;
-  return columns;
-}
 
 /// The model's columns and moments, and what a candidate adds beyond them.
 class Screen {
@@ -52,13 +53,15 @@ class Screen {
         moments_(moments_of(model.blocks, columns_, model.target)),
         noise_moments_(moments_of(model.blocks, columns_, model.noise)),
         total_(moments_.total()),
-        held_(columns_, precision_),
-        free_(with_free_numbers(model, columns_), precision_) {
+        rest_(model.target - columns_ * solve(total_, precision_)) {
     const Index k = columns_.cols();
     MatrixXd normal = total_.topLeftCorner(k, k);
     normal.diagonal() += precision_;
     normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
     solver_.compute(normal);
+    const auto holds = [](double held) { return held != 0.0; };
+    if (std::any_of(model.held.begin(), model.held.end(), holds))
+      free_.emplace(model, columns_, precision_);
   }
 
   [[nodiscard]] VectorXd errors() const {
@@ -106,13 +109,13 @@ class Screen {
   /// columns that vary within blocks. A number of the plant that is held at its limit in an
   /// effect's place leaves steps of its own, and one that is free may say what the effect says: the
   /// better view of the two.
-  [[nodiscard]] double wander_factor(const MatrixXd& z, const EffectForm& form) const {
+  [[nodiscard]] double wander_factor(const MatrixXd& z, const Unique& u,
+                                     const EffectForm& form) const {
     if (model_.blocks.count() < 8 || z.cols() != 1) return 1.0;
-    const double held =
-        wander_factor(held_.rest_of(z.col(0)), held_.rest_of(model_.target), form.time_only());
-    if (held == 1.0 || form.nominal_term()) return held;
-    return std::max(held, wander_factor(free_.rest_of(z.col(0)), free_.rest_of(model_.free_target),
-                                        form.time_only()));
+    const bool time_only = form.time_only();
+    const double held = wander_factor((z - columns_ * u.projection).col(0), rest_, time_only);
+    if (held == 1.0 || form.nominal_term() || !free_) return held;
+    return std::max(held, wander_factor(free_->rest_of(z.col(0)), free_->rest(), time_only));
   }
 
   /// The same of a column's own part and what the model leaves.
@@ -175,9 +178,9 @@ class Screen {
   Moments moments_;
   Moments noise_moments_;
   MatrixXd total_;
+  VectorXd rest_;
   Eigen::LDLT<MatrixXd> solver_;
-  Fit held_;
-  Fit free_;
+  std::optional<FreeFit> free_;  ///< where numbers are held
 };
 
 /// RMS that the candidate takes off the held-out error: its contribution beyond what the model can
@@ -287,7 +290,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     tested.unique_share = unique.share;
     flips[n].gain =
         unique.gain / slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
-    flips[n].gain *= view.wander_factor(tested.best.columns, form);
+    flips[n].gain *= view.wander_factor(tested.best.columns, unique, form);
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
     tested.coefficients = coefficients;
