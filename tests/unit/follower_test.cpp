@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "unit/robot_rig.hpp"
 
@@ -165,31 +166,23 @@ TEST_F(FollowerOnRobot, GoesOnAfterASpellInWhichNothingCameThrough) {
   EXPECT_EQ(follower_.stopped().reason, StopReason::kNone) << follower_.stopped().text;
 }
 
-/// Runs both, but what the robot says within these cycles is seen at once, after them.
-void run_with_hold_up(robot::VirtualController& robot, Follower& follower, int from, int to,
-                      double& jump_rad) {
+/// Runs both for a second; then what the robot says in so many cycles is seen at once, after them.
+/// Returns how far the commands for that add up to, shoulder or elbow.
+double jump_after_hold_up_rad(robot::VirtualController& robot, Follower& follower, int cycles) {
+  run_together(robot, follower, 1000);
   std::vector<robot::RobotView> held;
-  for (int i = 0; i < to; ++i) {
-    const robot::RobotView view = view_of(robot.cycle());
-    if (i >= from) {
-      held.push_back(view);
-      continue;
-    }
-    if (const auto command = follower.take(view))
-      robot.command(robot::ArmName::kGold, robot::CommandKind::kRelative, command->increment_ji);
-  }
+  for (int i = 0; i < cycles; ++i) held.push_back(view_of(robot.cycle()));
   Vector3d sum = Vector3d::Zero();
   std::int64_t seen_ns = held.back().seen_ns;
   for (robot::RobotView& view : held) {
     view.seen_ns = seen_ns += 20'000;  // what it takes to read one
     if (const auto command = follower.take(view)) sum += command->increment_ji;
   }
-  jump_rad = sum.head<2>().cwiseAbs().maxCoeff();
+  return sum.head<2>().cwiseAbs().maxCoeff();
 }
 
 TEST_F(FollowerOnRobot, DoesNotJumpWhenStatesThatWereHeldUpComeAtOnce) {
-  double jump_rad = 0.0;
-  run_with_hold_up(robot_, follower_, 1000, 1190, jump_rad);
+  const double jump_rad = jump_after_hold_up_rad(robot_, follower_, 190);
   EXPECT_EQ(follower_.phase(), Phase::kMoving) << follower_.stopped().text;
   EXPECT_GT(jump_rad, 0.0);
   EXPECT_LT(jump_rad, 0.15 * kDeg);  // a command for each would be 0.4 deg
@@ -197,8 +190,7 @@ TEST_F(FollowerOnRobot, DoesNotJumpWhenStatesThatWereHeldUpComeAtOnce) {
 
 TEST_F(FollowerOnRobot, DoesNotCallCommandsIgnoredThatTheRobotHasNotSeenYet) {
   // Robot time of eleven seconds within one hold-up: a twin that is faster than real time.
-  double jump_rad = 0.0;
-  run_with_hold_up(robot_, follower_, 1000, 12'000, jump_rad);
+  (void)jump_after_hold_up_rad(robot_, follower_, 11'000);
   EXPECT_EQ(follower_.phase(), Phase::kMoving) << follower_.stopped().text;
 }
 

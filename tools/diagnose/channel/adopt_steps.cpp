@@ -84,7 +84,7 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
 /// From one start to the next homing may have changed, which bends as much and is no step.
 void adopt_hidden_step(ChannelFit& fit) {
   constexpr double kSuspicious = 0.15;
-  constexpr double kLarge = 0.75;
+  constexpr double kMostLeft = 0.75;
   constexpr int kTurns = 6;
   ChannelModel& model = fit.model;
   if (stretches_of(*model.series, model.blocks.rows).size() > 1) return;
@@ -105,7 +105,7 @@ void adopt_hidden_step(ChannelFit& fit) {
       const double memory = noise_memory(trial.model, noise);
       const auto rows = static_cast<double>(noise.size());
       const double variance = noise.squaredNorm() / rows;
-      if (noise.squaredNorm() > kLarge * model.noise.squaredNorm()) return;
+      if (noise.squaredNorm() > kMostLeft * model.noise.squaredNorm()) return;
       const double energy = (column.array() - column.mean()).square().sum();
       suspect.window = near;
       suspect.deviation = std::sqrt(variance * memory / energy);

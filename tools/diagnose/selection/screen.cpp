@@ -19,17 +19,16 @@ constexpr double kLeastStepZ = 8.0;
 /// A column with more of its energy in the means of blocks is slow.
 constexpr double kSlowShare = 0.4;
 
-/// A channel's model with all numbers of its plant free.
-class FreeFit {
+/// What a model's columns leave of a target or of any other signal.
+class Fit {
  public:
-  FreeFit(const ChannelModel& model, MatrixXd columns, const VectorXd& precision)
+  Fit(const ChannelModel& model, MatrixXd columns, const VectorXd& target)
       : columns_(std::move(columns)) {
-    columns_.leftCols(model.free_base.cols()) = model.free_base;
     MatrixXd normal = columns_.transpose() * columns_;
-    normal.diagonal() += precision;
+    normal.diagonal() += model.column_precision(columns_.cols());
     normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
     solver_.compute(normal);
-    rest_ = rest_of(model.free_target);
+    rest_ = rest_of(target);
   }
 
   [[nodiscard]] const VectorXd& rest() const { return rest_; }
@@ -43,6 +42,62 @@ class FreeFit {
   VectorXd rest_;
 };
 
+/// A slow column against noise that wanders: what counts is whether its steps from block to block
+/// are seen among the steps of the residual, each an observation of its own.
+class Wander {
+ public:
+  explicit Wander(const ChannelModel& model)
+      : model_(model), held_(model, model.columns(), model.target) {
+    const auto holds = [](double held) { return held != 0.0; };
+    if (std::none_of(model.held.begin(), model.held.end(), holds)) return;
+    MatrixXd columns = model.columns();
+    columns.leftCols(model.free_base.cols()) = model.free_base;
+    free_.emplace(model, std::move(columns), model.free_target);
+  }
+
+  /// In (0, 1]; 1 for columns that vary within blocks. A number of the plant that is held at its
+  /// limit in an effect's place leaves steps of its own, and one that is free may say what the
+  /// effect says: the better view of the two.
+  [[nodiscard]] double factor(const MatrixXd& z, const EffectForm& form) const {
+    if (model_.blocks.count() < 8 || z.cols() != 1) return 1.0;
+    const double held = factor_in(held_, z.col(0), form.time_only());
+    if (held == 1.0 || form.nominal_term() || !free_) return held;
+    return std::max(held, factor_in(*free_, z.col(0), form.time_only()));
+  }
+
+ private:
+  [[nodiscard]] double factor_in(const Fit& fit, const VectorXd& z, bool time_only) const {
+    const Blocks& blocks = model_.blocks;
+    const auto count = static_cast<Index>(blocks.count());
+    const VectorXd own = fit.rest_of(z);
+    const VectorXd& rest = fit.rest();
+    VectorXd x(count);
+    VectorXd y(count);
+    double slow = 0.0;
+    for (Index b = 0; b < count; ++b) {
+      const auto n = static_cast<std::size_t>(b);
+      x[b] = own.segment(blocks.first(n), blocks.size(n)).mean();
+      y[b] = rest.segment(blocks.first(n), blocks.size(n)).mean();
+      slow += x[b] * x[b] * static_cast<double>(blocks.size(n));
+    }
+    if (!time_only && slow < kSlowShare * own.squaredNorm()) return 1.0;
+    VectorXd dx = x;
+    VectorXd dy = y;
+    dx.tail(count - 1) -= x.head(count - 1);
+    dy.tail(count - 1) -= y.head(count - 1);
+    // A constant takes the level at the start; without one it is a step from nothing.
+    if (model_.has_constant()) dx[0] = dy[0] = 0.0;
+    const double slope = dx.dot(dy) / std::max(dx.squaredNorm(), 1e-300);
+    const double left = (dy - slope * dx).squaredNorm() / static_cast<double>(count - 2);
+    const double z2 = slope * slope * dx.squaredNorm() / std::max(left, 1e-300);
+    return std::min(1.0, z2 / (kLeastStepZ * kLeastStepZ));
+  }
+
+  const ChannelModel& model_;
+  Fit held_;
+  std::optional<Fit> free_;  ///< where numbers are held
+};
+
 /// The model's columns and moments, and what a candidate adds beyond them.
 class Screen {
  public:
@@ -52,16 +107,12 @@ class Screen {
         precision_(model.column_precision(columns_.cols())),
         moments_(moments_of(model.blocks, columns_, model.target)),
         noise_moments_(moments_of(model.blocks, columns_, model.noise)),
-        total_(moments_.total()),
-        rest_(model.target - columns_ * solve(total_, precision_)) {
+        total_(moments_.total()) {
     const Index k = columns_.cols();
     MatrixXd normal = total_.topLeftCorner(k, k);
     normal.diagonal() += precision_;
     normal.diagonal() += 1e-9 * (normal.diagonal().array() + 1e-300).matrix();
     solver_.compute(normal);
-    const auto holds = [](double held) { return held != 0.0; };
-    if (std::any_of(model.held.begin(), model.held.end(), holds))
-      free_.emplace(model, columns_, precision_);
   }
 
   [[nodiscard]] VectorXd errors() const {
@@ -104,47 +155,6 @@ class Screen {
     return u;
   }
 
-  /// A slow column against noise that wanders: what counts is whether its steps from block to block
-  /// are seen among the steps of the residual, each an observation of its own. In (0, 1]; 1 for
-  /// columns that vary within blocks. A number of the plant that is held at its limit in an
-  /// effect's place leaves steps of its own, and one that is free may say what the effect says: the
-  /// better view of the two.
-  [[nodiscard]] double wander_factor(const MatrixXd& z, const Unique& u,
-                                     const EffectForm& form) const {
-    if (model_.blocks.count() < 8 || z.cols() != 1) return 1.0;
-    const bool time_only = form.time_only();
-    const double held = wander_factor((z - columns_ * u.projection).col(0), rest_, time_only);
-    if (held == 1.0 || form.nominal_term() || !free_) return held;
-    return std::max(held, wander_factor(free_->rest_of(z.col(0)), free_->rest(), time_only));
-  }
-
-  /// The same of a column's own part and what the model leaves.
-  [[nodiscard]] double wander_factor(const VectorXd& own, const VectorXd& rest,
-                                     bool time_only) const {
-    const Blocks& blocks = model_.blocks;
-    const auto count = static_cast<Index>(blocks.count());
-    VectorXd x(count);
-    VectorXd y(count);
-    double slow = 0.0;
-    for (Index b = 0; b < count; ++b) {
-      const auto n = static_cast<std::size_t>(b);
-      x[b] = own.segment(blocks.first(n), blocks.size(n)).mean();
-      y[b] = rest.segment(blocks.first(n), blocks.size(n)).mean();
-      slow += x[b] * x[b] * static_cast<double>(blocks.size(n));
-    }
-    if (!time_only && slow < kSlowShare * own.squaredNorm()) return 1.0;
-    VectorXd dx = x;
-    VectorXd dy = y;
-    dx.tail(count - 1) -= x.head(count - 1);
-    dy.tail(count - 1) -= y.head(count - 1);
-    // A constant takes the level at the start; without one it is a step from nothing.
-    if (model_.has_constant()) dx[0] = dy[0] = 0.0;
-    const double slope = dx.dot(dy) / std::max(dx.squaredNorm(), 1e-300);
-    const double left = (dy - slope * dx).squaredNorm() / static_cast<double>(count - 2);
-    const double z2 = slope * slope * dx.squaredNorm() / std::max(left, 1e-300);
-    return std::min(1.0, z2 / (kLeastStepZ * kLeastStepZ));
-  }
-
   [[nodiscard]] FlipOption flip_option(const MatrixXd& z, const Unique& u) const {
     const Blocks& blocks = model_.blocks;
     const Index k = columns_.cols();
@@ -178,9 +188,7 @@ class Screen {
   Moments moments_;
   Moments noise_moments_;
   MatrixXd total_;
-  VectorXd rest_;
   Eigen::LDLT<MatrixXd> solver_;
-  std::optional<FreeFit> free_;  ///< where numbers are held
 };
 
 /// RMS that the candidate takes off the held-out error: its contribution beyond what the model can
@@ -233,6 +241,7 @@ double z_score(const VectorXd& gains) {
 
 ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t seed) {
   const Screen view(model);
+  const Wander wander(model);
   ScreenResult result;
   result.errors = view.errors();
   std::vector<FlipCandidate> flips;
@@ -290,7 +299,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     tested.unique_share = unique.share;
     flips[n].gain =
         unique.gain / slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
-    flips[n].gain *= view.wander_factor(tested.best.columns, unique, form);
+    flips[n].gain *= wander.factor(tested.best.columns, form);
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
     tested.coefficients = coefficients;
