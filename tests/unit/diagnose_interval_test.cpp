@@ -161,6 +161,36 @@ TEST(DiagnoseInterval, OfAConstantIsNoWiderWhereNothingWandersNorStretches) {
   EXPECT_LT(whole, 1.4 * chance) << "Student's price for so few slow cosines";
 }
 
+/// A number of the plant that is 5 % more than the plant says, and an error of its form that asks
+/// for 20 % less: it ends at its limit, and what it should have said of the ratio is the ratio's.
+TEST(DiagnoseInterval, CountsNumbersThatTheDataHoldAtTheirLimits) {
+  constexpr double kRatio = 0.004;
+  const Series s = swinging(Stage::kTransmission);
+  const VectorXd own = 1e-3 * (1.3 * s.t_s.array()).sin();
+  const VectorXd stretch = 2e-3 * s.motion.q + own;
+  std::mt19937_64 engine(8);
+  VectorXd noise(kRows);
+  for (double& x : noise) x = 2e-5 * standard_normal(engine);
+  ChannelFit fit = fit_of(s, stretch, kRatio * s.motion.q + 0.05 * stretch - 0.25 * own + noise);
+  ChannelModel& model = fit.model;
+  model.precision[1] *= noise.squaredNorm() / model.noise.squaredNorm();
+  model.noise = noise;
+  fit.forms.push_back(gain_error());
+  auto candidate = std::make_shared<Candidate>();
+  candidate->form = fit.forms.front().get();
+  model.candidates.push_back(candidate);
+  model.chosen.push_back({0, {}, model.blocks.gather(s.motion.q)});
+  model.hold_nominal();
+  fit.coefficients = joint_fit(model);
+  ASSERT_EQ(model.held.front(), -0.1);
+  auto parameters = parameters_of(fit, 0, 1, Doubt::kFormToo);
+  ASSERT_FALSE(holds(parameters.front().ci95, kRatio));
+  widen_by_held(fit, 0, parameters);
+  const Interval ci = parameters.front().ci95;
+  EXPECT_TRUE(holds(ci, kRatio)) << ci.first << " " << ci.second;
+  EXPECT_LT(ci.second - ci.first, 6e-4) << "one side, by a tolerance of 2e-4 and its 95 %";
+}
+
 TEST(DiagnoseInterval, OfAWaveDoesNotHangOnWhereTheJointsZeroIs) {
   const Series s = swinging(Stage::kDrive);
   const auto ripple = torque_ripple();

@@ -10,6 +10,7 @@
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/shapes.hpp"
 #include "diagnose/selection/invariance.hpp"
 #include "diagnose/selection/selection.hpp"
 #include "diagnose_arm.hpp"
@@ -151,6 +152,28 @@ TEST(ArmPayload, IsOneNameForWhatAllJointsCarryBesideFrictionOfOne) {
   ASSERT_NE(of("coulomb_friction"), report.effects.end()) << names_in(report);
   EXPECT_EQ(of("coulomb_friction")->joint, "shoulder");
   EXPECT_NEAR(of("payload")->parameters.front().value, 0.3, 0.03);
+}
+
+/// The friction behind the cable holds a payload as it holds the link, at rest before the first
+/// motion above all: the drive feels what a cable with both on it passes on.
+TEST(Payload, LoadsTheDriveThroughTheCableAndItsFriction) {
+  constexpr double kMount_rad = 0.2, kPayload_kg = 0.3;
+  const auto plant = parsed(generator::arm_plant({}, kMount_rad));
+  const auto recording =
+      generator::record_arm({}, {.seed = 11, .rest_s = 30.0, .mount_rad = kMount_rad});
+  const auto set = diagnose::build_series({recording}, {}, plant, {});
+  ASSERT_TRUE(set.ok());
+  int drives = 0;
+  for (const diagnose::Series& s : set->series) {
+    if (s.stage != diagnose::Stage::kDrive) continue;
+    ++drives;
+    const VectorXd loaded = s.weight + kPayload_kg * s.payload_per_kg;
+    const VectorXd felt =
+        diagnose::cable_tension(s, loaded, s.cable) - diagnose::cable_tension(s, s.weight, s.cable);
+    const VectorXd found = kPayload_kg * diagnose::payload()->columns(s, {}).col(0);
+    EXPECT_LT((found - felt).norm(), 0.05 * felt.norm());
+  }
+  EXPECT_EQ(drives, 1);
 }
 
 /// Each joint's plant could be off by that much, but not all of them towards one weight.

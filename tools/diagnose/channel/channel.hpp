@@ -192,6 +192,12 @@ Eigen::VectorXd stretch_of(const ChannelFit& fit);
 void widen_by_form(const Invariance& invariance, bool of_cable,
                    std::vector<NamedParameter>& parameters);
 
+/// The first parameter's interval, wider by what it would be if numbers of the plant that the data
+/// hold at their limits were one tolerance less far off: that data want a number beyond its limit
+/// says that the model's form is wrong by as much.
+void widen_by_held(const ChannelFit& fit, std::size_t chosen,
+                   std::vector<NamedParameter>& parameters);
+
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);
 

@@ -12,8 +12,6 @@
 namespace ravencal::diagnose {
 namespace {
 
-using Eigen::Index;
-
 constexpr std::size_t kMostKept = 4;
 /// Least gain in held-out error over its standard error: chance one-sided 5 %.
 constexpr double kLeastGain_z = 1.645;
@@ -69,8 +67,7 @@ ChannelModel extended(ChannelFit& fit, const ChannelOptions& options) {
   for (const TestedCandidate& tested : result.tested) {
     if (!tested.consistent || !may_be_kept(*model.candidates[tested.candidate]->form)) continue;
     ChannelModel with = model.with(tested.best);
-    const Index numbers = tested.best.columns.cols() + static_cast<Index>(tested.best.shape.size());
-    const double score = score_of(with) + effect_cost(numbers);
+    const double score = score_of(with) + effect_cost(freedom_of(model, tested.best));
     if (score >= least || !last_is_consistent(with) || !predicts_better(with, model) ||
         !leaves_certain(fit, with, before, options))
       continue;

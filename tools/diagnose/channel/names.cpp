@@ -125,6 +125,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     // What makes the others steady is part of the model, but no name below the gate of size; nor
     // is what may as well be nothing.
     effect.certain = effect.out_of_tolerance || certain(fit, i, effect.parameters);
+    widen_by_held(fit, i, effect.parameters);
     const bool large = fit.model.chosen[i].by_numbers ||
                        evidence.size >= options.gates.size_per_floor * fit.model.floor;
     ((large && effect.certain) || effect.out_of_tolerance ? findings.effects : findings.kept)

@@ -254,6 +254,31 @@ void widen_by_form(const Invariance& invariance, bool of_cable,
   size.ci95 = widened(size.ci95, size.value, std::pow(relative * size.value, 2));
 }
 
+void widen_by_held(const ChannelFit& fit, std::size_t chosen,
+                   std::vector<NamedParameter>& parameters) {
+  if (parameters.empty()) return;
+  const ChannelModel& model = fit.model;
+  const Chosen& own = model.chosen[chosen];
+  const EffectForm& form = *model.candidates[own.candidate]->form;
+  const MatrixXd columns = model.columns();
+  const VectorXd precision = model.column_precision(columns.cols());
+  NamedParameter& size = parameters.front();
+  double low = std::pow(size.value - size.ci95.first, 2);
+  double high = std::pow(size.ci95.second - size.value, 2);
+  for (std::size_t t = 0; t < model.held.size(); ++t) {
+    if (model.held[t] == 0.0) continue;
+    const VectorXd inward = std::copysign(model.tolerance[t], model.held[t]) *
+                            model.free_base.col(static_cast<Index>(t) + 1);
+    const VectorXd b =
+        fit.coefficients + solve(moments_of(model.blocks, columns, inward).total(), precision);
+    const auto moved = form.parameters(*model.series, own.shape,
+                                       b.segment(model.first_column(chosen), own.columns.cols()));
+    const double change = moved.front().value - size.value;
+    (change < 0.0 ? low : high) += std::pow(kNormal95 * change, 2);
+  }
+  size.ci95 = {size.value - std::sqrt(low), size.value + std::sqrt(high)};
+}
+
 void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   double before = 0.0, after = 0.0, signal = 0.0, count = 0.0;

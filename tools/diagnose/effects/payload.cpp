@@ -16,7 +16,8 @@ class Payload final : public EffectForm {
     if (s.payload_per_kg.size() == 0) return "the plant does not say where a payload would hang";
     return range_of(s, s.payload_per_kg) > 0.0 ? "" : "a payload's effort would not change";
   }
-  /// Friction behind the cable that grows with its load comes with the weight.
+  /// Friction behind the cable grows with its load and holds a joint that a weight pulls down: what
+  /// the drive feels of more weight, as of the plant's own (nominal gravity), goes through both.
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
     constexpr double kTrial_kg = 0.5;
     if (weighs_by_stretch(s)) {
@@ -24,7 +25,8 @@ class Payload final : public EffectForm {
       const Eigen::VectorXd loaded = s.weight.size() > 0 ? s.weight + more : more;
       return (cable_stretch(s, s.cable) - cable_stretch(s, loaded, s.cable)) / kTrial_kg;
     }
-    if (s.cable.friction_load_share <= 0.0 || s.weight.size() == 0) return s.payload_per_kg;
+    const bool rubs = s.cable.friction_level > 0.0 || s.cable.friction_load_share > 0.0;
+    if (!rubs || s.weight.size() == 0) return s.payload_per_kg;
     const Eigen::VectorXd loaded = s.weight + kTrial_kg * s.payload_per_kg;
     return (cable_tension(s, loaded, s.cable) - cable_tension(s, s.weight, s.cable)) / kTrial_kg;
   }
