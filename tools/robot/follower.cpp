@@ -218,9 +218,10 @@ void Follower::check_commands_are_taken(const RobotView& view) {
     if (std::min(view.stamp_ns - window_ns_, view.seen_ns - window_seen_ns_) < kPatienceNs) return;
     stop(StopReason::kIgnored,
          fmt::format("the controller does not take the commands on {}: {} was told to move by {} "
-                     "within 6 s, its desired position moved by {}; is it the {} arm that "
+                     "within {:.0f} s, its desired position moved by {}; is it the {} arm that "
                      "these topics drive?",
                      options_.command_topic, name_of_joint(joint), joint_text(joint, commanded),
+                     1e-9 * static_cast<double>(view.stamp_ns - window_ns_),
                      joint_text(joint, taken[joint]), options_.arm));
     return;
   }
