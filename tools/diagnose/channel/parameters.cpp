@@ -256,21 +256,23 @@ void widen_by_form(const Invariance& invariance, bool of_cable,
 
 void widen_by_held(const ChannelFit& fit, std::size_t chosen,
                    std::vector<NamedParameter>& parameters) {
-  if (parameters.empty()) return;
   const ChannelModel& model = fit.model;
+  const auto holds = [](double held) { return held != 0.0; };
+  if (parameters.empty() || std::none_of(model.held.begin(), model.held.end(), holds)) return;
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
   const MatrixXd columns = model.columns();
   const VectorXd precision = model.column_precision(columns.cols());
+  MatrixXd moments = moments_of(model.blocks, columns, model.target).total();
   NamedParameter& size = parameters.front();
   double low = std::pow(size.value - size.ci95.first, 2);
   double high = std::pow(size.ci95.second - size.value, 2);
   for (std::size_t t = 0; t < model.held.size(); ++t) {
-    if (model.held[t] == 0.0) continue;
+    if (!holds(model.held[t])) continue;
     const VectorXd inward = std::copysign(model.tolerance[t], model.held[t]) *
                             model.free_base.col(static_cast<Index>(t) + 1);
-    const VectorXd b =
-        fit.coefficients + solve(moments_of(model.blocks, columns, inward).total(), precision);
+    moments.col(columns.cols()).head(columns.cols()) = columns.transpose() * inward;
+    const VectorXd b = fit.coefficients + solve(moments, precision);
     const auto moved = form.parameters(*model.series, own.shape,
                                        b.segment(model.first_column(chosen), own.columns.cols()));
     const double change = moved.front().value - size.value;
