@@ -131,6 +131,22 @@ TEST(DiagnoseArm, TakesALoadOfTheLinksOwnSizeForAPayload) {
   EXPECT_TRUE(says(report.effects.front(), "gravity"));
 }
 
+/// Friction is wrong more often than a motor.
+TEST(DiagnoseArm, CallsFrictionWrongWhereAMotorWouldExplainItAsWell) {
+  struct Off {
+    double factor;
+    ArmScene scene;
+  };
+  for (const Off& off : {Off{0.75, {.seed = 1}}, Off{1.35, {.seed = 5, .rich = true}}}) {
+    const auto report = run({.motor_friction = 2.5 * off.factor}, off.scene);
+    ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
+    const diagnose::NamedEffect& effect = report.effects.front();
+    EXPECT_EQ(effect.id, "coulomb_friction") << names_in(report);
+    EXPECT_TRUE(effect.out_of_tolerance);
+    EXPECT_TRUE(says(effect, "torque_constant")) << names_in(report);
+  }
+}
+
 /// Far from the joint's zero a wrong ratio is mostly a constant, but not only.
 TEST(DiagnoseArm, TellsAWrongRatioFromAHomingOffsetFarFromZero) {
   constexpr double kFar_rad = 1.2;

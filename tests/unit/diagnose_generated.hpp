@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <utility>
 
 #include "diagnose/diagnose.hpp"
@@ -10,9 +11,9 @@
 
 namespace ravencal::diagnose {
 
-/// The report of one recording on the generator's plant, on one thread.
-inline Report diagnosed(const record::Recording& recording) {
-  const auto plant = physics::parse_plant(generator::plant_text(), "generated.toml");
+/// The report of one recording on the generator's plant, on one thread; `effects` as plant_text().
+inline Report diagnosed(const record::Recording& recording, const std::string& effects = {}) {
+  const auto plant = physics::parse_plant(generator::plant_text(effects), "generated.toml");
   EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
   Options options;
   options.threads = 1;

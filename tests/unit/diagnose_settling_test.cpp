@@ -3,8 +3,11 @@
 // Rows that no law covers: the few where something else happened, and those of a joint at rest.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "diagnose/series/rest.hpp"
 #include "diagnose_generated.hpp"
 
 namespace ravencal::diagnose {
@@ -108,6 +111,107 @@ TEST(Rest, SaysNothingWhereFrictionStays) {
   const auto report = diagnosed(resting(1.0));
   EXPECT_EQ(report.verdict.text.find("at rest, joint one"), std::string::npos)
       << report.verdict.text;
+}
+
+/// Three steps up and three down, with a hold of half a minute after each, in which the joint
+/// creeps on and its drive sheds friction as the loop's error shrinks.
+record::Recording creeping() {
+  record::Recording r;
+  r.channels = {{"q", "rad", Role::kMotorPosition, "one"},
+                {"q_d", "rad", Role::kDesiredPosition, "one"},
+                {"q2", "rad", Role::kMotorPosition, "two"},
+                {"tau", "N_m", Role::kDriveTorque, "one"}};
+  constexpr Eigen::Index kRows = 24'000;
+  constexpr double kStep_s = 0.02, kMove_s = 4.0, kHold_s = 32.0, kForget_s = 10.0;
+  constexpr double kLevel_n_m = 1.0, kDisplacement_rad = 3e-4, kCreep_rad = 0.002;
+  constexpr double kPi = 3.14159265358979;
+  r.samples.resize(kRows, 4);
+  r.source = "creeping";
+  double q = 0.0, friction = 0.0, desired = 0.0;
+  std::uint32_t noise = 7;
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    const double t_s = kStep_s * static_cast<double>(i);
+    const double step = std::floor(t_s / (kMove_s + kHold_s));
+    const double since = t_s - step * (kMove_s + kHold_s);
+    const double side = std::fmod(step, 6.0) < 3.0 ? 1.0 : -1.0;
+    const bool moves = since < kMove_s;
+    const double speed = 0.05 + 0.01 * std::fmod(3.0 * step, 7.0);
+    const double held_s = since - kMove_s;
+    const double v = side * (moves ? speed * std::pow(std::sin(kPi * since / kMove_s), 2)
+                                   : kCreep_rad / kForget_s * std::exp(-held_s / kForget_s));
+    const double a =
+        moves ? side * speed * kPi / kMove_s * std::sin(2.0 * kPi * since / kMove_s) : 0.0;
+    if (moves) {
+      const double yielded = std::exp(-std::abs(v) * kStep_s / kDisplacement_rad);
+      friction = side * kLevel_n_m + (friction - side * kLevel_n_m) * yielded;
+      desired = q;
+    } else {
+      friction *= 1.0 - kStep_s / kForget_s;
+    }
+    noise = noise * 1664525U + 1013904223U;
+    const double n = (static_cast<double>(noise >> 8) / 16777216.0 - 0.5) * 0.1;
+    r.t_ns.push_back(20'000'000LL * i);
+    r.samples.row(i) << q, desired, 0.1 * std::sin(t_s), 2.0 * a + friction + n;
+    q += kStep_s * v;
+  }
+  return r;
+}
+
+TEST(Rest, ThatCreepsDoesNotBendTheFriction) {
+  const auto report = diagnosed(creeping(), R"(
+[[joint.effect]]
+id = "coulomb_friction"
+level_n_m = 1.0
+[[joint.effect]]
+id = "presliding"
+displacement_rad = 3e-4
+)");
+  EXPECT_EQ(report.verdict.kind, "nothing_left_out") << report.verdict.text;
+  const auto level = std::find_if(
+      report.refitted.begin(), report.refitted.end(),
+      [](const NamedEffect& e) { return e.id == "coulomb_friction" && e.joint == "one"; });
+  ASSERT_NE(level, report.refitted.end());
+  EXPECT_NEAR(level->parameters.front().value, 1.0, 0.02);
+}
+
+/// Speeds, and a command that stands still from `from` to `to`.
+Series commanded(const std::vector<double>& speed, Eigen::Index from, Eigen::Index to,
+                 Eigen::VectorXd& desired) {
+  const auto rows = static_cast<Eigen::Index>(speed.size());
+  Series s;
+  s.stage = Stage::kDrive;
+  s.t_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 0.1 * static_cast<double>(rows - 1));
+  s.recording.assign(speed.size(), 0);
+  s.fresh.assign(speed.size(), 0);
+  s.held_out.assign(speed.size(), 0);
+  s.valid.assign(speed.size(), 1);
+  s.motion.v = Eigen::Map<const Eigen::VectorXd>(speed.data(), rows);
+  s.y = s.motion.q = Eigen::VectorXd::Zero(rows);
+  for (Eigen::Index i = 1; i < rows; ++i) s.motion.q[i] = s.motion.q[i - 1] + 0.1 * s.motion.v[i];
+  desired = s.motion.q;
+  desired.segment(from, to - from).setConstant(desired[from]);
+  return s;
+}
+
+TEST(RowsAtRest, AreThoseThatSettleUntilTheyHaveMovedOn) {
+  std::vector<double> speed(100, 1.0);
+  for (std::size_t i = 40; i < 60; ++i) speed[i] = 0.05;
+  speed[60] = 0.06;
+  Eigen::VectorXd desired;
+  Series s = commanded(speed, 40, 60, desired);
+  s.presliding = 0.003;  // forgotten after six of them, some after the command moves again
+  const auto rest = rows_at_rest(s, desired);
+  for (Eigen::Index i = 0; i < s.rows(); ++i)
+    EXPECT_EQ(rest[static_cast<std::size_t>(i)] != 0, i >= 40 && i <= 60) << i;
+}
+
+TEST(RowsAtRest, AreNotThoseThatMoveSlowlyAsCommanded) {
+  std::vector<double> speed(100, 1.0);
+  for (std::size_t i = 40; i < 60; ++i) speed[i] = 0.05;
+  Eigen::VectorXd desired;
+  const Series s = commanded(speed, 0, 0, desired);
+  for (const char rest : rows_at_rest(s, desired)) EXPECT_EQ(rest, 0);
+  for (const char rest : rows_at_rest(s, {})) EXPECT_EQ(rest, 0);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/settling.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/selection/contenders.hpp"
 #include "diagnose/selection/invariance.hpp"
 
 namespace ravencal::diagnose {
@@ -62,33 +63,62 @@ bool completed(ChannelFit& fit, const ChannelOptions& options) {
   return true;
 }
 
-/// Effects whose first parameter may as well be zero, drawn over blocks, are none: the model has
-/// other ways to say the same.
+/// True if the first parameter of a chosen effect may as well be zero, drawn over blocks: the model
+/// has other ways to say the same.
+bool uncertain(const ChannelFit& fit, std::size_t i, const ChannelOptions& options) {
+  const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+  // A number of the plant that the others' company turned into none.
+  const bool consistent =
+      !form.nominal_term() ||
+      form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
+  if (!consistent) return true;
+  // Of several columns no single one need be certain.
+  if (fit.model.chosen[i].columns.cols() > 1) return false;
+  const auto parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kChance);
+  if (parameters.empty()) return false;
+  auto [from, to] = parameters.front().ci95;
+  double least = 0.0;
+  if (const auto term = form.nominal_term()) {
+    const NominalTerm& nominal = fit.nominal.terms[*term];
+    least = nominal.tolerance;
+    from = (from - nominal.value) / nominal.value;
+    to = (to - nominal.value) / nominal.value;
+    if (from > to) std::swap(from, to);
+  }
+  return from <= least && to >= -least;
+}
+
+/// The model with the likeliest rival in the place of an effect that is certain of its size and not
+/// clearly less likely; empty if there is none.
+std::optional<ChannelModel> with_certain_rival(const ChannelFit& fit, std::size_t i,
+                                               const ChannelOptions& options) {
+  ChannelFit trial = fit;
+  const ChannelModel rest = fit.model.without(i);
+  const ScreenResult screened = screen(rest, options.gates, options.seed + 60);
+  auto rivals = contenders(rest, screened, options.gates);
+  std::sort(rivals.begin(), rivals.end(),
+            [](const Contender& a, const Contender& b) { return a.score < b.score; });
+  const std::size_t own = fit.model.chosen[i].candidate;
+  const auto present = std::find_if(rivals.begin(), rivals.end(), [own](const Contender& c) {
+    return c.tested->candidate == own;
+  });
+  if (present == rivals.end()) return std::nullopt;
+  const double most = present->score + kClearScore;
+  for (const Contender& rival : rivals) {
+    if (rival.score > most || rival.tested->candidate == own) continue;
+    trial.model = rest.with(rival.tested->best);
+    trial.coefficients = joint_fit(trial.model);
+    if (!uncertain(trial, trial.model.chosen.size() - 1, options)) return trial.model;
+  }
+  return std::nullopt;
+}
+
+/// Uncertain effects are none, or leave their place to a rival.
 void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
   for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    // A number of the plant that the others' company turned into none.
-    const bool consistent =
-        !form.nominal_term() ||
-        form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
-    // Of several columns no single one need be certain.
-    if (consistent && fit.model.chosen[i].columns.cols() > 1) continue;
-    const auto parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kChance);
-    if (consistent && parameters.empty()) continue;
-    const NamedParameter& first = parameters.front();
-    double least = 0.0;
-    double from = first.ci95.first;
-    double to = first.ci95.second;
-    if (const auto term = form.nominal_term()) {
-      const NominalTerm& nominal = fit.nominal.terms[*term];
-      least = nominal.tolerance;
-      from = (from - nominal.value) / nominal.value;
-      to = (to - nominal.value) / nominal.value;
-      if (from > to) std::swap(from, to);
-    }
-    if (consistent && (from > least || to < -least)) continue;
-    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
-    fit.model.hold_nominal();
+    if (!uncertain(fit, i, options)) continue;
+    auto other = with_certain_rival(fit, i, options);
+    fit.model = other ? std::move(*other) : fit.model.without(i);
     fit.coefficients = joint_fit(fit.model);
   }
 }

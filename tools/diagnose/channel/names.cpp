@@ -19,13 +19,26 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Rivals that explain the data as well in the place of an effect, or nearly as likely.
-std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
-                                   const ChannelOptions& options) {
+/// Where a few blocks make the difference, a likelihood is this much surer than it should be.
+constexpr double kFewBlocks = 3.0;
+
+struct Rivals {
+  std::vector<std::string> ids;    ///< that explain the data as well, or nearly as likely
+  std::vector<std::string> close;  ///< those whom no likelihood sets apart, however sure it is
+};
+
+void sort_out(const std::string& own, std::vector<std::string>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::erase(ids, own);
+}
+
+/// What may stand in the place of an effect.
+Rivals rivals_of(const ChannelFit& fit, std::size_t chosen, const ChannelOptions& options) {
   const ChannelModel& model = fit.model;
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
-  std::vector<std::string> rivals = form.twins(*model.series);
+  Rivals rivals{form.twins(*model.series), form.twins(*model.series)};
   const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
   const VectorXd present = held_out_errors(model);
   const double likely = worth(model);
@@ -38,7 +51,8 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
     if (!last_is_consistent(with)) continue;
     const VectorXd errors = held_out_errors(with);
     const bool worse = errors.sum() > present.sum() && !tied(errors, present);
-    if (worse && worth(with) > likely + kClearScore) continue;
+    const double excess = worth(with) - likely;
+    if (worse && excess > kClearScore) continue;
     // A richer form that contains this one explains as much by necessity.
     const MatrixXd& z = t.best.columns;
     const VectorXd imitation =
@@ -47,11 +61,11 @@ std::vector<std::string> rivals_of(const ChannelFit& fit, std::size_t chosen,
                 .solve(z.transpose() * part);
     const bool richer = freedom_of(model, t.best) > freedom_of(model, own);
     if (richer && (part - imitation).squaredNorm() < 0.05 * part.squaredNorm()) continue;
-    rivals.push_back(other.id());
+    rivals.ids.push_back(other.id());
+    if (excess <= kFewBlocks * kClearScore) rivals.close.push_back(other.id());
   }
-  std::sort(rivals.begin(), rivals.end());
-  rivals.erase(std::unique(rivals.begin(), rivals.end()), rivals.end());
-  std::erase(rivals, form.id());
+  sort_out(form.id(), rivals.ids);
+  sort_out(form.id(), rivals.close);
   return rivals;
 }
 
@@ -100,13 +114,15 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
     effect.invariance_spread = invariance.spread;
-    effect.ambiguous_with = rivals_of(fit, i, options);
+    Rivals rivals = rivals_of(fit, i, options);
     for (const std::string& tied : fit.model.chosen[i].tied_with) {
-      auto& rivals = effect.ambiguous_with;
-      if (tied != effect.id && std::find(rivals.begin(), rivals.end(), tied) == rivals.end())
-        rivals.push_back(tied);
+      for (auto* ids : {&rivals.ids, &rivals.close}) {
+        if (tied != effect.id && std::find(ids->begin(), ids->end(), tied) == ids->end())
+          ids->push_back(tied);
+      }
     }
-    if (effect.ambiguous_with.size() >= kTooManyRivals) {
+    effect.ambiguous_with = std::move(rivals.ids);
+    if (rivals.close.size() >= kTooManyRivals) {
       findings.notes.push_back(fmt::format(
           "joint {} ({}): {} and {} others explain the same error as well, which is no "
           "name",

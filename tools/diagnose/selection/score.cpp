@@ -19,6 +19,10 @@ constexpr double kPhysicsCost = 6.0;
 /// Per free coefficient and shape (Akaike).
 constexpr double kFreedomCost = 2.0;
 
+/// Odds of 3 : 1 against a motor that is not what its data sheet says: friction changes with wear,
+/// warmth and assembly, a magnet and a winding do not.
+constexpr double kMotorCost = 2.2;
+
 }  // namespace
 
 double noise_unit(const ChannelModel& model) {
@@ -57,7 +61,7 @@ double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd
   if (const auto term = form.nominal_term())
     return number_cost(coefficients[at], model.tolerance[*term]);
   const auto off = form.off_by(coefficients.segment(at, chosen.columns.cols()));
-  return off ? number_cost(*off, 1.0) : effect_cost(freedom_of(model, chosen));
+  return off ? number_cost(*off, 1.0) + kMotorCost : effect_cost(freedom_of(model, chosen));
 }
 
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {

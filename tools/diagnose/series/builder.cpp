@@ -7,6 +7,7 @@
 
 #include "diagnose/series/operators.hpp"
 #include "diagnose/series/posture.hpp"
+#include "diagnose/series/rest.hpp"
 #include "diagnose/series/series.hpp"
 #include "diagnose/series/table.hpp"
 #include "physics/plant_effort.hpp"
@@ -306,18 +307,8 @@ class Builder {
                                         std::max(series.motion.half_width_s, 1e-9));
     mark_valid(series);
     mask_unpowered(series);
-    mark_rest(series);
+    series.at_rest = rows_at_rest(series, p.desired);
     return series;
-  }
-
-  /// A joint that sticks may carry any effort up to its friction: below a fiftieth of its usual
-  /// speed it says nothing about friction's law.
-  static void mark_rest(Series& series) {
-    const double least = 0.02 * series.training_rms(series.motion.v);
-    series.at_rest.assign(static_cast<std::size_t>(series.rows()), 0);
-    for (Index i = 0; i < series.rows(); ++i) {
-      if (std::abs(series.motion.v[i]) < least) series.at_rest[static_cast<std::size_t>(i)] = 1;
-    }
   }
 
   /// The control law works on motor angles; everything here is already divided by the reduction.
