@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <limits>
 #include <system_error>
 #include <utility>
@@ -35,6 +36,7 @@ class Reader {
   core::Status read_samples();
   core::Status read_row(sqlite3_stmt* row, Eigen::Index r);
   core::Result<Eigen::Index> count_rows();
+  core::Result<Eigen::Index> most_rows();
   core::Error damaged(std::string why) const {
     return {core::ErrorCode::kData, fmt::format("{}: {}", path_.string(), why)};
   }
@@ -155,8 +157,28 @@ core::Result<Eigen::Index> Reader::count_rows() {
   return static_cast<Eigen::Index>(sqlite3_column_int64(rows.get(), 0));
 }
 
+// Counting reads the whole file. Writers number rows from 1 on, so that the last number says as
+// much, unless it is one that a file of this size has no room for: a row has a byte per column.
+core::Result<Eigen::Index> Reader::most_rows() {
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const sqlite::Statement ends,
+      prepare("SELECT (SELECT min(rowid) FROM sample), (SELECT max(rowid) FROM sample)"));
+  if (sqlite3_step(ends.get()) != SQLITE_ROW) {
+    return sqlite::last_error(database_.get(), path_, "cannot read");
+  }
+  std::error_code failure;
+  const std::uintmax_t bytes = fs::file_size(path_, failure);
+  const std::int64_t first = sqlite3_column_int64(ends.get(), 0);
+  const std::int64_t last = sqlite3_column_int64(ends.get(), 1);
+  const auto columns = static_cast<std::uintmax_t>(recording_.channels.size()) + 1;
+  const bool plain = !failure && first >= 1 && last >= first &&
+                     static_cast<std::uintmax_t>(last) <= bytes / columns;
+  if (plain) return static_cast<Eigen::Index>(last);
+  return count_rows();
+}
+
 core::Status Reader::read_samples() {
-  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index row_count, count_rows());
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index row_count, most_rows());
   std::string sql = "SELECT t_ns";
   for (const Channel& channel : recording_.channels) sql += ", " + sqlite::quoted(channel.name);
   RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
@@ -164,7 +186,10 @@ core::Status Reader::read_samples() {
   recording_.samples.resize(row_count, static_cast<Eigen::Index>(recording_.channels.size()));
   recording_.t_ns.reserve(static_cast<std::size_t>(row_count));
   Eigen::Index r = 0;
-  return for_each(rows.get(), [&](sqlite3_stmt* row) { return read_row(row, r++); });
+  RAVENCAL_RETURN_IF_ERROR(
+      for_each(rows.get(), [&](sqlite3_stmt* row) { return read_row(row, r++); }));
+  if (r < row_count) recording_.samples.conservativeResize(r, Eigen::NoChange);
+  return {};
 }
 
 core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r) {

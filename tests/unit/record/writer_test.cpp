@@ -138,6 +138,32 @@ TEST(RecordingWriter, RefusesChannelsThatCannotBeColumns) {
   EXPECT_TRUE(create({{"it's \"odd\"; DROP TABLE sample", "rad", Role::kFeature, ""}}));
 }
 
+/// Somebody took rows out, or numbered them as no writer does.
+TEST(RecordingReader, ReadsRowsHoweverTheyAreNumbered) {
+  const auto times_after = [](const std::string& change) {
+    const Scratch scratch;
+    auto writer = RecordingWriter::create(scratch / "r.db", {}, two_channels());
+    EXPECT_TRUE(writer.ok());
+    const double row[] = {90.0, 1.5};
+    for (const std::int64_t t_ns : {1000, 2000, 3000, 4000})
+      EXPECT_TRUE(writer->append(t_ns, row).ok());
+    EXPECT_TRUE(writer->finish().ok());
+    ask(scratch / "r.db", change);
+    const auto read = read_recording(scratch / "r.db");
+    EXPECT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->samples.rows(), static_cast<Eigen::Index>(read->t_ns.size())) << change;
+    EXPECT_TRUE((read->samples.col(1).array() == 1.5).all()) << change;
+    return read->t_ns;
+  };
+  using Times = std::vector<std::int64_t>;
+  EXPECT_EQ(times_after("DELETE FROM sample WHERE t_ns = 2000"), (Times{1000, 3000, 4000}));
+  EXPECT_EQ(times_after("DELETE FROM sample WHERE t_ns = 4000"), (Times{1000, 2000, 3000}));
+  EXPECT_EQ(times_after("UPDATE sample SET rowid = rowid - 9"), (Times{1000, 2000, 3000, 4000}));
+  EXPECT_EQ(times_after("UPDATE sample SET rowid = 4611686018427387904 WHERE t_ns = 4000"),
+            (Times{1000, 2000, 3000, 4000}));
+  EXPECT_EQ(times_after("DELETE FROM sample"), Times{});
+}
+
 TEST(RecordingReader, NamesWhatIsWrongWithAFile) {
   const Scratch scratch;
   const auto error = [](const std::filesystem::path& path) {
