@@ -131,6 +131,26 @@ TEST(DiagnoseArm, TakesALoadOfTheLinksOwnSizeForAPayload) {
   EXPECT_TRUE(says(report.effects.front(), "gravity"));
 }
 
+/// Friction behind the cable that the joint's loop names loads the drive as well: one cause.
+TEST(DiagnoseArm, NamesFrictionBehindTheCableOnceThoughTwoChannelsShowIt) {
+  struct Off {
+    double level_n_m;
+    ArmScene scene;
+  };
+  for (const Off& off : {Off{0.225, {.seed = 1}}, Off{1.2, {.seed = 2, .rich = true}}}) {
+    const auto report = run({.joint_friction = off.level_n_m}, off.scene);
+    ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
+    EXPECT_EQ(report.effects.front().id, "joint_friction") << names_in(report);
+    EXPECT_TRUE(report.effects.front().out_of_tolerance);
+    EXPECT_TRUE(report.unexplained.empty()) << names_in(report);
+    for (const diagnose::HeldOut& h : report.held_out) {
+      if (h.metric == "effort_rmse") {
+        EXPECT_LT(h.after, 1.2 * h.floor) << h.before;
+      }
+    }
+  }
+}
+
 /// Friction is wrong more often than a motor.
 TEST(DiagnoseArm, CallsFrictionWrongWhereAMotorWouldExplainItAsWell) {
   struct Off {

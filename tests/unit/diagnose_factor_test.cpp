@@ -114,7 +114,7 @@ TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
   EXPECT_EQ(smooth.id, "coulomb_friction");
   EXPECT_TRUE(smooth.out_of_tolerance);
   // One number off by two tolerances beside another at its limit is less likely than a gain.
-  EXPECT_EQ(only_name(1.08, 1.1).id, "torque_constant");
+  EXPECT_EQ(only_name(1.08, 1.15).id, "torque_constant");
 }
 
 }  // namespace

@@ -89,7 +89,9 @@ class Analysis {
     }
     drives_.clear();
     load_transmissions(set_, findings);
-    return analyse([](Stage stage) { return stage == Stage::kTransmission; });
+    if (!analyse([](Stage stage) { return stage == Stage::kTransmission; })) return false;
+    agree_on_friction();
+    return !stop_;
   }
 
   std::vector<ChannelFindings> findings;  ///< of each channel of the set
@@ -104,6 +106,22 @@ class Analysis {
       look(set_.series[i].joint);
     });
     return !stop_;
+  }
+
+  /// Drives that found something are looked at anew beside the friction that their joint's loop
+  /// names.
+  void agree_on_friction() {
+    std::vector<std::optional<physics::Plant>> agreed(findings.size());
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      const bool silent = findings[i].effects.empty() && findings[i].unexplained.empty();
+      if (set_.series[i].stage == Stage::kDrive && !silent)
+        agreed[i] = with_friction_of_loop(plant_, findings, set_.series[i].joint);
+    }
+    in_parallel(findings.size(), options_.threads, [&](std::size_t i) {
+      if (agreed[i])
+        findings[i] = fewer_beside_friction(set_.series[i], *agreed[i], std::move(findings[i]),
+                                            channel_options_);
+    });
   }
 
   ChannelFindings findings_of(std::size_t i) {

@@ -67,6 +67,52 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
   }
 }
 
+std::optional<physics::Plant> with_friction_of_loop(const physics::Plant& plant,
+                                                    const std::vector<ChannelFindings>& findings,
+                                                    const std::string& joint) {
+  for (const ChannelFindings& f : findings) {
+    if (f.joint != joint || f.stage != Stage::kTransmission) continue;
+    for (const NamedEffect& e : f.effects) {
+      const NamedParameter* level = level_of(e);
+      if (e.id != "joint_friction" || level == nullptr) continue;
+      physics::Plant agreed = plant;
+      physics::Joint& own = agreed.joints[*plant.joint_index(joint)];
+      const auto known = std::find_if(own.effects.begin(), own.effects.end(),
+                                      [&](const physics::Effect& k) { return k.id == e.id; });
+      if (known != own.effects.end()) {
+        known->parameters["level"] = level->value;
+      } else {
+        own.effects.push_back({e.id, "", {{"level", level->value}}});
+      }
+      return agreed;
+    }
+  }
+  return std::nullopt;
+}
+
+ChannelFindings fewer_beside_friction(const Series& drive, const physics::Plant& agreed,
+                                      ChannelFindings alone, const ChannelOptions& options) {
+  Series series = drive;
+  series.cable = cable_numbers(agreed.joints[*agreed.joint_index(drive.joint)]);
+  const Eigen::VectorXd& wound = series.wound.size() > 0 ? series.wound : series.motion.q;
+  series.transmitted = replay_cable({series.t_s, wound, series.weight, series.inertial,
+                                     series.fresh, series.rest_width()},
+                                    series.cable)
+                           .tension;
+  ChannelFindings beside = analyse_channel(series, agreed, options);
+  const auto names = [](const ChannelFindings& f) {
+    return f.effects.size() + f.unexplained.size();
+  };
+  if (names(beside) >= names(alone)) return alone;
+  beside.mismatch = std::move(alone.mismatch);
+  beside.placebo = std::move(alone.placebo);
+  for (HeldOut& after : beside.held_out) {
+    for (const HeldOut& before : alone.held_out)
+      if (before.metric == after.metric) after.before = before.before;
+  }
+  return beside;
+}
+
 void merge_joint_friction(const physics::Plant& plant, Report& report) {
   for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
     if (loop.id != "joint_friction" || loop.stage != "transmission" || level_of(loop) == nullptr)

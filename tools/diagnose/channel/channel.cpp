@@ -220,6 +220,11 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
     if (fit.nominal.terms[t].id != "gravity") continue;
+    // A weight at its limit stands for something else as well, which the cable does not carry.
+    if (fit.model.held[t] != 0.0) {
+      findings.weight_deviation = fit.nominal.terms[t].tolerance;
+      continue;
+    }
     findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
     const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
     findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);

@@ -103,8 +103,7 @@ struct Series {
   Eigen::VectorXd wound, others_friction;
   bool effort_recorded = false;    ///< of this joint: its drive says what it carries
   Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
-  /// Drive stage: a payload that the joints weighed together, and its effort; 0 and empty if none.
-  double payload_kg = 0.0;
+  /// Drive stage: effort of a payload that the joints weighed together; empty if none.
   Eigen::VectorXd payload_effort;
   Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
   Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
