@@ -105,7 +105,7 @@ TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
   EXPECT_EQ(weak.id, "torque_constant");
   ASSERT_FALSE(weak.parameters.empty());
   EXPECT_NEAR(weak.parameters.front().value, 1.0 / 0.7 - 1.0, 0.1);
-  // It weighs as much beforehand as any number that is off by as many tolerances.
+  // Odds against it aside, it weighs as any number that is off by as many tolerances.
   const VectorXd needed;
   const auto form = diagnose::torque_constant(needed);
   EXPECT_TRUE(form->ordinary(diagnose::Series{}));
