@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -18,23 +20,28 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kBusyTimeoutMs = 2000;
+/// Fewer are read before a thread has started.
+constexpr Eigen::Index kLeastRowsPerThread = 5000;
 
 /// One read transaction, so that all tables are seen at one moment.
 class Reader {
  public:
   explicit Reader(const fs::path& path, ChannelFilter keep = {})
       : path_(path), keep_(std::move(keep)) {}
-  core::Result<Recording> read();
+  core::Result<Recording> read(unsigned threads);
   core::Result<std::vector<Event>> read_events_only();
 
  private:
   core::Status open();
-  core::Status open_uri(const std::string& suffix);
+  core::Result<sqlite::Database> connect() const;
   core::Status read_meta();
   core::Status read_channels();
   core::Status read_events();
-  core::Status read_samples();
-  core::Status read_row(sqlite3_stmt* row, Eigen::Index r);
+  core::Status read_samples(unsigned threads);
+  bool read_in_parts(unsigned threads);
+  core::Result<Eigen::Index> read_rows(sqlite3* database, const std::string& which,
+                                       Eigen::Index begin, Eigen::Index end);
+  core::Status read_row(sqlite3_stmt* row, Eigen::Index r, bool first);
   core::Result<Eigen::Index> count_rows();
   core::Result<Eigen::Index> most_rows();
   core::Error damaged(std::string why) const {
@@ -48,6 +55,7 @@ class Reader {
 
   const fs::path& path_;
   ChannelFilter keep_;
+  bool written_now_ = false;
   sqlite::Database database_;
   Recording recording_;
   std::vector<double> to_si_;
@@ -60,7 +68,7 @@ core::Status Reader::for_each(sqlite3_stmt* statement, OnRow&& on_row) const {
     RAVENCAL_RETURN_IF_ERROR(on_row(statement));
   }
   if (code == SQLITE_DONE) return {};
-  return sqlite::last_error(database_.get(), path_, "cannot read");
+  return sqlite::last_error(sqlite3_db_handle(statement), path_, "cannot read");
 }
 
 // A path as a SQLite URI: these characters mean something there.
@@ -76,19 +84,22 @@ std::string uri_of(const fs::path& path) {
   return uri;
 }
 
-core::Status Reader::open_uri(const std::string& suffix) {
+core::Result<sqlite::Database> Reader::connect() const {
+  // Without a WAL beside it nobody writes the recording. SQLite then needs neither locks nor files
+  // of its own, so that reading works on a read-only disk and leaves nothing behind.
+  const std::string uri = uri_of(path_) + (written_now_ ? "" : "?immutable=1");
   // One thread uses this connection: SQLite's own locks around every value would cost half the
   // time.
   sqlite3* handle = nullptr;
-  int code = sqlite3_open_v2((uri_of(path_) + suffix).c_str(), &handle,
+  int code = sqlite3_open_v2(uri.c_str(), &handle,
                              SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
-  database_.reset(handle);
+  sqlite::Database database(handle);
   if (code == SQLITE_OK) {
     sqlite3_busy_timeout(handle, kBusyTimeoutMs);
     code = sqlite3_exec(handle, "BEGIN; SELECT count(*) FROM sqlite_schema", nullptr, nullptr,
                         nullptr);
   }
-  if (code == SQLITE_OK) return {};
+  if (code == SQLITE_OK) return database;
   return sqlite::last_error(handle, path_, "cannot open");
 }
 
@@ -97,10 +108,9 @@ core::Status Reader::open() {
   if (!fs::is_regular_file(path_, failure)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("{}: no such file", path_.string())};
   }
-  // Without a WAL beside it nobody writes the recording. SQLite then needs neither locks nor files
-  // of its own, so that reading works on a read-only disk and leaves nothing behind.
-  const bool written_now = fs::exists(path_.string() + "-wal", failure);
-  return open_uri(written_now ? "" : "?immutable=1");
+  written_now_ = fs::exists(path_.string() + "-wal", failure);
+  RAVENCAL_ASSIGN_OR_RETURN(database_, connect());
+  return {};
 }
 
 core::Status Reader::read_meta() {
@@ -177,30 +187,71 @@ core::Result<Eigen::Index> Reader::most_rows() {
   return count_rows();
 }
 
-core::Status Reader::read_samples() {
+core::Status Reader::read_samples(unsigned threads) {
   RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index row_count, most_rows());
-  std::string sql = "SELECT t_ns";
-  for (const Channel& channel : recording_.channels) sql += ", " + sqlite::quoted(channel.name);
-  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
-                            prepare(sql + " FROM sample ORDER BY rowid"));
   recording_.samples.resize(row_count, static_cast<Eigen::Index>(recording_.channels.size()));
-  recording_.t_ns.reserve(static_cast<std::size_t>(row_count));
-  Eigen::Index r = 0;
-  RAVENCAL_RETURN_IF_ERROR(
-      for_each(rows.get(), [&](sqlite3_stmt* row) { return read_row(row, r++); }));
-  if (r < row_count) recording_.samples.conservativeResize(r, Eigen::NoChange);
+  recording_.t_ns.resize(static_cast<std::size_t>(row_count));
+  if (read_in_parts(threads)) return {};
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index rows, read_rows(database_.get(), "", 0, row_count));
+  recording_.t_ns.resize(static_cast<std::size_t>(rows));
+  if (rows < row_count) recording_.samples.conservativeResize(rows, Eigen::NoChange);
   return {};
 }
 
-core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r) {
+// Reads the parts of a recording side by side. False, and it has to be read from end to end, if it
+// is short or being written, so that other connections would see another moment of it, or if a part
+// has gaps or damage, of which only a reading in order says where they are.
+bool Reader::read_in_parts(unsigned threads) {
+  const Eigen::Index rows = recording_.samples.rows();
+  const Eigen::Index parts = std::min<Eigen::Index>(threads, rows / kLeastRowsPerThread);
+  if (written_now_ || parts < 2) return false;
+  std::vector<char> whole(static_cast<std::size_t>(parts), 0);
+  {
+    std::vector<std::jthread> readers;
+    for (Eigen::Index part = 0; part < parts; ++part) {
+      readers.emplace_back(
+          [this, &whole, part, begin = rows * part / parts, end = rows * (part + 1) / parts] {
+            const auto database = connect();
+            if (!database) return;
+            const std::string which = fmt::format(" WHERE rowid BETWEEN {} AND {}", begin + 1, end);
+            const auto read = read_rows(database.value().get(), which, begin, end);
+            whole[static_cast<std::size_t>(part)] = read && read.value() == end - begin ? 1 : 0;
+          });
+    }
+  }
+  for (Eigen::Index part = 1; part < parts; ++part) {
+    const auto seam = static_cast<std::size_t>(rows * part / parts);
+    if (recording_.t_ns[seam] < recording_.t_ns[seam - 1]) return false;
+  }
+  return std::all_of(whole.begin(), whole.end(), [](char one) { return one != 0; });
+}
+
+/// How many rows there were; they go to [begin, end).
+core::Result<Eigen::Index> Reader::read_rows(sqlite3* database, const std::string& which,
+                                             Eigen::Index begin, Eigen::Index end) {
+  std::string sql = "SELECT t_ns";
+  for (const Channel& channel : recording_.channels) sql += ", " + sqlite::quoted(channel.name);
+  sql += " FROM sample" + which + " ORDER BY rowid";
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows, sqlite::prepare(database, path_, sql));
+  Eigen::Index r = begin;
+  RAVENCAL_RETURN_IF_ERROR(for_each(rows.get(), [&](sqlite3_stmt* row) -> core::Status {
+    if (r == end) return damaged("it has more samples than their numbers leave room for");
+    const bool first = r == begin;
+    return read_row(row, r++, first);
+  }));
+  return r - begin;
+}
+
+core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r, bool first) {
   const std::int64_t t_ns = sqlite3_column_int64(row, 0);
-  const bool backwards = !recording_.t_ns.empty() && t_ns < recording_.t_ns.back();
+  const auto at = static_cast<std::size_t>(r);
+  const bool backwards = !first && t_ns < recording_.t_ns[at - 1];
   if (sqlite3_column_type(row, 0) != SQLITE_INTEGER || backwards) {
     return damaged(fmt::format(
         "sample {}: t_ns is {}", r + 1,
         backwards ? fmt::format("{}, earlier than the sample before", t_ns) : "no integer"));
   }
-  recording_.t_ns.push_back(t_ns);
+  recording_.t_ns[at] = t_ns;
   for (Eigen::Index c = 0; c < recording_.samples.cols(); ++c) {
     const int column = static_cast<int>(c) + 1;
     const int type = sqlite3_column_type(row, column);
@@ -217,12 +268,12 @@ core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r) {
   return {};
 }
 
-core::Result<Recording> Reader::read() {
+core::Result<Recording> Reader::read(unsigned threads) {
   RAVENCAL_RETURN_IF_ERROR(open());
   RAVENCAL_RETURN_IF_ERROR(read_meta());
   RAVENCAL_RETURN_IF_ERROR(read_channels());
   RAVENCAL_RETURN_IF_ERROR(read_events());
-  RAVENCAL_RETURN_IF_ERROR(read_samples());
+  RAVENCAL_RETURN_IF_ERROR(read_samples(threads));
   recording_.source = path_.string();
   return std::move(recording_);
 }
@@ -240,8 +291,10 @@ core::Result<std::vector<Event>> read_events(const fs::path& path) {
   return Reader(path).read_events_only();
 }
 
-core::Result<Recording> read_recording(const fs::path& path, const ChannelFilter& keep) {
-  return Reader(path, keep).read();
+core::Result<Recording> read_recording(const fs::path& path, const ChannelFilter& keep,
+                                       unsigned threads) {
+  return Reader(path, keep)
+      .read(threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency()));
 }
 
 }  // namespace ravencal::record

@@ -10,14 +10,15 @@
 
 namespace ravencal::record {
 
-/// Reads a whole `.db` recording, also one that is being written: what is committed at the moment
-/// of the call. Values are converted to SI units, NULL becomes NaN. Checks the format version, the
-/// units, and that time never runs backwards. Not for real-time threads.
 /// True for channels that a reader shall keep; an empty one keeps all.
 using ChannelFilter = std::function<bool(const Channel&)>;
 
+/// Reads a whole `.db` recording, also one that is being written: what is committed at the moment
+/// of the call. Values are converted to SI units, NULL becomes NaN. Checks the format version, the
+/// units, and that time never runs backwards. `threads` read parts of a long one side by side (0:
+/// all cores); what is read does not depend on it. Not for real-time threads.
 core::Result<Recording> read_recording(const std::filesystem::path& path,
-                                       const ChannelFilter& keep = {});
+                                       const ChannelFilter& keep = {}, unsigned threads = 0);
 
 /// Only its events, however long the recording is.
 core::Result<std::vector<Event>> read_events(const std::filesystem::path& path);

@@ -2,6 +2,7 @@ find_package(SQLite3 REQUIRED)
 
 ravencal_test(NAME record_test
   SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/record/reader_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/writer_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/disk_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/profile_test.cpp

@@ -44,15 +44,6 @@ double level_beyond(const physics::Plant& plant, const NamedEffect& e) {
   return level_of(e)->value - known;
 }
 
-/// What passes through the cable now that its numbers or its load are others.
-void load_cable(Series& series) {
-  const Eigen::VectorXd& wound = series.wound.size() > 0 ? series.wound : series.motion.q;
-  series.transmitted = replay_cable({series.t_s, wound, series.weight, series.inertial,
-                                     series.fresh, series.rest_width()},
-                                    series.cable)
-                           .tension;
-}
-
 }  // namespace
 
 void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& findings) {
@@ -68,7 +59,7 @@ void load_transmissions(SeriesSet& set, const std::vector<ChannelFindings>& find
       series.weight += found;
       series.found_load = found;
       series.weight_deviation = findings[d].weight_deviation;
-      load_cable(series);
+      series.transmitted = series.cable_motion().tension;
     }
   }
 }
@@ -100,7 +91,7 @@ ChannelFindings fewer_beside_friction(const Series& drive, const physics::Plant&
                                       ChannelFindings alone, const ChannelOptions& options) {
   Series series = drive;
   series.cable = cable_numbers(agreed.joints[*agreed.joint_index(drive.joint)]);
-  load_cable(series);
+  series.transmitted = series.cable_motion().tension;
   ChannelFindings beside = analyse_channel(series, agreed, options);
   const auto names = [](const ChannelFindings& f) {
     return f.effects.size() + f.unexplained.size();

@@ -270,9 +270,9 @@ std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<Chan
 
 void hang(const NamedEffect& found, SeriesSet& set) {
   for (Series& series : set.series) {
-    if (series.stage == Stage::kDrive && series.payload_per_kg.size() > 0)
-      series.payload_effort =
-          found.parameters.front().value * payload()->columns(series, {}).col(0);
+    if (series.stage != Stage::kDrive || series.payload_per_kg.size() == 0) continue;
+    series.payload_kg = found.parameters.front().value;
+    series.payload_effort = series.payload_kg * payload()->columns(series, {}).col(0);
   }
 }
 

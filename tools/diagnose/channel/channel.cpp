@@ -192,16 +192,16 @@ VectorXd posture_effort(const ChannelFit& fit) {
   return found;
 }
 
-/// Effort of a weight at the tool that the fit or the whole arm found; empty if none.
-VectorXd hung_load(const ChannelFit& fit) {
+/// Weight at the tool that the drive's fit or the whole arm found, kg; 0 if none.
+double hung_kg(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
-  if (s.payload_effort.size() > 0) return s.payload_effort;
+  if (s.stage != Stage::kDrive) return 0.0;
+  if (s.payload_effort.size() > 0) return s.payload_kg;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    if (s.stage == Stage::kDrive &&
-        fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
-      return coefficients_of(fit, i)[0] * payload()->columns(s, {}).col(0);
+    if (fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
+      return coefficients_of(fit, i)[0];
   }
-  return {};
+  return 0.0;
 }
 
 /// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
@@ -229,8 +229,7 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
     const double deviation = nominal_deviation(fit, seed)[static_cast<Index>(t)];
     findings.weight_deviation = std::max(2.0 * deviation, kLeastWeightDeviation);
   }
-  const VectorXd hung = hung_load(fit);
-  if (hung.size() > 0) findings.found_load += hung;
+  if (const double hung = hung_kg(fit); hung != 0.0) findings.found_load += hung * s.payload_per_kg;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
     if (form.id() == "gravity" && form.nominal_term())
@@ -242,8 +241,10 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
 void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   findings.offset = fit.coefficients[0];
   findings.posture = posture_effort(fit);
-  if (const VectorXd hung = hung_load(fit); hung.size() > 0)
+  if (const double kg = hung_kg(fit); kg != 0.0) {
+    const VectorXd hung = kg * payload()->columns(*fit.model.series, {}).col(0);
     findings.posture = findings.posture.size() > 0 ? VectorXd(findings.posture + hung) : hung;
+  }
   if (options.details) name_refitted(fit, findings);
   add_held_out(fit, findings);
   if (options.details) add_plot(fit, findings);
@@ -296,11 +297,14 @@ std::unique_ptr<ChannelFit> fit_channel(const Series& recorded, const physics::P
   fit.series = homed_series(recorded, plant);
   const Series& series = *fit.series;
   follow_others(fit, plant);
-  VectorXd further_load = series.payload_effort;
+  VectorXd further_load;
+  if (series.payload_effort.size() > 0) further_load = series.payload_kg * series.payload_per_kg;
   for (int turn = 0; turn < kTurns; ++turn) {
     std::vector<std::string> notes;
     fit_once(series, plant, options, further_load, fit, notes);
-    VectorXd found = hung_load(fit);
+    const double hung = hung_kg(fit);
+    VectorXd found;
+    if (hung != 0.0) found = hung * series.payload_per_kg;
     const bool known =
         found.size() == 0 ||
         (further_load.size() > 0 && (found - further_load).norm() < kSettled * found.norm());

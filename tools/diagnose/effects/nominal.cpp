@@ -17,14 +17,16 @@ using Eigen::VectorXd;
 
 /// Two streams of one recorder are rarely aligned better.
 constexpr double kAlignment_s = 0.003;
-/// Cosines over a recording that stand for a wander; faster ones are noise like any other.
-constexpr int kWanderCosines = 8;
+/// Cosines over a recording that stand for a slow change; faster ones are noise like any other.
+constexpr int kSlowCosines = 8;
 /// Of a side in [-1, 1] from another one, so that the greatest difference is at its limit.
 constexpr double kSideDeviation = 1.6;
 /// Starts that are more frequent are poses of a static set.
 constexpr Index kMostStarts = 40;
-/// A plant knows its wander to a factor of two.
-constexpr double kWanderFactor = 2.0;
+/// Times of a change beyond which its slow cosines hold less than half of its variance.
+constexpr double kLongForSlow = 20.0;
+/// A plant knows by how much its numbers change to a factor of two.
+constexpr double kKnownDeviation = 2.0;
 
 class NominalBuilder {
  public:
@@ -110,6 +112,7 @@ class NominalBuilder {
     const double displacement = s_.friction_displacement();
     const VectorXd dry = seen({displacement});
     linear("coulomb_friction", "level", s_.unit, level, dry / level);
+    slow_changes("coulomb_friction", "variation", "1", dry);
     DryFriction whole{displacement};
     VectorXd effort = dry;
     if (extra > 0.0) {
@@ -157,6 +160,7 @@ class NominalBuilder {
     add("joint_friction", "level", s_.unit, c.friction_level, false,
         [](CableNumbers& n, double f) { n.friction_level *= f; });
     if (c.friction_level <= 0.0) return;
+    slow_changes("joint_friction", "variation", "1", VectorXd(nominal_.terms.back().column));
     // How friction behind the cable builds up is the cable's and the friction's microphysics.
     add("joint_friction", "presliding", position_unit(s_), c.friction_presliding, true,
         [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
@@ -264,29 +268,34 @@ class NominalBuilder {
     }
   }
 
-  /// A wander that the plant admits is no finding: per recording its slow cosines, each with the
-  /// deviation that an Ornstein-Uhlenbeck process has there, 2 S(w) / length with
-  /// S(w) = 2 deviation^2 time / (1 + (w time)^2). Held-out rows have their own, which nobody
-  /// knows.
-  void wander() {
-    const double deviation = joint_.parameter("thermal_drift", "wander");
-    const double time_s = std::max(1.0, joint_.parameter("thermal_drift", "wander_time"));
+  void wander() { slow_changes("thermal_drift", "wander", s_.unit, VectorXd::Ones(s_.rows())); }
+
+  /// A slow change that the plant admits is no finding: per recording its slow cosines, each with
+  /// the deviation that an Ornstein-Uhlenbeck process has there, 2 S(w) / length with
+  /// S(w) = 2 deviation^2 time / (1 + (w time)^2). Over a recording so long that most of the change
+  /// is faster, it averages out. Held-out rows have their own, which nobody knows. `column`: change
+  /// of the residual per unit of what changes.
+  void slow_changes(const std::string& id, const std::string& parameter, const std::string& unit,
+                    const VectorXd& column) {
+    const double deviation = joint_.parameter(id, parameter);
+    const double time_s = std::max(1.0, joint_.parameter(id, parameter + "_time"));
     if (deviation <= 0.0) return;
     for (Index first = 0, last = 0; first < s_.rows(); first = last) {
       const auto recording = s_.recording[static_cast<std::size_t>(first)];
       while (last < s_.rows() && s_.recording[static_cast<std::size_t>(last)] == recording) ++last;
+      const Index rows = last - first;
       const double length_s = s_.t_s[last - 1] - s_.t_s[first];
       if (s_.held_out[static_cast<std::size_t>(first)] != 0 || length_s <= 0.0) continue;
-      for (int k = 1; k <= kWanderCosines; ++k) {
+      if (length_s > kLongForSlow * time_s) continue;
+      for (int k = 1; k <= kSlowCosines; ++k) {
         const double w = std::numbers::pi * k / length_s;
         const double spread = std::sqrt(4.0 * deviation * deviation * time_s /
                                         (1.0 + w * w * time_s * time_s) / length_s);
-        VectorXd column = VectorXd::Zero(s_.rows());
-        column.segment(first, last - first) =
-            kWanderFactor * spread *
-            (w * (s_.t_s.segment(first, last - first).array() - s_.t_s[first])).cos();
-        nominal_.terms.push_back(
-            {"thermal_drift", "wander", s_.unit, 0.0, 1.0, std::move(column), true});
+        VectorXd part = VectorXd::Zero(s_.rows());
+        part.segment(first, rows) =
+            kKnownDeviation * spread * column.segment(first, rows).array() *
+            (w * (s_.t_s.segment(first, rows).array() - s_.t_s[first])).cos();
+        nominal_.terms.push_back({id, parameter, unit, 0.0, 1.0, std::move(part), true});
       }
     }
   }

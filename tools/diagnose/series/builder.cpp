@@ -171,12 +171,9 @@ class Builder {
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
     if (stage == Stage::kDrive) wind(j, series);
-    const VectorXd& wound = series.wound.size() > 0 ? series.wound : series.motion.q;
-    const CableMotion cable = replay_cable(
-        {series.t_s, wound, series.weight, series.inertial, series.fresh, series.rest_width()},
-        series.cable);
-    series.transmitted = cable.tension;
-    if (!drive && !series.cable.rigid()) stretches_[j] = cable.stretch;
+    CableMotion cable = series.cable_motion();
+    series.transmitted = std::move(cable.tension);
+    if (!drive && !series.cable.rigid()) stretches_[j] = std::move(cable.stretch);
     for (const record::Channel& channel : table_.channels()) {
       // Efforts that belong to no joint of the plant (a sensor's, other motors') may load this one.
       const bool effort = channel.role == Role::kFeature && channel.joint.empty() &&

@@ -26,6 +26,11 @@ bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
          plant.joint_index(channel.joint).has_value();
 }
 
+CableMotion Series::cable_motion() const {
+  const Eigen::VectorXd& winding = wound.size() > 0 ? wound : motion.q;
+  return replay_cable({t_s, winding, weight, inertial, fresh, rest_width()}, cable);
+}
+
 bool Series::trains(Eigen::Index row) const {
   const auto n = static_cast<std::size_t>(row);
   return valid[n] != 0 && held_out[n] == 0 && (at_rest.empty() || at_rest[n] == 0);

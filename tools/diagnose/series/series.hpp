@@ -103,7 +103,9 @@ struct Series {
   Eigen::VectorXd wound, others_friction;
   bool effort_recorded = false;    ///< of this joint: its drive says what it carries
   Eigen::VectorXd payload_per_kg;  ///< effort of a kilogram where the plant hangs its payload
-  /// Drive stage: effort of a payload that the joints weighed together; empty if none.
+  /// Drive stage: a payload that the joints weighed together, and what the motor feels of it, the
+  /// friction behind the cable included; empty if none.
+  double payload_kg = 0.0;
   Eigen::VectorXd payload_effort;
   Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
   Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
@@ -115,6 +117,8 @@ struct Series {
   Eigen::VectorXd desired_rate;
 
   [[nodiscard]] Eigen::Index rows() const { return y.size(); }
+  /// The cable as this series moves and loads it.
+  [[nodiscard]] CableMotion cable_motion() const;
   /// What loops of the joint's own follow: friction and gaps are where the joint is, whoever moves
   /// it.
   [[nodiscard]] const Eigen::VectorXd& loop_motion() const {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A long recording is read by several threads; nobody may notice but by the time it takes.
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include "record/recording_reader.hpp"
+#include "record/recording_writer.hpp"
+#include "scratch.hpp"
+
+namespace ravencal::record {
+namespace {
+
+using testing::Scratch;
+
+constexpr Eigen::Index kRows = 40000;
+
+/// Every sample tells its number.
+void write_numbered(const std::filesystem::path& path) {
+  Recording recording;
+  recording.channels = {{"q.elbow", "rad", Role::kJointEstimate, "elbow"},
+                        {"truth.elbow", "rad", Role::kJointTruth, "elbow"}};
+  recording.samples.resize(kRows, 2);
+  for (Eigen::Index r = 0; r < kRows; ++r) {
+    recording.t_ns.push_back(1000 * (r + 1));
+    recording.samples.row(r) << static_cast<double>(r + 1), -static_cast<double>(r + 1);
+  }
+  ASSERT_TRUE(write_recording(recording, path, true).ok());
+}
+
+void change(const std::filesystem::path& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+}
+
+class RecordingReader : public ::testing::TestWithParam<unsigned> {
+ protected:
+  void SetUp() override { write_numbered(path_); }
+  [[nodiscard]] core::Result<Recording> read() const {
+    return read_recording(path_, {}, GetParam());
+  }
+
+  const Scratch scratch_;
+  const std::filesystem::path path_ = scratch_ / "long.db";
+};
+
+TEST_P(RecordingReader, ReadsEverySampleInItsPlace) {
+  const auto read = this->read();
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_EQ(read->rows(), kRows);
+  ASSERT_EQ(read->t_ns.size(), static_cast<std::size_t>(kRows));
+  for (Eigen::Index r = 0; r < kRows; ++r) {
+    ASSERT_EQ(read->t_ns[static_cast<std::size_t>(r)], 1000 * (r + 1));
+    ASSERT_EQ(read->samples(r, 0), static_cast<double>(r + 1));
+    ASSERT_EQ(read->samples(r, 1), -static_cast<double>(r + 1));
+  }
+}
+
+TEST_P(RecordingReader, ClosesGapsInTheNumbersOfSamples) {
+  change(path_, "DELETE FROM sample WHERE rowid BETWEEN 12001 AND 12500 OR rowid = 30000");
+  const auto read = this->read();
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_EQ(read->rows(), kRows - 501);
+  EXPECT_EQ(read->samples(11999, 0), 12000.0);
+  EXPECT_EQ(read->samples(12000, 0), 12501.0);
+  EXPECT_EQ(read->t_ns.back(), 1000 * kRows);
+  EXPECT_EQ(read->samples(read->rows() - 1, 1), -static_cast<double>(kRows));
+}
+
+TEST_P(RecordingReader, NamesTheFirstDamageAndItsSample) {
+  change(path_, "UPDATE sample SET \"truth.elbow\" = 'far' WHERE rowid IN (17001, 38000)");
+  const auto read = this->read();
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().message,
+            path_.string() + ": sample 17001: channel truth.elbow: 'far' is not a number");
+}
+
+TEST_P(RecordingReader, SeesTimeRunBackwardsWhereverItDoes) {
+  for (const int sample : {2, 10001, 20001, 30001, 39999}) {
+    write_numbered(path_);
+    change(path_, "UPDATE sample SET t_ns = 7 WHERE rowid = " + std::to_string(sample));
+    const auto read = this->read();
+    ASSERT_FALSE(read.ok()) << sample;
+    EXPECT_EQ(read.error().message, path_.string() + ": sample " + std::to_string(sample) +
+                                        ": t_ns is 7, earlier than the sample before");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, RecordingReader, ::testing::Values(1U, 2U, 4U));
+
+}  // namespace
+}  // namespace ravencal::record
