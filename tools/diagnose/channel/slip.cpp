@@ -12,8 +12,6 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostSteps = 4;
 constexpr double kRatio = 2.0;
-/// Chance of a step anywhere in a recording without one.
-constexpr double kAlpha = 0.005;
 
 /// First training row of the stretch without a new start that holds training row n.
 std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
@@ -94,7 +92,7 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const V
     const double deviation = peak->deviation();
     const double chance =
         chance_anywhere(std::abs(size) / std::max(deviation, 1e-300), peak->independent);
-    if (std::abs(size) < kRatio * peak->quantile99 || chance > kAlpha) break;
+    if (std::abs(size) < kRatio * peak->quantile99 || chance > kStepChance) break;
     const Index row = blocks.rows[static_cast<std::size_t>(peak->at)];
     steps.push_back(
         {row, series.t_s[row], size, deviation, std::abs(size) / peak->quantile99, chance, window});
@@ -114,7 +112,7 @@ std::optional<double> least_step(const Series& series, const Blocks& blocks,
       peak_of(step_statistic(residual, stretch_starts(series, blocks), window), window);
   if (!peak) return std::nullopt;
   double deviations = 2.58 * kRatio;
-  while (chance_anywhere(deviations, peak->independent) > kAlpha) deviations += 0.1;
+  while (chance_anywhere(deviations, peak->independent) > kStepChance) deviations += 0.1;
   return (deviations + kNineInTen) * peak->deviation();
 }
 

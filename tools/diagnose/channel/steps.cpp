@@ -160,6 +160,8 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
   const double gained = std::sqrt(std::max(0.0, (before - after).sum()) /
                                   static_cast<double>(std::max<Index>(1, model.target.size())));
   if (gained < Gates{}.size_per_floor * model.floor) return;
+  const double independent =
+      0.5 * static_cast<double>(model.target.size()) / model.correlation_rows;
   for (std::size_t k = 0; k < fit.steps.size(); ++k) {
     const Step& step = fit.steps[k];
     NamedEffect effect;
@@ -167,13 +169,17 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     effect.id = kind == StepKind::kLostCounts ? "lost_counts" : "slip";
     effect.joint = findings.joint;
     effect.stage = reported_stage(effect.id, findings.stage);
+    // What lies around a step finds it; its size, and whether it may as well be nothing, is what
+    // all rows before and after say.
     const double size = fit.coefficients[step_index(fit, k)];
-    if (std::abs(size) < 1.96 * step.deviation) continue;
-    // What lies around a step finds it; its size is what all rows before and after say.
-    effect.parameters = {
-        {"size", size, findings.unit,
-         interval_over_time(fit, step_index(fit, k), options.seed + 330 + k, Doubt::kFormToo)},
-        {"time", step.t_s, "s", {step.t_s, step.t_s}}};
+    const auto ci95 =
+        interval_over_time(fit, step_index(fit, k), options.seed + 330 + k, Doubt::kFormToo);
+    const double deviation = (ci95.second - ci95.first) / (2.0 * 1.96);
+    if (std::abs(size) < 1.96 * step.deviation ||
+        chance_anywhere(std::abs(size) / deviation, independent) > kStepChance)
+      continue;
+    effect.parameters = {{"size", size, findings.unit, ci95},
+                         {"time", step.t_s, "s", {step.t_s, step.t_s}}};
     effect.held_out_before = model.rms_of(before);
     effect.held_out_after = model.rms_of(after);
     effect.unit = findings.unit;
