@@ -9,6 +9,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -192,22 +194,26 @@ TEST_F(Ros, ToolsOfRosSeeTheTopicsAndOneCommandRecordsRobotAndTruth) {
   EXPECT_EQ(recorder.wait(), 0) << text_of(folder_ / "driver.log");
   (void)robot.stop(SIGTERM);
 
-  // The truth as ROS saw it: 100 Hz, on the motion.
+  // The truth as ROS saw it: at 100 Hz and on the motion. How many messages a loaded machine lets
+  // rosbag take is not the driver's matter.
   record::LoadOptions load;
   load.profile = "raven2-bag-truth";
   const auto seen = record::load_recording(folder_ / "seen.bag", load);
   ASSERT_TRUE(seen.ok()) << seen.error().message;
-  EXPECT_NEAR(static_cast<double>(seen->rows()), 300.0, 60.0);
+  ASSERT_GT(seen->rows(), 30);
+  double least_s = 1.0;
   const auto elbow = *seen->column("truth.elbow");
   const auto insertion = *seen->column("truth.insertion");
   for (Eigen::Index row = 1; row < seen->rows(); ++row) {
     const auto i = static_cast<std::size_t>(row);
     const double dt_s = 1e-9 * static_cast<double>(seen->t_ns[i] - seen->t_ns[i - 1]);
+    least_s = std::min(least_s, dt_s);
     EXPECT_NEAR(seen->samples(row, elbow) - seen->samples(row - 1, elbow),
                 500.0 * dt_s * 2.0 * M_PI / 80'000.0, 1e-6);
     EXPECT_NEAR(seen->samples(row, insertion) - seen->samples(row - 1, insertion),
                 500.0 * dt_s * 5e-6, 1e-8);
   }
+  EXPECT_NEAR(least_s, 0.010, 0.004);
   // A bag of ours, as rosbag writes it, imports as states with truth.
   load.profile = "raven2-bag";
   const auto both = record::load_recording(folder_ / "seen.bag", load);
