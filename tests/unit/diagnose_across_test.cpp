@@ -129,6 +129,22 @@ TEST(DriveConstant, IsFrictionThatDiffersBetweenTheDirections) {
   EXPECT_NEAR(effect.parameters.front().value, 0.6, 0.1);
 }
 
+TEST(DriveConstant, IsPartOfFrictionThatDiffersWithSpeedAsWell) {
+  // What speed adds is too little to be told, kept without a name, named.
+  for (const double uneven_viscous : {0.2, 0.8, 1.6}) {
+    const Report report = diagnosed({.uneven_n_m = 0.6, .uneven_viscous = uneven_viscous});
+    ASSERT_EQ(report.effects.size(), 1U) << uneven_viscous << ": " << report.verdict.text;
+    const NamedEffect& effect = report.effects.front();
+    EXPECT_EQ(effect.id, "asymmetric_friction");
+    const auto level =
+        std::find_if(effect.parameters.begin(), effect.parameters.end(),
+                     [](const NamedParameter& p) { return p.name == "level_difference"; });
+    ASSERT_NE(level, effect.parameters.end()) << uneven_viscous;
+    EXPECT_NEAR(level->value, 0.6, 0.1) << uneven_viscous;
+    EXPECT_EQ(effect.parameters.size(), uneven_viscous > 0.5 ? 2U : 1U) << uneven_viscous;
+  }
+}
+
 TEST(DriveConstant, IsFrictionBesideALoadWhoseMeanTheGeometryKnows) {
   for (const double uneven_n_m : {0.8, 0.0}) {
     const Report report = diagnosed({.payload_kg = 0.5, .uneven_n_m = uneven_n_m});

@@ -101,7 +101,8 @@ struct Arm {
     if (t.creep > 0.0) creep += kStep * (t.creep * tension - creep) / 25.0;
     const double friction =
         motor_side.step(motor_rate, kStep, t.motor_friction, t.motor_friction / 3e-4) +
-        t.viscous * motor_rate + 0.5 * t.uneven_n_m * std::abs(std::tanh(motor_rate / 0.002));
+        t.viscous * motor_rate + 0.5 * t.uneven_n_m * std::abs(std::tanh(motor_rate / 0.002)) +
+        0.5 * t.uneven_viscous * std::abs(motor_rate);
     const double behind = joint_side.step(joint_rate, kStep, t.joint_friction,
                                           std::max(1.0, t.joint_friction / 4e-4));
     const double weight =

@@ -19,7 +19,8 @@ struct ArmTruth {
          joint_friction = 0.5;
   double gap_half_rad = 0.0, gain = 0.0, delay_s = 0.0, run_out_rad = 0.0, creep = 0.0,
          strands_n_m = 0.0, strands_yield_rad = 0.004, slip_rad = 0.0, lost_rad = 0.0,
-         bump_rad = 0.0, payload_kg = 0.0, offset_rad = 0.0, drift_rad = 0.0, uneven_n_m = 0.0;
+         bump_rad = 0.0, payload_kg = 0.0, offset_rad = 0.0, drift_rad = 0.0, uneven_n_m = 0.0,
+         uneven_viscous = 0.0;
 };
 
 struct ArmScene {

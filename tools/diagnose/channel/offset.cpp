@@ -60,18 +60,25 @@ std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
   return e;
 }
 
-/// The constant under the name of `form`, its parameter that many times the constant.
+/// `factor` times the constant.
+NamedParameter constant_as(const char* name, double factor, const ChannelFit& fit,
+                           const std::string& unit, std::uint64_t seed) {
+  const auto [low, high] = interval_over_time(fit, 0, seed, Doubt::kFormToo);
+  return {name, factor * fit.coefficients[0], unit, {factor * low, factor * high}};
+}
+
+bool is_certain(const NamedParameter& p) { return p.ci95.first * p.ci95.second > 0.0; }
+
+/// The constant under the name of `form`.
 NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
-                      const EffectForm& form, const std::pair<const char*, double>& parameter,
-                      const ChannelFindings& findings, std::uint64_t seed) {
+                      const EffectForm& form, NamedParameter constant,
+                      const ChannelFindings& findings) {
   NamedEffect effect;
   effect.id = form.id();
   effect.joint = findings.joint;
   effect.stage = stage_word(findings.stage);
-  const auto [name, factor] = parameter;
-  const auto [low, high] = interval_over_time(fit, 0, seed, Doubt::kFormToo);
-  effect.parameters = {
-      {name, factor * fit.coefficients[0], findings.unit, {factor * low, factor * high}}};
+  effect.certain = is_certain(constant);
+  effect.parameters = {std::move(constant)};
   effect.held_out_before = fit.model.rms_of(evidence.before);
   effect.held_out_after = fit.model.rms_of(evidence.after);
   effect.unit = findings.unit;
@@ -79,7 +86,6 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.ambiguous_with = evidence.rivals;
   effect.size = std::abs(fit.coefficients[0]);
   effect.separate_by = form.separate_by();
-  effect.certain = low * high > 0.0;
   return effect;
 }
 
@@ -92,13 +98,28 @@ bool has_a_place(const EffectForm& form) {
   return form.id() == "payload" || (form.id() == "gravity" && form.nominal_term());
 }
 
-/// A load without a place in the plant is fitted without its mean, which the constant then is; and
-/// friction that differs by speed has one of its own.
+/// A load without a place in the plant is fitted without its mean, which the constant then is.
 bool has_a_mean(const ChannelFit& fit) {
   return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
     const EffectForm& form = form_of(fit, chosen);
-    return (form.id() == "gravity" && !has_a_place(form)) || form.id() == "asymmetric_friction";
+    return form.id() == "gravity" && !has_a_place(form);
   });
+}
+
+std::vector<NamedEffect>::iterator find_asymmetry(std::vector<NamedEffect>& effects) {
+  return std::find_if(effects.begin(), effects.end(),
+                      [](const NamedEffect& e) { return e.id == "asymmetric_friction"; });
+}
+
+/// The fit without friction that differs by speed between the directions, which has a mean of its
+/// own.
+ChannelFit without_asymmetry(ChannelFit fit) {
+  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+    if (form_of(fit, fit.model.chosen[i]).id() != "asymmetric_friction") continue;
+    fit.model = fit.model.without(i);
+    fit.coefficients = joint_fit(fit.model);
+  }
+  return fit;
 }
 
 /// Constant that loads leave which hang a little off the plant's place for them.
@@ -154,8 +175,9 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
-  NamedEffect offset =
-      effect_of(fit, *evidence, *homing_offset(), {"offset", 1.0}, findings, options.seed + 310);
+  NamedEffect offset = effect_of(
+      fit, *evidence, *homing_offset(),
+      constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
   if (offset.certain) findings.effects.insert(findings.effects.begin(), std::move(offset));
 }
 
@@ -164,13 +186,29 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   const Series& series = *fit.model.series;
   // Without links the constant is as well a weight that the plant does not have.
   if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_a_mean(fit)) return;
-  const double least = std::max({fit.model.floor, form_error(fit), hung_error(fit)});
-  if (std::abs(fit.coefficients[0]) < least) return;
-  const auto evidence = constant_evidence(fit, options);
+  const auto level = [&](const ChannelFit& of) {
+    return constant_as("level_difference", 2.0, of, findings.unit, options.seed + 320);
+  };
+  const auto named = find_asymmetry(findings.effects);
+  // What differs with speed and has no name is no reason against one for the constant beside it.
+  const ChannelFit judged = named != findings.effects.end() ? fit : without_asymmetry(fit);
+  const double least = std::max({fit.model.floor, form_error(judged), hung_error(judged)});
+  if (std::abs(judged.coefficients[0]) < least) return;
+  if (named != findings.effects.end()) {
+    if (is_certain(level(fit))) named->parameters.push_back(level(fit));
+    return;
+  }
+  const auto evidence = constant_evidence(judged, options);
   if (!evidence) return;
-  NamedEffect difference = effect_of(fit, *evidence, *asymmetric_friction(),
-                                     {"level_difference", 2.0}, findings, options.seed + 320);
-  if (difference.certain) findings.effects.push_back(std::move(difference));
+  NamedEffect difference =
+      effect_of(judged, *evidence, *asymmetric_friction(), level(judged), findings);
+  if (!difference.certain) return;
+  if (const auto kept = find_asymmetry(findings.kept); kept != findings.kept.end()) {
+    difference.parameters = kept->parameters;
+    difference.parameters.insert(difference.parameters.begin(), level(fit));
+    findings.kept.erase(kept);
+  }
+  findings.effects.push_back(std::move(difference));
 }
 
 }  // namespace ravencal::diagnose

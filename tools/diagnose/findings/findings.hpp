@@ -3,6 +3,7 @@
 // What diagnose found: the values of report.json (schema 1), plus what the page draws. SI units.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -65,6 +66,12 @@ inline double held_out_share(const NamedEffect& effect) {
 inline bool is_dry_asymmetry(const NamedEffect& e) {
   return e.id == "asymmetric_friction" && !e.parameters.empty() &&
          e.parameters.front().name == "level_difference";
+}
+
+/// The same beside a difference that grows with speed.
+inline bool has_dry_asymmetry(const NamedEffect& e) {
+  return std::any_of(e.parameters.begin(), e.parameters.end(),
+                     [](const NamedParameter& p) { return p.name == "level_difference"; });
 }
 
 struct HeldOut {

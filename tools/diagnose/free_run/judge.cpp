@@ -210,7 +210,7 @@ class ImprovedDrive {
   static Series relieved(Series drive, const ChannelFindings& findings, const Report& report) {
     const bool uneven = std::any_of(
         report.effects.begin(), report.effects.end(),
-        [&](const NamedEffect& e) { return e.joint == drive.joint && is_dry_asymmetry(e); });
+        [&](const NamedEffect& e) { return e.joint == drive.joint && has_dry_asymmetry(e); });
     drive.free_offset = uneven ? 0.0 : findings.offset;
     return drive;
   }
