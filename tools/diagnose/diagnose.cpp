@@ -285,7 +285,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
   merge_joint_friction(plant, report);
-  move_friction_to_motor(plant, report);
+  move_friction_to_motor(plant, findings, report);
   // Another simulator's drive cannot be run here.
   if (against_plant) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);

@@ -16,16 +16,15 @@ const NamedParameter* level_of(const NamedEffect& effect) {
   return nullptr;
 }
 
-/// True if friction behind the cable may have changed that much: the cable would not show it, was
-/// not looked at, or has a loop that is not the plant's.
-bool says_otherwise(const Report& report, const physics::Joint& joint, double change) {
-  const double stiffness = joint.parameter("compliance", "stiffness");
-  const auto seen = std::find_if(
-      report.held_out.begin(), report.held_out.end(),
-      [&](const HeldOut& h) { return h.joint == joint.name && h.metric == "position_rmse"; });
-  if (stiffness <= 0.0 || seen == report.held_out.end()) return true;
-  // A loop of three floors is never missed.
-  if (std::abs(change) / stiffness < 3.0 * seen->floor) return true;
+/// True if friction behind the cable may have that level: the cable's loop does not deny it, was
+/// not looked at, or is not the plant's.
+bool says_otherwise(const Report& report, const std::vector<ChannelFindings>& findings,
+                    const physics::Joint& joint, const Interval& level) {
+  const bool denied = std::any_of(findings.begin(), findings.end(), [&](const ChannelFindings& f) {
+    return f.joint == joint.name && f.friction_behind &&
+           (f.friction_behind->second < level.first || f.friction_behind->first > level.second);
+  });
+  if (!denied) return true;
   return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& e) {
     if (e.joint != joint.name) return false;
     constexpr std::array<std::string_view, 5> kLoops = {"joint_friction", "hysteresis", "backlash",
@@ -124,7 +123,8 @@ void merge_joint_friction(const physics::Plant& plant, Report& report) {
   }
 }
 
-void move_friction_to_motor(const physics::Plant& plant, Report& report) {
+void move_friction_to_motor(const physics::Plant& plant,
+                            const std::vector<ChannelFindings>& findings, Report& report) {
   for (NamedEffect& e : report.effects) {
     const auto index = plant.joint_index(e.joint);
     if (e.id != "joint_friction" || e.stage != "drive" || !e.out_of_tolerance || !index) continue;
@@ -133,7 +133,7 @@ void move_friction_to_motor(const physics::Plant& plant, Report& report) {
     const double own = joint.parameter("coulomb_friction", "level");
     const NamedParameter level = e.parameters.front();
     const double more = level.value - behind;
-    if (own + more <= 0.0 || says_otherwise(report, joint, more)) continue;
+    if (own + more <= 0.0 || says_otherwise(report, findings, joint, level.ci95)) continue;
     e.id = "coulomb_friction";
     e.out_of_tolerance = own > 0.0;
     std::erase(e.ambiguous_with, e.id);

@@ -35,6 +35,7 @@ void merge_joint_friction(const physics::Plant& plant, Report& report);
 
 /// And where the loop is as the plant has it, though the cable would show what the drive asks for,
 /// the friction is on the motor's side of the cable.
-void move_friction_to_motor(const physics::Plant& plant, Report& report);
+void move_friction_to_motor(const physics::Plant& plant,
+                            const std::vector<ChannelFindings>& findings, Report& report);
 
 }  // namespace ravencal::diagnose

@@ -342,6 +342,7 @@ NamedChannel name_channel(const Series& series, const physics::Plant& plant,
   findings.floor = fit.model.floor;
   add_load(fit, options.seed + 560, findings);
   findings.constant_load = fit.coefficients[0];
+  findings.friction_behind = friction_behind(fit, options);
   return named;
 }
 

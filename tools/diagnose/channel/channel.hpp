@@ -52,6 +52,9 @@ struct ChannelFindings {
   Eigen::VectorXd
       found_load;  ///< drive stage: effort of weights that the plant lacks; may be empty
   std::optional<double> weight_deviation;  ///< drive stage: how well all of the weight is known
+  /// Transmission stage: friction behind the cable that its loop alone says, 95 %, in the effort's
+  /// unit; none where the plant has no such friction.
+  std::optional<Interval> friction_behind;
   Eigen::VectorXd posture;     ///< drive stage: effort found that no link carries; may be empty
   double constant_load = 0.0;  ///< constant beside what is named
   double offset = 0.0;         ///< the same, beside what is kept as well
@@ -200,6 +203,10 @@ void widen_by_held(const ChannelFit& fit, std::size_t chosen,
 
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);
+
+/// Friction behind the cable that the transmission's loop says whatever the plant does, 95 %: chance
+/// and what simulations of cables differ by.
+std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOptions& options);
 
 /// What was not found, and the least size that would have been.
 void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
