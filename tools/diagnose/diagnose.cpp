@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -38,11 +38,38 @@ void in_parallel(std::size_t count, unsigned threads, Work&& work) {
   for (std::thread& helper : helpers) helper.join();
 }
 
+/// What a twin of a channel costs of the channel's own analysis.
+constexpr double kTwinCost = 0.2;
+
+/// Tells whoever looks how much is done, from any thread, and whether to go on.
+class Watch {
+ public:
+  Watch(const Options& options, std::size_t channels)
+      : look_(options.look),
+        whole_(static_cast<double>(channels) * (1.0 + kTwinCost * options.placebo_twins)) {}
+
+  [[nodiscard]] bool stopped() const { return stopped_; }
+
+  /// That much more is done, in analyses of one channel. The rest is judged and written after.
+  void done(double analyses, std::string_view what) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    done_ += analyses;
+    if (look_ && !look_(0.9 * std::min(1.0, done_ / whole_), what)) stopped_ = true;
+  }
+
+ private:
+  const std::function<bool(double done, std::string_view what)>& look_;
+  const double whole_;
+  double done_ = 0.0;
+  std::atomic<bool> stopped_{false};
+  std::mutex mutex_;
+};
+
 /// Share of twins in which anything is named, over all channels of the report that have any.
 std::optional<double> false_alarm_rate(const SeriesSet& set,
                                        const std::vector<ChannelFindings>& findings,
                                        const physics::Plant& plant, const ChannelOptions& base,
-                                       const Options& options) {
+                                       const Options& options, Watch& watch) {
   const auto twins = static_cast<std::size_t>(options.placebo_twins);
   std::vector<std::size_t> channels;
   for (std::size_t i = 0; i < findings.size(); ++i) {
@@ -51,12 +78,14 @@ std::optional<double> false_alarm_rate(const SeriesSet& set,
   if (channels.empty() || twins == 0) return std::nullopt;
   std::vector<char> alarm(channels.size() * twins, 0);
   in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
+    if (watch.stopped()) return;
     ChannelOptions twin_options = base;
     twin_options.details = false;
     twin_options.seed = base.seed + 7919 * (i + 1);
     const std::size_t c = channels[i / twins];
     const Series twin = placebo_twin(set.series[c], *findings[c].placebo, twin_options.seed);
     alarm[i] = analyse_channel(twin, plant, twin_options).effects.empty() ? 0 : 1;
+    watch.done(kTwinCost, "placebo twins");
   });
   std::size_t alarms = 0;
   for (std::size_t t = 0; t < twins; ++t) {
@@ -71,12 +100,13 @@ std::optional<double> false_alarm_rate(const SeriesSet& set,
 class Analysis {
  public:
   Analysis(SeriesSet& set, const physics::Plant& plant, const ChannelOptions& channel_options,
-           const Options& options)
+           const Options& options, Watch& watch)
       : findings(set.series.size()),
         set_(set),
         plant_(plant),
         channel_options_(channel_options),
         options_(options),
+        watch_(watch),
         drives_(set.series.size()) {}
 
   /// False: stopped early.
@@ -91,7 +121,7 @@ class Analysis {
     load_transmissions(set_, findings);
     if (!analyse([](Stage stage) { return stage == Stage::kTransmission; })) return false;
     agree_on_friction();
-    return !stop_;
+    return !watch_.stopped();
   }
 
   std::vector<ChannelFindings> findings;  ///< of each channel of the set
@@ -101,11 +131,11 @@ class Analysis {
   template <typename Wanted>
   bool analyse(Wanted&& wanted) {
     in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
-      if (stop_ || !wanted(set_.series[i].stage)) return;
+      if (watch_.stopped() || !wanted(set_.series[i].stage)) return;
       findings[i] = findings_of(i);
-      look(set_.series[i].joint);
+      watch_.done(1.0, set_.series[i].joint);
     });
-    return !stop_;
+    return !watch_.stopped();
   }
 
   /// Drives that found something are looked at anew beside the friction that their joint's loop
@@ -133,21 +163,12 @@ class Analysis {
     return described;
   }
 
-  void look(std::string_view joint) {
-    const auto share =
-        std::min(1.0, static_cast<double>(++done_) / static_cast<double>(findings.size()));
-    const std::lock_guard<std::mutex> lock(look_mutex_);
-    if (options_.look && !options_.look(0.9 * share, joint)) stop_ = true;
-  }
-
   SeriesSet& set_;
   const physics::Plant& plant_;
   const ChannelOptions& channel_options_;
   const Options& options_;
+  Watch& watch_;
   std::vector<std::unique_ptr<ChannelFit>> drives_;  ///< until the arm is weighed
-  std::atomic<std::size_t> done_{0};
-  std::atomic<bool> stop_{false};
-  std::mutex look_mutex_;
 };
 
 template <typename T>
@@ -262,10 +283,11 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   // Bonferroni over the channels; within a channel max-T covers all candidates.
   channel_options.gates.alpha = options.alpha / static_cast<double>(set.series.size());
   channel_options.seed = options.seed;
-  Analysis analysis(set, plant, channel_options, options);
-  if (!analysis.run())
-    return core::Error{core::ErrorCode::kUsage,
-                       "stopped before the diagnosis was complete; nothing was written"};
+  const core::Error stopped{core::ErrorCode::kUsage,
+                            "stopped before the diagnosis was complete; nothing was written"};
+  Watch watch(options, set.series.size());
+  Analysis analysis(set, plant, channel_options, options, watch);
+  if (!analysis.run()) return stopped;
 
   std::vector<ChannelFindings>& findings = analysis.findings;
   if (against_plant) keep_what_runs(set, plant, options, findings);
@@ -290,7 +312,8 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   if (against_plant) judge_in_free_run(set, findings, plant, options, report);
   add_silent(set, plant, report);
   report.verdict.false_alarm_rate =
-      false_alarm_rate(set, findings, plant, channel_options, options);
+      false_alarm_rate(set, findings, plant, channel_options, options, watch);
+  if (watch.stopped()) return stopped;
   if (report.verdict.false_alarm_rate) report.verdict.placebo_twins = options.placebo_twins;
   decide(report, notes);
   return report;
