@@ -116,10 +116,17 @@ std::vector<Run> runs(const std::string& program, const fs::path& plant, const f
                       double minutes, int placebos) {
   const std::string trajectory = folder / "motion.csv";
   const std::string recording = folder / "run.db";
-  const std::vector<std::string> diagnose = {program, "diagnose", recording,           "--plant",
-                                             plant,   "--out",    folder / "diagnosis"};
-  std::vector<std::string> with_placebos = diagnose;
-  with_placebos.insert(with_placebos.end(), {"--placebo", std::to_string(placebos)});
+  const auto diagnose = [&](int twins) {
+    return std::vector<std::string>{program,
+                                    "diagnose",
+                                    recording,
+                                    "--plant",
+                                    plant,
+                                    "--out",
+                                    folder / "diagnosis",
+                                    "--placebo",
+                                    std::to_string(twins)};
+  };
   const auto program_with = [](std::vector<std::string> words) {
     return [words = std::move(words)] { return execute(words); };
   };
@@ -130,8 +137,8 @@ std::vector<Run> runs(const std::string& program, const fs::path& plant, const f
       {kSimulation, program_with({program, "simulate", "--plant", plant, "--trajectory", trajectory,
                                   "--rate-hz", "1000", "--out", recording, "--force"})},
       {"screening", [=] { return screen_recording(recording, plant); }},
-      {"diagnose", program_with(diagnose)},
-      {"diagnose, placebo twins", program_with(with_placebos)}};
+      {"diagnose", program_with(diagnose(0))},
+      {"diagnose, placebo twins", program_with(diagnose(placebos))}};
 }
 
 }  // namespace

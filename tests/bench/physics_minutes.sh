@@ -50,7 +50,8 @@ samples=$(($(wc -l <zigzag.csv) - 1))
 for sixths in 1 2 4 6; do
   head -n $((1 + samples * sixths / 6)) zigzag.csv >part.csv
   record train part.csv 11 0
-  "$ravencal" diagnose train.db --plant published.toml --out "diagnosis_$sixths" >/dev/null 2>&1
+  "$ravencal" diagnose train.db --plant published.toml --out "diagnosis_$sixths" --placebo 0 \
+    >/dev/null 2>&1
   for physics in without with; do
     use=()
     [ $physics = with ] && use=(--physics "diagnosis_$sixths/plant_improved.toml")

@@ -23,7 +23,8 @@ diagnose() {
   while [[ $1 != -- ]]; do files+=("$data/$set/$1"); shift; done
   shift
   echo "$set"
-  "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" "$@" \
+  "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" \
+    --placebo 0 "$@" \
     >"$out/$set.txt" || status=$?
   if ((status > 1)); then return "$status"; fi
   cat "$out/$set.txt"

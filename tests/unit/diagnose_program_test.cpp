@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "diagnose_generator.hpp"
 #include "unit/run_command.hpp"
@@ -90,6 +91,19 @@ TEST_F(DiagnoseProgram, LeavesAReportThatSuggestTakesByItsFolder) {
   const Outcome next = run("suggest why");
   EXPECT_EQ(next.exit_code, 0) << next.text;
   EXPECT_NE(next.text.find("min)"), std::string::npos) << next.text;
+}
+
+TEST_F(DiagnoseProgram, MeasuresItsFalseAlarmsUnlessToldNotTo) {
+  const auto rate = [this] {
+    return nlohmann::json::parse(std::ifstream(folder_ / "why/report.json"))["verdict"]
+                                                                            ["false_alarm_rate"];
+  };
+  const Outcome measured = run(kDiagnose);
+  EXPECT_NE(measured.text.find("On twins of this recording"), std::string::npos) << measured.text;
+  ASSERT_TRUE(rate().is_number());
+  EXPECT_LE(rate().get<double>(), 0.25);
+  EXPECT_EQ(run(std::string(kDiagnose) + " --placebo 0").exit_code, 0);
+  EXPECT_TRUE(rate().is_null());
 }
 
 TEST_F(DiagnoseProgram, RefusesToHoldOutWhatItFits) {

@@ -25,8 +25,8 @@ p{margin:.4rem 0;max-width:80ch}.quiet{color:var(--quiet);font-size:.87rem}
 th,td{padding:.28rem .55rem;text-align:left;vertical-align:top}th{font-weight:500;color:var(--quiet);border-bottom:1px solid var(--rule)}
 tbody tr{border-bottom:1px solid var(--grid)}td.n{text-align:right;white-space:nowrap}tbody td:first-child{min-width:11rem}
 .met{color:var(--good);font-weight:650;white-space:nowrap}.not{color:var(--bad);font-weight:650;white-space:nowrap}
-svg text{fill:currentColor;font-size:11px}.heat{text-align:center;min-width:1.6rem}
-.heads th{writing-mode:vertical-rl;transform:rotate(180deg);text-align:left;vertical-align:bottom}code{font-size:.82rem;overflow-wrap:anywhere}
+svg text{fill:currentColor;font-size:11px}.heat{padding:.28rem .1rem;text-align:center;min-width:1.5rem}
+.heads th{padding:.28rem .1rem;writing-mode:vertical-rl;transform:rotate(180deg);text-align:left;vertical-align:bottom}code{font-size:.82rem;overflow-wrap:anywhere}
 </style>)";
 
 std::string percent(const Json& share) {
