@@ -161,7 +161,9 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
                    "--json",
                    "verdict.json",
                    "--threads",
-                   "1"};
+                   "1",
+                   "--placebo",
+                   "0"};
   child.given = {{given / "recording.db", "recording.db"}, {given / "plant.toml", "plant.toml"}};
   if (fs::exists(given / "held_out.db")) {
     child.given.emplace_back(given / "held_out.db", "held_out.db");
