@@ -342,7 +342,6 @@ NamedChannel name_channel(const Series& series, const physics::Plant& plant,
   findings.floor = fit.model.floor;
   add_load(fit, options.seed + 560, findings);
   findings.constant_load = fit.coefficients[0];
-  findings.friction_behind = friction_behind(fit, options);
   return named;
 }
 
@@ -356,6 +355,7 @@ ChannelFindings describe(const NamedChannel& named, const physics::Plant& plant,
     add_location(fit, options, findings);
     add_limits(fit, options, findings);
     add_candidates(fit, options, findings);
+    findings.friction_behind = friction_behind(fit, options);
     findings.placebo = std::make_shared<PlaceboParts>(placebo_parts(fit));
   }
   ChannelFindings bare = findings;

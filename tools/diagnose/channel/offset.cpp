@@ -112,14 +112,16 @@ std::vector<NamedEffect>::iterator find_asymmetry(std::vector<NamedEffect>& effe
 }
 
 /// The fit without friction that differs by speed between the directions, which has a mean of its
-/// own.
-ChannelFit without_asymmetry(ChannelFit fit) {
-  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
+/// own; none where it has no such friction.
+std::optional<ChannelFit> without_asymmetry(const ChannelFit& fit) {
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     if (form_of(fit, fit.model.chosen[i]).id() != "asymmetric_friction") continue;
-    fit.model = fit.model.without(i);
-    fit.coefficients = joint_fit(fit.model);
+    ChannelFit rest = fit;
+    rest.model = fit.model.without(i);
+    rest.coefficients = joint_fit(rest.model);
+    return rest;
   }
-  return fit;
+  return std::nullopt;
 }
 
 /// Constant that loads leave which hang a little off the plant's place for them.
@@ -189,15 +191,19 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   const auto level = [&](const ChannelFit& of) {
     return constant_as("level_difference", 2.0, of, findings.unit, options.seed + 320);
   };
-  const auto named = find_asymmetry(findings.effects);
-  // What differs with speed and has no name is no reason against one for the constant beside it.
-  const ChannelFit judged = named != findings.effects.end() ? fit : without_asymmetry(fit);
-  const double least = std::max({fit.model.floor, form_error(judged), hung_error(judged)});
-  if (std::abs(judged.coefficients[0]) < least) return;
-  if (named != findings.effects.end()) {
-    if (is_certain(level(fit))) named->parameters.push_back(level(fit));
+  const auto clear = [](const ChannelFit& of) {
+    return std::abs(of.coefficients[0]) >=
+           std::max({of.model.floor, form_error(of), hung_error(of)});
+  };
+  if (const auto named = find_asymmetry(findings.effects); named != findings.effects.end()) {
+    NamedParameter beside = level(fit);
+    if (clear(fit) && is_certain(beside)) named->parameters.push_back(std::move(beside));
     return;
   }
+  // What differs with speed and has no name is no reason against one for the constant beside it.
+  const std::optional<ChannelFit> rest = without_asymmetry(fit);
+  const ChannelFit& judged = rest ? *rest : fit;
+  if (!clear(judged)) return;
   const auto evidence = constant_evidence(judged, options);
   if (!evidence) return;
   NamedEffect difference =
