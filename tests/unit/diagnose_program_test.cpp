@@ -95,8 +95,8 @@ TEST_F(DiagnoseProgram, LeavesAReportThatSuggestTakesByItsFolder) {
 
 TEST_F(DiagnoseProgram, MeasuresItsFalseAlarmsUnlessToldNotTo) {
   const auto rate = [this] {
-    return nlohmann::json::parse(std::ifstream(folder_ / "why/report.json"))["verdict"]
-                                                                            ["false_alarm_rate"];
+    return nlohmann::json::parse(
+        std::ifstream(folder_ / "why/report.json"))["verdict"]["false_alarm_rate"];
   };
   const Outcome measured = run(kDiagnose);
   EXPECT_NE(measured.text.find("On twins of this recording"), std::string::npos) << measured.text;

@@ -190,9 +190,10 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-4, 0.5))
       ->capture_default_str();
   command
-      ->add_option("--placebo", arguments->options.placebo_twins,
-                   "Twins with nothing left out, to measure this recording's false alarms; 0 takes a "
-                   "third of the time")
+      ->add_option(
+          "--placebo", arguments->options.placebo_twins,
+          "Twins with nothing left out, to measure this recording's false alarms; 0 takes a "
+          "third of the time")
       ->check(CLI::Range(0, 10000))
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "Seed of every random draw")

@@ -204,8 +204,8 @@ void widen_by_held(const ChannelFit& fit, std::size_t chosen,
 /// One standard error of each nominal parameter's relative change, by bootstrap over blocks.
 Eigen::VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed);
 
-/// Friction behind the cable that the transmission's loop says whatever the plant does, 95 %: chance
-/// and what simulations of cables differ by.
+/// Friction behind the cable that the transmission's loop says whatever the plant does, 95 %:
+/// chance and what simulations of cables differ by.
 std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOptions& options);
 
 /// What was not found, and the least size that would have been.

@@ -177,9 +177,9 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
-  NamedEffect offset = effect_of(
-      fit, *evidence, *homing_offset(),
-      constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
+  NamedEffect offset =
+      effect_of(fit, *evidence, *homing_offset(),
+                constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
   if (offset.certain) findings.effects.insert(findings.effects.begin(), std::move(offset));
 }
 
