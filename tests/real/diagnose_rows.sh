@@ -24,8 +24,7 @@ diagnose() {
   shift
   echo "$set"
   "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" \
-    --placebo 0 "$@" \
-    >"$out/$set.txt" || status=$?
+    --placebo 0 "$@" >"$out/$set.txt" || status=$?
   if ((status > 1)); then return "$status"; fi
   cat "$out/$set.txt"
 }

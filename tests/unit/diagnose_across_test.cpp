@@ -161,10 +161,8 @@ TEST(DriveConstant, IsPartOfFrictionThatDiffersWithSpeedAsWell) {
     ASSERT_EQ(report.effects.size(), 1U) << uneven_viscous << ": " << report.verdict.text;
     const NamedEffect& effect = report.effects.front();
     EXPECT_EQ(effect.id, "asymmetric_friction");
-    const auto level =
-        std::find_if(effect.parameters.begin(), effect.parameters.end(),
-                     [](const NamedParameter& p) { return p.name == "level_difference"; });
-    ASSERT_NE(level, effect.parameters.end()) << uneven_viscous;
+    const NamedParameter* level = find_parameter(effect, "level_difference");
+    ASSERT_NE(level, nullptr) << uneven_viscous;
     EXPECT_NEAR(level->value, 0.6, 0.1) << uneven_viscous;
     EXPECT_EQ(effect.parameters.size(), uneven_viscous > 0.5 ? 2U : 1U) << uneven_viscous;
   }

@@ -257,6 +257,25 @@ TEST(PhysicsPrediction, SaysTheErrorWithoutLookingAtTheTruth) {
   EXPECT_EQ(again->front().error, predicted->front().error);
 }
 
+TEST(Report, IsNotMadeWhereItsReaderStopsAmongTheTwins) {
+  const physics::Plant plant = plant_file(generator::plant_text(), "page");
+  diagnose::Options options;
+  options.threads = 1;
+  options.placebo_twins = 2;
+  double last = 0.0;
+  options.look = [&last](double done, std::string_view what) {
+    EXPECT_GE(done, last);
+    EXPECT_LE(done, 1.0);
+    last = done;
+    return what != "placebo twins";
+  };
+  const auto report = diagnose::diagnose({generator::make_recording({}, {})}, {}, plant, options);
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.error().message.find("stopped before"), std::string::npos)
+      << report.error().message;
+  EXPECT_GT(last, 0.0);
+}
+
 TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
   HiddenPhysics hidden;
   hidden.gap_half_rad = 0.01;

@@ -10,10 +10,7 @@ namespace ravencal::diagnose {
 namespace {
 
 const NamedParameter* level_of(const NamedEffect& effect) {
-  for (const NamedParameter& p : effect.parameters) {
-    if (p.name == "level") return &p;
-  }
-  return nullptr;
+  return find_parameter(effect, "level");
 }
 
 /// True if friction behind the cable may have that level: the cable's loop does not deny it, was

@@ -94,7 +94,7 @@ bool certain(const ChannelFit& fit, std::size_t chosen,
   const std::size_t sizes = std::min(parameters.size(), form.sizes(*fit.model.series));
   return parameters.empty() ||
          std::any_of(parameters.begin(), parameters.begin() + static_cast<std::ptrdiff_t>(sizes),
-                     [](const NamedParameter& p) { return p.ci95.first * p.ci95.second > 0.0; });
+                     [](const NamedParameter& p) { return leaves_out_zero(p.ci95); });
 }
 
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {

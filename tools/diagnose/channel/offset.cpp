@@ -67,8 +67,6 @@ NamedParameter constant_as(const char* name, double factor, const ChannelFit& fi
   return {name, factor * fit.coefficients[0], unit, {factor * low, factor * high}};
 }
 
-bool is_certain(const NamedParameter& p) { return p.ci95.first * p.ci95.second > 0.0; }
-
 /// The constant under the name of `form`.
 NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
                       const EffectForm& form, NamedParameter constant,
@@ -77,7 +75,7 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.id = form.id();
   effect.joint = findings.joint;
   effect.stage = stage_word(findings.stage);
-  effect.certain = is_certain(constant);
+  effect.certain = leaves_out_zero(constant.ci95);
   effect.parameters = {std::move(constant)};
   effect.held_out_before = fit.model.rms_of(evidence.before);
   effect.held_out_after = fit.model.rms_of(evidence.after);
@@ -172,8 +170,9 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
-  const auto [low, high] = interval_over_time(fit, 0, options.seed + 310, Doubt::kChance);
-  const double least = low * high > 0.0 ? std::min(std::abs(low), std::abs(high)) : 0.0;
+  const Interval whole = interval_over_time(fit, 0, options.seed + 310, Doubt::kChance);
+  const double least =
+      leaves_out_zero(whole) ? std::min(std::abs(whole.first), std::abs(whole.second)) : 0.0;
   if (least < least_offset(fit, plant)) return;
   const auto evidence = constant_evidence(fit, options);
   if (!evidence) return;
@@ -196,8 +195,9 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
            std::max({of.model.floor, form_error(of), hung_error(of)});
   };
   if (const auto named = find_asymmetry(findings.effects); named != findings.effects.end()) {
+    if (!clear(fit)) return;
     NamedParameter beside = level(fit);
-    if (clear(fit) && is_certain(beside)) named->parameters.push_back(std::move(beside));
+    if (leaves_out_zero(beside.ci95)) named->parameters.push_back(std::move(beside));
     return;
   }
   // What differs with speed and has no name is no reason against one for the constant beside it.

@@ -245,6 +245,27 @@ Interval interval_over_time(const ChannelFit& fit, Index column, std::uint64_t s
   return doubt == Doubt::kChance ? ci : widened(ci, value, slow_noise(from, column));
 }
 
+std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOptions& options) {
+  const auto& terms = fit.nominal.terms;
+  const auto level = std::find_if(terms.begin(), terms.end(), [](const NominalTerm& t) {
+    return t.id == "joint_friction" && t.parameter == "level" && !t.form_only;
+  });
+  if (fit.model.series->stage != Stage::kTransmission || level == terms.end()) return std::nullopt;
+  const auto term = static_cast<std::size_t>(level - terms.begin());
+  const auto column = static_cast<Index>(term) + 1;
+  ChannelFit free = fit;
+  ChannelModel& model = free.model;
+  model.base.col(column) = model.free_base.col(column);
+  model.target += model.held[term] * model.free_base.col(column);
+  model.held[term] = 0.0;
+  model.precision[column] = 0.0;
+  free.coefficients = joint_fit(model);
+  const auto [low, high] =
+      widened(interval_over_time(free, column, options.seed + 570, Doubt::kFormToo),
+              free.coefficients[column], std::pow(kNormal95 * kModelForm, 2));
+  return Interval{level->value * (1.0 + low), level->value * (1.0 + high)};
+}
+
 void widen_by_form(const Invariance& invariance, bool of_cable,
                    std::vector<NamedParameter>& parameters) {
   if (parameters.empty()) return;

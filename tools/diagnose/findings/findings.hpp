@@ -7,12 +7,15 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace ravencal::diagnose {
 
 using Interval = std::pair<double, double>;
+
+inline bool leaves_out_zero(const Interval& i) { return i.first * i.second > 0.0; }
 
 struct Verdict {
   std::string kind;  ///< nothing_left_out, named, ambiguous, parameter_out_of_tolerance,
@@ -56,6 +59,13 @@ struct NamedEffect {
   std::string from;               ///< the other joint, for couplings
 };
 
+/// Null where the effect has none of that name.
+inline const NamedParameter* find_parameter(const NamedEffect& effect, std::string_view name) {
+  const auto it = std::find_if(effect.parameters.begin(), effect.parameters.end(),
+                               [name](const NamedParameter& p) { return p.name == name; });
+  return it == effect.parameters.end() ? nullptr : &*it;
+}
+
 /// Share of the held-out squared error that the effect takes off; 0 where there was none.
 inline double held_out_share(const NamedEffect& effect) {
   const double before = effect.held_out_before;
@@ -66,12 +76,6 @@ inline double held_out_share(const NamedEffect& effect) {
 inline bool is_dry_asymmetry(const NamedEffect& e) {
   return e.id == "asymmetric_friction" && !e.parameters.empty() &&
          e.parameters.front().name == "level_difference";
-}
-
-/// The same beside a difference that grows with speed.
-inline bool has_dry_asymmetry(const NamedEffect& e) {
-  return std::any_of(e.parameters.begin(), e.parameters.end(),
-                     [](const NamedParameter& p) { return p.name == "level_difference"; });
 }
 
 struct HeldOut {

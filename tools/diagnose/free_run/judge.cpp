@@ -208,9 +208,10 @@ class ImprovedDrive {
  private:
   /// The drive without the constant that the fit found beside its effects.
   static Series relieved(Series drive, const ChannelFindings& findings, const Report& report) {
-    const bool uneven = std::any_of(
-        report.effects.begin(), report.effects.end(),
-        [&](const NamedEffect& e) { return e.joint == drive.joint && has_dry_asymmetry(e); });
+    const bool uneven =
+        std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& e) {
+          return e.joint == drive.joint && find_parameter(e, "level_difference") != nullptr;
+        });
     drive.free_offset = uneven ? 0.0 : findings.offset;
     return drive;
   }

@@ -14,15 +14,12 @@ namespace ravencal::diagnose {
 namespace {
 
 double parameter(const NamedEffect& effect, std::string_view name) {
-  for (const NamedParameter& p : effect.parameters) {
-    if (p.name == name) return p.in_plant();
-  }
-  return 0.0;
+  const NamedParameter* found = find_parameter(effect, name);
+  return found != nullptr ? found->in_plant() : 0.0;
 }
 
 bool has(const NamedEffect& effect, std::string_view name) {
-  return std::any_of(effect.parameters.begin(), effect.parameters.end(),
-                     [&](const NamedParameter& p) { return p.name == name; });
+  return find_parameter(effect, name) != nullptr;
 }
 
 /// Loops that positions alone show, for joints without a cable in the plant.
