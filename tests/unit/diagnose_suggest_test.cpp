@@ -36,6 +36,17 @@ TEST(Suggest, SaysOnceWhatOneReasonKeptFromBeingTested) {
             "joint elbow, wrist: tests slip, lost_counts, not testable so far: no truth");
 }
 
+TEST(Suggest, AsksForNoRecordingOfWhatThePlantHasInAnySize) {
+  const auto list = diagnose::suggest(
+      R"({"schema":1,"effects":[],"unexplained":[],"not_found":[
+ {"id":"homing_offset","joint":"elbow","not_testable_because":"drawn","expected":true},
+ {"id":"creep","joint":"elbow","not_testable_because":"too short","expected":false}]})",
+      "test");
+  ASSERT_TRUE(list.ok());
+  ASSERT_EQ(list->size(), 1U);
+  EXPECT_NE(list->front().why.find("creep"), std::string::npos) << list->front().why;
+}
+
 TEST(Suggest, KnowsTheCheapestExperimentOfAPairAndOfNoOther) {
   const auto parted = diagnose::cheapest_parting("backlash", "creep");
   ASSERT_TRUE(parted.has_value());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/diagnose.hpp"
+#include "diagnose/effects/effects.hpp"
 #include "diagnose/report/write_report.hpp"
 
 #include <fmt/format.h>
@@ -128,6 +129,30 @@ TEST(Diagnose, SaysWhatCannotBeSeenWithoutATruth) {
   EXPECT_FALSE(it->detection_limit.has_value());
   EXPECT_NE(it->not_testable_because.find("joint_truth"), std::string::npos)
       << it->not_testable_because;
+}
+
+TEST(Diagnose, SpeaksOfEveryWordOfItsVocabularyOnEveryJoint) {
+  const std::string in_plant =
+      "\n[[joint.effect]]\nid = \"coulomb_friction\"\nlevel_n_m = 0.5\n"
+      "\n[[joint.effect]]\nid = \"presliding\"\ndisplacement_rad = 0.001\n"
+      "\n[[joint.effect]]\nid = \"compliance\"\nstiffness_n_m_per_rad = 400.0\n"
+      "damping_n_m_s_per_rad = 1.0\n"
+      "\n[[joint.effect]]\nid = \"thermal_drift\"\nwander_rad = 0.0005\ntime_s = 1000.0\n";
+  for (const Scene& scene : {Scene{}, Scene{.with_truth = false}, Scene{.with_torque = false}}) {
+    const diagnose::Report report = run({.coulomb_n_m = 0.5}, scene, in_plant);
+    for (const diagnose::VocabularyEntry& word : diagnose::vocabulary()) {
+      for (const char* joint : {"one", "two"}) {
+        const auto same = [&](const auto& item) {
+          return item.id == word.id && item.joint == joint;
+        };
+        EXPECT_TRUE(word.id == "unknown" ||
+                    std::any_of(report.effects.begin(), report.effects.end(), same) ||
+                    std::any_of(report.not_found.begin(), report.not_found.end(), same))
+            << joint << " " << word.id << ", truth " << scene.with_truth << ", torque "
+            << scene.with_torque;
+      }
+    }
+  }
 }
 
 TEST(Diagnose, WouldHaveSeenWhatItSaysItWouldHaveSeen) {

@@ -228,28 +228,36 @@ void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>&
   for (std::size_t i = 0; i < verdicts.size(); ++i) apply(verdicts[i], set.series[i], report);
 }
 
-/// Vocabulary entries that no channel of this joint spoke about; what the plant has is not left
-/// out.
+/// Why no channel of this joint spoke about that entry of the vocabulary.
+NotFound silent_entry(const SeriesSet& set, const physics::Plant& plant, const std::string& joint,
+                      const VocabularyEntry& entry) {
+  NotFound silent{std::string(entry.id), joint, std::nullopt, "", ""};
+  const auto reason = set.not_possible.find(joint);
+  const bool looked = std::any_of(set.series.begin(), set.series.end(), [&](const Series& series) {
+    return series.joint == joint && series.stage == entry.stage;
+  });
+  silent.expected = looked && plant_has(plant, joint, silent.id, "");
+  silent.not_testable_because =
+      silent.expected                    ? "the plant has it: any size of it is expected"
+      : entry.stage == Stage::kCommand   ? "the recording or the plant lacks the command's inputs, "
+                                           "its output or its control law"
+      : reason != set.not_possible.end() ? reason->second
+                                         : "no channel of this joint shows it";
+  return silent;
+}
+
 void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& report) {
   for (const physics::Joint& joint : plant.joints) {
     for (const VocabularyEntry& entry : vocabulary()) {
-      if (entry.id == "unknown" || plant_has(plant, joint.name, std::string(entry.id), ""))
-        continue;
       const auto same = [&](const auto& item) {
         return item.id == entry.id && item.joint == joint.name;
       };
-      if (std::any_of(report.effects.begin(), report.effects.end(), same) ||
+      if (entry.id == "unknown" ||
+          std::any_of(report.effects.begin(), report.effects.end(), same) ||
           std::any_of(report.not_found.begin(), report.not_found.end(), same)) {
         continue;
       }
-      const auto reason = set.not_possible.find(joint.name);
-      const std::string why = entry.stage == Stage::kCommand
-                                  ? "the recording or the plant lacks the command's inputs, its "
-                                    "output or its control law"
-                              : reason != set.not_possible.end()
-                                  ? reason->second
-                                  : "no channel of this joint shows it";
-      report.not_found.push_back({std::string(entry.id), joint.name, std::nullopt, "", why});
+      report.not_found.push_back(silent_entry(set, plant, joint.name, entry));
     }
   }
 }

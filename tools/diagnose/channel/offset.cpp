@@ -166,7 +166,8 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
   if (series.stage != Stage::kTransmission) return;
   if (plant_has(plant, series.joint, "homing_offset", "")) {
     findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
-                                  "the plant draws a new offset at each homing: any is expected"});
+                                  "the plant draws a new offset at each homing: any is expected",
+                                  true});
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.

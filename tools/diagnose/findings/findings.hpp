@@ -95,6 +95,7 @@ struct NotFound {
   std::optional<double> detection_limit;
   std::string unit;
   std::string not_testable_because;
+  bool expected = false;  ///< the plant has it, in any size: no recording would test it
 };
 
 /// One of the parameters that are known only together.

@@ -231,7 +231,7 @@ std::string trace_figure(const ChannelPlot& plot) {
   bottom.line(t.t_s, left, "refitted");
   return "<div class=\"figures\">" + top.finish() + bottom.finish() +
          "</div><p class=\"soft\"><span class=\"key measured\"></span>measured <span class=\"key "
-         "nominal\"></span>plant as it is <span class=\"key refitted\"></span>with the effects</p>";
+         "nominal\"></span>plant as it is <span class=\"key refitted\"></span>improved</p>";
 }
 
 }  // namespace ravencal::diagnose

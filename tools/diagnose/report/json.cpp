@@ -71,12 +71,15 @@ Json combination_json(const Combination& c) {
 }
 
 Json not_found_json(const NotFound& n) {
-  if (!n.detection_limit)
-    return {{"id", n.id}, {"joint", n.joint}, {"not_testable_because", n.not_testable_because}};
-  return {{"id", n.id},
-          {"joint", n.joint},
-          {"detection_limit", number(*n.detection_limit)},
-          {"unit", n.unit}};
+  Json json = {{"id", n.id}, {"joint", n.joint}};
+  if (n.detection_limit) {
+    json["detection_limit"] = number(*n.detection_limit);
+    json["unit"] = n.unit;
+  } else {
+    json["not_testable_because"] = n.not_testable_because;
+  }
+  if (n.expected) json["expected"] = true;
+  return json;
 }
 
 }  // namespace
