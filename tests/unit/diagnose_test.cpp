@@ -155,16 +155,60 @@ TEST(Diagnose, SpeaksOfEveryWordOfItsVocabularyOnEveryJoint) {
   }
 }
 
-TEST(Diagnose, WouldHaveSeenWhatItSaysItWouldHaveSeen) {
-  const diagnose::Report silent = run({});
-  const auto it = std::find_if(silent.not_found.begin(), silent.not_found.end(), [](const auto& n) {
-    return n.id == "gain_error" && n.joint == "one";
-  });
+struct Limit {
+  const char* name;
+  const char* id;
+  double HiddenPhysics::*size;
+  HiddenPhysics hidden;  ///< what the plant has
+  const char* in_plant;
+};
+
+class Limits : public ::testing::TestWithParam<Limit> {};
+
+// A limit that is too low promises what is not seen; one that is too high warns of nothing.
+TEST_P(Limits, AreWhereAnEffectBeginsToBeNamed) {
+  const auto& [name, id, size, hidden, in_plant] = GetParam();
+  const diagnose::Report silent = run(hidden, {}, in_plant);
+  const auto it =
+      std::find_if(silent.not_found.begin(), silent.not_found.end(), [&](const auto& n) {
+        return n.id == id && n.joint == "one" && n.detection_limit.has_value();
+      });
   ASSERT_NE(it, silent.not_found.end());
-  ASSERT_TRUE(it->detection_limit.has_value());
-  EXPECT_NE(find(run({.gain = 1.5 * *it->detection_limit}), "gain_error"), nullptr);
-  EXPECT_EQ(find(run({.gain = 0.2 * *it->detection_limit}), "gain_error"), nullptr);
+  const auto named_at = [&, size = size](double times) {
+    HiddenPhysics more = hidden;
+    more.*size += times * *it->detection_limit;
+    const diagnose::Report report = run(more, {}, in_plant);
+    return find(report, id) != nullptr;
+  };
+  EXPECT_TRUE(named_at(1.5)) << *it->detection_limit;
+  EXPECT_FALSE(named_at(0.5)) << *it->detection_limit;
 }
+
+constexpr const char* kCoulombInPlant =
+    "\n[[joint.effect]]\nid = \"coulomb_friction\"\nlevel_n_m = 0.5\n";
+constexpr const char* kViscousInPlant =
+    "\n[[joint.effect]]\nid = \"viscous_friction\"\ndamping_n_m_s_per_rad = 5.0\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    Diagnose, Limits,
+    ::testing::Values(Limit{"offset", "homing_offset", &HiddenPhysics::offset_rad, {}, ""},
+                      Limit{"gain", "gain_error", &HiddenPhysics::gain, {}, ""},
+                      Limit{"coupling", "coupling", &HiddenPhysics::coupling, {}, ""},
+                      Limit{"backlash", "backlash", &HiddenPhysics::gap_half_rad, {}, ""},
+                      Limit{"delay", "delay", &HiddenPhysics::delay_s, {}, ""},
+                      Limit{"coulomb", "coulomb_friction", &HiddenPhysics::coulomb_n_m, {}, ""},
+                      Limit{"viscous", "viscous_friction", &HiddenPhysics::viscous_n_m_s, {}, ""},
+                      Limit{"viscous_beside_a_number",
+                            "viscous_friction",
+                            &HiddenPhysics::viscous_n_m_s,
+                            {.coulomb_n_m = 0.5},
+                            kCoulombInPlant},
+                      Limit{"coulomb_beside_a_number",
+                            "coulomb_friction",
+                            &HiddenPhysics::coulomb_n_m,
+                            {.viscous_n_m_s = 5.0},
+                            kViscousInPlant}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Diagnose, GivesTheSameBytesOnAnyNumberOfThreads) {
   const HiddenPhysics hidden{.gain = 0.01, .coulomb_n_m = 0.4};

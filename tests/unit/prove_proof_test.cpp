@@ -311,6 +311,20 @@ TEST(ProveScore, TellsAParameterOutOfToleranceFromPhysicsAndSilenceFromBoth) {
           .alarm);
 }
 
+TEST(ProveScore, HoldsSilenceAgainstTheLimitOfTheSameNumber) {
+  const auto kept = [](const char* parameter, double limit) {
+    Json verdict = verdict_of("nothing_left_out", nullptr, 0.0);
+    verdict["report"]["not_found"] = {{{"id", "gain_error"},
+                                       {"joint", "elbow"},
+                                       {"detection_limit", limit},
+                                       {"parameter", parameter}}};
+    return scored(manifest_of("single", "gain_error", 5.0), verdict).subjects[0].limit_kept;
+  };
+  EXPECT_EQ(kept("ratio", 0.03), true);
+  EXPECT_EQ(kept("ratio", 0.01), false);
+  EXPECT_EQ(kept("offset", 0.01), std::nullopt);
+}
+
 TEST(ProveScore, CountsACaseWithoutAReportAsNotNamed) {
   const CaseScore s = scored(manifest_of("single", "gain_error", 5.0),
                              {{"case", 0}, {"report", nullptr}, {"log", "crashed"}});

@@ -58,10 +58,16 @@ const Json* effect_of(const Json& report, const Json& subject) {
   return nullptr;
 }
 
+/// The name under which diagnose prints what is hidden; empty: under no single one.
+std::string reported_parameter(const Json& subject) {
+  const std::string parameter = text(subject, "parameter");
+  const bool coupling = text(subject, "id") == "coupling" && !parameter.empty();
+  return coupling ? "error_from_" + text(subject, "from") : parameter;
+}
+
 void score_parameter(const Json& effect, const Json& subject, SubjectScore& score) {
-  std::string wanted = text(subject, "parameter");
+  const std::string wanted = reported_parameter(subject);
   if (wanted.empty()) return;
-  if (score.id == "coupling") wanted = "error_from_" + text(subject, "from");
   for (const Json& p : list(effect, "parameters")) {
     const double truth = number(subject, "value"), value = number(p, "value", std::nan(""));
     if (text(p, "name") != wanted || truth == 0.0 || !std::isfinite(value)) continue;
@@ -116,15 +122,20 @@ void score_place(const Json& report, const Json& subject, SubjectScore& score) {
     score.overlap = interval_overlap(position, located(report, subject, "position"));
 }
 
+/// Silent: below the printed limit, of every channel that printed one?
 void score_limit(const Json& report, const Json& subject, SubjectScore& score) {
+  const std::string wanted = reported_parameter(subject);
   for (const Json& n : list(report, "not_found")) {
-    if (text(n, "id") != score.id || text(n, "joint") != score.joint ||
-        text(subject, "parameter").empty())
-      continue;
     // A stiffness limit counts downwards and has no zero: not comparable with a compliance.
+    if (text(n, "id") != score.id || text(n, "joint") != score.joint || score.id == "compliance" ||
+        wanted.empty())
+      continue;
     const double limit = number(n, "detection_limit");
-    if (limit > 0.0 && score.id != "compliance")
-      score.limit_kept = number(subject, "amplitude") <= limit;
+    const std::string parameter = text(n, "parameter");
+    const bool of_all = parameter == "rms";
+    if (limit > 0.0 && (of_all || parameter == wanted))
+      score.limit_kept = score.limit_kept.value_or(true) &&
+                         number(subject, of_all ? "size" : "amplitude") <= limit;
   }
 }
 

@@ -365,13 +365,14 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
   const bool found = !pulses.empty() && std::all_of(pulses.begin(), pulses.end(), long_enough) &&
                      pulses.size() < 1000;
   if (!found || !name_pulses(pulses, series, law, baseline, findings)) {
-    findings.not_found.push_back({"input_disturbance", series.joint, threshold, series.unit, ""});
+    findings.not_found.push_back(
+        {"input_disturbance", series.joint, threshold, series.unit, "", "size"});
   }
   const bool gain_named =
       std::any_of(findings.effects.begin(), findings.effects.end(),
                   [](const NamedEffect& e) { return e.id == "controller_gain"; });
   if (!gain_named && nominal > 0.0)
-    findings.not_found.push_back({"controller_gain", series.joint, tolerance, "1", ""});
+    findings.not_found.push_back({"controller_gain", series.joint, tolerance, "1", "", "ratio"});
   return findings;
 }
 

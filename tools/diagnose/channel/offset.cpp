@@ -134,6 +134,21 @@ double hung_error(const ChannelFit& fit) {
   return kPlaceTolerance * sum;
 }
 
+/// The constant as a homing offset, where all of its interval is larger than `least`.
+std::optional<NamedEffect> offset_of(const ChannelFit& fit, const Interval& whole, double least,
+                                     const ChannelOptions& options,
+                                     const ChannelFindings& findings) {
+  if (!leaves_out_zero(whole) || std::min(std::abs(whole.first), std::abs(whole.second)) < least)
+    return std::nullopt;
+  const auto evidence = constant_evidence(fit, options);
+  if (!evidence) return std::nullopt;
+  NamedEffect offset =
+      effect_of(fit, *evidence, *homing_offset(),
+                constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
+  if (!offset.certain) return std::nullopt;
+  return offset;
+}
+
 }  // namespace
 
 VectorXd stretch_of(const ChannelFit& fit) {
@@ -164,23 +179,27 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
                  ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   if (series.stage != Stage::kTransmission) return;
-  if (plant_has(plant, series.joint, "homing_offset", "")) {
-    findings.not_found.push_back({"homing_offset", findings.joint, std::nullopt, "",
-                                  "the plant draws a new offset at each homing: any is expected",
-                                  true});
+  NotFound silent{"homing_offset", findings.joint, std::nullopt, "", ""};
+  silent.expected = plant_has(plant, series.joint, "homing_offset", "");
+  if (silent.expected || !fit.model.has_constant()) {
+    silent.not_testable_because =
+        silent.expected ? "the plant draws a new offset at each homing: any is expected"
+                        : "in this motion it looks like the mean of what loads do to the cable";
+    findings.not_found.push_back(std::move(silent));
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
   const Interval whole = interval_over_time(fit, 0, options.seed + 310, Doubt::kChance);
-  const double least =
-      leaves_out_zero(whole) ? std::min(std::abs(whole.first), std::abs(whole.second)) : 0.0;
-  if (least < least_offset(fit, plant)) return;
-  const auto evidence = constant_evidence(fit, options);
-  if (!evidence) return;
-  NamedEffect offset =
-      effect_of(fit, *evidence, *homing_offset(),
-                constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
-  if (offset.certain) findings.effects.insert(findings.effects.begin(), std::move(offset));
+  const double least = least_offset(fit, plant);
+  if (auto offset = offset_of(fit, whole, least, options, findings)) {
+    findings.effects.insert(findings.effects.begin(), std::move(*offset));
+    return;
+  }
+  const double deviation = 0.5 * (whole.second - whole.first) / 1.96;
+  silent.detection_limit = least + (1.96 + kNineInTen) * deviation;
+  silent.unit = findings.unit;
+  silent.parameter = "offset";
+  findings.not_found.push_back(std::move(silent));
 }
 
 void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,

@@ -95,7 +95,8 @@ struct NotFound {
   std::optional<double> detection_limit;
   std::string unit;
   std::string not_testable_because;
-  bool expected = false;  ///< the plant has it, in any size: no recording would test it
+  std::string parameter = {};  ///< whose size the limit is; "rms": of all that the effect adds
+  bool expected = false;       ///< the plant has it, in any size: no recording would test it
 };
 
 /// One of the parameters that are known only together.

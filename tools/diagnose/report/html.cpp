@@ -274,15 +274,17 @@ std::string limits_html(const Report& report) {
     const double width = std::clamp(5.0 + 30.0 * std::log10(ratio), 1.0, 100.0);
     rows += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"bar\"><span class=\"floor\" "
-        "style=\"width:{:.0f}%\"></span></td><td class=\"num\">{}</td></tr>",
-        html_escape(n.joint), html_escape(n.id), width, quantity(*n.detection_limit, n.unit));
+        "style=\"width:{:.0f}%\"></span></td><td class=\"num\">{}</td>"
+        "<td class=\"soft\">{}</td></tr>",
+        html_escape(n.joint), html_escape(n.id), width, quantity(*n.detection_limit, n.unit),
+        html_escape(n.parameter));
   }
   std::string html = "<h2>Not found</h2>";
   if (!rows.empty()) {
     html +=
         "<p class=\"soft\">Smallest size that would have been found; bars are logarithmic and "
         "compare effects of one unit.</p><table><tr><th>joint</th><th>effect</th><th></th>"
-        "<th>would have been seen from</th></tr>" +
+        "<th>would have been seen from</th><th>parameter</th></tr>" +
         rows + "</table>";
   }
   std::string grey;

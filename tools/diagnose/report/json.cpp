@@ -75,6 +75,7 @@ Json not_found_json(const NotFound& n) {
   if (n.detection_limit) {
     json["detection_limit"] = number(*n.detection_limit);
     json["unit"] = n.unit;
+    json["parameter"] = n.parameter;
   } else {
     json["not_testable_because"] = n.not_testable_because;
   }

@@ -54,14 +54,18 @@ double number_cost(double change, double tolerance) {
   return 2.0 * std::log1p(relative * relative) + kFreedomCost;
 }
 
+double cost_of(const ChannelModel& model, const Chosen& chosen, const VectorXd& coefficients) {
+  const EffectForm& form = *model.candidates[chosen.candidate]->form;
+  if (const auto term = form.nominal_term())
+    return number_cost(coefficients[0], model.tolerance[*term]);
+  const auto off = form.off_by(coefficients);
+  return off ? number_cost(*off, 1.0) + kMotorCost : effect_cost(freedom_of(model, chosen));
+}
+
 double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd& coefficients) {
   const Chosen& chosen = model.chosen[effect];
-  const EffectForm& form = *model.candidates[chosen.candidate]->form;
-  const Index at = model.first_column(effect);
-  if (const auto term = form.nominal_term())
-    return number_cost(coefficients[at], model.tolerance[*term]);
-  const auto off = form.off_by(coefficients.segment(at, chosen.columns.cols()));
-  return off ? number_cost(*off, 1.0) + kMotorCost : effect_cost(freedom_of(model, chosen));
+  return cost_of(model, chosen,
+                 coefficients.segment(model.first_column(effect), chosen.columns.cols()));
 }
 
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {

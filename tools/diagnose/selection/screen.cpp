@@ -127,8 +127,6 @@ class Screen {
   struct Unique {
     MatrixXd projection;  ///< [k x m]: coefficients by which the model imitates the columns
     MatrixXd inverse;     ///< of the unique moments
-    double energy = 0.0;
-    double share = 0.0;
     double gain = 0.0;
   };
 
@@ -139,14 +137,6 @@ class Screen {
     Unique u;
     u.projection = solver_.solve(cross);
     MatrixXd m = own - cross.transpose() * u.projection;
-    u.energy = m(0, 0);
-    double total_energy = 0.0;
-    double unique_energy = 0.0;
-    for (Index i = 0; i < m.rows(); ++i) {
-      total_energy += own(i, i);
-      unique_energy += std::max(0.0, m(i, i));
-    }
-    u.share = total_energy > 0.0 ? unique_energy / total_energy : 0.0;
     for (Index i = 0; i < m.rows(); ++i) m(i, i) += 1e-7 * own(i, i) + 1e-300;
     u.inverse = m.ldlt().solve(MatrixXd::Identity(m.rows(), m.rows()));
     const VectorXd score =
@@ -295,11 +285,8 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
       tested.errors = view.errors_with(tested.best.columns);
     }
     const auto unique = view.unique_part(tested.best.columns);
-    tested.unique_energy = unique.energy;
-    tested.unique_share = unique.share;
-    flips[n].gain =
-        unique.gain / slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
-    flips[n].gain *= wander.factor(tested.best.columns, form);
+    tested.inflation = slow_noise_inflation(flips[n].options[flips[n].found_option].scores);
+    flips[n].gain = unique.gain / tested.inflation * wander.factor(tested.best.columns, form);
     const VectorXd gains = result.errors - tested.errors;
     const auto [size, coefficients] = view.contribution(tested.best.columns);
     tested.coefficients = coefficients;

@@ -130,8 +130,7 @@ struct TestedCandidate {
   Eigen::VectorXd coefficients;  ///< in the joint fit with it
   double median_null = 0.0;      ///< gain that chance reaches half of the time
   double critical_gain = 0.0;    ///< gain needed for the chance gate
-  double unique_energy = 0.0;    ///< of its columns beyond the model, sum of squares (first column)
-  double unique_share = 0.0;     ///< of its columns' energy that the model cannot imitate
+  double inflation = 1.0;        ///< of the gain that slow noise feigns, over independent blocks'
   bool consistent = true;
 };
 
@@ -176,7 +175,10 @@ double effect_cost(Eigen::Index numbers);
 /// Numbers of a chosen effect that the data settle.
 Eigen::Index freedom_of(const ChannelModel& model, const Chosen& chosen);
 double number_cost(double change, double tolerance);
-/// Of the effect chosen there: one of the former. `coefficients` are the model's.
+/// Of an effect with these coefficients: one of the former.
+double cost_of(const ChannelModel& model, const Chosen& chosen,
+               const Eigen::VectorXd& coefficients);
+/// Of the effect chosen there. `coefficients` are the model's.
 double chosen_cost(const ChannelModel& model, std::size_t effect,
                    const Eigen::VectorXd& coefficients);
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
