@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_plugin/envelope.hpp"
 
+#include <algorithm>
+
 namespace ravencal::rt {
 namespace {
 
@@ -13,75 +15,83 @@ constexpr std::uint32_t kMayPass =
     RAVENCAL_DOUBT_OUT_OF_RANGE | RAVENCAL_DOUBT_WARMING_UP | RAVENCAL_DOUBT_MAGNITUDE |
     RAVENCAL_DOUBT_ENCODER_JUMP | RAVENCAL_DOUBT_DISTANCE | RAVENCAL_DOUBT_PEDAL;
 
-/// The state in which a correction must not be applied, given what speaks against it.
+/// The state in which the prediction must not be applied, given what speaks against it.
 std::int32_t resting_state(bool enabled, std::uint32_t doubts) noexcept {
   if ((doubts & RAVENCAL_DOUBT_NETWORK) != 0) return RAVENCAL_STATE_FAULT;
   if (!enabled) return RAVENCAL_STATE_OFF;
   constexpr std::uint32_t kNotReady = RAVENCAL_DOUBT_ROBOT_STATE | RAVENCAL_DOUBT_NO_WEIGHTS;
-  return (doubts & kNotReady) != 0 ? RAVENCAL_STATE_ARMED : RAVENCAL_STATE_BYPASS;
+  return (doubts & kNotReady) != 0 ? RAVENCAL_STATE_ARMED : RAVENCAL_STATE_CONSTANT;
+}
+
+/// What step returns in a resting state.
+std::int32_t status_of(std::int32_t resting) noexcept {
+  if (resting == RAVENCAL_STATE_FAULT) return RAVENCAL_FAULT;
+  return resting == RAVENCAL_STATE_CONSTANT ? RAVENCAL_HELD : RAVENCAL_BYPASS;
+}
+
+/// So many joint units per second are so many per tick. The tick's length is the configured one,
+/// never the measured one: late, early or frozen clocks cannot enlarge a step.
+JointVector per_tick(const float (&per_s)[RAVENCAL_JOINTS], std::uint32_t tick_ns) noexcept {
+  const double tick_s = static_cast<double>(tick_ns) * kSecondsPerNs;
+  JointVector step{};
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    step[j] = static_cast<float>(static_cast<double>(per_s[j]) * tick_s);
+  }
+  return step;
 }
 
 }  // namespace
 
 Envelope::Envelope(const ravencal_config& config) noexcept
-    : clear_ticks_needed_(kClearNs / config.tick_ns),
-      hold_ticks_allowed_(config.hold_ns / config.tick_ns) {
-  // The tick's length is the configured one, never the measured one: late, early or frozen clocks
-  // cannot enlarge a step.
-  const double tick_s = static_cast<double>(config.tick_ns) * kSecondsPerNs;
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    slew_step_ji_[j] = static_cast<float>(static_cast<double>(config.slew_ji_per_s[j]) * tick_s);
-    rate_step_ji_[j] =
-        static_cast<float>(static_cast<double>(config.max_correction_rate_ji_per_s[j]) * tick_s);
-  }
-}
+    : slew_step_ji_(per_tick(config.slew_ji_per_s, config.tick_ns)),
+      rate_step_ji_(per_tick(config.max_correction_rate_ji_per_s, config.tick_ns)),
+      max_correction_ji_(std::to_array(config.max_correction_ji)),
+      transfer_(config.blend_share, per_tick(config.blend_ji_per_s, config.tick_ns)),
+      clear_ticks_needed_(kClearNs / config.tick_ns),
+      hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
 
-std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts,
-                               const JointVector& wanted_ji) noexcept {
+std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
   clear_ticks_ = doubts == 0 ? clear_ticks_ + 1 : 0;
   // Doubts that come and go share one allowance, or a flickering one would be held for ever.
   if (clear_ticks_ > clear_ticks_needed_) hold_ticks_ = 0;
   const std::int32_t before = state_;
-  state_ = next_state(enabled, doubts);
+  state_ = next_state(enabled, doubts, wish.motors_follow);
+  limited_joints_ = 0;
+  if (state_ == RAVENCAL_STATE_FADING_IN || state_ == RAVENCAL_STATE_ACTIVE) {
+    correct(wish);
+    return RAVENCAL_OK;
+  }
+  transfer_.forget();
+  if (state_ == RAVENCAL_STATE_HOLD) {
+    hold_ticks_ += wish.motors_follow ? 0 : 1;
+    return RAVENCAL_HELD;
+  }
   if (state_ == RAVENCAL_STATE_FADING_OUT) {
     // A fault, once seen, outlives whatever follows it during the fade.
     const bool faulted = before == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT;
     after_fade_ = faulted ? RAVENCAL_STATE_FAULT : resting_state(enabled, doubts);
+    return fade_out(wish);
   }
-
-  limited_joints_ = 0;
-  switch (state_) {
-    case RAVENCAL_STATE_FADING_IN:
-      if (move_towards(wanted_ji, slew_step_ji_) == 0) state_ = RAVENCAL_STATE_ACTIVE;
-      return RAVENCAL_OK;
-    case RAVENCAL_STATE_ACTIVE:
-      limited_joints_ = move_towards(wanted_ji, rate_step_ji_);
-      return RAVENCAL_OK;
-    case RAVENCAL_STATE_HOLD:
-      ++hold_ticks_;
-      return RAVENCAL_HELD;
-    case RAVENCAL_STATE_FADING_OUT:
-      move_towards(JointVector{}, slew_step_ji_);
-      if (!is_faded_out()) return RAVENCAL_HELD;
-      state_ = after_fade_;
-      break;
-    default:
-      break;
+  if (state_ == RAVENCAL_STATE_CONSTANT && !wish.motors_follow) {
+    move_towards(wish.constant_ji, slew_step_ji_);
   }
-  return state_ == RAVENCAL_STATE_FAULT ? RAVENCAL_FAULT : RAVENCAL_BYPASS;
+  return status_of(state_);
 }
 
-std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts) const noexcept {
+std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts,
+                                  bool motors_follow) const noexcept {
   const bool welcome = enabled && doubts == 0;
   const bool settled = welcome && clear_ticks_ > clear_ticks_needed_;
   switch (state_) {
     case RAVENCAL_STATE_FADING_IN:
     case RAVENCAL_STATE_ACTIVE:
       if (welcome) return state_;
-      return may_hold(enabled, doubts) ? RAVENCAL_STATE_HOLD : RAVENCAL_STATE_FADING_OUT;
+      return may_hold(enabled, doubts, motors_follow) ? RAVENCAL_STATE_HOLD
+                                                      : RAVENCAL_STATE_FADING_OUT;
     case RAVENCAL_STATE_HOLD:
       if (welcome) return RAVENCAL_STATE_FADING_IN;
-      return may_hold(enabled, doubts) ? RAVENCAL_STATE_HOLD : RAVENCAL_STATE_FADING_OUT;
+      return may_hold(enabled, doubts, motors_follow) ? RAVENCAL_STATE_HOLD
+                                                      : RAVENCAL_STATE_FADING_OUT;
     case RAVENCAL_STATE_FADING_OUT:
       return settled && after_fade_ != RAVENCAL_STATE_FAULT ? RAVENCAL_STATE_FADING_IN
                                                             : RAVENCAL_STATE_FADING_OUT;
@@ -90,18 +100,21 @@ std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts) const noex
     case RAVENCAL_STATE_OFF:
       // One tick in ARMED, whatever comes, so that every correction is seen to be armed first.
       return enabled ? RAVENCAL_STATE_ARMED : RAVENCAL_STATE_OFF;
-    default:  // ARMED, BYPASS
+    default:  // ARMED, CONSTANT
       if (settled) return RAVENCAL_STATE_FADING_IN;
-      return welcome ? state_ : resting_state(enabled, doubts);
+      return welcome ? state_ : way_to(resting_state(enabled, doubts));
   }
 }
 
-bool Envelope::may_hold(bool enabled, std::uint32_t doubts) const noexcept {
-  return enabled && (doubts & ~kMayPass) == 0 && hold_ticks_ < hold_ticks_allowed_;
+/// With the pedal down a doubt that may pass is held until it has passed or the pedal is up.
+bool Envelope::may_hold(bool enabled, std::uint32_t doubts, bool motors_follow) const noexcept {
+  return enabled && (doubts & ~kMayPass) == 0 &&
+         (motors_follow || hold_ticks_ < hold_ticks_allowed_);
 }
 
-void Envelope::refade() noexcept {
-  if (state_ == RAVENCAL_STATE_ACTIVE) state_ = RAVENCAL_STATE_FADING_IN;
+std::int32_t Envelope::way_to(std::int32_t resting) const noexcept {
+  const bool is_there = resting == RAVENCAL_STATE_CONSTANT || correction_ji_ == JointVector{};
+  return is_there ? resting : RAVENCAL_STATE_FADING_OUT;
 }
 
 void Envelope::reset() noexcept {
@@ -109,27 +122,50 @@ void Envelope::reset() noexcept {
   if (state_ == RAVENCAL_STATE_FADING_OUT) after_fade_ = RAVENCAL_STATE_OFF;
 }
 
-bool Envelope::is_faded_out() const noexcept {
-  for (const float correction : correction_ji_) {
-    if (correction != 0.0F) return false;
+void Envelope::correct(const Wish& wish) noexcept {
+  JointVector target_ji{};
+  if (wish.motors_follow) {
+    target_ji = transfer_.follow(wish, correction_ji_);
+  } else {
+    transfer_.forget();
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) target_ji[j] = wish.wanted_ji(j);
   }
-  return true;
+  // A prediction of other weights is reached by the slew, not by the rate.
+  const bool whole = transfer_.offset_ji() == JointVector{};
+  if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
+  const bool fades = state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow;
+  const std::uint32_t behind = move_towards(target_ji, fades ? slew_step_ji_ : rate_step_ji_);
+  if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
+  if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
 }
 
-/// Moves each correction towards its target by at most its step; returns how many did not arrive.
+/// Towards the constant part or zero; with the pedal down, only once it is up.
+std::int32_t Envelope::fade_out(const Wish& wish) noexcept {
+  const JointVector rest_ji =
+      after_fade_ == RAVENCAL_STATE_CONSTANT ? wish.constant_ji : JointVector{};
+  if (!wish.motors_follow) move_towards(rest_ji, slew_step_ji_);
+  if (correction_ji_ != rest_ji) return RAVENCAL_HELD;
+  state_ = after_fade_;
+  return status_of(state_);
+}
+
+/// Moves each correction towards its target, within its limit, by at most its step; returns how
+/// many did not arrive.
 std::uint32_t Envelope::move_towards(const JointVector& target_ji,
                                      const JointVector& step_ji) noexcept {
   std::uint32_t behind = 0;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const float gap = target_ji[j] - correction_ji_[j];
-    if (gap > step_ji[j]) {
+    const float reachable_ji =
+        std::clamp(target_ji[j], -max_correction_ji_[j], max_correction_ji_[j]);
+    const float gap_ji = reachable_ji - correction_ji_[j];
+    if (gap_ji > step_ji[j]) {
       correction_ji_[j] += step_ji[j];
       ++behind;
-    } else if (gap < -step_ji[j]) {
+    } else if (gap_ji < -step_ji[j]) {
       correction_ji_[j] -= step_ji[j];
       ++behind;
     } else {
-      correction_ji_[j] = target_ji[j];
+      correction_ji_[j] = reachable_ji;
     }
   }
   return behind;

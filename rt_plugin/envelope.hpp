@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The safety envelope: decides each tick whether a correction may be applied, and moves the applied
-// correction towards what is wanted, never faster than a fixed rate. Whatever the inputs are, one
-// tick changes the correction of a joint by at most slew * tick, in ACTIVE max_correction_rate *
-// tick. Used by the real-time thread only.
+// The safety envelope: decides each tick which correction may be applied, and moves the applied one
+// there. While the motors are free (pedal up, E-stop) it moves by at most slew * tick. While they
+// follow (pedal down) it only goes along with the prediction (transfer.hpp), by at most
+// max_correction_rate * tick, and stays where it is on any doubt. Used by the real-time thread
+// only.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "rt_plugin/joint_vector.hpp"
+#include "rt_plugin/transfer.hpp"
 
 namespace ravencal::rt {
-
-using JointVector = std::array<float, RAVENCAL_JOINTS>;  ///< rad, rad, m
 
 class Envelope {
  public:
@@ -23,12 +23,9 @@ class Envelope {
 
   explicit Envelope(const ravencal_config& config) noexcept;
 
-  /// One tick. `doubts`: RAVENCAL_DOUBT_* bits; `wanted_ji` is used only without doubts.
+  /// One tick. `doubts`: RAVENCAL_DOUBT_* bits; the prediction is used only without doubts.
   /// Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT.
-  std::int32_t advance(bool enabled, std::uint32_t doubts, const JointVector& wanted_ji) noexcept;
-
-  /// The prediction may jump at the next tick (new weights): reach it by the slew, not the rate.
-  void refade() noexcept;
+  std::int32_t advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept;
 
   /// Leaves FAULT for OFF.
   void reset() noexcept;
@@ -40,21 +37,31 @@ class Envelope {
            (state_ == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT);
   }
   [[nodiscard]] const JointVector& correction_ji() const noexcept { return correction_ji_; }
+  /// What the correction still lacks of what is wanted because the motors follow it.
+  [[nodiscard]] const JointVector& offset_ji() const noexcept { return transfer_.offset_ji(); }
   /// Joints whose correction could not follow what is wanted in the last tick, in normal work.
   [[nodiscard]] std::uint32_t limited_joints() const noexcept { return limited_joints_; }
 
  private:
-  [[nodiscard]] std::int32_t next_state(bool enabled, std::uint32_t doubts) const noexcept;
-  [[nodiscard]] bool may_hold(bool enabled, std::uint32_t doubts) const noexcept;
-  [[nodiscard]] bool is_faded_out() const noexcept;
+  [[nodiscard]] std::int32_t next_state(bool enabled, std::uint32_t doubts,
+                                        bool motors_follow) const noexcept;
+  [[nodiscard]] bool may_hold(bool enabled, std::uint32_t doubts,
+                              bool motors_follow) const noexcept;
+  /// The state to end in from a resting one (`resting_state`), by way of a fade if need be.
+  [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
+  void correct(const Wish& wish) noexcept;
+  std::int32_t fade_out(const Wish& wish) noexcept;
   std::uint32_t move_towards(const JointVector& target_ji, const JointVector& step_ji) noexcept;
 
-  JointVector slew_step_ji_{};  ///< largest change per tick while fading
+  JointVector slew_step_ji_{};  ///< largest change per tick while the motors are free
   JointVector rate_step_ji_{};  ///< largest change per tick in normal work
+  JointVector max_correction_ji_{};
+  Transfer transfer_;
   std::uint64_t clear_ticks_needed_ = 0;
   std::uint64_t clear_ticks_ = 0;
   std::uint64_t hold_ticks_allowed_ = 0;
-  std::uint64_t hold_ticks_ = 0;  ///< in HOLD since the last kClearNs without a doubt
+  std::uint64_t hold_ticks_ =
+      0;  ///< in HOLD with free motors since the last kClearNs without a doubt
   std::int32_t state_ = RAVENCAL_STATE_OFF;
   std::int32_t after_fade_ = RAVENCAL_STATE_OFF;  ///< where FADING_OUT leads
   JointVector correction_ji_{};

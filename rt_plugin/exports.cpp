@@ -9,11 +9,12 @@
 #include "core/version.hpp"
 #include "ravencal/plugin.h"
 #include "rt_plugin/instance.hpp"
+#include "rt_plugin/pose.hpp"
 #include "rt_plugin/step.hpp"
 
 namespace {
 
-// Sizes of version 2.0. A host may pass larger structs (a newer header) but never smaller ones.
+// Sizes of version 3.0. A host may pass larger structs (a newer header) but never smaller ones.
 constexpr std::size_t kStateBytes = sizeof(ravencal_state);
 constexpr std::size_t kOutputBytes = sizeof(ravencal_output);
 
@@ -38,18 +39,25 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   config->require_signature = 0;
   std::memset(config->public_key, 0, sizeof config->public_key);
   std::memset(config->telemetry_name, 0, sizeof config->telemetry_name);
-  // A fade moves the motors, so it is no faster than the authors' own trajectory follower moves the
-  // joints: 2.182 deg/s, 3 deg/s, 5 mm/s (HaonanPeng/raven2_CRTK_Python_controller). The whole of a
-  // RAVEN-II's offset (7.5 deg, 10.5 mm between the controller's hard stops and the authors'
-  // encoder zero) comes in within three seconds. In normal work ten times that, which hysteresis
-  // at a reversal needs. Corrections beyond 11.5 deg or 20 mm are not calibration but a fault.
-  constexpr float kSlew[RAVENCAL_JOINTS] = {0.038F, 0.052F, 0.005F};
+  // Ten times the speed of the authors' trajectory follower, 2.182 deg/s, 3 deg/s and 5 mm/s
+  // (HaonanPeng/raven2_CRTK_Python_controller): hysteresis at a reversal needs it. A fade, which
+  // moves no motor, takes half a second at this speed for the whole of a RAVEN-II's offset (7.5
+  // deg, 10.5 mm between the controller's hard stops and the authors' encoder zero).
+  constexpr float kRate[RAVENCAL_JOINTS] = {0.38F, 0.52F, 0.05F};
+  // Corrections beyond 11.5 deg or 20 mm are not calibration but a fault.
   constexpr float kLargest[RAVENCAL_JOINTS] = {0.2F, 0.2F, 0.02F};
+  // An offset shrinks by a tenth of the commanded motion at most, and by half a count of the
+  // motor's encoder per tick: 2 pi / 4000 rad of the motor / 136.196, 121.522 and 2158.59 rad/m
+  // (RAVEN-II's reductions), halved.
+  constexpr float kBlend[RAVENCAL_JOINTS] = {0.00577F, 0.00646F, 0.000364F};
+  config->blend_share = 0.1F;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    config->slew_ji_per_s[j] = kSlew[j];
-    config->max_correction_rate_ji_per_s[j] = 10.0F * kSlew[j];
+    config->slew_ji_per_s[j] = kRate[j];
+    config->max_correction_rate_ji_per_s[j] = kRate[j];
     config->max_correction_ji[j] = kLargest[j];
+    config->blend_ji_per_s[j] = kBlend[j];
   }
+  config->arm = RAVENCAL_ARM_ANY;
   return RAVENCAL_SUCCESS;
 }
 
@@ -68,7 +76,9 @@ bool is_valid(const ravencal_config& config) noexcept {
       config.max_overruns >= 1 && config.max_overruns <= ravencal::rt::OverrunWatch::kMostOverruns;
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
          config.hold_ns <= kLongestHoldNs && (countable || config.step_budget_ns == 0) &&
-         config.max_isa <= RAVENCAL_ISA_NEON && is_positive(config.slew_ji_per_s) &&
+         config.max_isa <= RAVENCAL_ISA_NEON && config.arm <= RAVENCAL_ARM_GREEN &&
+         config.blend_share >= 0.0F && config.blend_share <= 1.0F &&
+         is_positive(config.blend_ji_per_s) && is_positive(config.slew_ji_per_s) &&
          is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
 }
 
@@ -140,6 +150,19 @@ void uncorrect_desired(const ravencal_instance* instance, const float desired_ji
   }
 }
 
+void uncorrect_pose(const ravencal_instance* instance, const float corrected_ji[RAVENCAL_JOINTS],
+                    const float uncorrected_ji[RAVENCAL_JOINTS], std::int32_t position_um[3],
+                    float rotation[9]) noexcept {
+  if (instance == nullptr || corrected_ji == nullptr || uncorrected_ji == nullptr ||
+      position_um == nullptr || rotation == nullptr || instance->config.arm == RAVENCAL_ARM_ANY) {
+    return;
+  }
+  const ravencal::core::ArmGeometry& arm = instance->config.arm == RAVENCAL_ARM_GOLD
+                                               ? ravencal::core::kGoldGeometry
+                                               : ravencal::core::kGreenGeometry;
+  ravencal::rt::move_pose(arm, corrected_ji, uncorrected_ji, position_um, rotation);
+}
+
 void observe_cycle_end(ravencal_instance* instance, const ravencal_state* state) noexcept {
   if (instance == nullptr || state == nullptr || state->struct_size < kStateBytes) return;
   ravencal::rt::observe_cycle_end(*instance, *state);
@@ -187,6 +210,7 @@ constexpr ravencal_api kApi = {
     &info,
     &step,
     &uncorrect_desired,
+    &uncorrect_pose,
     &observe_cycle_end,
     &counters,
     &reset,

@@ -6,13 +6,7 @@
 namespace ravencal::rt {
 namespace {
 
-constexpr std::int32_t kPedalUp = 2;
-constexpr std::int32_t kPedalDown = 3;
 constexpr std::uint32_t kCalibratedJointsReady = (1U << RAVENCAL_JOINTS) - 1U;
-
-bool is_running(std::int32_t runlevel) noexcept {
-  return runlevel == kPedalUp || runlevel == kPedalDown;
-}
 
 }  // namespace
 
@@ -41,9 +35,8 @@ std::uint32_t StateGuards::inspect_magnitude(const JointVector& predicted_ji) co
   return too_large ? RAVENCAL_DOUBT_MAGNITUDE : 0U;
 }
 
-/// Both pedal positions: fading the correction out while the pedal is up would move the motors when
-/// it comes back with the pedal down. Not in E-stop (0) and INIT (1): there the robot homes or its
-/// cables hang without torque.
+/// Both pedal positions. Not in E-stop (0) and INIT (1): there the cables hang without torque, or
+/// the robot homes, which computes its zeros from uncorrected joints.
 std::uint32_t StateGuards::inspect_robot(const ravencal_state& state) const noexcept {
   const bool ready = (state.arm[0].joints_ready & kCalibratedJointsReady) == kCalibratedJointsReady;
   return is_running(state.runlevel) && ready ? 0U : RAVENCAL_DOUBT_ROBOT_STATE;

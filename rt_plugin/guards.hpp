@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
-#include "rt_plugin/envelope.hpp"
+#include "rt_plugin/joint_vector.hpp"
 
 namespace ravencal::rt {
 
@@ -17,10 +17,17 @@ class StateGuards {
  public:
   /// The clock may be late by scheduling, but a gap of so many ticks is a jump.
   static constexpr std::uint64_t kLongestGapTicks = 10;
-  /// For so long after the pedal moved, the correction is held.
-  static constexpr std::uint64_t kPedalNs = 10'000'000;
+  /// For so long after the pedal moved, the correction is held: the CRTK branch goes on with the
+  /// desired joints of before for ten cycles after the last joint command.
+  static constexpr std::uint64_t kPedalNs = 20'000'000;
 
   explicit StateGuards(const ravencal_config& config) noexcept;
+
+  /// Whether the motors follow the desired joints, and with them the correction: the pedal is down.
+  /// Otherwise the brakes hold, and the desired joints are set to the measured ones each cycle.
+  [[nodiscard]] static bool motors_follow(const ravencal_state& state) noexcept {
+    return state.runlevel == kPedalDown;
+  }
 
   /// RAVENCAL_DOUBT_* of this cycle; remembers it as the one before the next.
   std::uint32_t inspect(const ravencal_state& state) noexcept;
@@ -34,6 +41,12 @@ class StateGuards {
   }
 
  private:
+  static constexpr std::int32_t kPedalUp = 2;
+  static constexpr std::int32_t kPedalDown = 3;
+
+  [[nodiscard]] static bool is_running(std::int32_t runlevel) noexcept {
+    return runlevel == kPedalUp || runlevel == kPedalDown;
+  }
   [[nodiscard]] std::uint32_t inspect_robot(const ravencal_state& state) const noexcept;
   std::uint32_t inspect_pedal(const ravencal_state& state) noexcept;
   std::uint32_t inspect_clock(std::int64_t t_ns) noexcept;

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "rt_plugin/commanded_motion.hpp"
 #include "rt_plugin/envelope.hpp"
 #include "rt_plugin/flight.hpp"
 #include "rt_plugin/guards.hpp"
@@ -40,7 +41,8 @@ struct alignas(64) ravencal_instance {
   ravencal_counters counters{};
   ravencal_state published{};  ///< as the controller published it last
   bool has_published = false;
-  std::int64_t armed_ns = 0;  ///< zero of the time channel
+  ravencal::rt::CommandedMotion commanded;  ///< in the cycle published last
+  std::int64_t armed_ns = 0;                ///< zero of the time channel
 
   // Written by the real-time thread, read by any.
   ravencal::rt::SharedCounters shared_counters;

@@ -295,6 +295,9 @@ class ModelLoader {
       m.joint_of_output_[j] = view_.output(j).slot;
       m.output_mean_[j] = static_cast<float>(view_.output_mean(j));
       m.output_scale_[j] = static_cast<float>(view_.output_scale(j));
+      const std::uint8_t joint = m.joint_of_output_[j];
+      const bool may_be = std::fabs(m.output_mean_[j]) <= config_.max_correction_ji[joint];
+      m.constant_ji_[joint] = may_be ? m.output_mean_[j] : 0.0F;
     }
   }
 

@@ -14,8 +14,8 @@
 #include "model/blob_format.hpp"
 #include "model/feature_state.hpp"
 #include "ravencal/plugin.h"
-#include "rt_plugin/envelope.hpp"
 #include "rt_plugin/gather.hpp"
+#include "rt_plugin/joint_vector.hpp"
 #include "rt_plugin/kernels/forward.hpp"
 
 namespace ravencal::rt {
@@ -52,6 +52,10 @@ class LoadedModel {
   /// [rt] Forgets past ticks: what came before has no known distance in time.
   void forget_history() noexcept;
 
+  /// The part of the errors that does not change with the inputs: their mean in training. 0 where
+  /// the model has no output, or where it exceeds config.max_correction_ji.
+  [[nodiscard]] const JointVector& constant_ji() const noexcept { return constant_ji_; }
+
   [[nodiscard]] const ravencal_info& info() const noexcept { return info_; }
 
  private:
@@ -79,6 +83,7 @@ class LoadedModel {
   std::array<float, RAVENCAL_JOINTS> output_scale_{};
   std::array<std::uint8_t, RAVENCAL_JOINTS> joint_of_output_{};
   std::size_t output_count_ = 0;
+  JointVector constant_ji_{};
 
   std::span<ChannelReader> readers_;  ///< one per channel used
   std::span<float> channels_;         ///< their values in this tick

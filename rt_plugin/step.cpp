@@ -51,6 +51,18 @@ struct Decision {
   bool rolled_back = false;
 };
 
+/// What the envelope is asked for in this cycle.
+Wish wish(const ravencal_instance& self, const ravencal_state& state,
+          const Decision& decision) noexcept {
+  const LoadedModel* const model = self.models.current();
+  return {.predicted_ji = decision.prediction.error_ji,
+          .constant_ji = model == nullptr ? JointVector{} : model->constant_ji(),
+          .confidence = decision.prediction.confidence,
+          .same_weights = !decision.swapped,
+          .motors_follow = StateGuards::motors_follow(state),
+          .commanded_ji = doubt_latch(self) == 0 ? self.commanded.moved_ji() : JointVector{}};
+}
+
 void take_requests(ravencal_instance& self) noexcept {
   if (self.reset_requested.load(std::memory_order_relaxed) == 0) return;
   self.reset_requested.store(0, std::memory_order_relaxed);
@@ -71,15 +83,9 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   // Before the first published state, that at the hook is the nearest to it.
   const ravencal_state& published = self.has_published ? self.published : state;
   decision.swapped = self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
-  if (decision.swapped) self.envelope.refade();
   decision.prediction = predict(self);
   decision.doubts |= decision.prediction.doubts;
-
-  JointVector wanted_ji{};
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    wanted_ji[j] = decision.prediction.confidence * decision.prediction.error_ji[j];
-  }
-  decision.status = self.envelope.advance(enabled, decision.doubts, wanted_ji);
+  decision.status = self.envelope.advance(enabled, decision.doubts, wish(self, state, decision));
   if (decision.doubts == 0) self.models.note_sound_cycle();
   if (enabled && (decision.doubts & RAVENCAL_DOUBT_NETWORK) != 0) {
     decision.rolled_back = self.models.roll_back();
@@ -129,6 +135,7 @@ void write(const ravencal_instance& self, const ravencal_state& state, const Dec
     output.jpos_ji[j] = corrected ? own_ji + correction_ji[j] : own_ji;
     output.correction_ji[j] = correction_ji[j];
     output.predicted_ji[j] = decision.prediction.error_ji[j];
+    output.offset_ji[j] = self.envelope.offset_ji()[j];
   }
 }
 
@@ -150,6 +157,7 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
 void observe_cycle_end(ravencal_instance& self, const ravencal_state& state) noexcept {
   self.published = state;
   self.has_published = true;
+  self.commanded.see(state, self.envelope.correction_ji());
 }
 
 }  // namespace ravencal::rt

@@ -6,8 +6,9 @@
 // Plain C++98, no libraries but libdl. README.md says which lines go where.
 //
 // Threads: open, close, load: not the real-time thread, and not while it calls the others.
-// correct, uncorrect, restore, observe: the real-time thread; bounded, no allocation, no lock.
-// An adapter that is not open, or whose open failed, changes nothing.
+// correct, uncorrect, restore, observe, all_joints_ready: the real-time thread; bounded, no
+// allocation, no lock. An adapter that is not open, or whose open failed, changes nothing. It only
+// reads fields of the controller's structures and calls none of its functions but r2_jac.get_vel.
 #ifndef RAVENCAL_CONTROLLER_HPP
 #define RAVENCAL_CONTROLLER_HPP
 
@@ -38,10 +39,29 @@ struct NoJacobian {
   }
 };
 
+// How an arm is told from the others. By mechanism::type, which is the board's serial number in the
+// main branch.
+struct ByType {
+  template <typename Mechanism>
+  static int id(const Mechanism& mechanism) {
+    return static_cast<int>(mechanism.type);
+  }
+  static const char* what() { return "mechanism::type"; }
+};
+
+// By mechanism::name, for the CRTK branch, where arms of the same side share a type.
+struct ByName {
+  template <typename Mechanism>
+  static int id(const Mechanism& mechanism) {
+    return static_cast<int>(mechanism.name);
+  }
+  static const char* what() { return "mechanism::name"; }
+};
+
 // One arm, as the controller and as raven_state name it.
 struct ArmSettings {
-  // mechanism::type: GOLD_ARM or GREEN_ARM of the controller's defines.h.
-  int type;
+  // Main branch: GOLD_ARM or GREEN_ARM of defines.h. CRTK branch: gold or green.
+  int id;
   // Slot of the arm's joints in raven_state, and of the model's training recordings: 0 gold, 1
   // green.
   int message_slot;
@@ -61,10 +81,11 @@ struct ControllerSettings {
   int poses_as_published;
 };
 
-template <typename Device, typename Jacobian = PublishedJacobian>
+template <typename Device, typename Identity = ByType, typename Jacobian = PublishedJacobian>
 class ControllerAdapter {
  public:
   ControllerAdapter() : library_(0), api_(0), instance_(0), storage_(0), saved_(0) {
+    memset(&settings_, 0, sizeof settings_);
     memset(&state_, 0, sizeof state_);
     memset(&output_, 0, sizeof output_);
     state_.struct_size = sizeof state_;
@@ -73,12 +94,13 @@ class ControllerAdapter {
   }
   ~ControllerAdapter() { close(); }
 
-  // Loads the plugin and the weights and asks for the correction. False: error() says why, and the
-  // controller runs as if nothing had been added.
-  bool open(const ControllerSettings& settings) {
+  // Finds the arms in `device`, loads the plugin and the weights, and asks for the correction.
+  // False: error() says why, and the controller runs as if nothing had been added.
+  bool open(const ControllerSettings& settings, const Device& device) {
     close();
     settings_ = settings;
-    if (load_library() && create_instance() && (settings.weights == 0 || load(settings.weights))) {
+    if (find_arms(device) && load_library() && create_instance() &&
+        (settings.weights == 0 || load(settings.weights))) {
       api_->enable(instance_, 1);
       return true;
     }
@@ -94,7 +116,7 @@ class ControllerAdapter {
     return fail(api_->last_error(instance_), "");
   }
 
-  // Fades the correction in (1) or out (0). Any thread.
+  // Fades the correction in (1) or out (0), while the pedal is up. Any thread.
   void enable(int on) {
     if (instance_ != 0) api_->enable(instance_, on);
   }
@@ -124,13 +146,26 @@ class ControllerAdapter {
     return static_cast<int64_t>(now.tv_sec) * 1000000000 + now.tv_nsec;
   }
 
+  // Whether every joint is ready: what the CRTK branch publishes as sublevel. Its own robot_ready
+  // also un-homes the robot when that was asked for, so it must be called by the controller alone.
+  int all_joints_ready(const Device& device) const {
+    for (int i = 0; i < settings_.mechanisms; ++i) {
+      for (int j = 0; j < RAVENCAL_SLOTS; ++j) {
+        const int state = static_cast<int>(device.mech[i].joint[j].state);
+        if (j != kVoidSlot && state != kJointReady) return 0;
+      }
+    }
+    return 1;
+  }
+
   // The hook: after the forward cable coupling, before the forward kinematics. Replaces jpos of
   // joints 1 to 3 of the calibrated arm. `sublevel` is what raven_state publishes under that name.
-  // Returns what the plugin's step returned; RAVENCAL_BYPASS if there is no such arm.
+  // Returns what the plugin's step returned.
   int correct(Device& device, int runlevel, int sublevel, int last_sequence,
               int64_t t_ns = monotonic_ns()) {
-    if (instance_ == 0 || find(device, settings_.calibrated.type) == 0) return RAVENCAL_BYPASS;
+    if (instance_ == 0) return RAVENCAL_BYPASS;
     fill(device, runlevel, sublevel, last_sequence, t_ns);
+    memcpy(uncorrected_ji_, state_.arm[0].jpos_ji, sizeof uncorrected_ji_);
     const int status = api_->step(instance_, &state_, &output_);
     if (status < 0) return status;
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
@@ -169,6 +204,12 @@ class ControllerAdapter {
   void observe(Device& device, int runlevel, int sublevel, int last_sequence) {
     if (instance_ == 0) return;
     fill(device, runlevel, sublevel, last_sequence, state_.t_ns);
+    // Only here: the controller computes its Jacobian after the hook, for the first time in its
+    // first cycle, and a velocity that was never computed cannot be read.
+    for (int a = 0; a < 2; ++a) {
+      if (poses_[a] != kAbsent) fill_jacobian(device.mech[poses_[a]], state_.arm[a]);
+    }
+    take_correction_out();
     api_->observe_cycle_end(instance_, &state_);
   }
 
@@ -179,7 +220,9 @@ class ControllerAdapter {
   // The controller's own types; C++98 has no decltype.
   typedef __typeof__(static_cast<Device*>(0)->mech[0]) Mechanism;
   typedef __typeof__(static_cast<Mechanism*>(0)->joint[0]) Joint;
-  enum { kJointReady = 4 };  // jstate_ready of the controller's DS0.h
+  enum { kPositionUnknown = 1, kJointReady = 4 };  // jointState of the controller's DS0.h
+  enum { kVoidSlot = 3 };                          // index NO_CONNECTION of its defines.h
+  enum { kAbsent = -1 };
 
   bool fail(const char* what, const char* more) {
     snprintf(error_, sizeof error_, "%s%s", what, more);
@@ -205,6 +248,7 @@ class ControllerAdapter {
     memset(&config, 0, sizeof config);
     config.struct_size = sizeof config;
     api_->default_config(&config);
+    config.arm = settings_.calibrated.message_slot == 0 ? RAVENCAL_ARM_GOLD : RAVENCAL_ARM_GREEN;
     if (settings_.telemetry != 0) {
       strncpy(config.telemetry_name, settings_.telemetry, sizeof config.telemetry_name - 1);
     }
@@ -221,23 +265,60 @@ class ControllerAdapter {
     return false;
   }
 
-  Mechanism* find(Device& device, int type) const {
-    for (int i = 0; i < settings_.mechanisms; ++i) {
-      if (static_cast<int>(device.mech[i].type) == type) return &device.mech[i];
+  // Where the arms and their published poses lie in device.mech; an arm's joints are found by
+  // DOF::type later, because the controller sets those in INIT.
+  bool find_arms(const Device& device) {
+    const ArmSettings* const arms[2] = {&settings_.calibrated, &settings_.other};
+    for (int a = 0; a < 2; ++a) {
+      if (arms[a]->message_slot != 0 && arms[a]->message_slot != 1) {
+        return fail("message_slot must be 0 (gold) or 1 (green)", "");
+      }
+      arms_[a] = kAbsent;
+      for (int i = 0; i < settings_.mechanisms; ++i) {
+        if (Identity::id(device.mech[i]) != arms[a]->id) continue;
+        if (arms_[a] != kAbsent) {
+          snprintf(error_, sizeof error_,
+                   "%s %d belongs to mech[%d] and to mech[%d], and does not tell them apart; "
+                   "ravencal::ByName does, in the CRTK branch",
+                   Identity::what(), arms[a]->id, arms_[a], i);
+          return false;
+        }
+        arms_[a] = i;
+      }
+      const int slot = arms[a]->message_slot;
+      const bool published = settings_.poses_as_published != 0;
+      poses_[a] =
+          !published ? arms_[a] : (slot < settings_.mechanisms ? slot : static_cast<int>(kAbsent));
     }
-    return 0;
+    if (arms_[0] != kAbsent) return true;
+    snprintf(error_, sizeof error_, "none of the %d mechanisms has %s %d, the calibrated arm's",
+             settings_.mechanisms, Identity::what(), settings_.calibrated.id);
+    return false;
   }
 
-  Joint* find_joint(Device& device, int slot) const {
-    Mechanism* const mechanism = find(device, settings_.calibrated.type);
-    for (int i = 0; mechanism != 0 && i < RAVENCAL_SLOTS; ++i) {
-      if (slot_of(mechanism->joint[i]) == slot) return &mechanism->joint[i];
-    }
-    return 0;
-  }
-
-  // DOF::type counts the joints of all arms, eight for each.
+  // DOF::type counts the joints of all arms, eight for each. The controller sets it when it first
+  // comes to INIT; until then all are 0, and no joint can be told from another.
   static int slot_of(const Joint& joint) { return static_cast<int>(joint.type) % RAVENCAL_SLOTS; }
+  static bool has_joint_types(const Mechanism& mechanism) {
+    unsigned seen = 0;
+    for (int i = 0; i < RAVENCAL_SLOTS; ++i) seen |= 1U << slot_of(mechanism.joint[i]);
+    return seen == (1U << RAVENCAL_SLOTS) - 1U;
+  }
+
+  // Of the calibrated arm; null before INIT.
+  Joint* find_joint(Device& device, int slot) const {
+    Mechanism& mechanism = device.mech[arms_[0]];
+    if (!has_joint_types(mechanism)) return 0;
+    for (int i = 0; i < RAVENCAL_SLOTS; ++i) {
+      if (slot_of(mechanism.joint[i]) == slot) return &mechanism.joint[i];
+    }
+    return 0;
+  }
+
+  // A soft emergency stop takes the current from every motor of every arm, and marks one joint.
+  static bool is_soft_stopped(const Device& device) {
+    return static_cast<int>(device.mech[0].joint[0].state) == kPositionUnknown;
+  }
 
   void fill(Device& device, int runlevel, int sublevel, int last_sequence, int64_t t_ns) {
     memset(state_.arm, 0, sizeof state_.arm);
@@ -245,20 +326,29 @@ class ControllerAdapter {
     state_.sublevel = sublevel;
     state_.last_seq = last_sequence;
     state_.t_ns = t_ns;
-    fill_arm(device, settings_.calibrated, state_.arm[0]);
-    fill_arm(device, settings_.other, state_.arm[1]);
+    for (int a = 0; a < 2; ++a) {
+      if (arms_[a] != kAbsent && has_joint_types(device.mech[arms_[a]])) {
+        fill_joints(device.mech[arms_[a]], state_.arm[a]);
+      }
+      if (poses_[a] != kAbsent) fill_pose(device.mech[poses_[a]], state_.arm[a]);
+      if (is_soft_stopped(device)) state_.arm[a].joints_ready = 0;
+    }
   }
 
-  void fill_arm(Device& device, const ArmSettings& settings, ravencal_arm& arm) const {
-    Mechanism* const own = find(device, settings.type);
-    if (own != 0) fill_joints(*own, arm);
-    Mechanism* posed = own;
-    if (settings_.poses_as_published != 0) {
-      const bool exists =
-          settings.message_slot >= 0 && settings.message_slot < settings_.mechanisms;
-      posed = exists ? &device.mech[settings.message_slot] : 0;
+  // The desired joints and the poses of the calibrated arm as they would be published without the
+  // correction, which is how training saw them.
+  void take_correction_out() {
+    ravencal_arm& arm = state_.arm[0];
+    float desired_ji[RAVENCAL_JOINTS];
+    memcpy(desired_ji, arm.jpos_d_ji, sizeof desired_ji);
+    api_->uncorrect_desired(instance_, desired_ji, arm.jpos_d_ji);
+    for (int a = 0; a < 2; ++a) {
+      if (poses_[a] != arms_[0]) continue;
+      ravencal_arm& posed = state_.arm[a];
+      api_->uncorrect_pose(instance_, arm.jpos_ji, uncorrected_ji_, posed.pos_um, posed.ori);
+      api_->uncorrect_pose(instance_, desired_ji, arm.jpos_d_ji, posed.pos_d_um, posed.ori_d);
     }
-    if (posed != 0) fill_pose(*posed, arm);
+    memcpy(arm.jpos_ji, uncorrected_ji_, sizeof uncorrected_ji_);
   }
 
   static void fill_joints(const Mechanism& mechanism, ravencal_arm& arm) {
@@ -279,7 +369,7 @@ class ControllerAdapter {
     }
   }
 
-  static void fill_pose(Mechanism& mechanism, ravencal_arm& arm) {
+  static void fill_pose(const Mechanism& mechanism, ravencal_arm& arm) {
     arm.type = mechanism.type;
     arm.pos_um[0] = mechanism.pos.x;
     arm.pos_um[1] = mechanism.pos.y;
@@ -294,6 +384,9 @@ class ControllerAdapter {
       }
     }
     arm.grasp_d_rad = static_cast<float>(mechanism.ori_d.grasp) / 1000.0F;  // held in mrad
+  }
+
+  static void fill_jacobian(Mechanism& mechanism, ravencal_arm& arm) {
     Jacobian::read(mechanism, arm.jac_vel);
     memcpy(arm.jac_f, arm.jac_vel, sizeof arm.jac_f);
   }
@@ -305,7 +398,10 @@ class ControllerAdapter {
   ControllerSettings settings_;
   ravencal_state state_;
   ravencal_output output_;
-  float saved_ji_[RAVENCAL_JOINTS];  // jpos_d between uncorrect and restore
+  int arms_[2];   // index into device.mech of the calibrated arm and of the other, or kAbsent
+  int poses_[2];  // and of the mechanism whose pose raven_state has in their slots
+  float uncorrected_ji_[RAVENCAL_JOINTS];  // jpos of the calibrated arm at the hook
+  float saved_ji_[RAVENCAL_JOINTS];        // jpos_d between uncorrect and restore
   int saved_;
   char error_[256];
 };

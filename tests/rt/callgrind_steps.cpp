@@ -134,9 +134,9 @@ class Situations {
     rig.tick_until(RAVENCAL_STATE_FADING_OUT);
     rig.tick();
     count_step(rig, "state_fading_out");
-    rig.tick_until(RAVENCAL_STATE_BYPASS);
+    rig.tick_until(RAVENCAL_STATE_CONSTANT);
     rig.tick();
-    count_step(rig, "state_bypass");
+    count_step(rig, "state_constant");
   }
 
   /// A network of another size, whose finite weights give no finite output in one corner.

@@ -104,6 +104,9 @@ model::CalibrationModel make_model(std::uint32_t inputs, const std::vector<std::
   return make_model(features, hidden, seed);
 }
 
+constexpr std::int32_t kPedalUp = 2;
+constexpr std::int32_t kPedalDown = 3;
+
 ravencal_state healthy_state(std::int64_t t_ns) {
   host::CatalogueValues values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -111,6 +114,7 @@ ravencal_state healthy_state(std::int64_t t_ns) {
   }
   ravencal_state state{};
   host::fill_state(values, t_ns, true, state);
+  state.runlevel = kPedalUp;
   return state;
 }
 
@@ -200,6 +204,12 @@ std::int32_t Rig::tick() {
   const std::int32_t status = api().step(instance.get(), &state, &output);
   api().observe_cycle_end(instance.get(), &state);
   return status;
+}
+
+void Rig::set_pedal(bool down) {
+  state.runlevel = down ? kPedalDown : kPedalUp;
+  do tick();
+  while ((output.doubts & RAVENCAL_DOUBT_PEDAL) != 0);
 }
 
 bool Rig::tick_until(std::int32_t wanted, int limit) {

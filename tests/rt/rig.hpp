@@ -32,7 +32,7 @@ model::FeatureSpec plain(const std::string& channel);
 model::FeatureSpec lagged(const std::string& channel, std::uint32_t rows);
 model::FeatureSpec with_play(const std::string& channel, float half_width);
 
-/// Homed, pedal down, every value in the middle of make_model's trained ranges.
+/// Homed, pedal up, every value in the middle of make_model's trained ranges.
 ravencal_state healthy_state(std::int64_t t_ns = 0);
 
 /// A model of joints 1 and 2 that passes its self-test, but answers a state so provoked, which is
@@ -60,6 +60,8 @@ class Rig {
 
   void load(const model::CalibrationModel& model,
             model::packed::Precision precision = model::packed::Precision::kFloat32);
+  /// Presses or releases the pedal and waits until the plugin no longer holds on that account.
+  void set_pedal(bool down);
   void enable(bool on = true) { api().enable(instance.get(), on ? 1 : 0); }
   /// One cycle: time advances 1 ms, step, cycle end. Returns step's status.
   std::int32_t tick();

@@ -12,9 +12,15 @@
 namespace ravencal::test {
 namespace {
 
-bool is_resting(std::int32_t state) {
+constexpr std::int32_t kPedalDown = 3;
+
+bool is_at_zero(std::int32_t state) {
   return state == RAVENCAL_STATE_OFF || state == RAVENCAL_STATE_ARMED ||
-         state == RAVENCAL_STATE_BYPASS || state == RAVENCAL_STATE_FAULT;
+         state == RAVENCAL_STATE_FAULT;
+}
+
+bool follows_prediction(std::int32_t state) {
+  return state == RAVENCAL_STATE_FADING_IN || state == RAVENCAL_STATE_ACTIVE;
 }
 
 /// From which state the next tick may show which: the fades of a tick may end in it.
@@ -24,8 +30,9 @@ bool may_follow(std::int32_t from, std::int32_t to) {
     case RAVENCAL_STATE_ACTIVE:
       return from != RAVENCAL_STATE_OFF && from != RAVENCAL_STATE_FAULT;
     case RAVENCAL_STATE_HOLD:
+      return follows_prediction(from);
     case RAVENCAL_STATE_FADING_OUT:
-      return !is_resting(from);
+      return !is_at_zero(from);
     case RAVENCAL_STATE_FAULT:
       return from != RAVENCAL_STATE_OFF;
     default:
@@ -35,7 +42,9 @@ bool may_follow(std::int32_t from, std::int32_t to) {
 
 }  // namespace
 
-std::string Witness::see_joint(std::size_t joint, float own_ji, const ravencal_output& output) {
+std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
+                               const ravencal_output& output) {
+  const float own_ji = state.arm[0].jpos_ji[joint];
   const float correction_ji = output.correction_ji[joint];
   const auto now = static_cast<double>(correction_ji);
   const double step = std::abs(now - before_[joint]);
@@ -51,7 +60,10 @@ std::string Witness::see_joint(std::size_t joint, float own_ji, const ravencal_o
   if (step > rate * tick_s * 1.0001 + 1e-8)
     return fmt::format("the correction stepped by {}", step);
   if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
-  if (is_resting(output.state) && correction_ji != 0.0F) return "a correction where none may be";
+  if (state.runlevel == kPedalDown && !follows_prediction(output.state) && step != 0.0) {
+    return "the correction moved by itself with the pedal down";
+  }
+  if (is_at_zero(output.state) && correction_ji != 0.0F) return "a correction where none may be";
   if (std::abs(now) > static_cast<double>(config_.max_correction_ji[joint]) * 1.0001) {
     return fmt::format("a correction of {}", now);
   }
@@ -73,7 +85,7 @@ std::string Witness::see(const ravencal_state& state, const ravencal_output& out
   }
   std::string wrong;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const std::string of_joint = see_joint(j, state.arm[0].jpos_ji[j], output);
+    const std::string of_joint = see_joint(j, state, output);
     if (wrong.empty() && !of_joint.empty()) wrong = fmt::format("joint {}: {}", j + 1, of_joint);
   }
   if (!(output.confidence >= 0.0F && output.confidence <= 1.0F))

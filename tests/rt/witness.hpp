@@ -23,7 +23,8 @@ class Witness {
   [[nodiscard]] std::string check(const ravencal_counters& counters) const;
 
  private:
-  std::string see_joint(std::size_t joint, float own_ji, const ravencal_output& output);
+  std::string see_joint(std::size_t joint, const ravencal_state& state,
+                        const ravencal_output& output);
 
   ravencal_config config_;
   std::array<double, RAVENCAL_JOINTS> before_{};

@@ -15,4 +15,4 @@ foreach(branch main crtk)
   endforeach()
 endforeach()
 ravencal_test(NAME integration_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/integration_test.cpp
-  LIBS ravencal_test_rig ${controller_builds} ${CMAKE_DL_LIBS} LABELS rt)
+  LIBS ravencal_test_rig ravencal::physics ${controller_builds} ${CMAKE_DL_LIBS} LABELS rt)

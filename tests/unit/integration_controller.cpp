@@ -8,6 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <string>
+
 #include "rt_plugin/integration/controller.hpp"
 #include "unit/integration_structures.hpp"
 
@@ -15,7 +17,12 @@ using namespace lookalike;
 
 namespace {
 
+#ifdef RAVENCAL_CRTK
+typedef ravencal::ControllerAdapter<robot_device, ravencal::ByName> Adapter;
+typedef ravencal::ControllerAdapter<robot_device> AdapterByType;
+#else
 typedef ravencal::ControllerAdapter<robot_device> Adapter;
+#endif
 
 const double kPi = 3.14159265358979323846;
 const float kCountsPerRad = static_cast<float>(4000.0 / (2.0 * kPi));
@@ -38,22 +45,85 @@ void inverse_coupling(mechanism& m) {
                                    kCoupling12 * m.joint[1].jpos_d);
 }
 
-// Any pose that depends on the joints will do.
-void kinematics(mechanism& m) {
-  m.pos.x = static_cast<int>(1e6F * 0.1F * cosf(m.joint[0].jpos));
-  m.pos.y = static_cast<int>(1e6F * 0.1F * sinf(m.joint[1].jpos));
-  m.pos.z = static_cast<int>(1e6F * m.joint[2].jpos);
-  for (int i = 0; i < 9; ++i) {
-    m.ori.R[i / 3][i % 3] = cosf(m.joint[i % 3].jpos + static_cast<float>(i));
+// Forward kinematics after Craig, with the link twists, offsets and lengths of r2_kinematics.cpp.
+struct pose {
+  double r[3][3];
+  double p[3];
+};
+
+void turn_and_move(pose& to, double alpha, double a, double theta, double d) {
+  const double ca = cos(alpha), sa = sin(alpha), ct = cos(theta), st = sin(theta);
+  const double link[3][3] = {{ct, -st, 0.0}, {st * ca, ct * ca, -sa}, {st * sa, ct * sa, ca}};
+  const double offset[3] = {a, -sa * d, ca * d};
+  pose next;
+  for (int i = 0; i < 3; ++i) {
+    next.p[i] = to.p[i];
+    for (int k = 0; k < 3; ++k) {
+      next.p[i] += to.r[i][k] * offset[k];
+      next.r[i][k] = 0.0;
+      for (int m = 0; m < 3; ++m) next.r[i][k] += to.r[i][m] * link[m][k];
+    }
   }
+  to = next;
+}
+
+void forward_kinematics(bool is_gold, const float* joints, position& where, orientation& how) {
+  const double twist_gold[6] = {0.0, 75.0, 128.0, 0.0, 90.0, 90.0};
+  const double twist_green[6] = {180.0, 75.0, 52.0, 0.0, 90.0, 90.0};
+  const double offset_gold[6] = {205.0, 180.0, 90.0, 0.0, -90.0, 0.0};
+  const double offset_green[6] = {25.0, 0.0, -90.0, 0.0, -90.0, 0.0};
+  const double angle[6] = {static_cast<double>(joints[0]),
+                           static_cast<double>(joints[1]),
+                           0.0,
+                           static_cast<double>(joints[4]),
+                           static_cast<double>(joints[5]),
+                           0.5 * static_cast<double>(joints[7] - joints[6])};
+  pose tip = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, {0.0, 0.0, 0.0}};
+  for (int i = 0; i < 6; ++i) {
+    const double deg = kPi / 180.0;
+    const double d = i == 2 ? static_cast<double>(joints[2]) : i == 3 ? -0.47 : 0.0;
+    turn_and_move(tip, (is_gold ? twist_gold : twist_green)[i] * deg, i == 5 ? 0.013 : 0.0,
+                  angle[i] + (is_gold ? offset_gold : offset_green)[i] * deg, d);
+  }
+  where.x = static_cast<int>(tip.p[0] * 1e6);
+  where.y = static_cast<int>(tip.p[1] * 1e6);
+  where.z = static_cast<int>(tip.p[2] * 1e6);
+  for (int i = 0; i < 9; ++i) how.R[i / 3][i % 3] = static_cast<float>(tip.r[i / 3][i % 3]);
+}
+
+bool is_gold(const mechanism& m) { return m.joint[0].type / 8 % 2 == 0; }
+
+// Measured and desired pose. The desired one follows the desired joints; the controller has it the
+// other way round, by its inverse kinematics.
+void kinematics(mechanism& m) {
+  float joints[8];
+  for (int j = 0; j < 8; ++j) joints[j] = m.joint[j].jpos;
+  forward_kinematics(is_gold(m), joints, m.pos, m.ori);
   for (int i = 0; i < 6; ++i) m.r2_jac.velocity[i] = m.joint[i % 3].jvel + static_cast<float>(i);
+  m.r2_jac.is_computed = true;
+}
+
+void desired_kinematics(mechanism& m) {
+  float joints[8];
+  for (int j = 0; j < 8; ++j) joints[j] = m.joint[j].jpos_d;
+  forward_kinematics(is_gold(m), joints, m.pos_d, m.ori_d);
 }
 
 #ifdef RAVENCAL_CRTK
-bool ready(const robot_device& device) {
-  for (int i = 0; i < 2; ++i) {
+// Not only a question: it un-homes the robot if that was asked for.
+bool robot_ready(robot_device& device) {
+  if (device.unhome_trigger == 1) {
+    device.unhome_trigger = 0;
+    for (int i = 0; i < kMechanisms; ++i) {
+      for (int j = 0; j < 8; ++j) {
+        if (j != 3) device.mech[i].joint[j].state = jstate_not_ready;
+      }
+    }
+    return false;
+  }
+  for (int i = 0; i < kMechanisms; ++i) {
     for (int j = 0; j < 8; ++j) {
-      if (device.mech[i].joint[j].state != jstate_ready) return false;
+      if (j != 3 && device.mech[i].joint[j].state != jstate_ready) return false;
     }
   }
   return true;
@@ -72,11 +142,15 @@ struct controller {
   int lines;
   Adapter adapter;
   int green;
+  int soft_stopped;
+  int moving;  // 1: the operator moves the arms while the pedal is down
+  std::string error;
 
   mechanism& calibrated() { return device.mech[green ? kGreenIndex : kGoldIndex]; }
-  int sublevel() const {
+  // As the lines that a user adds have it.
+  int sublevel_for_adapter() const {
 #ifdef RAVENCAL_CRTK
-    return ready(device) ? 1 : 0;
+    return adapter.all_joints_ready(device);
 #else
     return params.sublevel;
 #endif
@@ -124,8 +198,6 @@ void homing(controller& c) {
 void set_desired_to_actual(robot_device& device) {
   for (int i = 0; i < kMechanisms; ++i) {
     for (int j = 0; j < 8; ++j) device.mech[i].joint[j].jpos_d = device.mech[i].joint[j].jpos;
-    device.mech[i].pos_d = device.mech[i].pos;
-    device.mech[i].ori_d = device.mech[i].ori;
     device.mech[i].ori_d.grasp = 250 + i;
   }
 }
@@ -136,6 +208,19 @@ void teleoperate(controller& c) {
     for (int j = 0; j < 3; ++j) {
       const float speed = (j == 2 ? 0.004F : 0.02F) * cosf(t + static_cast<float>(i + j));
       c.device.mech[i].joint[j].jpos_d += speed * 1e-3F;
+    }
+  }
+}
+
+// The inverse kinematics keep the desired joints, corrected ones, within their limits.
+void saturate(robot_device& device) {
+  const float lowest[3] = {0.0F, 0.785398F, 0.23F};
+  const float highest[3] = {1.570796F, 2.356194F, 0.56F};
+  for (int i = 0; i < kMechanisms; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      float& desired = device.mech[i].joint[j].jpos_d;
+      if (desired < lowest[j]) desired = lowest[j];
+      if (desired > highest[j]) desired = highest[j];
     }
   }
 }
@@ -161,6 +246,7 @@ void torques(controller& c) {
       joint.current_cmd = static_cast<s_16>(dac > 2500.0F    ? 2500.0F
                                             : dac < -2500.0F ? -2500.0F
                                                              : dac);
+      if (c.soft_stopped) joint.current_cmd = 0;
       c.motor[i][j] += 0.05F * (static_cast<float>(joint.current_cmd) / -3695.81F) / 0.2F;
     }
   }
@@ -174,7 +260,11 @@ void publish(controller& c) {
   memset(c.message, 0, sizeof c.message);
   m[0] = static_cast<double>(c.cycle_number) * 1e-3;
   m[17] = c.params.runlevel;
-  m[18] = c.sublevel();
+#ifdef RAVENCAL_CRTK
+  m[18] = robot_ready(c.device) ? 1 : 0;
+#else
+  m[18] = c.params.sublevel;
+#endif
   m[19] = c.params.last_sequence;
   for (int slot = 0; slot < 2; ++slot) {
     mechanism& mech = c.device.mech[slot];  // by slot, whichever arm that is
@@ -222,14 +312,16 @@ controller* start(const controller_setup* setup) {
   c->homing_cycles = 0;
   c->lines = setup->lines;
   c->green = setup->green;
+  c->soft_stopped = 0;
+  c->moving = 1;
   for (int i = 0; i < kMechanisms; ++i) {
-    // A third mechanism (joint encoders) has a type of its own.
-    c->device.mech[i].type = static_cast<u_16>(i == kGoldIndex    ? kGoldType
-                                               : i == kGreenIndex ? kGreenType
-                                                                  : 99);
+    mechanism& m = c->device.mech[i];
+    // A third mechanism is another arm on the gold side.
+    m.type = static_cast<u_16>(i == kGreenIndex ? kGreenType : kGoldType);
+#ifdef RAVENCAL_CRTK
+    m.name = i == kGoldIndex ? gold : i == kGreenIndex ? green : blue;
+#endif
     for (int j = 0; j < 8; ++j) {
-      const int first = i == kGoldIndex ? 0 : i == kGreenIndex ? 8 : 16;
-      c->device.mech[i].joint[j].type = static_cast<u_16>(first + j);
       c->motor[i][j] = 0.3F * static_cast<float>(j + 1) + 0.1F * static_cast<float>(i);
     }
   }
@@ -238,14 +330,39 @@ controller* start(const controller_setup* setup) {
   settings.plugin = setup->plugin;
   settings.weights = setup->weights;
   settings.telemetry = setup->telemetry;
-  const ravencal::ArmSettings gold = {kGoldType, 0};
-  const ravencal::ArmSettings green = {kGreenType, 1};
-  settings.calibrated = setup->green ? green : gold;
-  settings.other = setup->green ? gold : green;
+#ifdef RAVENCAL_CRTK
+  const ravencal::ArmSettings gold_arm = {gold, 0};
+  const ravencal::ArmSettings green_arm = {green, 1};
+#else
+  const ravencal::ArmSettings gold_arm = {kGoldType, 0};
+  const ravencal::ArmSettings green_arm = {kGreenType, 1};
+#endif
+  settings.calibrated = setup->green ? green_arm : gold_arm;
+  settings.other = setup->green ? gold_arm : green_arm;
+  if (setup->absent_arm) settings.calibrated.id = 7;
   settings.mechanisms = kMechanisms;
   settings.poses_as_published = 1;
-  c->adapter.open(settings);
+#ifdef RAVENCAL_CRTK
+  if (setup->by_type) {
+    settings.calibrated.id = kGoldType;
+    settings.other.id = kGreenType;
+    AdapterByType by_type;
+    by_type.open(settings, c->device);
+    c->error = by_type.error();
+    return c;
+  }
+#endif
+  c->adapter.open(settings, c->device);
+  c->error = c->adapter.error();
   return c;
+}
+
+// The controller sets the joints' types when it first comes to INIT, after the plugin was opened.
+void set_joint_types(robot_device& device) {
+  for (int i = 0; i < kMechanisms; ++i) {
+    const int first = i == kGoldIndex ? 0 : i == kGreenIndex ? 8 : 16;
+    for (int j = 0; j < 8; ++j) device.mech[i].joint[j].type = static_cast<u_16>(first + j);
+  }
 }
 
 void cycle(controller* c, int runlevel) {
@@ -253,28 +370,64 @@ void cycle(controller* c, int runlevel) {
   const int64_t t_ns = static_cast<int64_t>(c->cycle_number) * 1000000;
   c->params.runlevel = static_cast<u_08>(runlevel);
   c->params.sublevel = static_cast<u_08>(runlevel == 1 ? 3 : 0);
+  if (runlevel == 0) c->soft_stopped = 0;
+  if (runlevel == 1) set_joint_types(c->device);
   for (int i = 0; i < kMechanisms; ++i) {
     for (int j = 0; j < 8; ++j) c->device.mech[i].joint[j].current_cmd = 0;  // clearDACs
   }
+  if (c->soft_stopped) c->device.mech[0].joint[0].state = jstate_pos_unknown;
   state_estimate(*c);
   for (int i = 0; i < kMechanisms; ++i) forward_coupling(c->device.mech[i]);
   if (c->lines != CONTROLLER_WITHOUT) {
-    c->adapter.correct(c->device, c->params.runlevel, c->sublevel(), c->params.last_sequence, t_ns);
+    c->adapter.correct(c->device, c->params.runlevel, c->sublevel_for_adapter(),
+                       c->params.last_sequence, t_ns);
   }
   for (int i = 0; i < kMechanisms; ++i) kinematics(c->device.mech[i]);
   if (runlevel == 1) homing(*c);
   if (runlevel == 2) set_desired_to_actual(c->device);
-  if (runlevel == 3) teleoperate(*c);
+  if (runlevel == 3 && c->moving) teleoperate(*c);
+  if (runlevel == 3) saturate(c->device);
+  for (int i = 0; i < kMechanisms; ++i) desired_kinematics(c->device.mech[i]);
   if (runlevel > 0) inverse_coupling_of_all(*c);
   torques(*c);
+#ifdef RAVENCAL_CRTK
+  if (c->device.unhome_trigger > 0) {
+    c->device.robot_homed = 0;
+  } else if (robot_ready(c->device)) {
+    c->device.robot_homed = 1;
+  }
+#endif
   publish(*c);
   if (c->lines != CONTROLLER_WITHOUT) {
-    c->adapter.observe(c->device, c->params.runlevel, c->sublevel(), c->params.last_sequence);
+    c->adapter.observe(c->device, c->params.runlevel, c->sublevel_for_adapter(),
+                       c->params.last_sequence);
   }
 }
 
 void begin_homing(controller* c) { c->homing_cycles = 0; }
-const char* error(const controller* c) { return c->adapter.error(); }
+const char* error(const controller* c) { return c->error.c_str(); }
+void unhome(controller* c) {
+#ifdef RAVENCAL_CRTK
+  c->device.unhome_trigger = 1;
+#else
+  (void)c;
+#endif
+}
+void soft_stop(controller* c) { c->soft_stopped = 1; }
+void command(controller* c, int moving) { c->moving = moving; }
+int is_homed(const controller* c) {
+#ifdef RAVENCAL_CRTK
+  return c->device.robot_homed;
+#else
+  (void)c;
+  return 1;
+#endif
+}
+int early_reads(const controller* c) {
+  int sum = 0;
+  for (int i = 0; i < kMechanisms; ++i) sum += c->device.mech[i].r2_jac.early_reads;
+  return sum;
+}
 void enable(controller* c, int on) { c->adapter.enable(on); }
 int load(controller* c, const char* weights) { return c->adapter.load(weights) ? 1 : 0; }
 void published(const controller* c, double message[240]) {
@@ -308,8 +461,8 @@ const controller_api kApi = {
 #else
     "main",
 #endif
-    start,  error,  cycle,  begin_homing, enable, load, published,
-    seen,   output, device, motors,       joints, stop};
+    start,     error, cycle,  begin_homing, unhome, soft_stop, command,  enable,      load,
+    published, seen,  output, device,       motors, joints,    is_homed, early_reads, stop};
 
 }  // namespace
 

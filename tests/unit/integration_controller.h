@@ -22,6 +22,8 @@ typedef struct controller_setup {
   const char* weights;
   const char* telemetry;
   int green;             /* 1: the green arm is the calibrated one */
+  int absent_arm;        /* 1: the settings name an arm that the robot lacks */
+  int by_type;           /* 1: arms are told apart by type, also where types are not unique */
 } controller_setup;
 
 typedef struct controller controller;
@@ -33,17 +35,26 @@ typedef struct controller_api {
   /* One millisecond at that run level. */
   void (*cycle)(controller* self, int runlevel);
   void (*begin_homing)(controller* self);
+  /* CRTK's command; nothing in the main branch. */
+  void (*unhome)(controller* self);
+  /* Ends when the run level becomes 0. */
+  void (*soft_stop)(controller* self);
+  /* Whether the operator moves the arms while the pedal is down. */
+  void (*command)(controller* self, int moving);
   void (*enable)(controller* self, int on);
   int (*load)(controller* self, const char* weights);
   /* raven_state as it was published last, 240 values in the order of the catalogue, gold first. */
   void (*published)(const controller* self, double message[240]);
-  /* The same values as they were at the hook, with the mechanism that each belongs to. */
+  /* What the adapter handed to the plugin last, at the end of the cycle. */
   const ravencal_state* (*seen)(const controller* self);
   const ravencal_output* (*output)(const controller* self);
   const void* (*device)(const controller* self, size_t* bytes);
   /* Of the calibrated arm's first three joints. */
   void (*motors)(const controller* self, float mpos[3], float mpos_d[3]);
   void (*joints)(const controller* self, float jpos[3], float jpos_d[3]);
+  int (*is_homed)(const controller* self);
+  /* Jacobians read before the controller had computed one: the real process ends there. */
+  int (*early_reads)(const controller* self);
   void (*stop)(controller* self);
 } controller_api;
 

@@ -24,9 +24,11 @@ enum jointState {
 };
 
 #ifdef RAVENCAL_CRTK
-// USB serials: green 50, gold 37. Boards are sorted by name, the greatest first.
+// USB serials: green 50, gold 37. Boards are sorted by name, the greatest first; a third arm's
+// board has a lower one. Its type is that of the arm on the same side; its name is its own.
 enum { kGoldType = 0, kGreenType = 1, kMechanisms = 3, kMechanismRoom = 4 };
 enum { kGoldIndex = 1, kGreenIndex = 0 };
+enum mech_name { gold, green, blue, orange };
 #else
 // The type is the board's USB serial: gold 49, green 22.
 enum { kGoldType = 49, kGreenType = 22, kMechanisms = 2, kMechanismRoom = 2 };
@@ -57,17 +59,25 @@ struct DOF {
   float perror_int;
 };
 
+// The controller's is a vector without elements until it is computed for the first time, after the
+// hook of the first cycle: reading it earlier ends the process. This one counts such reads.
 class r2_jacobian {
  public:
-  r2_jacobian() { memset(velocity, 0, sizeof velocity); }
-  void get_vel(float* to) { memcpy(to, velocity, sizeof velocity); }
+  r2_jacobian() : is_computed(false), early_reads(0) { memset(velocity, 0, sizeof velocity); }
+  void get_vel(float* to) {
+    if (!is_computed) ++early_reads;
+    memcpy(to, velocity, sizeof velocity);
+  }
   float velocity[6];
+  bool is_computed;
+  int early_reads;
 };
 
 struct mechanism {
 #ifdef RAVENCAL_CRTK
   int name;
   int serial;
+  bool joint_control;
 #endif
   u_16 type;
   int tool_type;
@@ -87,6 +97,7 @@ struct robot_device {
 #ifdef RAVENCAL_CRTK
   int num_mechs;
   u_08 robot_homed;
+  char unhome_trigger;
 #endif
   float grav_mag;
   position grav_dir;

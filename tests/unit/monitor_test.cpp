@@ -61,7 +61,7 @@ ravencal_counters busy_counters() {
   for (std::uint64_t& ticks : counters.ticks_in_doubt) ticks = 123'456'789'012;
   counters.transitions = 1000;
   for (ravencal_transition& change : counters.last_transitions) {
-    change = {123'456'789'012, 0, RAVENCAL_STATE_FADING_OUT, RAVENCAL_STATE_BYPASS, 0xFFF, 0};
+    change = {123'456'789'012, 0, RAVENCAL_STATE_FADING_OUT, RAVENCAL_STATE_CONSTANT, 0xFFF, 0};
   }
   return counters;
 }

@@ -3,15 +3,21 @@
 // How the loaded plugin fades, refuses and recovers, seen only through its C ABI.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
 namespace {
 
+// Of make_model.
+constexpr std::array<float, RAVENCAL_JOINTS> kConstant = {0.02F, -0.05F, 0.003F};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 class Envelope : public ::testing::Test {
@@ -36,9 +42,10 @@ class Envelope : public ::testing::Test {
     for (const float correction : rig.output.correction_ji) EXPECT_EQ(correction, 0.0F);
   }
 
-  /// The same for doubts that may pass: the correction first stays as it is for hold_ns.
+  /// Doubts that may pass: the correction first stays as it is for hold_ns, then becomes its
+  /// constant part, the model's output mean.
   template <typename Disturb>
-  void expect_hold_and_fade_out(Disturb disturb, std::int32_t resting, std::uint32_t doubt) {
+  void expect_hold_and_constant(Disturb disturb, std::uint32_t doubt) {
     activate();
     const float before = rig.output.correction_ji[0];
     disturb();
@@ -49,9 +56,15 @@ class Envelope : public ::testing::Test {
       EXPECT_EQ(rig.output.correction_ji[0], before);
     }
     EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
-    EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
-    ASSERT_TRUE(rig.tick_until(resting));
-    for (const float correction : rig.output.correction_ji) EXPECT_EQ(correction, 0.0F);
+    expect_constant();
+  }
+
+  void expect_constant() {
+    ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_CONSTANT));
+    EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
+    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+      EXPECT_EQ(rig.output.correction_ji[j], kConstant[static_cast<std::size_t>(j)]);
+    }
   }
 
   Rig rig;
@@ -112,38 +125,39 @@ TEST_F(Envelope, IgnoresToolJointsThatAreNotReady) {
 
 TEST_F(Envelope, HoldsTheCorrectionWhileThePedalMoves) {
   activate();
-  const float before = rig.output.correction_ji[0];
-  for (const std::int32_t runlevel : {2, 3}) {
+  const float initially = rig.output.correction_ji[0];
+  for (const std::int32_t runlevel : {3, 2}) {
+    const float before = rig.output.correction_ji[0];
     rig.state.runlevel = runlevel;
     rig.state.arm[0].jpos_ji[0] += 0.01F;  // asks for something else
-    for (int i = 0; i < 10; ++i) {
+    for (int i = 0; i < 20; ++i) {
       EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
       EXPECT_EQ(rig.output.state, RAVENCAL_STATE_HOLD);
       EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_PEDAL);
       EXPECT_EQ(rig.output.correction_ji[0], before);
     }
     EXPECT_EQ(rig.tick(), RAVENCAL_OK);
-    EXPECT_NE(rig.output.correction_ji[0], before);
     rig.state.arm[0].jpos_ji[0] -= 0.01F;
-    ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
-    for (int i = 0; i < 200; ++i) rig.tick();
-    EXPECT_EQ(rig.output.correction_ji[0], before);
+    rig.tick();
+    EXPECT_NE(rig.output.correction_ji[0], before) << "it follows the joints again";
   }
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  for (int i = 0; i < 200; ++i) rig.tick();
+  EXPECT_EQ(rig.output.correction_ji[0], initially) << "the pedal is up: no offset is left";
 }
 
-TEST_F(Envelope, HoldsThenFadesOutOnANotANumber) {
-  expect_hold_and_fade_out([&] { rig.state.arm[0].jpos_ji[5] = kNan; }, RAVENCAL_STATE_BYPASS,
-                           RAVENCAL_DOUBT_NOT_FINITE);
+TEST_F(Envelope, HoldsThenAppliesTheConstantPartOnANotANumber) {
+  expect_hold_and_constant([&] { rig.state.arm[0].jpos_ji[5] = kNan; }, RAVENCAL_DOUBT_NOT_FINITE);
 }
 
-TEST_F(Envelope, HoldsThenFadesOutOnAnInfinity) {
-  expect_hold_and_fade_out(
+TEST_F(Envelope, HoldsThenAppliesTheConstantPartOnAnInfinity) {
+  expect_hold_and_constant(
       [&] { rig.state.arm[0].jpos_ji[5] = std::numeric_limits<float>::infinity(); },
-      RAVENCAL_STATE_BYPASS, RAVENCAL_DOUBT_NOT_FINITE);
+      RAVENCAL_DOUBT_NOT_FINITE);
 }
 
-TEST_F(Envelope, HoldsThenFadesOutFarOutsideTheTrainedRange) {
-  expect_hold_and_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 1.05F; }, RAVENCAL_STATE_BYPASS,
+TEST_F(Envelope, HoldsThenAppliesTheConstantPartFarOutsideTheTrainedRange) {
+  expect_hold_and_constant([&] { rig.state.arm[0].jpos_ji[0] += 1.05F; },
                            RAVENCAL_DOUBT_OUT_OF_RANGE);
 }
 
@@ -177,15 +191,15 @@ TEST_F(Envelope, ShowsTheNetworkAConstantAsTrainingSawIt) {
   EXPECT_EQ(rig.output.predicted_ji[0], before);
 }
 
-TEST_F(Envelope, FadesOutWhileTimeStandsStill) {
+TEST_F(Envelope, AppliesTheConstantPartWhileTimeStandsStill) {
   activate();
-  for (int i = 0; i < 2000 && rig.output.state != RAVENCAL_STATE_BYPASS; ++i) {
+  for (int i = 0; i < 2000 && rig.output.state != RAVENCAL_STATE_CONSTANT; ++i) {
     rig.state.t_ns -= 1'000'000;  // tick() adds it again
     rig.tick();
     EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_TIME);
   }
-  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_BYPASS);
-  EXPECT_EQ(rig.output.correction_ji[1], 0.0F);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_CONSTANT);
+  EXPECT_EQ(rig.output.correction_ji[1], kConstant[1]);
 }
 
 TEST_F(Envelope, HoldsAndGoesOnWhenTimeJumpsOnce) {
@@ -203,16 +217,16 @@ TEST_F(Envelope, HoldsAndGoesOnWhenTimeJumpsOnce) {
   }
 }
 
-TEST_F(Envelope, FadesOutOnADoubtThatComesAndGoes) {
+TEST_F(Envelope, AppliesTheConstantPartOnADoubtThatComesAndGoes) {
   activate();
   int held = 0;
-  for (int i = 0; i < 1000 && rig.output.state != RAVENCAL_STATE_FADING_OUT; ++i) {
+  for (int i = 0; i < 1000 && rig.output.state != RAVENCAL_STATE_CONSTANT; ++i) {
     const float sound = healthy_state().arm[0].jpos_ji[5];
     rig.state.arm[0].jpos_ji[5] = i % 2 == 0 ? kNan : sound;
     rig.tick();
     held += rig.output.state == RAVENCAL_STATE_HOLD ? 1 : 0;
   }
-  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_CONSTANT);
   EXPECT_EQ(held, 20);
 }
 
@@ -226,7 +240,7 @@ TEST_F(Envelope, EndsAHoldAtOnceInEmergencyStop) {
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
 }
 
-TEST_F(Envelope, HoldsThenFadesOutWhenAMotorCountsTooFast) {
+TEST_F(Envelope, HoldsThenAppliesTheConstantPartWhenAMotorCountsTooFast) {
   activate();
   std::int32_t& counts = rig.state.arm[0].enc_counts[2];
   for (int i = 0; i < 100; ++i) {
@@ -241,12 +255,12 @@ TEST_F(Envelope, HoldsThenFadesOutWhenAMotorCountsTooFast) {
   EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_ENCODER_JUMP);
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_HOLD);
   EXPECT_EQ(rig.tick(), RAVENCAL_OK);
-  for (int i = 0; i < 4000 && rig.output.state != RAVENCAL_STATE_BYPASS; ++i) {
+  for (int i = 0; i < 4000 && rig.output.state != RAVENCAL_STATE_CONSTANT; ++i) {
     counts += i % 2 == 0 ? 600 : -600;
     rig.tick();
   }
-  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_BYPASS);
-  EXPECT_EQ(rig.output.correction_ji[0], 0.0F);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_CONSTANT);
+  EXPECT_EQ(rig.output.correction_ji[0], kConstant[0]);
 }
 
 TEST_F(Envelope, AcceptsATickThatIsLateBySchedulingOnly) {
@@ -255,13 +269,12 @@ TEST_F(Envelope, AcceptsATickThatIsLateBySchedulingOnly) {
   EXPECT_EQ(rig.tick(), RAVENCAL_OK);
 }
 
-TEST_F(Envelope, HoldsThenFadesOutWhenTheNetworkAsksForTooMuch) {
+TEST_F(Envelope, HoldsThenAppliesTheConstantPartWhenTheNetworkAsksForTooMuch) {
   model::CalibrationModel model = make_model({plain("jpos.shoulder")}, {});
   model.layers[0].weights << 200.0F, 0.0F, 0.0F;  // 0.8 rad per half width of the range
   model.layers[0].biases.setZero();
   rig.load(model);
-  expect_hold_and_fade_out([&] { rig.state.arm[0].jpos_ji[0] += 0.4F; }, RAVENCAL_STATE_BYPASS,
-                           RAVENCAL_DOUBT_MAGNITUDE);
+  expect_hold_and_constant([&] { rig.state.arm[0].jpos_ji[0] += 0.4F; }, RAVENCAL_DOUBT_MAGNITUDE);
 }
 
 TEST_F(Envelope, LimitsTheRateInNormalWork) {
@@ -325,6 +338,132 @@ TEST_F(Envelope, LooksBackTenCyclesPerTrainingRow) {
     if (i < 30) continue;
     EXPECT_NEAR(rig.output.predicted_ji[0], 0.001 * (i - 30), 1e-6);  // 3 rows of 10 ms at 1 kHz
   }
+}
+
+class PedalDown : public Envelope {
+ protected:
+  void SetUp() override {
+    Envelope::SetUp();
+    activate();
+    rig.set_pedal(true);
+  }
+  /// Ticks so often; the correction must stay what it is, but for rounding where it goes on.
+  void expect_still(int ticks, double rounding = 0.0) {
+    const std::array<float, RAVENCAL_JOINTS> before = std::to_array(rig.output.correction_ji);
+    for (int i = 0; i < ticks; ++i) {
+      rig.tick();
+      for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+        ASSERT_NEAR(rig.output.correction_ji[j], before[j], rounding) << "tick " << i;
+      }
+    }
+  }
+};
+
+TEST_F(PedalDown, KeepsTheCorrectionInEveryDoubtAndLosesItOnceThePedalIsUp) {
+  const std::vector<std::pair<const char*, std::function<void()>>> troubles = {
+      {"disabled", [&] { rig.enable(false); }},
+      {"not a number", [&] { rig.state.arm[0].jpos_ji[5] = kNan; }},
+      {"out of range", [&] { rig.state.arm[0].jpos_ji[0] += 1.05F; }},
+      {"joint not ready", [&] { rig.state.arm[0].joints_ready = 0xFB; }},
+      {"time stands still", [&] { rig.state.t_ns -= 1'000'000; }}};
+  for (const auto& [name, make] : troubles) {
+    SCOPED_TRACE(name);
+    rig.state = healthy_state(rig.state.t_ns);
+    rig.enable(true);
+    ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+    rig.set_pedal(true);
+    make();
+    expect_still(1000);
+    EXPECT_NE(rig.output.correction_ji[0], kConstant[0]);
+    rig.state = healthy_state(rig.state.t_ns);
+    rig.state.runlevel = 3;
+    expect_still(10);
+  }
+}
+
+TEST_F(PedalDown, FreezesTheLastCorrectionInAFaultUntilThePedalIsUp) {
+  rig.load(make_model_with_a_flaw());
+  rig.set_pedal(false);
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  rig.set_pedal(true);
+  const float before = rig.output.correction_ji[0];
+  provoke_flaw(rig.state);
+  EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
+  EXPECT_EQ(rig.output.doubts & RAVENCAL_DOUBT_NETWORK, RAVENCAL_DOUBT_NETWORK);
+  rig.state = healthy_state(rig.state.t_ns);
+  rig.state.runlevel = 3;
+  expect_still(1000);
+  EXPECT_EQ(rig.output.correction_ji[0], before);
+  rig.state.runlevel = 2;
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_FAULT));
+  EXPECT_EQ(rig.output.correction_ji[0], 0.0F);
+}
+
+TEST_F(PedalDown, TakesOtherWeightsWithoutMovingTheCorrection) {
+  model::CalibrationModel other = make_model(16, {}, 7);
+  other.output.mean = Eigen::Vector3d(-0.03, 0.02, -0.002);
+  rig.load(other);
+  expect_still(1000, 1e-8);
+  EXPECT_EQ(rig.instance.counters().swaps, 2U);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_IN);
+  for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+    EXPECT_NEAR(rig.output.correction_ji[j], rig.output.predicted_ji[j] + rig.output.offset_ji[j],
+                1e-6);
+  }
+  rig.set_pedal(false);
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  EXPECT_EQ(rig.output.correction_ji[0], rig.output.predicted_ji[0]);
+}
+
+TEST_F(PedalDown, FollowsThePredictionWithAnOffsetAfterADoubt) {
+  rig.state.arm[0].jpos_ji[0] += 1.05F;  // far outside
+  expect_still(100);
+  rig.state.arm[0].jpos_ji[0] -= 0.75F;  // within, but elsewhere
+  expect_still(1, 1e-8);
+  const float offset = rig.output.offset_ji[0];
+  EXPECT_NE(offset, 0.0F);
+  const float predicted = rig.output.predicted_ji[0];
+  const float before = rig.output.correction_ji[0];
+  rig.state.arm[0].jpos_ji[0] -= 0.001F;
+  rig.tick();
+  EXPECT_NE(rig.output.predicted_ji[0], predicted);
+  EXPECT_NEAR(rig.output.correction_ji[0] - before, rig.output.predicted_ji[0] - predicted, 1e-7);
+}
+
+TEST_F(PedalDown, ShrinksTheOffsetByTheCommandedMotionAndNoFaster) {
+  model::CalibrationModel other = make_model(16, {}, 7);
+  other.output.mean = Eigen::Vector3d(-0.03, 0.02, -0.002);
+  rig.load(other);
+  rig.tick();
+  const auto size = [&] { return std::fabs(rig.output.offset_ji[0]); };
+  const float whole = size();
+  ASSERT_GT(whole, 1e-4F);
+  rig.state.arm[0].jpos_d_ji[0] += 1e-5F;  // seen at the end of this cycle, used in the next
+  rig.tick();
+  EXPECT_EQ(size(), whole);
+  rig.tick();
+  EXPECT_NEAR(whole - size(), 1e-6, 3e-7) << "a tenth";
+  // The rig's host does not take the correction out of its desired joints: its change is seen as a
+  // command, a tenth of a tenth.
+  for (int i = 0; i < 5; ++i) rig.tick();
+  const float left = size();
+  rig.tick();
+  EXPECT_EQ(size(), left);
+  rig.state.arm[0].jpos_d_ji[0] += 0.5F;
+  rig.tick();
+  rig.tick();
+  EXPECT_NEAR(left - size(), 1e-3 * static_cast<double>(rig.config.blend_ji_per_s[0]), 2e-7)
+      << "at most half a count of the motor";
+}
+
+TEST_F(PedalDown, BeginsWithoutAStepWhenItIsEnabled) {
+  Rig late;
+  late.load(make_model(16, {}));
+  late.set_pedal(true);
+  late.enable();
+  ASSERT_TRUE(late.tick_until(RAVENCAL_STATE_FADING_IN));
+  for (int i = 0; i < 500; ++i) late.tick();
+  for (const float correction : late.output.correction_ji) EXPECT_NEAR(correction, 0.0, 1e-8);
 }
 
 TEST_F(Envelope, UncorrectsDesiredJointsByTheAppliedCorrection) {

@@ -20,6 +20,7 @@ class ScriptedSource final : public host::RobotSource {
  public:
   explicit ScriptedSource(std::int64_t cycles) : cycles_(cycles) {}
   [[nodiscard]] std::int64_t cycles() const override { return cycles_; }
+  void rest(ravencal_state& state) override { state = healthy_state(t_ns_ + 1'000'000); }
   void begin(ravencal_state& state) override {
     EXPECT_TRUE(ended_);
     ended_ = false;
@@ -55,19 +56,19 @@ TEST(HostLoop, RunsEveryCycleOnceAndReportsWhatItSaw) {
   EXPECT_FALSE(result.real_time);
   EXPECT_FALSE(result.hindrance.empty());
   const host::Summary summary = host::summarise(result, options, rig.instance, model);
-  EXPECT_EQ(summary.counters.ticks, 3000U);
-  EXPECT_EQ(summary.counters.ticks_in_state[RAVENCAL_STATE_ACTIVE], summary.active_ticks);
+  EXPECT_EQ(summary.counters.ticks, 4000U) << "with a second of pedal up before";
+  EXPECT_EQ(summary.corrected_ticks, 3000U);
   EXPECT_EQ(summary.counters.ticks_in_doubt[3], 0U) << "every cycle's end was handed over";
 
   const auto json = nlohmann::json::parse(host::summary_json(summary));
   EXPECT_EQ(json["ticks"], 3000);
   EXPECT_EQ(json["rate_hz"], 0.0);
   EXPECT_EQ(json["realtime"], false);
-  EXPECT_EQ(json["states"]["active"], summary.active_ticks);
+  EXPECT_EQ(json["states"]["active"], summary.counters.ticks_in_state[RAVENCAL_STATE_ACTIVE]);
   ASSERT_EQ(json["joints"].size(), 3U);
   EXPECT_EQ(json["joints"][0]["joint"], "shoulder");
   EXPECT_EQ(json["joints"][0]["unit"], "deg");
-  EXPECT_EQ(json["joints"][0]["samples"], summary.active_ticks);
+  EXPECT_EQ(json["joints"][0]["samples"], summary.corrected_ticks);
   const double per_rad = 180.0 / 3.14159265358979;
   const ravencal_state state = healthy_state();
   const double raw = 1.0 - static_cast<double>(state.arm[0].jpos_ji[0]);

@@ -115,7 +115,7 @@ core::Result<host::Summary> run(const Arguments& arguments) {
 /// Prints the figures; a correction that was never in is a finding.
 cli::ExitCode report(const host::Summary& summary) {
   fmt::print("{}", host::summary_text(summary));
-  if (summary.active_ticks > 0) return cli::kOk;
+  if (summary.corrected_ticks > 0) return cli::kOk;
   fmt::print("the correction was never fully in: see the doubts above\n");
   return cli::kFinding;
 }

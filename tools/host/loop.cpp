@@ -56,10 +56,26 @@ Tick run_cycle(Work& work, ravencal_state& state, ravencal_output& output) {
   return tick;
 }
 
+/// A correction begins to act while the pedal is up: it needs 0.1 s without a doubt and, at the
+/// default slew, half a second for its fade.
+void rest_with_pedal_up(Work& work, ravencal_state& state, ravencal_output& output) {
+  constexpr std::int64_t kCycles = 1000;
+  constexpr std::int64_t kCycleNs = 1'000'000;
+  constexpr std::int32_t kPedalUp = 2;
+  for (std::int64_t i = -kCycles; i < 0; ++i) {
+    work.source.rest(state);
+    state.t_ns += i * kCycleNs;
+    state.runlevel = kPedalUp;
+    work.plugin.api().step(work.plugin.get(), &state, &output);
+    work.plugin.api().observe_cycle_end(work.plugin.get(), &state);
+  }
+}
+
 void loop(Work& work) {
   ravencal_state state{};
   ravencal_output output{};
   output.struct_size = sizeof output;
+  rest_with_pedal_up(work, state, output);
   std::int64_t deadline_ns = monotonic_now_ns();
   for (std::int64_t i = 0; i < work.ticks && !work.stop.load(std::memory_order_relaxed); ++i) {
     std::int64_t woke_ns = monotonic_now_ns();

@@ -129,7 +129,7 @@ std::string precision_name(std::uint32_t precision) {
 
 const char* state_name(std::int32_t state) {
   constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {"off",  "armed",      "fading_in", "active",
-                                                        "hold", "fading_out", "bypass",    "fault"};
+                                                        "hold", "fading_out", "constant",  "fault"};
   return state >= 0 && state < RAVENCAL_STATE_COUNT ? kNames[state] : "unknown";
 }
 

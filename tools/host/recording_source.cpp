@@ -35,6 +35,11 @@ class RecordingSource final : public RobotSource {
     return (recording_.t_ns.back() - recording_.t_ns.front()) / kTickNs + 1;
   }
 
+  void rest(ravencal_state& state) override {
+    t_ns_ = recording_.t_ns.front();
+    fill(state);
+  }
+
   void begin(ravencal_state& state) override {
     t_ns_ = recording_.t_ns.front() + cycle_++ * kTickNs;
     const auto rows = static_cast<std::size_t>(recording_.rows());

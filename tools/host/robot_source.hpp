@@ -30,6 +30,9 @@ class RobotSource {
 
   /// Control cycles that it can give.
   [[nodiscard]] virtual std::int64_t cycles() const = 0;
+  /// The robot where its motion begins, as published before the first cycle; `state.t_ns` is that
+  /// of the first cycle.
+  virtual void rest(ravencal_state& state) = 0;
   /// What is visible at the hook of this cycle. Called once per cycle, in order.
   virtual void begin(ravencal_state& state) = 0;
   /// What the controller publishes at the end of this cycle.

@@ -26,6 +26,10 @@ Percentiles percentiles(const std::vector<Tick>& ticks, std::uint32_t Tick::*mem
   return {at(0.5), at(0.99), at(0.999), values.back()};
 }
 
+bool is_corrected(const Tick& tick) {
+  return tick.state == RAVENCAL_STATE_FADING_IN || tick.state == RAVENCAL_STATE_ACTIVE;
+}
+
 learn::JointEvaluation evaluate_joint(const std::vector<Tick>& ticks,
                                       const model::OutputSpec& output, double bias) {
   const auto slot = static_cast<std::size_t>(
@@ -37,7 +41,7 @@ learn::JointEvaluation evaluate_joint(const std::vector<Tick>& ticks,
   joint.bias = bias;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const Tick& tick = ticks[i];
-    if (tick.state != RAVENCAL_STATE_ACTIVE || !std::isfinite(tick.truth_ji[slot])) continue;
+    if (!is_corrected(tick) || !std::isfinite(tick.truth_ji[slot])) continue;
     joint.t_s.push_back(static_cast<double>(i) * 1e-3);
     joint.truth.push_back(tick.truth_ji[slot]);
     joint.estimate.push_back(static_cast<double>(tick.raw_ji[slot]));
@@ -64,9 +68,8 @@ Summary summarise(const LoopResult& result, const LoopOptions& options,
                   const PluginInstance& plugin, const model::CalibrationModel& model) {
   Summary summary;
   summary.ticks = result.ticks.size();
-  summary.active_ticks = static_cast<std::size_t>(
-      std::count_if(result.ticks.begin(), result.ticks.end(),
-                    [](const Tick& tick) { return tick.state == RAVENCAL_STATE_ACTIVE; }));
+  summary.corrected_ticks = static_cast<std::size_t>(
+      std::count_if(result.ticks.begin(), result.ticks.end(), is_corrected));
   for (std::size_t k = 0; k < model.outputs.size(); ++k) {
     summary.evaluation.joints.push_back(evaluate_joint(
         result.ticks, model.outputs[k], model.output.mean[static_cast<Eigen::Index>(k)]));
@@ -91,9 +94,9 @@ std::string summary_text(const Summary& s) {
                       isa_name(s.info.isa), static_cast<double>(s.info.bytes_per_step) / 1024.0);
   text += s.real_time ? "real time   SCHED_FIFO, memory locked\n"
                       : fmt::format("real time   no: {}\n", s.hindrance);
-  text += fmt::format("loop        {} ticks at {}, {} overruns; corrected in full in {} of them\n",
-                      s.ticks, s.rate_hz > 0.0 ? fmt::format("{:g} Hz", s.rate_hz) : "full speed",
-                      s.overruns, s.active_ticks);
+  text += fmt::format("loop        {} ticks at {}, {} overruns; corrected in {} of them\n", s.ticks,
+                      s.rate_hz > 0.0 ? fmt::format("{:g} Hz", s.rate_hz) : "full speed",
+                      s.overruns, s.corrected_ticks);
   text += fmt::format("{:<12}{:>9}{:>9}{:>9}{:>9}\n", "us", "p50", "p99", "p99.9", "max");
   text += "step        " + microseconds(s.step_ns) + "\n";
   if (s.rate_hz > 0.0) text += "wake-up     " + microseconds(s.wakeup_ns) + "\n";
@@ -113,7 +116,7 @@ std::string summary_text(const Summary& s) {
     text += fmt::format("FAULT       {}; the last ticks before the last one are in {}\n", s.faults,
                         s.flight_path);
   }
-  if (s.active_ticks > 0) text += "\n" + learn::evaluation_table(s.evaluation);
+  if (s.corrected_ticks > 0) text += "\n" + learn::evaluation_table(s.evaluation);
   return text;
 }
 

@@ -20,8 +20,8 @@ struct Percentiles {
 };
 
 struct Summary {
-  learn::Evaluation evaluation;  ///< over the ticks with the correction fully in (state ACTIVE)
-  std::size_t active_ticks = 0;
+  learn::Evaluation evaluation;     ///< over the corrected ticks
+  std::size_t corrected_ticks = 0;  ///< that follow the prediction: states FADING_IN and ACTIVE
   std::size_t ticks = 0;
   double rate_hz = 0.0;
   bool real_time = false;
@@ -30,7 +30,7 @@ struct Summary {
   Percentiles step_ns;
   Percentiles wakeup_ns;
   Percentiles cycle_ns;
-  ravencal_counters counters{};
+  ravencal_counters counters{};  ///< since the plugin was made, with the second of pedal up before
   ravencal_info info{};
   std::uint64_t faults = 0;
   std::string flight_path;  ///< the ticks before the last FAULT; empty if there was none

@@ -26,9 +26,12 @@ class TwinSource final : public RobotSource {
     for (std::int64_t i = 1; i <= approach; ++i) {
       const double along = static_cast<double>(i) / static_cast<double>(approach);
       twin_.begin_cycle();
-      twin_.end_cycle(from + 0.5 * (1.0 - std::cos(std::numbers::pi * along)) * (to - from));
+      rest_ = to_si(
+          twin_.end_cycle(from + 0.5 * (1.0 - std::cos(std::numbers::pi * along)) * (to - from)));
     }
   }
+
+  void rest(ravencal_state& state) override { fill_state(rest_, twin_.t_ns(), true, state); }
 
   [[nodiscard]] std::int64_t cycles() const override {
     return static_cast<std::int64_t>(trajectory_.duration_s() * rate_hz_) + 1;
@@ -52,6 +55,7 @@ class TwinSource final : public RobotSource {
   physics::RavenTwin twin_;
   trajectory::Trajectory trajectory_;
   double rate_hz_;
+  CatalogueValues rest_{};
   std::int64_t cycle_ = 0;
   std::int64_t t_ns_ = 0;
   Joints truth_ji_{};

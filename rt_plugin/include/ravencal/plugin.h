@@ -21,15 +21,15 @@
 extern "C" {
 #endif
 
-#define RAVENCAL_ABI_MAJOR 2 /* anything but an appended field or function */
+#define RAVENCAL_ABI_MAJOR 3 /* anything but an appended field or function */
 #define RAVENCAL_ABI_MINOR 0 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
 
 /* What the plugin did this tick. */
-#define RAVENCAL_OK 0       /* correction (possibly fading) applied */
-#define RAVENCAL_HELD 1     /* correction applied, but its value is held or fading on a doubt */
+#define RAVENCAL_OK 0       /* correction (possibly fading in) applied */
+#define RAVENCAL_HELD 1     /* on a doubt: the correction is held, fading, or its constant part */
 #define RAVENCAL_BYPASS 2   /* the robot's own value, unchanged */
 #define RAVENCAL_FAULT 3    /* the robot's own value, latched until reset */
 
@@ -44,15 +44,19 @@ extern "C" {
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
 #define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob, or its signature is missing or wrong */
 #define RAVENCAL_ERROR_BUSY (-9)      /* another live process writes telemetry_name, or it is not telemetry */
+#define RAVENCAL_ERROR_ORIGIN (-10)   /* weights of another arm than config.arm, of no known arm, or trained
+                                         on joints that were already corrected */
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0
 #define RAVENCAL_STATE_ARMED 1      /* enabled, waiting for a homed, healthy robot */
 #define RAVENCAL_STATE_FADING_IN 2
 #define RAVENCAL_STATE_ACTIVE 3
-#define RAVENCAL_STATE_HOLD 4       /* a short doubt: the correction stays where it is, for hold_ns at most */
-#define RAVENCAL_STATE_FADING_OUT 5
-#define RAVENCAL_STATE_BYPASS 6     /* faded out on a doubt; fades in again when it has passed */
+#define RAVENCAL_STATE_HOLD 4       /* a doubt: the correction stays where it is, while the pedal is down or
+                                       for hold_ns at most */
+#define RAVENCAL_STATE_FADING_OUT 5 /* to CONSTANT, ARMED, OFF or FAULT; waits while the pedal is down */
+#define RAVENCAL_STATE_CONSTANT 6   /* a lasting doubt: the constant part of the correction alone; fades in
+                                       again when the doubt has passed */
 #define RAVENCAL_STATE_FAULT 7
 #define RAVENCAL_STATE_COUNT 8
 #define RAVENCAL_STATE_CAPACITY 16  /* room in the counter block */
@@ -70,7 +74,7 @@ extern "C" {
 #define RAVENCAL_DOUBT_ENCODER_JUMP 512u /* motor counts changed by more than max_encoder_step_counts */
 #define RAVENCAL_DOUBT_DISTANCE 1024u   /* inputs jointly unlike the training set: confidence is 0 */
 #define RAVENCAL_DOUBT_OVERRUN 2048u    /* steps took longer than step_budget_ns too often: until reset */
-#define RAVENCAL_DOUBT_PEDAL 4096u      /* the pedal moved less than 10 ms ago: the correction is held */
+#define RAVENCAL_DOUBT_PEDAL 4096u      /* the pedal moved less than 20 ms ago: the correction is held */
 #define RAVENCAL_DOUBT_KINDS 13
 #define RAVENCAL_DOUBT_CAPACITY 32      /* room in the counter block */
 
@@ -81,6 +85,16 @@ extern "C" {
 #define RAVENCAL_ISA_AVX512 3u
 #define RAVENCAL_ISA_AVX512_VNNI 4u /* as AVX512, with its 8-bit dot product */
 #define RAVENCAL_ISA_NEON 5u        /* the only one on aarch64 */
+
+/* Arms of the robot, for config.arm and info. */
+#define RAVENCAL_ARM_ANY 0u   /* config: weights of any arm are taken; info: the weights do not say */
+#define RAVENCAL_ARM_GOLD 1u  /* left */
+#define RAVENCAL_ARM_GREEN 2u /* right */
+
+/* Coordinates of the recordings that weights were trained on, for info. */
+#define RAVENCAL_COORDINATES_UNKNOWN 0u
+#define RAVENCAL_COORDINATES_MOTOR 1u     /* joints as the motors give them, without a correction */
+#define RAVENCAL_COORDINATES_CORRECTED 2u /* recorded while a correction was applied: load refuses them */
 
 /* Precision of the weights, for info. */
 #define RAVENCAL_PRECISION_F32 0u
@@ -132,23 +146,28 @@ typedef struct ravencal_output {
   float confidence;                      /* 0..1: share of the prediction that is asked for, by the
                                             distance of the inputs from the training set */
   uint32_t step_ns;                      /* what this step took, measured by itself */
+  float offset_ji[RAVENCAL_JOINTS];      /* correction minus what is wanted, because the pedal is down */
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
 typedef struct ravencal_config {
   uint32_t struct_size;
   uint32_t tick_ns;                             /* control period; 1 000 000 */
-  float slew_ji_per_s[RAVENCAL_JOINTS];         /* fastest change of a correction when fading in, out or held */
+  float slew_ji_per_s[RAVENCAL_JOINTS];         /* fastest fade; the pedal is up in every fade */
   float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
   float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
   uint32_t max_isa;                             /* RAVENCAL_ISA_*: do not go beyond this one */
-  uint32_t hold_ns;                             /* longest HOLD before fading out; 20 000 000; 0: none */
+  uint32_t hold_ns;                             /* longest HOLD with the pedal up; 20 000 000; 0: none */
   uint32_t step_budget_ns;                      /* a step that takes longer is an overrun; 500 000; 0: unlimited */
-  uint32_t max_overruns;                        /* so many (1..64) within 1000 steps: BYPASS until reset; 3 */
+  uint32_t max_overruns;                        /* so many (1..64) within 1000 steps: CONSTANT until reset; 3 */
   uint32_t max_encoder_step_counts;             /* largest change of a motor's counts per tick; 512; 0: unlimited */
   uint32_t require_signature;                   /* 1: only blobs signed by the key below are loaded */
   uint8_t public_key[32];                       /* Ed25519 */
   char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */
+  uint32_t arm;                                 /* RAVENCAL_ARM_*: whose weights are taken */
+  float blend_share;                            /* pedal down: an offset shrinks by at most this share (0..1)
+                                                   of the commanded motion of its joint; 0.1 */
+  float blend_ji_per_s[RAVENCAL_JOINTS];        /* and by at most so much */
 } ravencal_config;
 
 /* One change of the envelope's state. */
@@ -194,6 +213,12 @@ typedef struct ravencal_info {
   uint32_t needs_cycle_end;   /* 1 if observe_cycle_end must be called each cycle */
   uint32_t precision;         /* RAVENCAL_PRECISION_* of the weights */
   uint32_t is_signed;         /* 1 if the blob's signature was checked against config.public_key */
+  uint32_t arm;               /* RAVENCAL_ARM_* */
+  uint32_t coordinates;       /* RAVENCAL_COORDINATES_* */
+  char robot[32];             /* that the weights were trained for; "": the blob does not say */
+  char controller[32];        /* branch or control mode of the training recordings; "": unknown */
+  float constant_ji[RAVENCAL_JOINTS]; /* the part of the correction that state CONSTANT applies */
+  uint32_t reserved;
 } ravencal_info;
 
 /* One tick, as the flight recorder and the telemetry ring keep it. */
@@ -253,7 +278,7 @@ typedef struct ravencal_api {
   /* [init] Why the last load was refused; a sentence. Never null. */
   const char* (*last_error)(const ravencal_instance* instance);
 
-  /* [any] Asks the correction to fade in (1) or out (0). */
+  /* [any] Asks the correction to fade in (1) or out (0); while the pedal is down it does neither. */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
   /* [init] What runs; fields beyond info->struct_size are left out.
@@ -271,8 +296,17 @@ typedef struct ravencal_api {
                             const float desired_ji[RAVENCAL_JOINTS],
                             float uncorrected_ji[RAVENCAL_JOINTS]);
 
+  /* [rt] The pose that forward kinematics gives for uncorrected joints 1 to 3, from the pose that it
+   * gave for corrected ones. position_um and rotation (row-major) are changed in place; not at all
+   * where config.arm is RAVENCAL_ARM_ANY. */
+  void (*uncorrect_pose)(const ravencal_instance* instance, const float corrected_ji[RAVENCAL_JOINTS],
+                         const float uncorrected_ji[RAVENCAL_JOINTS], int32_t position_um[3],
+                         float rotation[9]);
+
   /* [rt] Called where the controller publishes its state: latches what is zero or one cycle old at
-   * the hook (torque, DAC, desired, pose), so that the next step sees what training saw. */
+   * the hook (torque, DAC, desired, pose), so that the next step sees what training saw. Desired
+   * joints and poses of arm[0] are given without the correction, as a recording made without the
+   * plugin has them: uncorrect_desired, uncorrect_pose. */
   void (*observe_cycle_end)(ravencal_instance* instance, const ravencal_state* state);
 
   /* [any] Copies the counters; counters->struct_size must be set. */
@@ -303,11 +337,11 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_ready, offsetof(ravencal_arm, joints_
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 56);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 164);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 68);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 184);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_transition_size, sizeof(ravencal_transition) == 32);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 968);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 56);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 144);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_tick_size, sizeof(ravencal_tick) == 88);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_flight_size, sizeof(ravencal_flight) == 16 + 200 * 88);
 

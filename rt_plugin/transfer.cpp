@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_plugin/transfer.hpp"
+
+namespace ravencal::rt {
+namespace {
+
+float towards_zero(float value, float step) noexcept {
+  if (value > step) return value - step;
+  return value < -step ? value + step : 0.0F;
+}
+
+}  // namespace
+
+JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji) noexcept {
+  const bool goes_on = joined_ && wish.same_weights;
+  JointVector target_ji{};
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    if (goes_on) {
+      // The change of confidence alone; the prediction's own change is not part of the offset.
+      offset_ji_[j] -= (wish.confidence - confidence_) * variable_ji_[j];
+    } else {
+      offset_ji_[j] = applied_ji[j] - wish.wanted_ji(j);
+    }
+    const float share_ji = blend_share_ * wish.commanded_ji[j];
+    offset_ji_[j] =
+        towards_zero(offset_ji_[j], share_ji < blend_step_ji_[j] ? share_ji : blend_step_ji_[j]);
+    variable_ji_[j] = wish.predicted_ji[j] - wish.constant_ji[j];
+    target_ji[j] = wish.wanted_ji(j) + offset_ji_[j];
+  }
+  confidence_ = wish.confidence;
+  joined_ = true;
+  return target_ji;
+}
+
+}  // namespace ravencal::rt

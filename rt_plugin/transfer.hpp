@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bumpless transfer (K. J. Astrom and T. Hagglund, Advanced PID Control, 2006): while
+// the motors follow the correction, whatever would make it step (weights that change, a confidence
+// that changes, a correction that begins or goes on) becomes an offset instead. The correction is
+// then what is wanted plus the offset, so it moves only as the prediction moves. The offset shrinks
+// with the motion that the operator commands, and at once when the motors are free. Real-time
+// thread only.
+#pragma once
+
+#include <cstddef>
+
+#include "rt_plugin/joint_vector.hpp"
+
+namespace ravencal::rt {
+
+/// What the weights say in one cycle, and how it may reach the motors.
+struct Wish {
+  JointVector predicted_ji{};  ///< error of the joints that the network predicts
+  JointVector constant_ji{};   ///< the part of it that does not change: the training set's mean
+  float confidence = 0.0F;     ///< 0..1: share of what differs from the constant part
+  bool same_weights = true;    ///< the prediction goes on from that of the cycle before
+  bool motors_follow = false;  ///< the pedal is down: a change of the correction moves the motors
+  JointVector commanded_ji{};  ///< how far each desired joint moved since the cycle before, >= 0
+
+  [[nodiscard]] float wanted_ji(std::size_t joint) const noexcept {
+    return constant_ji[joint] + confidence * (predicted_ji[joint] - constant_ji[joint]);
+  }
+};
+
+class Transfer {
+ public:
+  Transfer(float blend_share, const JointVector& blend_step_ji) noexcept
+      : blend_share_(blend_share), blend_step_ji_(blend_step_ji) {}
+
+  /// Motors follow, no doubt: where the correction, now `applied_ji`, may go in this cycle. The
+  /// first cycle after forget() stays at `applied_ji`.
+  JointVector follow(const Wish& wish, const JointVector& applied_ji) noexcept;
+
+  /// What was said before has no bearing on the next cycle.
+  void forget() noexcept {
+    joined_ = false;
+    offset_ji_ = JointVector{};
+  }
+
+  [[nodiscard]] const JointVector& offset_ji() const noexcept { return offset_ji_; }
+
+ private:
+  float blend_share_;
+  JointVector blend_step_ji_;
+  bool joined_ = false;  ///< the fields below are of the cycle before
+  float confidence_ = 0.0F;
+  JointVector variable_ji_{};  ///< prediction without its constant part
+  JointVector offset_ji_{};
+};
+
+}  // namespace ravencal::rt
