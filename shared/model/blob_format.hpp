@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Byte layout of the weight blob, version 2.0: the numbers of shared/FORMATS.md ("Weights") as
+// Byte layout of the weight blob, version 2.1: the numbers of shared/FORMATS.md ("Weights") as
 // constants. Writer and view use nothing else. All values are little-endian.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace ravencal::model::blob {
 inline constexpr std::array<std::uint8_t, 12> kMagic = {0x89, 'R', 'A', 'V',  'E',  'N',
                                                         'C',  'A', 'L', 0x0D, 0x0A, 0x1A};
 inline constexpr std::uint16_t kMajor = 2;
-inline constexpr std::uint16_t kMinor = 0;
+inline constexpr std::uint16_t kMinor = 1;
 inline constexpr std::size_t kAlignment = 64;
 
 // Offsets within the header.
@@ -32,7 +32,25 @@ inline constexpr std::size_t kRowPeriodAt = 48;
 inline constexpr std::size_t kReservedAt = 56;
 inline constexpr std::size_t kSectionTableAt = 64;
 inline constexpr std::size_t kSectionEntryBytes = 8;
-inline constexpr std::size_t kHeaderBytes = 192;
+inline constexpr std::size_t kFirstHeaderBytes = 192;  ///< of minor version 0, and what all have
+
+// Appended by minor version 1.
+inline constexpr std::size_t kArmAt = 192;
+inline constexpr std::size_t kCoordinatesAt = 196;
+inline constexpr std::size_t kRobotAt = 200;
+inline constexpr std::size_t kControllerAt = 232;
+inline constexpr std::size_t kOriginTextBytes = 32;
+inline constexpr std::size_t kLoopFlagsAt = 264;
+inline constexpr std::size_t kLoopRowsAt = 268;
+inline constexpr std::size_t kGainMarginAt = 272;
+inline constexpr std::size_t kPhaseMarginAt = 276;
+inline constexpr std::size_t kLoopTailAt = 280;
+inline constexpr std::size_t kLoopGainsAt = 320;
+inline constexpr std::size_t kLoopLanes = 16;  ///< outputs of a group's row
+inline constexpr std::size_t kHeaderBytes = 512;
+inline constexpr std::uint32_t kLoopGainsKnown = 1;
+inline constexpr std::uint32_t kLoopMarginsKnown = 2;
+inline constexpr float kMaxGainMargin = 1e6F;  ///< stands for infinity
 
 /// Sections, in file order.
 enum Section : std::size_t {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "core/catalogue.hpp"
 #include "core/whole_file.hpp"
@@ -65,6 +68,27 @@ std::optional<TrustRegion> read_trust(const BlobView& view) {
   return trust;
 }
 
+std::optional<LoopGains> read_loop_gains(const BlobView& view) {
+  const BlobLoop loop = view.loop();
+  if (!loop.gains_known) return std::nullopt;
+  LoopGains gains;
+  gains.rows = loop.rows;
+  gains.by_group.resize(static_cast<Eigen::Index>(view.output_count()), kLoopGroupCount);
+  for (std::size_t j = 0; j < view.output_count(); ++j) {
+    for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
+      gains.by_group(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(group)) =
+          static_cast<double>(view.loop_gain(static_cast<LoopGroup>(group), j));
+    }
+  }
+  if (loop.margins_known) {
+    const bool endless = loop.gain_margin >= blob::kMaxGainMargin;
+    gains.margins = {
+        endless ? std::numeric_limits<double>::infinity() : static_cast<double>(loop.gain_margin),
+        static_cast<double>(loop.phase_margin_rad)};
+  }
+  return gains;
+}
+
 template <typename Read>
 Eigen::VectorXd read_vector(std::size_t count, Read read) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(count));
@@ -86,6 +110,46 @@ std::string_view name_of(Activation activation) {
   return "unknown";
 }
 
+nlohmann::ordered_json loop_summary(const CalibrationModel& model) {
+  if (!model.loop_gains) return nullptr;
+  nlohmann::ordered_json json = {{"rows", model.loop_gains->rows}};
+  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
+    for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
+      json["gains"][model.outputs[j].joint][kLoopGroupNames[group]] = model.loop_gains->by_group(
+          static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(group));
+    }
+  }
+  json["gain_margin"] = nullptr;  // JSON has no infinity: null stands for it and for unknown
+  json["phase_margin_rad"] = nullptr;
+  if (const auto& margins = model.loop_gains->margins) {
+    if (std::isfinite(margins->gain)) json["gain_margin"] = margins->gain;
+    json["phase_margin_rad"] = margins->phase_rad;
+  }
+  return json;
+}
+
+/// Lines of describe_blob.
+std::string loop_text(const CalibrationModel& model) {
+  if (!model.loop_gains) return "loop         gains unknown: `convert --calibrate` computes them\n";
+  std::string text;
+  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
+    const auto row = model.loop_gains->by_group.row(static_cast<Eigen::Index>(j));
+    text += fmt::format("loop         {} changes by", model.outputs[j].joint);
+    for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
+      text += fmt::format("{} {:.3g} {} per spread of {}", group == 0 ? "" : ",",
+                          row(static_cast<Eigen::Index>(group)), model.outputs[j].unit,
+                          kLoopGroupNames[group]);
+    }
+    text += "\n";
+  }
+  if (const auto& margins = model.loop_gains->margins) {
+    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+    text += fmt::format("loop         gain margin {:.3g}, phase margin {:.3g} deg\n", margins->gain,
+                        margins->phase_rad * kDegPerRad);
+  }
+  return text;
+}
+
 nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& view) {
   nlohmann::ordered_json json;
   std::size_t parameters = 0;
@@ -95,6 +159,11 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
   json["bytes_per_step"] = view.bytes_per_step();
   json["row_period_s"] = model.row_period_s;
   json["signature"] = view.is_signed() ? "ed25519" : "none";
+  json["origin"] = {{"arm", name_of(model.origin.arm)},
+                    {"robot", model.origin.robot},
+                    {"controller", model.origin.controller},
+                    {"coordinates", name_of(model.origin.coordinates)}};
+  json["loop"] = loop_summary(model);
   json["trust"] = nullptr;
   if (model.trust) {
     json["trust"] = {{"directions", model.trust->directions.rows()},
@@ -150,6 +219,9 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
   RAVENCAL_ASSIGN_OR_RETURN(const BlobView view, open_view(bytes, source));
   CalibrationModel model;
   model.row_period_s = view.row_period_s();
+  model.origin = {view.arm(), view.coordinates(), std::string(view.robot()),
+                  std::string(view.controller())};
+  model.loop_gains = read_loop_gains(view);
   RAVENCAL_RETURN_IF_ERROR(read_features(view, source, model));
   const std::size_t n = view.feature_count();
   const std::size_t m = view.output_count();
@@ -203,6 +275,9 @@ core::Result<std::string> describe_blob(const std::filesystem::path& path) {
   text += fmt::format("signature    {}\n", json["signature"] == "none"
                                                ? "none"
                                                : "Ed25519 (`ravencal sign verify` checks it)");
+  RAVENCAL_ASSIGN_OR_RETURN(const CalibrationModel model, read_blob(path));
+  text += fmt::format("origin       {}\n", describe(model.origin));
+  text += loop_text(model);
   const auto& trust = json["trust"];
   text += trust.is_null()
               ? std::string("trust        none: the confidence is always 1; train the model anew\n")

@@ -47,6 +47,10 @@ const char* describe(BlobStatus status) noexcept {
       return "a self-test value is not finite";
     case BlobStatus::kProvenance:
       return "the provenance is not text";
+    case BlobStatus::kOrigin:
+      return "the arm, the coordinates or a name of the origin is invalid";
+    case BlobStatus::kLoopGain:
+      return "a loop gain or margin is out of range";
   }
   return "unknown reason";
 }

@@ -32,6 +32,8 @@ enum class BlobStatus : std::uint8_t {
   kPeriod,      ///< the row period is not in its range
   kSelfTest,    ///< a test vector or its tolerance is not finite
   kProvenance,  ///< the provenance is not text
+  kOrigin,      ///< arm or coordinates are none that this build knows, or a name is not text
+  kLoopGain,    ///< a loop gain or margin is negative, not finite, or there without its flag
 };
 
 /// Result of validating a blob: the reason and the byte at which it was seen.

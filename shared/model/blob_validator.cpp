@@ -3,6 +3,8 @@
 // BlobView::open: every rule of shared/FORMATS.md ("Weights"), one function per part of the file.
 #include <limits>
 
+#include "model/blob_appended.hpp"
+#include "model/blob_checks.hpp"
 #include "model/blob_view.hpp"
 
 namespace ravencal::model {
@@ -57,15 +59,12 @@ class BlobValidator {
 
   [[nodiscard]] std::size_t trailer() const noexcept { return bytes_.size() - kTrailerBytes; }
 
-  BlobCheck check_zero(std::size_t from, std::size_t to) const noexcept {
-    for (std::size_t i = from; i < to; ++i) {
-      if (bytes_[i] != std::byte{0}) return refuse(BlobStatus::kReserved, i);
-    }
-    return {};
+  [[nodiscard]] BlobCheck check_zero(std::size_t from, std::size_t to) const noexcept {
+    return model::check_zero(bytes_, from, to);
   }
 
   BlobCheck check_identity() noexcept {
-    if (bytes_.size() < kHeaderBytes + kTrailerBytes) {
+    if (bytes_.size() < kFirstHeaderBytes + kTrailerBytes) {
       return refuse(BlobStatus::kTooShort, bytes_.size());
     }
     for (std::size_t i = 0; i < kMagic.size(); ++i) {
@@ -104,9 +103,11 @@ class BlobValidator {
   BlobCheck check_counts() noexcept {
     header_bytes_ = load_u32(at(kHeaderBytesAt));
     // A later minor version may append to the header; its tail is skipped.
-    const bool newer = load_u16(at(kMinorAt)) > kMinor;
-    if (header_bytes_ % kAlignment != 0 || header_bytes_ > trailer() ||
-        header_bytes_ < kHeaderBytes || (!newer && header_bytes_ != kHeaderBytes)) {
+    const std::uint16_t minor = load_u16(at(kMinorAt));
+    const bool newer = minor > kMinor;
+    const std::size_t own_bytes = minor == 0 ? kFirstHeaderBytes : kHeaderBytes;
+    if (header_bytes_ % kAlignment != 0 || header_bytes_ > trailer() || header_bytes_ < own_bytes ||
+        (!newer && header_bytes_ != own_bytes)) {
       return refuse(BlobStatus::kSize, kHeaderBytesAt);
     }
     if (load_u32(at(kPrecisionAt)) > static_cast<std::uint32_t>(packed::Precision::kInt8)) {
@@ -135,8 +136,10 @@ class BlobValidator {
       return refuse(BlobStatus::kCount, kTrustRankAt);
     }
     if (load_u64(at(kReservedAt)) != 0) return refuse(BlobStatus::kReserved, kReservedAt);
-    return newer ? BlobCheck{}
-                 : check_zero(kSectionTableAt + kSectionCount * kSectionEntryBytes, kHeaderBytes);
+    const std::size_t tail = kSectionTableAt + kSectionCount * kSectionEntryBytes;
+    const BlobCheck zero = newer ? BlobCheck{} : check_zero(tail, kFirstHeaderBytes);
+    if (!zero.ok() || minor == 0) return zero;
+    return check_appended(bytes_.first<kHeaderBytes>(), view_.outputs_);
   }
 
   /// The network must have the layout of its precision, and the inputs and outputs of the counts.
@@ -203,14 +206,8 @@ class BlobValidator {
 
   /// A zero-padded text of at least one printable ASCII character and no blank.
   [[nodiscard]] bool valid_text(std::size_t from, std::size_t capacity) const noexcept {
-    std::size_t length = 0;
-    while (length < capacity && bytes_[from + length] != std::byte{0}) {
-      const auto c = static_cast<unsigned char>(bytes_[from + length]);
-      if (c <= 0x20 || c >= 0x7F) return false;
-      ++length;
-    }
-    if (length == 0 || length == capacity) return false;
-    return check_zero(from + length, from + capacity).ok();
+    const std::size_t length = text_length(bytes_, from, capacity, '!');
+    return length > 0 && length < capacity;
   }
 
   BlobCheck check_features() noexcept {

@@ -34,6 +34,36 @@ std::span<const std::byte> BlobView::signature() const noexcept {
   return bytes_.subspan(signed_bytes().size(), kSignatureBytes);
 }
 
+bool BlobView::has_appended() const noexcept { return load_u16(bytes_.data() + kMinorAt) >= 1; }
+
+Arm BlobView::arm() const noexcept {
+  return has_appended() ? static_cast<Arm>(load_u32(bytes_.data() + kArmAt)) : Arm::kUnknown;
+}
+Coordinates BlobView::coordinates() const noexcept {
+  return has_appended() ? static_cast<Coordinates>(load_u32(bytes_.data() + kCoordinatesAt))
+                        : Coordinates::kUnknown;
+}
+std::string_view BlobView::robot() const noexcept {
+  return has_appended() ? text(kRobotAt, kOriginTextBytes) : std::string_view{};
+}
+std::string_view BlobView::controller() const noexcept {
+  return has_appended() ? text(kControllerAt, kOriginTextBytes) : std::string_view{};
+}
+
+BlobLoop BlobView::loop() const noexcept {
+  if (!has_appended()) return {};
+  const std::byte* const at = bytes_.data();
+  const std::uint32_t flags = load_u32(at + kLoopFlagsAt);
+  return {(flags & kLoopGainsKnown) != 0, (flags & kLoopMarginsKnown) != 0,
+          load_u32(at + kLoopRowsAt), load_f32(at + kGainMarginAt), load_f32(at + kPhaseMarginAt)};
+}
+
+float BlobView::loop_gain(LoopGroup group, std::size_t j) const noexcept {
+  if (!has_appended()) return 0.0F;
+  const std::size_t lane = static_cast<std::size_t>(group) * kLoopLanes + j;
+  return load_f32(bytes_.data() + kLoopGainsAt + lane * sizeof(float));
+}
+
 BlobFeature BlobView::feature(std::size_t i) const noexcept {
   const std::byte* const at = section(kFeatures) + i * kFeatureBytes;
   return {load_u16(at), static_cast<Transform>(at[2]), load_u32(at + 4), load_f32(at + 8),

@@ -26,6 +26,15 @@ struct BlobFeature {
   std::string_view channel;
 };
 
+/// Loop gains and margins (model/loop_gains.hpp says what they mean), as the header has them.
+struct BlobLoop {
+  bool gains_known = false;
+  bool margins_known = false;
+  std::uint32_t rows = 0;         ///< over which the largest gains were taken
+  float gain_margin = 0.0F;       ///< factor; blob::kMaxGainMargin stands for infinity
+  float phase_margin_rad = 0.0F;  ///< at most pi
+};
+
 struct BlobOutput {
   std::uint8_t slot = blob::kNoSlot;  ///< core::JointSlot, or none
   std::string_view joint;
@@ -50,6 +59,16 @@ class BlobView {
   /// What a signature covers: every byte before it.
   [[nodiscard]] std::span<const std::byte> signed_bytes() const noexcept;
   [[nodiscard]] std::span<const std::byte> signature() const noexcept;
+
+  // Origin (model/origin.hpp). Unknown and empty in blobs of version 2.0.
+  [[nodiscard]] Arm arm() const noexcept;
+  [[nodiscard]] Coordinates coordinates() const noexcept;
+  [[nodiscard]] std::string_view robot() const noexcept;
+  [[nodiscard]] std::string_view controller() const noexcept;
+
+  [[nodiscard]] BlobLoop loop() const noexcept;
+  /// SI unit of output `j` per standard deviation of the group's channels; 0 if not known.
+  [[nodiscard]] float loop_gain(LoopGroup group, std::size_t j) const noexcept;
 
   [[nodiscard]] BlobFeature feature(std::size_t i) const noexcept;
   [[nodiscard]] double input_mean(std::size_t i) const noexcept;
@@ -92,6 +111,7 @@ class BlobView {
  private:
   friend class BlobValidator;
 
+  [[nodiscard]] bool has_appended() const noexcept;
   [[nodiscard]] const std::byte* section(blob::Section section) const noexcept;
   [[nodiscard]] std::string_view text(std::size_t at, std::size_t capacity) const noexcept;
 

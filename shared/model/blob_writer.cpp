@@ -123,6 +123,18 @@ core::Status check_text(std::string_view what, std::string_view value, std::size
   return {};
 }
 
+/// A name of the origin; it may be empty and contain blanks.
+core::Status check_origin_text(std::string_view what, std::string_view value) {
+  const bool printable = std::all_of(value.begin(), value.end(), [](char c) {
+    return static_cast<unsigned char>(c) >= 0x20 && static_cast<unsigned char>(c) < 0x7F;
+  });
+  if (value.size() < kOriginTextBytes && printable) return {};
+  return data_error(
+      fmt::format("the {}'s name '{}' cannot be stored: a blob holds up to {} printable ASCII "
+                  "characters",
+                  what, value, kOriginTextBytes - 1));
+}
+
 core::Status check_shapes(const CalibrationModel& model) {
   const auto n = static_cast<Eigen::Index>(model.features.size());
   const auto m = static_cast<Eigen::Index>(model.outputs.size());
@@ -140,6 +152,11 @@ core::Status check_shapes(const CalibrationModel& model) {
        model.trust->directions.rows() < 1 || model.trust->directions.rows() > kMaxTrustRank)) {
     return data_error(
         fmt::format("the model has {} inputs, but a trust region of another shape", n));
+  }
+  if (model.loop_gains && (model.loop_gains->by_group.rows() != m ||
+                           model.loop_gains->by_group.cols() != kLoopGroupCount)) {
+    return data_error(
+        fmt::format("the model has {} outputs, but loop gains for another number", m));
   }
   Eigen::Index inputs = n;
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
@@ -218,6 +235,32 @@ void write_self_test(ByteWriter& out, const SelfTest& test) {
   }
 }
 
+void write_loop(ByteWriter& out, const LoopGains& gains) {
+  const std::size_t start = out.size() - kLoopFlagsAt;
+  out.u32(kLoopGainsKnown | (gains.margins ? kLoopMarginsKnown : 0));
+  out.u32(gains.rows);
+  if (gains.margins) {
+    out.f32(static_cast<float>(std::min(gains.margins->gain, static_cast<double>(kMaxGainMargin))));
+    out.f32(static_cast<float>(gains.margins->phase_rad));
+  }
+  out.zeros_to(start + kLoopGainsAt);
+  for (Eigen::Index group = 0; group < gains.by_group.cols(); ++group) {
+    const std::size_t end = out.size() + kLoopLanes * sizeof(float);
+    for (const double gain : gains.by_group.col(group)) out.f32(static_cast<float>(gain));
+    out.zeros_to(end);
+  }
+}
+
+/// What minor version 1 appended.
+void write_appended(ByteWriter& out, const CalibrationModel& model) {
+  out.u32(static_cast<std::size_t>(model.origin.arm));
+  out.u32(static_cast<std::size_t>(model.origin.coordinates));
+  out.text(model.origin.robot, kOriginTextBytes);
+  out.text(model.origin.controller, kOriginTextBytes);
+  if (model.loop_gains) write_loop(out, *model.loop_gains);
+  out.zeros_to(kHeaderBytes);
+}
+
 void write_header(ByteWriter& out, const CalibrationModel& model, const Contents& contents) {
   for (const std::uint8_t byte : kMagic) out.u8(byte);
   out.u16(kMajor);
@@ -231,7 +274,8 @@ void write_header(ByteWriter& out, const CalibrationModel& model, const Contents
   out.u32(static_cast<std::size_t>(contents.test.inputs.cols()));
   out.u32(model.trust ? static_cast<std::size_t>(model.trust->directions.rows()) : 0);
   out.f64(model.row_period_s);
-  out.zeros_to(kHeaderBytes);
+  out.zeros_to(kFirstHeaderBytes);
+  write_appended(out, model);
 }
 
 void write_section(ByteWriter& out, Section section, const CalibrationModel& model,
@@ -279,6 +323,8 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model,
     RAVENCAL_RETURN_IF_ERROR(check_text("channel", output.estimate_channel, kOutputChannelBytes));
     RAVENCAL_RETURN_IF_ERROR(check_text("unit", output.unit, kOutputUnitBytes));
   }
+  RAVENCAL_RETURN_IF_ERROR(check_origin_text("robot", model.origin.robot));
+  RAVENCAL_RETURN_IF_ERROR(check_origin_text("controller", model.origin.controller));
   Contents contents{packing.precision, {}, {}};
   RAVENCAL_ASSIGN_OR_RETURN(contents.network, pack_layers(model, packing));
   CalibrationModel as_packed = model;

@@ -16,6 +16,8 @@
 
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
+#include "model/loop_gains.hpp"
+#include "model/origin.hpp"
 #include "model/packed_network.hpp"
 #include "model/trust_region.hpp"
 
@@ -58,7 +60,9 @@ struct CalibrationModel {
   std::vector<DenseLayer> layers;
   Standardiser output;  ///< mean = the bias that "bias removal" removes
   std::vector<OutputSpec> outputs;
-  double row_period_s = 0.01;  ///< time between training rows: the unit of lagged features
+  Origin origin;
+  std::optional<LoopGains> loop_gains;  ///< none: nobody computed them
+  double row_period_s = 0.01;           ///< time between training rows: the unit of lagged features
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings
 

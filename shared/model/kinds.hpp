@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The two vocabularies that training, files and the real-time plugin share. Their numbers are
+// The vocabularies that training, files and the real-time plugin share. Their numbers are
 // stored in blobs and never change. Free of the standard library's owning types, so that the
 // plugin may include it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace ravencal::model {
@@ -18,5 +19,25 @@ enum class Transform : std::uint8_t {
 
 /// What a layer applies to each of its sums.
 enum class Activation : std::uint8_t { kLinear = 0, kSigmoid = 1, kTanh = 2, kRelu = 3 };
+
+/// The arm of a RAVEN-II from which a model was trained.
+enum class Arm : std::uint8_t { kUnknown = 0, kGold = 1, kGreen = 2 };
+
+/// Coordinates of a model's inputs.
+enum class Coordinates : std::uint8_t {
+  kUnknown = 0,
+  kMotor = 1,      ///< as the controller has them without the plugin: no correction in any of them
+  kCorrected = 2,  ///< recorded while the plugin corrected: measured and desired joints and poses
+                   ///< contain the correction
+};
+
+/// Inputs that answer to the motor command within a cycle or two close a loop through the
+/// correction (core::LoopAnswer says which raven_state fields do). In this order in a blob.
+enum class LoopGroup : std::uint8_t {
+  kTorque = 0,    ///< torques, DAC values, forces
+  kVelocity = 1,  ///< velocities of motors, joints and tool
+  kDesired = 2,   ///< desired positions of motors, joints and tool
+};
+inline constexpr std::size_t kLoopGroupCount = 3;
 
 }  // namespace ravencal::model

@@ -24,7 +24,7 @@ void put_u32(std::byte* at, std::size_t value) {
 }
 
 void repair(std::vector<std::byte>& bytes) {
-  if (bytes.size() < blob::kHeaderBytes + blob::kTrailerBytes) return;
+  if (bytes.size() < blob::kFirstHeaderBytes + blob::kTrailerBytes) return;
   put_u32(bytes.data() + blob::kFileBytesAt, bytes.size());
   std::byte* const trailer = bytes.data() + bytes.size() - blob::kTrailerBytes;
   if (blob::load_u32(trailer + blob::kSignatureKindAt) == blob::kEd25519) {
@@ -64,6 +64,18 @@ void read_values(const BlobView& view) {
     demand(!view.output(j).joint.empty() && view.self_test_tolerance(j) > 0.0);
     for (std::size_t row = 0; row < view.self_test_count(); ++row) {
       demand(std::isfinite(view.self_test_output(row, j)));
+    }
+  }
+  demand(view.arm() <= ravencal::model::Arm::kGreen);
+  demand(view.coordinates() <= ravencal::model::Coordinates::kCorrected);
+  demand(view.robot().size() < blob::kOriginTextBytes);
+  demand(view.controller().size() < blob::kOriginTextBytes);
+  demand(std::isfinite(view.loop().gain_margin) && view.loop().phase_margin_rad >= 0.0F);
+  for (const auto group :
+       {ravencal::model::LoopGroup::kTorque, ravencal::model::LoopGroup::kVelocity,
+        ravencal::model::LoopGroup::kDesired}) {
+    for (std::size_t j = 0; j < view.output_count(); ++j) {
+      demand(view.loop_gain(group, j) >= 0.0F && std::isfinite(view.loop_gain(group, j)));
     }
   }
   demand(!view.provenance().empty());

@@ -42,6 +42,18 @@ model::CalibrationModel golden_model() {
   return model;
 }
 
+model::CalibrationModel golden_model_2_1() {
+  model::CalibrationModel model = golden_model();
+  model.origin = {model::Arm::kGreen, model::Coordinates::kMotor, "RAVEN-II", "crtk"};
+  model::LoopGains gains;
+  gains.rows = 1000;
+  gains.by_group.resize(2, model::kLoopGroupCount);
+  gains.by_group << 0.5, 0.25, 0.125, 0.0, 1.0, 2.0;
+  gains.margins = {4.0, 1.5};
+  model.loop_gains = gains;
+  return model;
+}
+
 model::CalibrationModel golden_wide_model() {
   model::CalibrationModel model = golden_model();
   model.layers[0].weights.resize(12, 3);

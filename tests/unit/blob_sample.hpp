@@ -14,6 +14,9 @@ namespace ravencal::test {
 /// that a person can check in a hex dump.
 model::CalibrationModel golden_model();
 
+/// The model of tests/golden/weights_v2_1.blob: golden_model() with origin, loop gains and margins.
+model::CalibrationModel golden_model_2_1();
+
 /// The model of the golden files of other precisions: golden_model() with twelve hidden units, one
 /// panel, and weights that both precisions round.
 model::CalibrationModel golden_wide_model();
