@@ -7,6 +7,7 @@ ravencal_test(NAME learn_test
     ${CMAKE_CURRENT_LIST_DIR}/learn/train_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/ensemble_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/simulated_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/learn/origin_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/onnx_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/thread_pool_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/isa_symbols_test.cpp

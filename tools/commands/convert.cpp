@@ -12,11 +12,13 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/convert.hpp"
+#include "commands/origin_options.hpp"
 #include "commands/physics_features.hpp"
 #include "conversion/assemble.hpp"
 #include "conversion/window.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/onnx_file.hpp"
+#include "learn/recording_origin.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
 #include "model/compact.hpp"
@@ -112,6 +114,19 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
   outcome.model.provenance["source"] =
       fmt::format("{} sha256:{}", std::filesystem::path(arguments.model).filename().string(), hash);
   outcome.foreign = std::move(foreign);
+  return {};
+}
+
+/// Joins what the model, the options and the recordings of the training say of its origin.
+core::Status complete_origin(const Arguments& arguments, Outcome& outcome) {
+  model::Origin& origin = outcome.model.origin;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      origin, model::joined(origin, arguments.origin,
+                            "--arm, --robot, --controller, --coordinates against the model"));
+  record::LoadOptions load = arguments.load;
+  load.keep = [](const record::Channel&) { return false; };
+  RAVENCAL_ASSIGN_OR_RETURN(const auto recordings, load_recordings(arguments.calibrate, load));
+  RAVENCAL_ASSIGN_OR_RETURN(origin, learn::common_origin(origin, pointers_to(recordings)));
   return {};
 }
 
@@ -216,6 +231,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
                     "with, so train one without it for the robot",
                     arguments.model));
   }
+  RAVENCAL_RETURN_IF_ERROR(complete_origin(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(make_blob(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check_source(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check(arguments, outcome));
@@ -263,6 +279,8 @@ void add_convert(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "For programs");
   add_load_options(*command, arguments->load);
+  auto origin = std::make_shared<OriginOptions>();
+  add_origin_options(*command, *origin);
   command->footer(
       "Examples:\n"
       "  ravencal convert model.onnx --out weights.blob --check test.db\n"
@@ -270,7 +288,8 @@ void add_convert(CLI::App& app, int& exit_code) {
       "--calibrate train*.db --check test.db\n"
       "  ravencal convert model.h5 --scaling scaling.json --calibrate train*.db --out weights.blob "
       "--check test.db");
-  on_call(*command, exit_code, [arguments, compact, &exit_code] {
+  on_call(*command, exit_code, [arguments, command, origin, compact, &exit_code] {
+    arguments->origin = given_origin(*command, *origin);
     arguments->compact = compact->count() > 0;
     return run(*arguments, exit_code);
   });

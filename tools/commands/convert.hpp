@@ -29,6 +29,7 @@ struct Arguments {
   double budget = 0.0;
   double max_rmse_change_percent = 2.0;
   bool json = false;
+  model::Origin origin;  ///< what the user says of it
   record::LoadOptions load;
 };
 

@@ -83,6 +83,7 @@ void print(const Arguments& arguments, const Outcome& outcome) {
                arguments.out);
     return;
   }
+  fmt::print("origin: {}\n", describe(outcome.model.origin));
   const std::size_t bytes = bytes_per_step(outcome.blob);
   fmt::print("{}: {} bytes, {}, {} inputs, {} outputs; {} bytes per step, 1/{:.3g} of f32\n",
              arguments.out, outcome.blob.size(), arguments.precision,
@@ -95,6 +96,11 @@ void print_json(const Arguments& arguments, const Outcome& outcome) {
   json["weights"] = arguments.out;
   json["written"] = outcome.accepted;
   json["precision"] = arguments.precision;
+  const model::Origin& origin = outcome.model.origin;
+  json["origin"] = {{"arm", name_of(origin.arm)},
+                    {"robot", origin.robot},
+                    {"controller", origin.controller},
+                    {"coordinates", name_of(origin.coordinates)}};
   if (outcome.source_check) {
     json["source"] = {{"origin", outcome.foreign->model.origin},
                       {"rows", outcome.source_check->rows},

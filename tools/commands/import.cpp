@@ -5,6 +5,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/origin_options.hpp"
 #include "record/load.hpp"
 #include "record/recording_writer.hpp"
 
@@ -15,12 +16,20 @@ struct Arguments {
   std::string source;
   std::string out;
   bool overwrite = false;
+  OriginOptions origin;
   record::LoadOptions load;
 };
 
 core::Status run(const Arguments& arguments) {
-  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
+  RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording,
                             record::load_recording(arguments.source, arguments.load));
+  const std::pair<const char*, const std::string*> said[] = {
+      {"robot", &arguments.origin.robot},
+      {"controller", &arguments.origin.controller},
+      {"coordinates", &arguments.origin.coordinates}};
+  for (const auto& [key, value] : said) {
+    if (!value->empty()) recording.meta[key] = *value;
+  }
   RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, arguments.overwrite));
   fmt::print("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
              recording.channels.size());
@@ -40,11 +49,13 @@ void add_import(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   add_load_options(*command, arguments->load);
   command->get_option("--profile")->required();
+  add_origin_options(*command, arguments->origin);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->footer(
       "A bag's truth is taken as it was stamped; `ravencal merge run3.bag run3.bag` takes out its\n"
       "transport delay too.\n"
-      "Examples: ravencal import run3.csv --profile raven2 --arm gold --out run3.db\n"
+      "Examples: ravencal import run3.csv --profile raven2 --arm gold --coordinates motor --out "
+      "run3.db\n"
       "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }

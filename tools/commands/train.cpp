@@ -14,6 +14,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/origin_options.hpp"
 #include "commands/physics_features.hpp"
 #include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
@@ -38,6 +39,7 @@ struct Arguments {
   std::string hidden = "600,500,400";
   std::string activation = "sigmoid";
   std::string isa;
+  OriginOptions origin;
   record::LoadOptions load;
   learn::TrainOptions train;
 };
@@ -98,6 +100,15 @@ core::Status write_report(const Arguments& arguments, const learn::TrainResult& 
       arguments.report));
   fmt::print("report: {}\n", arguments.report);
   return {};
+}
+
+void print_origin(const model::Origin& origin) {
+  fmt::print("origin: {}\n", describe(origin));
+  if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
+    fmt::print(
+        "        say what is unknown, so that no other arm loads these weights: --arm gold|green, "
+        "--coordinates motor (recorded without the plugin) or corrected (while it corrected)\n");
+  }
 }
 
 core::Result<std::string> text_of_plant(const std::string& path) {
@@ -190,6 +201,7 @@ core::Status run(Arguments arguments) {
                             learn::evaluate(result.model, pointers_to(shown)));
   fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
              result.rows, title, learn::evaluation_table(evaluation));
+  print_origin(result.model.origin);
   if (arguments.report.empty()) return {};
   return write_report(arguments, result, evaluation, title);
 }
@@ -202,6 +214,7 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
                      "Held-out recordings that choose the epoch; never the test set");
   command.add_option("--report", arguments.report, "HTML page to write");
   add_load_options(command, arguments.load);
+  add_origin_options(command, arguments.origin);
   command
       .add_option("--joints", arguments.train.joints,
                   "Joints to correct; without it all that have a truth")
@@ -298,7 +311,10 @@ void add_train(CLI::App& app, int& exit_code) {
   command->footer(
       "Example: ravencal train run1.db run2.db --validate run3.db --features light "
       "--hidden 128,64,32 --out arm.onnx --report train.html");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code, [arguments, command] {
+    arguments->train.origin = given_origin(*command, arguments->origin);
+    return run(*arguments);
+  });
 }
 
 }  // namespace ravencal::commands

@@ -130,6 +130,7 @@ core::Result<model::CalibrationModel> assemble(const ForeignModel& source,
   model.outputs = scaling.outputs;
   model.layers = network.layers;
   model.row_period_s = scaling.row_period_s;
+  model.origin.arm = scaling.arm;
   set_input(input, scaling.feature_to_si, model);
   RAVENCAL_RETURN_IF_ERROR(set_output(output, scaling.output_to_si, model));
   RAVENCAL_RETURN_IF_ERROR(set_window(network, scaling, model));

@@ -130,6 +130,7 @@ class Reader {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string profile_name, word("profile", "raven2"));
     record::ProfileOptions options;
     RAVENCAL_ASSIGN_OR_RETURN(options.arm, word("arm", options.arm));
+    file_.arm = model::arm_from(options.arm).value_or(model::Arm::kUnknown);
     RAVENCAL_ASSIGN_OR_RETURN(profile_, record::load_profile(profile_name, options));
     if (lists_.numbers.contains("features")) {
       RAVENCAL_RETURN_IF_ERROR(features_by_column());

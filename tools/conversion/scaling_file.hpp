@@ -31,6 +31,7 @@ struct ScalingFile {
   Eigen::VectorXd input_max;
   std::vector<model::OutputSpec> outputs;  ///< in SI units
   Eigen::VectorXd output_to_si;
+  model::Arm arm = model::Arm::kUnknown;  ///< whose columns are meant
   double row_period_s = 0.01;
   std::uint32_t window = 0;  ///< GRU: samples; 0: not given
   std::uint32_t stride_rows = 1;

@@ -36,6 +36,7 @@ std::string describe_in_words(const model::CalibrationModel& model) {
                             model.trust->directions.rows(), model.trust->full_distance,
                             model.trust->none_distance)
                       : "trust: none, the confidence is always 1; train the model anew\n";
+  text += fmt::format("origin: {}\n", describe(model.origin));
   for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
   text += "features (trained range, SI units):\n";
   for (std::size_t k = 0; k < model.features.size(); ++k) {
@@ -71,6 +72,10 @@ std::string describe_in_json(const model::CalibrationModel& model) {
                      {"full_distance", model.trust->full_distance},
                      {"none_distance", model.trust->none_distance}};
   }
+  json["origin"] = {{"arm", name_of(model.origin.arm)},
+                    {"robot", model.origin.robot},
+                    {"controller", model.origin.controller},
+                    {"coordinates", name_of(model.origin.coordinates)}};
   json["provenance"] = model.provenance;
   return json.dump(2);
 }

@@ -157,6 +157,30 @@ core::Result<model::TrustRegion> trust_from(const json& object, std::size_t inpu
   return trust;
 }
 
+std::string origin_text(const model::Origin& origin) {
+  return json({{"arm", name_of(origin.arm)},
+               {"robot", origin.robot},
+               {"controller", origin.controller},
+               {"coordinates", name_of(origin.coordinates)}})
+      .dump();
+}
+
+core::Result<model::Origin> origin_from(const json& object) {
+  const auto text = [&](const char* key) {
+    return object.is_object() && object.contains(key) && object[key].is_string()
+               ? std::optional(object[key].get<std::string>())
+               : std::nullopt;
+  };
+  const auto robot = text("robot");
+  const auto controller = text("controller");
+  const auto arm = model::arm_from(text("arm").value_or(""));
+  const auto coordinates = model::coordinates_from(text("coordinates").value_or(""));
+  if (!robot || !controller || !arm || !coordinates) {
+    return bad("metadata 'ravencal.origin' is not an arm, a robot, a controller and coordinates");
+  }
+  return model::Origin{*arm, *coordinates, *robot, *controller};
+}
+
 }  // namespace
 
 Metadata metadata_of(const model::CalibrationModel& model) {
@@ -177,6 +201,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
                        {"ravencal.output_mean", numbers_text(model.output.mean)},
                        {"ravencal.output_scale", numbers_text(model.output.scale)},
                        {"ravencal.row_period_s", json(model.row_period_s).dump()},
+                       {"ravencal.origin", origin_text(model.origin)},
                        {"ravencal.provenance", json(model.provenance).dump()}};
   if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
   return metadata;
@@ -202,6 +227,11 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
   if (metadata.contains("ravencal.input_trust")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json trust, reader.value("ravencal.input_trust"));
     RAVENCAL_ASSIGN_OR_RETURN(model.trust, trust_from(trust, n));
+  }
+  // Models of ravencal before 0.2 have none: unknown.
+  if (metadata.contains("ravencal.origin")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json origin, reader.value("ravencal.origin"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.origin, origin_from(origin));
   }
   RAVENCAL_ASSIGN_OR_RETURN(model.output,
                             reader.standardiser("ravencal.output", model.outputs.size()));

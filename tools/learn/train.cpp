@@ -11,6 +11,7 @@
 #include "learn/dataset.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/linear.hpp"
+#include "learn/recording_origin.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/layers.hpp"
@@ -261,6 +262,8 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   const std::span<const Recording* const> validation = seen_validation.get();
   TrainResult result;
   CalibrationModel& model = result.model;
+  RAVENCAL_ASSIGN_OR_RETURN(model.origin, common_origin(options.origin, training));
+  RAVENCAL_ASSIGN_OR_RETURN(model.origin, common_origin(model.origin, validation));
   RAVENCAL_ASSIGN_OR_RETURN(model.features, features_of(options, *training.front()));
   RAVENCAL_ASSIGN_OR_RETURN(model.outputs, outputs_of(*training.front(), options.joints));
   model.row_period_s = model::row_period_s(*training.front());

@@ -44,6 +44,7 @@ struct TrainOptions {
   std::uint32_t history_step = 1;  ///< rows between them
   std::vector<float> play;         ///< half-widths of play operators, SI units
   Latched latched = Latched::kAuto;
+  model::Origin origin;  ///< what the user says of it; the recordings say the rest
   double ridge = 0.0;  ///< linear regression only, on scaled inputs
   TrainerSettings trainer;
   /// Recordings of a simulation of the arm; may be empty. One network learns them and stays as it
@@ -65,7 +66,8 @@ struct TrainResult {
 };
 
 /// `keep_going` is called after each epoch; false stops with the best so far.
-/// Errors: kUsage for features that do not exist, kData for recordings that do not fit.
+/// Errors: kUsage for features that do not exist, kData for recordings that do not fit, or that
+/// are not of one arm, robot, controller and kind of coordinates.
 core::Result<TrainResult> train_model(std::span<const record::Recording* const> training,
                                       std::span<const record::Recording* const> validation,
                                       const TrainOptions& options,

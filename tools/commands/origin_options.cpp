@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/origin_options.hpp"
+
+namespace ravencal::commands {
+
+void add_origin_options(CLI::App& command, OriginOptions& options) {
+  command.add_option("--robot", options.robot, "The robot's name, where the file has none");
+  command.add_option("--controller", options.controller,
+                     "Branch or control mode in which was recorded, e.g. main or crtk");
+  command
+      .add_option("--coordinates", options.coordinates,
+                  "motor: recorded without the plugin, or while it was off; corrected: recorded "
+                  "while it corrected. Only you know this of a file from a robot")
+      ->check(CLI::IsMember({"motor", "corrected"}));
+}
+
+model::Origin given_origin(const CLI::App& command, const OriginOptions& options) {
+  model::Origin origin;
+  origin.robot = options.robot;
+  origin.controller = options.controller;
+  origin.coordinates =
+      model::coordinates_from(options.coordinates).value_or(model::Coordinates::kUnknown);
+  const CLI::Option* arm = command.get_option_no_throw("--arm");
+  if (arm != nullptr && arm->count() > 0) {
+    origin.arm = model::arm_from(arm->as<std::string>()).value_or(model::Arm::kUnknown);
+  }
+  return origin;
+}
+
+}  // namespace ravencal::commands
