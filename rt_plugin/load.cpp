@@ -9,11 +9,12 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <string_view>
 
 #include "core/catalogue.hpp"
-#include "model/blob_signature.hpp"
 #include "model/blob_view.hpp"
 #include "model/input_limits.hpp"
+#include "rt_plugin/admission.hpp"
 #include "rt_plugin/blob_memory.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/layout.hpp"
@@ -84,7 +85,7 @@ class ModelLoader {
       return refuse(RAVENCAL_ERROR_BLOB, "%s: %s (byte %zu)", path, describe(check.status),
                     check.offset);
     }
-    if (!check_signature(path) || !check_inputs(path) || !check_outputs(path) || !map(path)) {
+    if (!admit(view_, path, config_, failure_) || !check_inputs(path) || !map(path)) {
       return nullptr;
     }
     fill();
@@ -100,8 +101,7 @@ class ModelLoader {
  private:
   template <typename... Arguments>
   LoadedModel* refuse(std::int32_t code, const char* format, Arguments... arguments) noexcept {
-    failure_.code = code;
-    (void)std::snprintf(failure_.message.data(), failure_.message.size(), format, arguments...);
+    failure_.say(code, format, arguments...);
     return nullptr;
   }
 
@@ -110,30 +110,6 @@ class ModelLoader {
     const double ticks = static_cast<double>(lag_rows) * view_.row_period_s() * 1e9 /
                          static_cast<double>(config_.tick_ns);
     return static_cast<std::uint64_t>(std::llround(ticks));
-  }
-
-  /// With a key, a signature must be right; without one, it need not be there unless required.
-  bool check_signature(const char* path) noexcept {
-    bool has_key = false;
-    for (const std::uint8_t byte : config_.public_key) has_key = has_key || byte != 0;
-    const bool required = config_.require_signature != 0;
-    if (!has_key && !required) return true;
-    if (!view_.is_signed() && !required) return true;
-    if (!has_key) {
-      refuse(RAVENCAL_ERROR_TRUST, "%s: a signature is required, but no public key is configured",
-             path);
-      return false;
-    }
-    const model::SignatureStatus status = verify_signature(view_, config_.public_key);
-    is_signed_ = status == model::SignatureStatus::kValid;
-    if (status == model::SignatureStatus::kMissing) {
-      refuse(RAVENCAL_ERROR_TRUST, "%s: is not signed, and a signature is required: ravencal sign",
-             path);
-    } else if (!is_signed_) {
-      refuse(RAVENCAL_ERROR_TRUST,
-             "%s: is signed by another key, or was changed after it was signed", path);
-    }
-    return is_signed_;
   }
 
   /// Of a GRU's window, whose rows are at least a tick apart.
@@ -167,23 +143,6 @@ class ModelLoader {
   void add_channel(std::uint16_t catalogue_index) noexcept {
     std::uint16_t& channel = channel_of_[catalogue_index];
     if (channel == 0) channel = static_cast<std::uint16_t>(++channel_count_);
-  }
-
-  bool check_outputs(const char* path) noexcept {
-    if (view_.output_count() > RAVENCAL_JOINTS) {
-      refuse(RAVENCAL_ERROR_TOPOLOGY, "%s: corrects %u joints; the robot state has %d to correct",
-             path, static_cast<unsigned>(view_.output_count()), RAVENCAL_JOINTS);
-      return false;
-    }
-    for (std::size_t j = 0; j < view_.output_count(); ++j) {
-      const model::BlobOutput output = view_.output(j);
-      if (output.slot >= RAVENCAL_JOINTS) {
-        refuse(RAVENCAL_ERROR_FEATURES, "%s: corrects '%.*s', which is not joint 1, 2 or 3", path,
-               static_cast<int>(output.joint.size()), output.joint.data());
-        return false;
-      }
-    }
-    return true;
   }
 
   bool map(const char* path) noexcept {
@@ -331,7 +290,21 @@ class ModelLoader {
     info.longest_lag_ticks = static_cast<std::uint32_t>(longest_lag_ticks_);
     info.checksum = view_.checksum();
     info.needs_cycle_end = needs_cycle_end ? 1 : 0;
-    info.is_signed = is_signed_ ? 1 : 0;
+    info.is_signed = is_signature_checked(view_, config_) ? 1 : 0;
+    info.arm = static_cast<std::uint32_t>(view_.arm());
+    info.coordinates = static_cast<std::uint32_t>(view_.coordinates());
+    copy_text(view_.robot(), info.robot);
+    copy_text(view_.controller(), info.controller);
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+      info.constant_ji[j] = model_->constant_ji_[j];
+    }
+  }
+
+  template <std::size_t kRoom>
+  static void copy_text(std::string_view text, char (&to)[kRoom]) noexcept {
+    const std::size_t length = text.size() < kRoom - 1 ? text.size() : kRoom - 1;
+    std::memcpy(to, text.data(), length);
+    to[length] = '\0';
   }
 
   /// Outputs of the features at hand; a GRU sees them held over its window, at a tick per row.
@@ -374,7 +347,6 @@ class ModelLoader {
   std::size_t channel_count_ = 0;
   std::uint64_t longest_lag_ticks_ = 0;
   bool has_lags_ = false;
-  bool is_signed_ = false;
   kernels::Isa isa_;
   LoadedModel* model_ = nullptr;
   std::span<float> feature_memory_;

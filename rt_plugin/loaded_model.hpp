@@ -17,6 +17,7 @@
 #include "rt_plugin/gather.hpp"
 #include "rt_plugin/joint_vector.hpp"
 #include "rt_plugin/kernels/forward.hpp"
+#include "rt_plugin/load_failure.hpp"
 
 namespace ravencal::rt {
 
@@ -117,12 +118,6 @@ class LoadedModel {
   std::size_t mapping_bytes_ = 0;
   std::span<std::byte> blob_;
   LoadedModel* next_retired_ = nullptr;  ///< ModelSwap's list
-};
-
-/// Why a load was refused: a RAVENCAL_ERROR_* and a sentence.
-struct LoadFailure {
-  std::int32_t code = RAVENCAL_SUCCESS;
-  std::array<char, 256> message{};
 };
 
 /// [init] Reads, verifies and maps the blob at `path`. Null on refusal, with the reason in

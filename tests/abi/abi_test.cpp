@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/raven_kinematics.hpp"
 #include "rt/rig.hpp"
 
 extern "C" int ravencal_header_in_c(void);
@@ -275,6 +276,61 @@ TEST(Load, NamesWhatIsWrongAndKeepsWhatRuns) {
 
   EXPECT_EQ(rig.tick(), RAVENCAL_OK) << "a refused load must not touch the weights that run";
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ACTIVE);
+}
+
+TEST(Load, TakesWeightsOfTheConfiguredArmOnly) {
+  Rig gold([](ravencal_config& config) { config.arm = RAVENCAL_ARM_GOLD; });
+  const auto refusal = [&](const model::CalibrationModel& model) {
+    const auto path = write_weights(model, "origin");
+    EXPECT_EQ(gold.api().load(gold.instance.get(), path.c_str()), RAVENCAL_ERROR_ORIGIN);
+    return std::string(gold.api().last_error(gold.instance.get()));
+  };
+  model::CalibrationModel model = make_model(16, {});
+  EXPECT_NE(refusal(model).find("convert it again with --arm gold"), std::string::npos);
+  model.origin.arm = model::Arm::kGreen;
+  EXPECT_NE(refusal(model).find("trained for the green arm and would correct the gold one"),
+            std::string::npos);
+  model.origin.arm = model::Arm::kGold;
+  model.origin.coordinates = model::Coordinates::kCorrected;
+  EXPECT_NE(refusal(model).find("already corrected"), std::string::npos);
+  gold.enable();
+  EXPECT_FALSE(gold.tick_until(RAVENCAL_STATE_FADING_IN, 1000)) << "nothing was loaded";
+
+  model.origin.coordinates = model::Coordinates::kMotor;
+  model.origin.robot = "raven_lab_7";
+  model.origin.controller = "crtk";
+  gold.load(model);
+  EXPECT_TRUE(gold.tick_until(RAVENCAL_STATE_ACTIVE));
+  const ravencal_info info = gold.instance.info();
+  EXPECT_EQ(info.arm, RAVENCAL_ARM_GOLD);
+  EXPECT_EQ(info.coordinates, RAVENCAL_COORDINATES_MOTOR);
+  EXPECT_STREQ(info.robot, "raven_lab_7");
+  EXPECT_STREQ(info.controller, "crtk");
+  EXPECT_EQ(info.constant_ji[1], static_cast<float>(model.output.mean[1]));
+}
+
+TEST(UncorrectPose, IsForwardKinematicsOfTheUncorrectedJoints) {
+  const float corrected_ji[RAVENCAL_JOINTS] = {0.62F, 1.41F, 0.402F};
+  const float uncorrected_ji[RAVENCAL_JOINTS] = {0.58F, 1.55F, 0.391F};
+  for (const std::uint32_t arm : {RAVENCAL_ARM_GOLD, RAVENCAL_ARM_GREEN}) {
+    Rig rig([&](ravencal_config& config) { config.arm = arm; });
+    const auto pose_at = [&](const float* joints_ji) {
+      const physics::SlotVector joints = {joints_ji[0], joints_ji[1], joints_ji[2], 0.0,
+                                          0.3,          -0.4,         0.7,          0.9};
+      return physics::forward_kinematics(
+          arm == RAVENCAL_ARM_GOLD ? physics::Arm::kGold : physics::Arm::kGreen, joints);
+    };
+    const physics::ToolPose from = pose_at(corrected_ji);
+    const physics::ToolPose to = pose_at(uncorrected_ji);
+    std::int32_t position_um[3];
+    float rotation[9];
+    std::copy_n(from.position_um.begin(), 3, position_um);
+    std::copy_n(from.rotation.begin(), 9, rotation);
+    rig.api().uncorrect_pose(rig.instance.get(), corrected_ji, uncorrected_ji, position_um,
+                             rotation);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(position_um[k], to.position_um[k], 2) << k;
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(rotation[k], to.rotation[k], 1e-6) << k;
+  }
 }
 
 TEST(Load, TakesNetworksOfEverySize) {

@@ -23,7 +23,7 @@ endforeach()
 add_library(ravencal_rule_breaker SHARED ${CMAKE_CURRENT_LIST_DIR}/rule_breaker.cpp)
 
 ravencal_test(NAME plugin_abi_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/abi_test.cpp
-  LIBS ravencal_test_rig ${header_objects} LABELS abi)
+  LIBS ravencal_test_rig ravencal::physics ${header_objects} LABELS abi)
 add_dependencies(plugin_abi_test ravencal_rule_breaker)
 target_compile_definitions(plugin_abi_test PRIVATE
   RAVENCAL_RULE_BREAKER="$<TARGET_FILE:ravencal_rule_breaker>"

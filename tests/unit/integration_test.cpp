@@ -69,7 +69,7 @@ class Controller {
 
 /// Trained around the miniature's home; constant corrections of 0.02 rad, -0.03 rad and 2 mm, with
 /// a little dependence on the joints.
-model::CalibrationModel model_for_home() {
+model::CalibrationModel model_for_home(bool green) {
   model::CalibrationModel model =
       make_model({plain("jpos.shoulder"), plain("jpos.elbow"), plain("jpos.insertion")}, {});
   model.input.mean << 0.52, 1.57, 0.40;
@@ -80,13 +80,15 @@ model::CalibrationModel model_for_home() {
   model.layers[0].weights *= 0.01F;
   model.layers[0].biases.setZero();
   model.output.mean = Eigen::Vector3d(0.02, -0.03, 0.002);
+  model.origin.arm = green ? model::Arm::kGreen : model::Arm::kGold;
   return model;
 }
 
 class Integration : public ::testing::TestWithParam<Case> {
  protected:
   Integration()
-      : api(*GetParam().entry()), weights(write_weights(model_for_home(), "integration")) {}
+      : api(*GetParam().entry()),
+        weights(write_weights(model_for_home(GetParam().green != 0), "integration")) {}
 
   [[nodiscard]] controller_setup setup(int lines, bool with_plugin = true) const {
     return {lines,
@@ -233,6 +235,19 @@ TEST_P(Integration, SeesPosesAsForwardKinematicsOfUncorrectedJointsGivesThem) {
   }
 }
 
+TEST_P(Integration, RefusesWeightsOfTheOtherArm) {
+  controller_setup chosen = setup(CONTROLLER_WITH);
+  const auto wrong = write_weights(model_for_home(GetParam().green == 0), "wrong_arm");
+  chosen.weights = wrong.c_str();
+  Controller controller(api, chosen);
+  EXPECT_NE(std::string(api.error(controller.get())).find("was trained for the"), std::string::npos)
+      << api.error(controller.get());
+  controller.run(kEStop, 20);
+  controller.home();
+  controller.run(kPedalUp, 1000);
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_OFF) << "the plugin was not opened";
+}
+
 TEST_P(Integration, ReadsNoJacobianBeforeTheControllerHasComputedOne) {
   Controller controller = made(CONTROLLER_WITH);
   controller.run(kEStop, 5);
@@ -328,8 +343,8 @@ Motion observe_motion(const controller_api& api, Controller& controller, int cyc
 
 TEST_P(Integration, MovesNoMotorThatNobodyCommandsWhateverBecomesOfTheCorrection) {
   const auto other = write_weights(
-      [] {
-        model::CalibrationModel model = model_for_home();
+      [&] {
+        model::CalibrationModel model = model_for_home(GetParam().green != 0);
         model.output.mean = Eigen::Vector3d(0.05, 0.03, -0.003);
         return model;
       }(),
@@ -514,7 +529,7 @@ TEST_P(Integration, TakesNewWeightsWhileItRunsAndKeepsTheOldOnesOnARefusal) {
   EXPECT_EQ(api.load(controller.get(), "/nonexistent.blob"), 0);
   controller.run(kPedalDown, 10);
   EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ACTIVE);
-  model::CalibrationModel model = model_for_home();
+  model::CalibrationModel model = model_for_home(GetParam().green != 0);
   model.output.mean = Eigen::Vector3d(0.03, -0.03, 0.002);
   EXPECT_EQ(api.load(controller.get(), write_weights(model, "integration_new").c_str()), 1);
   controller.run(kPedalDown, 100);
