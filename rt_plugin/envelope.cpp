@@ -46,6 +46,7 @@ Envelope::Envelope(const ravencal_config& config) noexcept
     : slew_step_ji_(per_tick(config.slew_ji_per_s, config.tick_ns)),
       rate_step_ji_(per_tick(config.max_correction_rate_ji_per_s, config.tick_ns)),
       max_correction_ji_(std::to_array(config.max_correction_ji)),
+      follow_share_(config.follow_share),
       transfer_(config.blend_share, per_tick(config.blend_ji_per_s, config.tick_ns)),
       clear_ticks_needed_(kClearNs / config.tick_ns),
       hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
@@ -124,8 +125,12 @@ void Envelope::reset() noexcept {
 
 void Envelope::correct(const Wish& wish) noexcept {
   JointVector target_ji{};
+  JointVector step_ji = rate_step_ji_;
   if (wish.motors_follow) {
     target_ji = transfer_.follow(wish, correction_ji_);
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+      step_ji[j] = std::min(step_ji[j], follow_share_ * wish.commanded_ji[j]);
+    }
   } else {
     transfer_.forget();
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) target_ji[j] = wish.wanted_ji(j);
@@ -133,8 +138,8 @@ void Envelope::correct(const Wish& wish) noexcept {
   // A prediction of other weights is reached by the slew, not by the rate.
   const bool whole = transfer_.offset_ji() == JointVector{};
   if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
-  const bool fades = state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow;
-  const std::uint32_t behind = move_towards(target_ji, fades ? slew_step_ji_ : rate_step_ji_);
+  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = slew_step_ji_;
+  const std::uint32_t behind = move_towards(target_ji, step_ji);
   if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
   if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
 }

@@ -56,6 +56,7 @@ class Envelope {
   JointVector slew_step_ji_{};  ///< largest change per tick while the motors are free
   JointVector rate_step_ji_{};  ///< largest change per tick in normal work
   JointVector max_correction_ji_{};
+  float follow_share_;
   Transfer transfer_;
   std::uint64_t clear_ticks_needed_ = 0;
   std::uint64_t clear_ticks_ = 0;

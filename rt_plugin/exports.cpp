@@ -51,6 +51,9 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   // (RAVEN-II's reductions), halved.
   constexpr float kBlend[RAVENCAL_JOINTS] = {0.00577F, 0.00646F, 0.000364F};
   config->blend_share = 0.1F;
+  // A true joint is then at most 1.2 times as fast as it is commanded to be, whatever the network
+  // answers to the motor command that it causes.
+  config->follow_share = 0.2F;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     config->slew_ji_per_s[j] = kRate[j];
     config->max_correction_rate_ji_per_s[j] = kRate[j];
@@ -68,6 +71,8 @@ bool is_positive(const float (&values)[RAVENCAL_JOINTS]) noexcept {
   return true;
 }
 
+bool is_share(float value) noexcept { return value >= 0.0F && value <= 1.0F; }
+
 bool is_valid(const ravencal_config& config) noexcept {
   constexpr std::uint32_t kShortestTickNs = 10'000;
   constexpr std::uint32_t kLongestTickNs = 100'000'000;
@@ -77,7 +82,7 @@ bool is_valid(const ravencal_config& config) noexcept {
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
          config.hold_ns <= kLongestHoldNs && (countable || config.step_budget_ns == 0) &&
          config.max_isa <= RAVENCAL_ISA_NEON && config.arm <= RAVENCAL_ARM_GREEN &&
-         config.blend_share >= 0.0F && config.blend_share <= 1.0F &&
+         is_share(config.blend_share) && is_share(config.follow_share) &&
          is_positive(config.blend_ji_per_s) && is_positive(config.slew_ji_per_s) &&
          is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
 }

@@ -26,6 +26,9 @@ class RecordingSource final : public RobotSource {
       columns_[i] = recording.column(entries[i].name).value_or(-1);
     }
     for (std::size_t j = 0; j < truth_columns_.size(); ++j) {
+      // Without desired joints, the measured ones are what was commanded.
+      Eigen::Index& desired = columns_[core::catalogue_index(core::RavenField::kJposD, j)];
+      if (desired < 0) desired = columns_[core::catalogue_index(core::RavenField::kJpos, j)];
       truth_columns_[j] =
           recording.column(record::Role::kJointTruth, core::kSlotNames[j]).value_or(-1);
     }

@@ -165,6 +165,8 @@ typedef struct ravencal_config {
   uint8_t public_key[32];                       /* Ed25519 */
   char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */
   uint32_t arm;                                 /* RAVENCAL_ARM_*: whose weights are taken */
+  float follow_share;                           /* pedal down: the correction changes by at most this share
+                                                   (0..1) of the commanded motion of its joint; 0.2 */
   float blend_share;                            /* pedal down: an offset shrinks by at most this share (0..1)
                                                    of the commanded motion of its joint; 0.1 */
   float blend_ji_per_s[RAVENCAL_JOINTS];        /* and by at most so much */
@@ -338,7 +340,7 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 68);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 184);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 188);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_transition_size, sizeof(ravencal_transition) == 32);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 968);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 144);
