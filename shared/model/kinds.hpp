@@ -32,7 +32,7 @@ enum class Coordinates : std::uint8_t {
 };
 
 /// Inputs that answer to the motor command within a cycle or two close a loop through the
-/// correction (core::LoopAnswer says which raven_state fields do). In this order in a blob.
+/// correction (model/loop_group.hpp says which raven_state fields do). In this order in a blob.
 enum class LoopGroup : std::uint8_t {
   kTorque = 0,    ///< torques, DAC values, forces
   kVelocity = 1,  ///< velocities of motors, joints and tool
