@@ -5,12 +5,12 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/catalogue.hpp"
 #include "core/whole_file.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
+#include "model/loop_text.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -110,46 +110,6 @@ std::string_view name_of(Activation activation) {
   return "unknown";
 }
 
-nlohmann::ordered_json loop_summary(const CalibrationModel& model) {
-  if (!model.loop_gains) return nullptr;
-  nlohmann::ordered_json json = {{"rows", model.loop_gains->rows}};
-  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
-    for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
-      json["gains"][model.outputs[j].joint][kLoopGroupNames[group]] = model.loop_gains->by_group(
-          static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(group));
-    }
-  }
-  json["gain_margin"] = nullptr;  // JSON has no infinity: null stands for it and for unknown
-  json["phase_margin_rad"] = nullptr;
-  if (const auto& margins = model.loop_gains->margins) {
-    if (std::isfinite(margins->gain)) json["gain_margin"] = margins->gain;
-    json["phase_margin_rad"] = margins->phase_rad;
-  }
-  return json;
-}
-
-/// Lines of describe_blob.
-std::string loop_text(const CalibrationModel& model) {
-  if (!model.loop_gains) return "loop         gains unknown: `convert --calibrate` computes them\n";
-  std::string text;
-  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
-    const auto row = model.loop_gains->by_group.row(static_cast<Eigen::Index>(j));
-    text += fmt::format("loop         {} changes by", model.outputs[j].joint);
-    for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
-      text += fmt::format("{} {:.3g} {} per spread of {}", group == 0 ? "" : ",",
-                          row(static_cast<Eigen::Index>(group)), model.outputs[j].unit,
-                          kLoopGroupNames[group]);
-    }
-    text += "\n";
-  }
-  if (const auto& margins = model.loop_gains->margins) {
-    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-    text += fmt::format("loop         gain margin {:.3g}, phase margin {:.3g} deg\n", margins->gain,
-                        margins->phase_rad * kDegPerRad);
-  }
-  return text;
-}
-
 nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& view) {
   nlohmann::ordered_json json;
   std::size_t parameters = 0;
@@ -163,7 +123,7 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
                     {"robot", model.origin.robot},
                     {"controller", model.origin.controller},
                     {"coordinates", name_of(model.origin.coordinates)}};
-  json["loop"] = loop_summary(model);
+  json["loop"] = loop_json(model);
   json["trust"] = nullptr;
   if (model.trust) {
     json["trust"] = {{"directions", model.trust->directions.rows()},

@@ -81,6 +81,30 @@ bool is_light(const core::CatalogueEntry& entry) {
          std::find(kFields.begin(), kFields.end(), entry.field) != kFields.end();
 }
 
+/// The inputs of light-open: measured joints and their play operators, and nothing that answers to
+/// the motor command, so that no loop is closed through it. The plays remember from which side a
+/// joint came, as friction and hysteresis of its cable do, which torque and velocity say in
+/// `light`. Half-widths, chosen on the digital twin's validation motion: some times the stretch of
+/// a cable.
+std::vector<FeatureSpec> light_open() {
+  struct Widths {
+    std::string_view joint;
+    std::array<float, 2> half_widths_ji;  // rad or m
+  };
+  constexpr std::array<Widths, core::kCalibratedJointCount> kJoints = {
+      {{"shoulder", {0.01F, 0.03F}}, {"elbow", {0.01F, 0.03F}}, {"insertion", {0.001F, 0.003F}}}};
+  std::vector<FeatureSpec> features;
+  for (const Widths& joint : kJoints) features.push_back({fmt::format("jpos.{}", joint.joint)});
+  for (const Widths& joint : kJoints) {
+    for (const float half_width : joint.half_widths_ji) {
+      features.push_back({fmt::format("jpos.{}", joint.joint), Transform::kPlay, 0, half_width});
+    }
+  }
+  return features;
+}
+
+constexpr std::string_view kLightOpen = "light-open";
+
 using EntryTest = bool (*)(const core::CatalogueEntry&);
 
 EntryTest preset_from(std::string_view name) {
@@ -133,10 +157,23 @@ class Selector {
     if (names.empty()) {
       return usage(fmt::format(
           "features: '{}' selects nothing; the recording has {}, and the built-in sets are "
-          "paper112, notebook208 and light",
+          "paper112, notebook208, light and light-open",
           term, some_of(where([](const Channel&) { return true; }))));
     }
     return names;
+  }
+
+  /// The features of light-open; its channels must be there.
+  core::Result<std::vector<FeatureSpec>> select_light_open() const {
+    std::vector<FeatureSpec> features = light_open();
+    std::vector<std::string> missing;
+    for (const FeatureSpec& feature : features) {
+      if (feature.transform == Transform::kValue && !has(feature.channel)) {
+        missing.push_back(feature.channel);
+      }
+    }
+    if (missing.empty()) return features;
+    return lacks(kLightOpen, missing);
   }
 
   /// What an empty text means.
@@ -162,13 +199,20 @@ class Selector {
     std::vector<std::string> missing;
     for (const core::CatalogueEntry& entry : core::catalogue()) {
       if (!wanted(entry)) continue;
-      const bool present = std::any_of(channels_.begin(), channels_.end(),
-                                       [&](const Channel* c) { return c->name == entry.name; });
-      (present ? names : missing).push_back(entry.name);
+      (has(entry.name) ? names : missing).push_back(entry.name);
     }
     if (missing.empty()) return names;
+    return lacks(name, missing);
+  }
+
+  [[nodiscard]] bool has(std::string_view name) const {
+    return std::any_of(channels_.begin(), channels_.end(),
+                       [&](const Channel* c) { return c->name == name; });
+  }
+
+  static core::Error lacks(std::string_view set, const std::vector<std::string>& missing) {
     return usage(
-        fmt::format("features: the set '{}' needs {} channels that the recording lacks: {}", name,
+        fmt::format("features: the set '{}' needs {} channels that the recording lacks: {}", set,
                     missing.size(), some_of(missing)));
   }
 
@@ -194,6 +238,14 @@ core::Status apply(const Selector& selector, std::string_view term,
                    std::vector<FeatureSpec>& features) {
   const bool remove = term.starts_with('-');
   if (remove) term = trim(term.substr(1));
+  if (term == kLightOpen) {
+    RAVENCAL_ASSIGN_OR_RETURN(const std::vector<FeatureSpec> set, selector.select_light_open());
+    for (const FeatureSpec& feature : set) {
+      std::erase(features, feature);
+      if (!remove) features.push_back(feature);
+    }
+    return {};
+  }
   RAVENCAL_ASSIGN_OR_RETURN(const FeatureSpec pattern, FeatureSpec::parse(term));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::string> names, selector.select(pattern.channel));
   for (const std::string& name : names) {

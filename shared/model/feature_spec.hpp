@@ -31,6 +31,8 @@ struct FeatureSpec {
 
 /// Turns a --features text into inputs. Terms are separated by commas and applied left to right:
 ///   paper112 | notebook208 | light      built-in sets for RAVEN-II
+///   light-open                          measured joints and plays of them: closes no loop through
+///                                       torque, velocity or desired positions
 ///   group:joint_pose | joint:elbow      a feature group, or everything of a joint
 ///   jpos.* | tau.elbow                  channel names, * as wildcard
 ///   jpos.*@3 | jpos.elbow~0.01          their lags and play operators

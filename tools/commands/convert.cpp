@@ -50,20 +50,13 @@ namespace {
 core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
 
 /// Rows of these recordings without a lost value; `model` needs its features and row period only.
-core::Result<model::FeatureMatrix> rows_of(const std::vector<std::string>& files,
-                                           const Arguments& arguments,
+core::Result<model::FeatureMatrix> rows_of(const std::vector<record::Recording>& recordings,
                                            const model::CalibrationModel& model) {
-  RAVENCAL_ASSIGN_OR_RETURN(const auto recordings, load_recordings(files, arguments.load));
   model::FeatureMatrix rows(0, static_cast<Eigen::Index>(model.features.size()));
   for (const record::Recording& recording : recordings) {
     RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix features,
                               model::feature_matrix(model.features, recording, model.row_period_s));
-    Eigen::Index kept = rows.rows();
-    rows.conservativeResize(kept + features.rows(), Eigen::NoChange);
-    for (Eigen::Index row = 0; row < features.rows(); ++row) {
-      if (features.row(row).allFinite()) rows.row(kept++) = features.row(row);
-    }
-    rows.conservativeResize(kept, Eigen::NoChange);
+    convert::append_whole_rows(features, rows);
   }
   return rows;
 }
@@ -102,7 +95,7 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
   described.row_period_s = foreign.scaling.row_period_s;
   model::FeatureMatrix rows;
   if (!arguments.calibrate.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(rows, rows_of(arguments.calibrate, arguments, described));
+    RAVENCAL_ASSIGN_OR_RETURN(rows, rows_of(outcome.calibrate, described));
   }
   auto model = conversion::assemble(foreign.model, foreign.scaling, rows);
   if (!model.ok()) {
@@ -123,10 +116,7 @@ core::Status complete_origin(const Arguments& arguments, Outcome& outcome) {
   RAVENCAL_ASSIGN_OR_RETURN(
       origin, model::joined(origin, arguments.origin,
                             "--arm, --robot, --controller, --coordinates against the model"));
-  record::LoadOptions load = arguments.load;
-  load.keep = [](const record::Channel&) { return false; };
-  RAVENCAL_ASSIGN_OR_RETURN(const auto recordings, load_recordings(arguments.calibrate, load));
-  RAVENCAL_ASSIGN_OR_RETURN(origin, learn::common_origin(origin, pointers_to(recordings)));
+  RAVENCAL_ASSIGN_OR_RETURN(origin, learn::common_origin(origin, pointers_to(outcome.calibrate)));
   return {};
 }
 
@@ -143,8 +133,13 @@ core::Status make_blob(const Arguments& arguments, Outcome& outcome) {
   }
   model::FeatureMatrix rows;
   if (is_int8 || arguments.compact) {
+    std::vector<record::Recording> checked;
+    if (outcome.calibrate.empty()) {
+      RAVENCAL_ASSIGN_OR_RETURN(
+          checked, load_recordings(convert::calibration_files(arguments), arguments.load));
+    }
     RAVENCAL_ASSIGN_OR_RETURN(
-        rows, rows_of(convert::calibration_files(arguments), arguments, outcome.model));
+        rows, rows_of(outcome.calibrate.empty() ? checked : outcome.calibrate, outcome.model));
     outcome.calibration_rows = rows.rows();
   }
   if (arguments.compact) {
@@ -173,6 +168,7 @@ core::Status make_blob(const Arguments& arguments, Outcome& outcome) {
     RAVENCAL_ASSIGN_OR_RETURN(packing.inputs,
                               model::measure_layer_inputs(outcome.compacted.model, kept));
   }
+  RAVENCAL_RETURN_IF_ERROR(convert::bound_loop(arguments, outcome));
   RAVENCAL_ASSIGN_OR_RETURN(outcome.blob, model::encode_blob(outcome.compacted.model, packing));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> as_trained,
                             model::encode_blob(outcome.model));
@@ -224,6 +220,8 @@ core::Status check_source(const Arguments& arguments, Outcome& outcome) {
 
 core::Status run(const Arguments& arguments, int& exit_code) {
   Outcome outcome;
+  RAVENCAL_ASSIGN_OR_RETURN(outcome.calibrate,
+                            load_recordings(arguments.calibrate, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(read_model(arguments, outcome));
   if (outcome.model.provenance.contains(kPhysicsPlant)) {
     return usage(
@@ -269,7 +267,14 @@ void add_convert(CLI::App& app, int& exit_code) {
   command->add_option(
       "--calibrate", arguments->calibrate,
       "Recordings of the training: for int8 and --compact (default: that of --check), "
-      "and for the trained range of a model of another program");
+      "for the trained range of a model of another program, and for the gains of the loop that "
+      "inputs close which answer to the motor command (torque, velocity, desired position)");
+  command->add_option("--plant", arguments->plant,
+                      "With the servo of this plant (.toml): refuse (exit 1) a loop with less "
+                      "than a gain margin of 2 and a phase margin of 45 deg");
+  command->add_flag("--unbounded-loop", arguments->unbounded_loop,
+                    "Write weights also where the loop's gains are unknown or its margins too "
+                    "small; the arm may oscillate");
   command->add_option("--check", arguments->check,
                       "Recording on which to compare the weights with the model");
   command
@@ -286,6 +291,7 @@ void add_convert(CLI::App& app, int& exit_code) {
       "  ravencal convert model.onnx --out weights.blob --check test.db\n"
       "  ravencal convert model.onnx --out weights.blob --precision int8 --compact 0.02 "
       "--calibrate train*.db --check test.db\n"
+      "  ravencal convert model.onnx --out weights.blob --calibrate train*.db --plant raven2.toml\n"
       "  ravencal convert model.h5 --scaling scaling.json --calibrate train*.db --out weights.blob "
       "--check test.db");
   on_call(*command, exit_code, [arguments, command, origin, compact, &exit_code] {

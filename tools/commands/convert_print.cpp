@@ -6,6 +6,7 @@
 
 #include "commands/convert.hpp"
 #include "learn/evaluate.hpp"
+#include "model/loop_text.hpp"
 
 namespace ravencal::commands::convert {
 namespace {
@@ -73,6 +74,16 @@ void print(const Arguments& arguments, const Outcome& outcome) {
     fmt::print("not checked: --check RECORDING shows what {} costs\n",
                arguments.precision == "f32" ? "--compact" : arguments.precision);
   }
+  fmt::print("{}", model::loop_text(outcome.compacted.model));
+  if (outcome.margins) fmt::print("{}", loop::describe(*outcome.margins));
+  if (outcome.is_unstable) {
+    fmt::print(
+        "{} is not written: the loop through correction and servo has too small margins, the arm "
+        "may oscillate; train with --features light-open or --loop-noise (--unbounded-loop writes "
+        "it all the same)\n",
+        arguments.out);
+    return;
+  }
   if (outcome.is_other) {
     fmt::print("{} is not written: the weights do not compute what {} does; please report it\n",
                arguments.out, arguments.model);
@@ -96,6 +107,7 @@ void print_json(const Arguments& arguments, const Outcome& outcome) {
   json["weights"] = arguments.out;
   json["written"] = outcome.accepted;
   json["precision"] = arguments.precision;
+  json["loop"] = model::loop_json(outcome.compacted.model);
   const model::Origin& origin = outcome.model.origin;
   json["origin"] = {{"arm", name_of(origin.arm)},
                     {"robot", origin.robot},

@@ -9,11 +9,13 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/loop_margins.hpp"
 #include "commands/origin_options.hpp"
 #include "commands/physics_features.hpp"
 #include "commands/simulated_motion.hpp"
@@ -22,6 +24,7 @@
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
 #include "model/feature_matrix.hpp"
+#include "model/loop_text.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
@@ -35,6 +38,7 @@ struct Arguments {
   std::string out;
   std::string report;
   std::string physics;
+  std::string plant;
   std::uint32_t networks = 1;
   std::string hidden = "600,500,400";
   std::string activation = "sigmoid";
@@ -188,6 +192,10 @@ core::Status run(Arguments arguments) {
   for (const std::string& warning : result.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
+  std::optional<loop::Margins> margins;
+  if (!arguments.plant.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(margins, margins_with(arguments.plant, result.model, training));
+  }
   RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(result.model, arguments.out));
   if (result.interrupted) {
     fmt::print("interrupted: {} holds the {} epoch, {} of {}\n", arguments.out,
@@ -202,6 +210,8 @@ core::Status run(Arguments arguments) {
   fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
              result.rows, title, learn::evaluation_table(evaluation));
   print_origin(result.model.origin);
+  fmt::print("{}", model::loop_text(result.model));
+  if (margins) fmt::print("{}", loop::describe(*margins));
   if (arguments.report.empty()) return {};
   return write_report(arguments, result, evaluation, title);
 }
@@ -234,7 +244,8 @@ void add_physics_option(CLI::App& command, Arguments& arguments) {
 void add_network_options(CLI::App& command, Arguments& arguments) {
   learn::TrainOptions& train = arguments.train;
   command.add_option("--features", train.features,
-                     "paper112, notebook208, light, group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
+                     "paper112, notebook208, light, light-open (nothing that answers to the motor "
+                     "command: closes no loop), group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
                      "NAME~HALF_WIDTH, -TERM; separated by commas");
   command.add_option("--history", train.history, "Past copies of each feature")
       ->check(CLI::Range(0, 1000));
@@ -259,6 +270,15 @@ void add_network_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--activation", arguments.activation, "Of the hidden layers")
       ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
       ->capture_default_str();
+  command
+      .add_option("--loop-noise", train.loop_noise,
+                  "Noise in training, in spreads of each input, on inputs that answer to the motor "
+                  "command (torque, velocity, desired position): keeps the gain of the loop small "
+                  "that they close through the correction")
+      ->check(CLI::Range(0.0, 100.0));
+  command.add_option("--plant", arguments.plant,
+                     "A plant (.toml) with whose servo to compute the loop's margins; `convert "
+                     "--plant` refuses less than a gain margin of 2 and a phase margin of 45 deg");
   command.add_option("--ridge", train.ridge, "Linear regression: penalty on squared weights")
       ->check(CLI::NonNegativeNumber);
 }

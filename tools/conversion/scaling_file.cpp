@@ -139,7 +139,7 @@ class Reader {
     } else {
       return bad(
           "'features' is missing: column numbers of the profile, channel names, or one of "
-          "paper112, notebook208 and light");
+          "paper112, notebook208, light and light-open");
     }
     return read_feature_units();
   }
@@ -163,7 +163,7 @@ class Reader {
     std::vector<record::Channel> channels;
     for (const auto& channel : profile_.channels) channels.push_back(channel.channel);
     const bool is_set = names.size() == 1 && (names[0] == "paper112" || names[0] == "notebook208" ||
-                                              names[0] == "light");
+                                              names[0] == "light" || names[0] == "light-open");
     if (is_set) {
       RAVENCAL_ASSIGN_OR_RETURN(file_.features, model::select_features(names[0], channels));
       return {};

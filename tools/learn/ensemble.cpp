@@ -4,6 +4,8 @@
 #include <cassert>
 #include <vector>
 
+#include "model/jacobian.hpp"
+
 namespace ravencal::learn {
 namespace {
 
@@ -68,6 +70,7 @@ core::Result<TrainResult> train_ensemble(
     if (!more.interrupted) models.push_back(more.model);
   }
   result.model = average(models);
+  result.model.loop_gains = model::loop_gains(result.model, result.drawn_rows);
   return result;
 }
 

@@ -8,19 +8,18 @@
 namespace ravencal::learn {
 
 model::DenseLayer fit_linear(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& targets,
-                             double ridge) {
+                             const Eigen::VectorXd& ridge) {
   const Eigen::Index rows = inputs.rows();
   const Eigen::Index features = inputs.cols();
-  const Eigen::Index augmented = features + (ridge > 0.0 ? features : 0);
+  const Eigen::Index augmented = features + (ridge.maxCoeff() > 0.0 ? features : 0);
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(rows + augmented - features, features + 1);
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(a.rows(), targets.cols());
   a.topLeftCorner(rows, features) = inputs;
   a.topRightCorner(rows, 1).setOnes();
   b.topRows(rows) = targets;
-  if (ridge > 0.0) {
-    a.bottomLeftCorner(features, features)
-        .diagonal()
-        .setConstant(std::sqrt(ridge * static_cast<double>(rows)));
+  if (augmented > features) {
+    a.bottomLeftCorner(features, features).diagonal() =
+        (ridge * static_cast<double>(rows)).cwiseSqrt();
   }
   // Blocked QR of the tall matrix, then a rank-revealing one of the small triangle that is left.
   const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> tall(a);
@@ -38,6 +37,11 @@ model::DenseLayer fit_linear(const Eigen::MatrixXd& inputs, const Eigen::MatrixX
   layer.biases = solution.bottomRows(1).transpose().cast<float>();
   layer.activation = model::Activation::kLinear;
   return layer;
+}
+
+model::DenseLayer fit_linear(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& targets,
+                             double ridge) {
+  return fit_linear(inputs, targets, Eigen::VectorXd::Constant(inputs.cols(), ridge));
 }
 
 }  // namespace ravencal::learn

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "model/loop_text.hpp"
+
 namespace ravencal::learn {
 namespace {
 
@@ -37,6 +39,7 @@ std::string describe_in_words(const model::CalibrationModel& model) {
                             model.trust->none_distance)
                       : "trust: none, the confidence is always 1; train the model anew\n";
   text += fmt::format("origin: {}\n", describe(model.origin));
+  text += loop_text(model);
   for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
   text += "features (trained range, SI units):\n";
   for (std::size_t k = 0; k < model.features.size(); ++k) {
@@ -76,6 +79,7 @@ std::string describe_in_json(const model::CalibrationModel& model) {
                     {"robot", model.origin.robot},
                     {"controller", model.origin.controller},
                     {"coordinates", name_of(model.origin.coordinates)}};
+  json["loop"] = loop_json(model);
   json["provenance"] = model.provenance;
   return json.dump(2);
 }

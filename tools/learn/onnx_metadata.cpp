@@ -157,6 +157,54 @@ core::Result<model::TrustRegion> trust_from(const json& object, std::size_t inpu
   return trust;
 }
 
+std::string gains_text(const model::LoopGains& gains) {
+  json object = {{"rows", gains.rows}, {"channels", gains.channels}};
+  for (const auto& [key, matrix] :
+       {std::pair{"largest", &gains.largest}, std::pair{"by_group", &gains.by_group}}) {
+    object[key] = json::array();
+    for (const auto& row : matrix->rowwise()) {
+      object[key].push_back(std::vector<double>(row.begin(), row.end()));
+    }
+  }
+  return object.dump();
+}
+
+/// [rows x columns] finite numbers, none below 0; or nothing.
+std::optional<Eigen::MatrixXd> gains_matrix(const json& lists, std::size_t rows,
+                                            std::size_t columns) {
+  if (!lists.is_array() || lists.size() != rows) return std::nullopt;
+  Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns));
+  for (std::size_t j = 0; j < rows; ++j) {
+    if (!lists[j].is_array() || lists[j].size() != columns) return std::nullopt;
+    for (std::size_t i = 0; i < columns; ++i) {
+      const json& number = lists[j][i];
+      if (!number.is_number() || !(number.get<double>() >= 0.0)) return std::nullopt;
+      matrix(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = number.get<double>();
+    }
+  }
+  return matrix;
+}
+
+core::Result<model::LoopGains> gains_from(const json& object, std::size_t outputs) {
+  const auto wrong = [] { return bad("metadata 'ravencal.gains' holds no loop gains"); };
+  for (const char* key : {"rows", "channels", "largest", "by_group"}) {
+    if (!object.is_object() || !object.contains(key)) return wrong();
+  }
+  if (!object["rows"].is_number_unsigned() || !object["channels"].is_array()) return wrong();
+  model::LoopGains gains;
+  gains.rows = object["rows"].get<std::uint32_t>();
+  for (const json& channel : object["channels"]) {
+    if (!channel.is_string()) return wrong();
+    gains.channels.push_back(channel.get<std::string>());
+  }
+  const auto largest = gains_matrix(object["largest"], outputs, gains.channels.size());
+  const auto by_group = gains_matrix(object["by_group"], outputs, model::kLoopGroupCount);
+  if (!largest || !by_group) return wrong();
+  gains.largest = *largest;
+  gains.by_group = *by_group;
+  return gains;
+}
+
 std::string origin_text(const model::Origin& origin) {
   return json({{"arm", name_of(origin.arm)},
                {"robot", origin.robot},
@@ -204,6 +252,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
                        {"ravencal.origin", origin_text(model.origin)},
                        {"ravencal.provenance", json(model.provenance).dump()}};
   if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
+  if (model.loop_gains) metadata["ravencal.gains"] = gains_text(*model.loop_gains);
   return metadata;
 }
 
@@ -228,7 +277,11 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
     RAVENCAL_ASSIGN_OR_RETURN(const json trust, reader.value("ravencal.input_trust"));
     RAVENCAL_ASSIGN_OR_RETURN(model.trust, trust_from(trust, n));
   }
-  // Models of ravencal before 0.2 have none: unknown.
+  // Older models have neither: unknown.
+  if (metadata.contains("ravencal.gains")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json gains, reader.value("ravencal.gains"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_from(gains, model.outputs.size()));
+  }
   if (metadata.contains("ravencal.origin")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json origin, reader.value("ravencal.origin"));
     RAVENCAL_ASSIGN_OR_RETURN(model.origin, origin_from(origin));

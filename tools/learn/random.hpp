@@ -33,4 +33,13 @@ class Random {
   std::mt19937_64 generator_;
 };
 
+/// A number in [0, 1) that depends on `key` alone: 24 bits of SplitMix64 (Steele, Lea and Flood,
+/// OOPSLA 2014). For draws whose order no thread may decide.
+inline float hashed_unit(std::uint64_t key) {
+  key += 0x9e3779b97f4a7c15ULL;
+  key = (key ^ (key >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+  key = (key ^ (key >> 27U)) * 0x94d049bb133111ebULL;
+  return static_cast<float>((key ^ (key >> 31U)) >> 40U) * 0x1.0p-24F;
+}
+
 }  // namespace ravencal::learn

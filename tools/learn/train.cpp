@@ -14,6 +14,7 @@
 #include "learn/recording_origin.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
+#include "model/jacobian.hpp"
 #include "model/layers.hpp"
 #include "model/trust_fit.hpp"
 
@@ -80,6 +81,7 @@ void describe(const TrainOptions& options, TrainResult& result) {
   provenance["ravencal_version"] = core::kVersion;
   provenance["features"] = options.features.empty() ? "(default)" : options.features;
   provenance["rows"] = fmt::format("{}", result.rows);
+  if (options.loop_noise > 0.0) provenance["loop_noise"] = fmt::format("{}", options.loop_noise);
   if (options.hidden.empty()) {
     provenance["settings"] = fmt::format("linear regression, ridge {}", options.ridge);
     return;
@@ -154,23 +156,36 @@ struct Fitted {
   FitResult course;
 };
 
+/// Noise per input, [features]: options.loop_noise where the input answers to the motor command.
+Eigen::VectorXf noise_of(const TrainOptions& options, const CalibrationModel& model) {
+  Eigen::VectorXf noise = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(model.features.size()));
+  for (const std::size_t i : model::answering_features(model)) {
+    noise[static_cast<Eigen::Index>(i)] = static_cast<float>(options.loop_noise);
+  }
+  return noise;
+}
+
 core::Result<Fitted> fitted_to(const Dataset& data, const Dataset* held_out,
                                const TrainOptions& options, const TrainerSettings& settings,
                                const std::function<bool(const EpochReport&)>& keep_going,
                                const CalibrationModel& units) {
   const Samples<float> samples = scaled_samples(units, data);
+  const Eigen::VectorXf noise = noise_of(options, units);
   if (options.hidden.empty()) {
+    const Eigen::VectorXd ridge = noise.cast<double>().cwiseAbs2().array() + options.ridge;
     return Fitted{{fit_linear(samples.inputs.transpose().cast<double>(),
-                              samples.targets.transpose().cast<double>(), options.ridge)},
+                              samples.targets.transpose().cast<double>(), ridge)},
                   {}};
   }
+  TrainerSettings with_noise = settings;
+  if (options.loop_noise > 0.0) with_noise.input_noise.assign(noise.begin(), noise.end());
   Samples<float> held_out_samples;
   if (held_out != nullptr) held_out_samples = scaled_samples(units, *held_out);
   const Shape shape(samples.inputs.rows(), options.hidden, samples.targets.rows(),
                     options.activation);
   Fitted fitted;
-  fitted.course =
-      fit(shape, settings, samples, held_out != nullptr ? &held_out_samples : nullptr, keep_going);
+  fitted.course = fit(shape, with_noise, samples, held_out != nullptr ? &held_out_samples : nullptr,
+                      keep_going);
   for (const float parameter : fitted.course.parameters) {
     if (!std::isfinite(parameter)) {
       return core::Error{
@@ -291,6 +306,8 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
     RAVENCAL_RETURN_IF_ERROR(
         fit_beside_simulated(data, simulated, chooses, options, keep_going, result));
   }
+  model.loop_gains = model::loop_gains(model, data.features);
+  result.drawn_rows = model::evenly_drawn(data.features, model::kLoopGainRows);
   describe(options, result);
   if (at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = files_text(training);

@@ -13,6 +13,7 @@
 #include "core/result.hpp"
 #include "learn/trainer.hpp"
 #include "model/calibration_model.hpp"
+#include "model/feature_matrix.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::learn {
@@ -45,7 +46,11 @@ struct TrainOptions {
   std::vector<float> play;         ///< half-widths of play operators, SI units
   Latched latched = Latched::kAuto;
   model::Origin origin;  ///< what the user says of it; the recordings say the rest
-  double ridge = 0.0;  ///< linear regression only, on scaled inputs
+  double ridge = 0.0;    ///< linear regression only, on scaled inputs
+  /// Standard deviation of the noise, in spreads of each input, on inputs that answer to the motor
+  /// command (model/loop_group.hpp): bounds the gain of the loop that they close. Linear regression
+  /// gets the ridge that is equal to it, its square.
+  double loop_noise = 0.0;
   TrainerSettings trainer;
   /// Recordings of a simulation of the arm; may be empty. One network learns them and stays as it
   /// is; the one of `hidden` learns what it leaves of the recorded error. The model is their sum,
@@ -59,7 +64,8 @@ struct TrainResult {
   std::vector<EpochReport> epochs;  ///< empty for linear regression
   std::uint32_t kept_epoch = 0;
   bool interrupted = false;
-  std::size_t rows = 0;  ///< trained on
+  std::size_t rows = 0;             ///< trained on
+  model::FeatureMatrix drawn_rows;  ///< of the training, evenly drawn: where gains are computed
   std::size_t rows_without_truth = 0;
   std::size_t rows_without_feature = 0;
   std::vector<std::string> warnings;  ///< sentences

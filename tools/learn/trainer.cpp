@@ -21,6 +21,7 @@ constexpr std::ptrdiff_t kUpdateChunk = 16384;
 
 /// Salt of the shuffle's random numbers, so that they do not repeat those of the initial weights.
 constexpr std::uint64_t kShuffleSalt = 0x9e3779b97f4a7c15ULL;
+constexpr std::uint64_t kNoiseSalt = 0xd1b54a32d192ed03ULL;
 
 template <typename Scalar>
 const Kernels<Scalar>& kernels_for(Isa isa) {
@@ -111,8 +112,24 @@ struct Trainer<Scalar>::Impl {
     return tile;
   }
 
-  /// Tile gradients of the batch samples[rows[begin, end)] (or samples[begin, end) if rows is
-  /// null).
+  /// Noise of settings.input_noise on the `count` samples of a worker's buffer; `first` is where
+  /// they lie in the batch. Uniform, for the penalty depends on the variance alone.
+  void add_noise(std::ptrdiff_t first, std::ptrdiff_t count, unsigned worker) {
+    const float width = 2.0F * std::sqrt(3.0F);  // of a uniform distribution of variance 1
+    const auto in = static_cast<std::uint64_t>(shape.inputs());
+    const std::uint64_t step = (settings.seed ^ kNoiseSalt) + (steps << 40U);
+    for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
+      for (std::uint64_t k = 0; k < in; ++k) {
+        if (settings.input_noise[k] == 0.0F) continue;
+        const std::uint64_t key = step + (static_cast<std::uint64_t>(first) + i) * in + k;
+        const float noise = width * settings.input_noise[k] * (hashed_unit(key) - 0.5F);
+        inputs[worker][i * in + k] += static_cast<Scalar>(noise);
+      }
+    }
+  }
+
+  /// Tile gradients of the batch samples[rows[begin, end)], with noise (or samples[begin, end),
+  /// without, if rows is null).
   TileLoss tile_gradients(const Samples<Scalar>& samples, const std::uint32_t* rows,
                           std::ptrdiff_t begin, std::ptrdiff_t end) {
     const std::ptrdiff_t count = end - begin;
@@ -128,6 +145,9 @@ struct Trainer<Scalar>::Impl {
       const std::ptrdiff_t first = begin + static_cast<std::ptrdiff_t>(index) * settings.tile;
       Tile<Scalar> tile = gather(samples, rows, first,
                                  std::min<std::ptrdiff_t>(settings.tile, end - first), worker);
+      if (rows != nullptr && !settings.input_noise.empty()) {
+        add_noise(first - begin, tile.samples, worker);
+      }
       tile.error_weight = static_cast<Scalar>(1.0 / outputs);
       tile.activity_weight = static_cast<Scalar>(activity);
       losses[index] = kernels.gradient(tile, gradients[index].data());

@@ -42,6 +42,10 @@ struct TrainerSettings {
   std::uint32_t tile = 256;  ///< samples per tile; part of the result's definition
   std::uint64_t seed = 3;
   unsigned threads = 0;  ///< 0: default_threads()
+  /// Standard deviation of noise that each step of training adds to each scaled input; empty: none.
+  /// Noise of variance s^2 on an input adds s^2 (d output / d input)^2 to the loss, to second order
+  /// (Bishop, Neural Computation 7, 1995): a penalty on the slope, not on the input's use.
+  std::vector<float> input_noise = {};
   Isa isa = best_isa();
 };
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The loop that a model closes through its inputs: gains, margins, and what is refused.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "commands/command.hpp"
+#include "commands/convert.hpp"
+#include "loop/margins.hpp"
+#include "model/hook_view.hpp"
+#include "model/jacobian.hpp"
+
+namespace ravencal::commands::convert {
+namespace {
+
+core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
+
+/// Up to six inputs that answer, for a message.
+std::string names_of_answering(const model::CalibrationModel& model) {
+  constexpr std::size_t kShown = 6;
+  std::vector<std::string> names;
+  for (const std::size_t i : model::answering_features(model)) {
+    names.push_back(model.features[i].text());
+  }
+  const std::size_t shown = std::min(names.size(), kShown);
+  std::string text = fmt::format(
+      "{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
+  if (names.size() > shown) text += fmt::format(" and {} more", names.size() - shown);
+  return text;
+}
+
+core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
+                       model::CalibrationModel& model) {
+  if (!outcome.calibrate.empty()) {
+    model::FeatureMatrix rows(0, static_cast<Eigen::Index>(model.features.size()));
+    for (const record::Recording& recording : outcome.calibrate) {
+      RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix more,
+                                model::inputs_of(model, recording));
+      append_whole_rows(more, rows);
+    }
+    model.loop_gains = model::loop_gains(model, rows);
+    return {};
+  }
+  if (model.loop_gains) return {};
+  if (model::answering_features(model).empty()) {
+    model.loop_gains = model::loop_gains(model, {});
+    return {};
+  }
+  if (arguments.unbounded_loop) return {};
+  return usage(fmt::format(
+      "{}: the inputs {} answer to the motor command and close a loop through the correction, and "
+      "nobody has computed its gains: give recordings of the training with --calibrate, train "
+      "anew, or write the weights all the same with --unbounded-loop",
+      arguments.model, names_of_answering(model)));
+}
+
+}  // namespace
+
+void append_whole_rows(const model::FeatureMatrix& more, model::FeatureMatrix& rows) {
+  Eigen::Index kept = rows.rows();
+  rows.conservativeResize(kept + more.rows(), Eigen::NoChange);
+  for (Eigen::Index row = 0; row < more.rows(); ++row) {
+    if (more.row(row).allFinite()) rows.row(kept++) = more.row(row);
+  }
+  rows.conservativeResize(kept, Eigen::NoChange);
+}
+
+core::Status bound_loop(const Arguments& arguments, Outcome& outcome) {
+  model::CalibrationModel& model = outcome.compacted.model;
+  RAVENCAL_RETURN_IF_ERROR(set_gains(arguments, outcome, model));
+  if (arguments.unbounded_loop) {
+    model.provenance["loop"] = "accepted without a bound (convert --unbounded-loop)";
+  }
+  if (arguments.plant.empty()) return {};
+  std::vector<record::Recording> shown;
+  if (outcome.calibrate.empty()) {
+    if (arguments.check.empty()) {
+      return usage(
+          "--plant: margins are computed at rows of recordings; give some with "
+          "--calibrate or --check");
+    }
+    RAVENCAL_ASSIGN_OR_RETURN(shown, load_recordings({arguments.check}, arguments.load));
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(
+      outcome.margins,
+      margins_with(arguments.plant, model, outcome.calibrate.empty() ? shown : outcome.calibrate));
+  if (!model.loop_gains) model.loop_gains = model::loop_gains(model, {});
+  model.loop_gains->margins = {outcome.margins->gain.value, outcome.margins->phase_rad.value};
+  outcome.is_unstable = !outcome.margins->enough() && !arguments.unbounded_loop;
+  outcome.accepted = outcome.accepted && !outcome.is_unstable;
+  return {};
+}
+
+}  // namespace ravencal::commands::convert
