@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "physics/controller_branch.hpp"
 
 namespace ravencal::physics {
 
@@ -51,7 +52,8 @@ struct Controller {
   double kp_n_m_per_rad = 0.0;
   double kd_n_m_s_per_rad = 0.0;
   double dac_limit_counts = 0.0;      ///< command is clipped to this magnitude
-  bool gravity_compensation = false;  ///< feed-forward of the links' weight (Cartesian mode only)
+  bool gravity_compensation = false;  ///< feed-forward of the links' weight, also where the
+                                      ///< controller's branch does not add it
 };
 
 /// How the controller and the external encoder find their zeros.
@@ -88,7 +90,8 @@ struct Joint {
 
 struct Robot {
   std::string name;
-  std::string arm;  ///< "gold" or "green"
+  std::string arm;                ///< "gold" or "green"
+  ControllerBranch controller{};  ///< whose control program runs it
   double control_rate_hz = 1000.0;
   double inner_rate_hz = 10000.0;            ///< integration; a multiple of control_rate_hz
   std::array<double, 3> gravity_m_per_s2{};  ///< in frame 0

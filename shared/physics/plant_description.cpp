@@ -28,6 +28,8 @@ std::string describe_plant(const Plant& plant) {
   std::string text = fmt::format(
       "plant {} ({} arm), {} joints, integrated at {:.0f} Hz inside {:.0f} Hz\n", plant.robot.name,
       plant.robot.arm, plant.joints.size(), plant.robot.inner_rate_hz, plant.robot.control_rate_hz);
+  if (!plant.robot.controller.name.empty())
+    text += fmt::format("controller {}\n", plant.robot.controller.name);
   text +=
       fmt::format("payload {:.3g} kg; motor encoders {:.0f} counts/rev; hash {:016x}\n",
                   plant.payload.mass_kg, plant.sensors.motor_encoder_counts_per_rev, plant.hash);
@@ -70,6 +72,7 @@ std::string describe_plant_in_json(const Plant& plant) {
   }
   const nlohmann::json document = {{"plant", plant.robot.name},
                                    {"arm", plant.robot.arm},
+                                   {"controller", plant.robot.controller.name},
                                    {"payload_kg", plant.payload.mass_kg},
                                    {"inner_rate_hz", plant.robot.inner_rate_hz},
                                    {"hash", fmt::format("{:016x}", plant.hash)},

@@ -42,6 +42,15 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
   }
   robot.name = table->text("name");
   robot.arm = table->text_or("arm", "gold");
+  if (table->has("controller")) {
+    const std::string name = table->text("controller");
+    if (const ControllerBranch* branch = find_controller_branch(name)) {
+      robot.controller = *branch;
+    } else {
+      table->fail("controller",
+                  fmt::format("controller '{}' is not one of {}", name, controller_branch_names()));
+    }
+  }
   robot.control_rate_hz = table->number_or("control_rate_hz", 1000.0);
   robot.inner_rate_hz = table->number_or("inner_rate_hz", 10000.0);
   robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3));

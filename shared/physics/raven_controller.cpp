@@ -24,10 +24,9 @@ constexpr SlotVector kToolDacLimit = {0, 0, 0, 0, 3000, 3000, 3800, 3800};
 // RE30 at 0.0538 N m/A through 26/7, 5461 DAC counts per A; sign -1 with RAVEN tools.
 constexpr double kToolDacPerTorque = -27328.0;
 
-// homing.cpp: velocity ramp, rest at the stop, duration of the move home.
+// homing.cpp: velocity ramp, rest at the stop.
 constexpr double kHomingRampS = 1.0;
 constexpr double kHomingSettleS = 0.2;
-constexpr double kHomingMoveS = 2.5;
 
 double tool_flip(std::size_t slot) {
   return slot == static_cast<std::size_t>(JointSlot::kGrasp1) ? -1.0 : 1.0;
@@ -63,7 +62,7 @@ RavenController::RavenController(const Plant& plant, Arm arm)
       arm_(arm),
       nominal_(plant, arm, false),
       cycle_s_(1.0 / plant.robot.control_rate_hz) {
-  state_.type = arm == Arm::kGold ? 49 : 22;  // board serials of defines.h
+  state_.type = plant.robot.controller.arm_types[arm == Arm::kGold ? 0 : 1];
   for (std::size_t i = 0; i < kToolSlots.size(); ++i) {
     state_.jpos_d_ji[kToolSlots[i]] = plant.robot.tool_joints_rad[i];
   }
@@ -96,11 +95,21 @@ void RavenController::read_sensors(const SlotCounts& encoder_counts) {
   first_reading_ = false;
   const Vector3d joints =
       joints_from_motors(*plant_, {state_.mpos_rad[0], state_.mpos_rad[1], state_.mpos_rad[2]});
-  for (std::size_t i = 0; i < 3; ++i) {
-    state_.jpos_ji[i] = joints[static_cast<Index>(i)];
-    state_.jvel_ji[i] = state_.mvel_rad_per_s[i] / plant_->joints[i].reduction;  // without coupling
-  }
+  for (std::size_t i = 0; i < 3; ++i) state_.jpos_ji[i] = joints[static_cast<Index>(i)];
   tool_joints_from_motors(arm_, state_.mpos_rad, state_.jpos_ji);
+  find_joint_velocities();
+}
+
+/// The coupling is linear and has no constant part: velocities go through it as positions do.
+void RavenController::find_joint_velocities() {
+  const SlotVector& motors = state_.mvel_rad_per_s;
+  if (!plant_->robot.controller.couples_velocities) {
+    for (std::size_t i = 0; i < 3; ++i) state_.jvel_ji[i] = motors[i] / plant_->joints[i].reduction;
+    return;
+  }
+  const Vector3d joints = joints_from_motors(*plant_, {motors[0], motors[1], motors[2]});
+  for (std::size_t i = 0; i < 3; ++i) state_.jvel_ji[i] = joints[static_cast<Index>(i)];
+  tool_joints_from_motors(arm_, motors, state_.jvel_ji);
 }
 
 void RavenController::set_desired(const Vector3d& joints_ji) {
@@ -119,26 +128,53 @@ SlotVector RavenController::tool_motors_rad() const {
   return motors;
 }
 
-void RavenController::servo() {
-  const Vector3d joints(state_.jpos_ji[0], state_.jpos_ji[1], state_.jpos_ji[2]);
-  Vector3d weight = Vector3d::Zero();
-  for (const Joint& joint : plant_->joints) {
-    if (joint.controller && joint.controller->gravity_compensation)
-      weight = nominal_.gravity(joints);
+/// Torques at the gearbox outputs that carry the links' weight, zero for joints without.
+Vector3d RavenController::gravity_torque_n_m() {
+  const auto carried = [&](const Joint& joint) {
+    return joint.controller->gravity_compensation ||
+           (plant_->robot.controller.adds_gravity_torque && homed());
+  };
+  Vector3d torque = Vector3d::Zero();
+  if (std::none_of(plant_->joints.begin(), plant_->joints.end(), carried)) return torque;
+  const Vector3d weight =
+      nominal_.gravity({state_.jpos_ji[0], state_.jpos_ji[1], state_.jpos_ji[2]});
+  for (Index i = 0; i < 3; ++i) {
+    const Joint& joint = plant_->joints[static_cast<std::size_t>(i)];
+    if (carried(joint)) torque[i] = weight[i] / joint.reduction * joint.gearbox_ratio;
   }
+  return torque;
+}
+
+void RavenController::servo() {
+  const Vector3d gravity_n_m = gravity_torque_n_m();
+  const bool limp_at_stops =
+      !plant_->robot.controller.holds_at_stops && !homed() && phase_ != Phase::kMovingHome;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Joint& joint = plant_->joints[i];
-    const Controller& pd = *joint.controller;
+    const Controller& pd = *plant_->joints[i].controller;
     double torque = pd.kp_n_m_per_rad * (state_.mpos_d_rad[i] - state_.mpos_rad[i]) -
-                    pd.kd_n_m_s_per_rad * state_.mvel_rad_per_s[i];
-    if (pd.gravity_compensation) {
-      torque += weight[static_cast<Index>(i)] / joint.reduction * joint.gearbox_ratio;
-    }
-    if (!homed() && at_stop_[i] && phase_ != Phase::kMovingHome) torque = 0.0;
-    state_.tau_n_m[i] = torque;
-    state_.dac[i] = dac_counts(torque, joint.drive.dac_counts_per_n_m, pd.dac_limit_counts);
+                    pd.kd_n_m_s_per_rad * state_.mvel_rad_per_s[i] +
+                    gravity_n_m[static_cast<Index>(i)];
+    if (limp_at_stops && at_stop_[i]) torque = 0.0;
+    set_torque(i, torque);
   }
   servo_tool();
+}
+
+void RavenController::set_torque(std::size_t joint, double torque_n_m) {
+  const Joint& axis = plant_->joints[joint];
+  state_.tau_n_m[joint] = torque_n_m;
+  state_.dac[joint] =
+      dac_counts(torque_n_m, axis.drive.dac_counts_per_n_m, axis.controller->dac_limit_counts);
+}
+
+void RavenController::rest(const Vector3d& desired_ji, bool pedal_up) {
+  finish_cycle();
+  set_desired(desired_ji);
+  state_.tau_n_m = {};
+  state_.dac = {};
+  if (!pedal_up || !plant_->robot.controller.adds_gravity_torque) return;
+  const Vector3d gravity_n_m = gravity_torque_n_m();
+  for (std::size_t i = 0; i < 3; ++i) set_torque(i, gravity_n_m[static_cast<Index>(i)]);
 }
 
 void RavenController::servo_tool() {
@@ -193,26 +229,41 @@ void RavenController::set_joints_known() {
   target_ji_ = stops;
 }
 
+void RavenController::seek_stops() {
+  const double ramp = std::min(1.0, phase_time_s_ / kHomingRampS);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Homing& homing = *plant_->joints[i].homing;
+    if (std::abs(state_.dac[i]) >= homing.dac_threshold_counts) at_stop_[i] = true;
+    if (!at_stop_[i]) target_ji_[static_cast<Index>(i)] += homing.speed_ji * ramp * cycle_s_;
+  }
+  if (at_stop_[0] && at_stop_[1] && at_stop_[2]) {
+    phase_ = Phase::kSettling;
+    phase_time_s_ = 0.0;
+  }
+}
+
+/// The command that shows a stop is not sent; from then on the joint is wanted where it is.
+void RavenController::hold_at_stops() {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (at_stop_[i] || std::abs(state_.dac[i]) < plant_->joints[i].homing->dac_threshold_counts)
+      continue;
+    at_stop_[i] = true;
+    target_ji_[static_cast<Index>(i)] = state_.jpos_d_ji[i] = state_.jpos_ji[i];
+    state_.tau_n_m[i] = state_.dac[i] = 0.0;
+  }
+}
+
 bool RavenController::home_step() {
   phase_time_s_ += cycle_s_;
   if (phase_ == Phase::kSeeking) {
-    const double ramp = std::min(1.0, phase_time_s_ / kHomingRampS);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Homing& homing = *plant_->joints[i].homing;
-      if (std::abs(state_.dac[i]) >= homing.dac_threshold_counts) at_stop_[i] = true;
-      if (!at_stop_[i]) target_ji_[static_cast<Index>(i)] += homing.speed_ji * ramp * cycle_s_;
-    }
-    if (at_stop_[0] && at_stop_[1] && at_stop_[2]) {
-      phase_ = Phase::kSettling;
-      phase_time_s_ = 0.0;
-    }
+    seek_stops();
   } else if (phase_ == Phase::kSettling && phase_time_s_ >= kHomingSettleS) {
     set_joints_known();
     move_start_ji_ = target_ji_;
     phase_ = Phase::kMovingHome;
     phase_time_s_ = 0.0;
   } else if (phase_ == Phase::kMovingHome) {
-    const double share = std::min(1.0, phase_time_s_ / kHomingMoveS);
+    const double share = std::min(1.0, phase_time_s_ / plant_->robot.controller.home_time_s);
     const double blend = 0.5 * (1.0 - std::cos(std::numbers::pi * share));
     for (std::size_t i = 0; i < 3; ++i) {
       const auto n = static_cast<Index>(i);
@@ -222,6 +273,7 @@ bool RavenController::home_step() {
     if (share >= 1.0) phase_ = Phase::kHomed;
   }
   control(target_ji_);
+  if (phase_ == Phase::kSeeking && plant_->robot.controller.holds_at_stops) hold_at_stops();
   return homed();
 }
 

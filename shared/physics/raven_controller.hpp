@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The RAVEN-II controller's arithmetic (uw-biorobotics/raven2 src/raven): encoders to motor and
-// joint positions, PD on the motor, DAC, homing. Joint mode, as the authors recorded: desired
-// joints in, no gravity feed-forward unless the plant asks for it. SI inside; raven_message.hpp
-// publishes.
+// joint positions, PD on the motor, DAC, homing, with the traits of the plant's ControllerBranch.
+// Desired joints in. SI inside; raven_message.hpp publishes.
 #pragma once
 
 #include <Eigen/Core>
@@ -52,6 +51,10 @@ class RavenController {
   /// Runs the servo towards `desired_ji` (joints 1 to 3) and the forward kinematics.
   void control(const Eigen::Vector3d& desired_ji);
 
+  /// A cycle with the brakes on in place of control(): no servo. With the pedal up some branches
+  /// feed the motors the links' weight all the same.
+  void rest(const Eigen::Vector3d& desired_ji, bool pedal_up);
+
   /// Power-on: forgets the zeros, so that the present counts are position 0.
   void start_homing();
   /// One cycle of the homing sequence instead of control(); true once the arm is at home.
@@ -72,6 +75,11 @@ class RavenController {
  private:
   enum class Phase { kSeeking, kSettling, kMovingHome, kHomed };
 
+  void find_joint_velocities();
+  [[nodiscard]] Eigen::Vector3d gravity_torque_n_m();
+  void set_torque(std::size_t joint, double torque_n_m);
+  void seek_stops();
+  void hold_at_stops();
   void servo();
   void servo_tool();
   void set_joints_known();

@@ -2,6 +2,7 @@
 #include "physics/raven_message.hpp"
 
 #include <numbers>
+#include <utility>
 
 namespace ravencal::physics {
 namespace {
@@ -55,6 +56,18 @@ void write_control_fields(const ArmState& arm, bool other_arm, RavenMessage& mes
   message[core::catalogue_index(RavenField::kGraspD, 0, other_arm)] = as_float(arm.grasp_d_rad);
   write(RavenField::kJacVel, other_arm, arm.jacobian_velocity, 1.0, message);
   write(RavenField::kJacF, other_arm, arm.jacobian_velocity, 1.0, message);
+}
+
+void swap_mechanism_fields(RavenMessage& message) {
+  constexpr std::array kFields = {RavenField::kType,   RavenField::kPos,  RavenField::kOri,
+                                  RavenField::kOriD,   RavenField::kPosD, RavenField::kGraspD,
+                                  RavenField::kJacVel, RavenField::kJacF};
+  for (const RavenField field : kFields) {
+    for (std::size_t i = 0; i < core::info_of(field).count; ++i) {
+      std::swap(message[core::catalogue_index(field, i)],
+                message[core::catalogue_index(field, i, true)]);
+    }
+  }
 }
 
 void write_status_fields(double time_s, int runlevel, int sublevel, RavenMessage& message) {

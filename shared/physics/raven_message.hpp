@@ -20,6 +20,11 @@ void write_sensor_fields(const ArmState& arm, bool other_arm, RavenMessage& mess
 /// What the controller computes after the hook: torque, DAC, desired values, pose, Jacobian.
 void write_control_fields(const ArmState& arm, bool other_arm, RavenMessage& message);
 
+/// raven_state takes some fields of its slots from mech[0] and mech[1] and the others from the
+/// joints' types (local_io.cpp, publish_ravenstate_ros): with the green arm as mech[0], type, pose,
+/// desired pose, grasp and Jacobian of each arm stand in the other arm's slots.
+void swap_mechanism_fields(RavenMessage& message);
+
 /// Time [s] and run levels; no teleoperation packet has ever arrived (last_seq 111).
 void write_status_fields(double time_s, int runlevel, int sublevel, RavenMessage& message);
 

@@ -121,20 +121,24 @@ struct RavenTwin::Impl {
       start[i] = joint.homing->home_ji + power_on_random.uniform(-spread, spread);
     }
     physics.place(start);
+    motors_before_rad = physics.motors_rad();
     physics.restart_disturbances(run_random);
     read_encoders();
     write_status_fields(0.0, 3, 0, published);
     write_sensor_fields(other, true, published);
     write_control_fields(other, true, published);
+    if (plant.robot.controller.green_arm_first) swap_mechanism_fields(published);
   }
 
   /// Raw counts: motors of joints 1 to 3 as they turn, tool motors where the controller wants them.
   void read_encoders() {
     const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
     SlotCounts counts = power_on_counts;
+    const Vector3d& motors = plant.robot.controller.reads_encoders_before_sleep
+                                 ? motors_before_rad
+                                 : physics.motors_rad();
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto turned =
-          encoder_counts(physics.motors_rad()[static_cast<Index>(i)], 1.0 / counts_per_rad);
+      const auto turned = encoder_counts(motors[static_cast<Index>(i)], 1.0 / counts_per_rad);
       counts[i] += static_cast<std::int64_t>(controller.encoder_sign(i)) * turned;
     }
     const SlotVector tool = controller.tool_motors_rad();
@@ -148,6 +152,7 @@ struct RavenTwin::Impl {
   }
 
   void advance(RandomSource& random) {
+    motors_before_rad = physics.motors_rad();
     physics.advance(controller.commanded_torque_n_m(), random);
     ++cycle;
   }
@@ -168,9 +173,17 @@ struct RavenTwin::Impl {
   }
 
   void publish() {
-    write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, published);
+    write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, sublevel(), published);
     write_sensor_fields(controller.state(), false, published);
     write_control_fields(controller.state(), false, published);
+    write_sensor_fields(other, true, published);
+    write_control_fields(other, true, published);
+    if (plant.robot.controller.green_arm_first) swap_mechanism_fields(published);
+  }
+
+  [[nodiscard]] int sublevel() const {
+    const bool homed = ever_homed && controller.homed();
+    return homed ? plant.robot.controller.sublevel_when_homed : 0;
   }
 
   [[nodiscard]] std::int64_t t_ns() const {
@@ -192,6 +205,7 @@ struct RavenTwin::Impl {
   ArmPhysics physics;
   RavenController controller;
   ArmState other;
+  Vector3d motors_before_rad = Vector3d::Zero();  ///< shafts at the end of the last cycle's output
   SlotCounts power_on_counts{};
   RandomSource run_random;
   RandomSource power_on_random;
@@ -257,7 +271,7 @@ const RavenMessage& RavenTwin::begin_cycle() {
   Impl& twin = *impl_;
   twin.read_encoders();
   twin.at_hook = twin.published;
-  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, 0, twin.at_hook);
+  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, twin.sublevel(), twin.at_hook);
   write_sensor_fields(twin.controller.state(), false, twin.at_hook);
   clear_dac_fields(twin.at_hook);
   return twin.at_hook;
@@ -271,13 +285,11 @@ const RavenMessage& RavenTwin::end_cycle(const Vector3d& desired_ji) {
   return twin.published;
 }
 
-const RavenMessage& RavenTwin::end_braked_cycle() {
+const RavenMessage& RavenTwin::end_braked_cycle(bool pedal_up) {
   Impl& twin = *impl_;
-  twin.controller.control(estimate_ji());
+  twin.controller.rest(estimate_ji(), pedal_up);
   twin.publish();
-  clear_dac_fields(twin.published);
-  for (std::size_t slot = 0; slot < core::kSlotCount; ++slot)
-    twin.published[core::catalogue_index(core::RavenField::kTau, slot)] = 0.0;
+  twin.motors_before_rad = twin.physics.motors_rad();
   ++twin.cycle;
   return twin.published;
 }

@@ -65,9 +65,9 @@ class RavenTwin {
   /// Runs the controller towards `desired_ji` (rad, rad, m) and returns the published message.
   const RavenMessage& end_cycle(const Eigen::Vector3d& desired_ji);
 
-  /// A cycle with the brakes on and the amplifiers off, in place of end_cycle: nothing moves, the
-  /// desired joints are the measured ones.
-  const RavenMessage& end_braked_cycle();
+  /// A cycle with the brakes on, in place of end_cycle: nothing moves, the desired joints are the
+  /// measured ones. `pedal_up`: else at the E-stop or initialising.
+  const RavenMessage& end_braked_cycle(bool pedal_up);
 
   [[nodiscard]] Truth truth() const;
   [[nodiscard]] std::int64_t t_ns() const;  ///< simulated monotonic time of the current cycle

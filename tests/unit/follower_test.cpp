@@ -201,7 +201,7 @@ TEST_F(FollowerOnRobot, StopsWhenTheArmIsFarOutsideItsLimits) {
 }
 
 TEST(Follower, StopsWithinADegreeWhenTheTopicsDriveTheOtherArm) {
-  const physics::Plant green = robot::plant_of_arm(raven_plant(), "green");
+  const physics::Plant green = physics::plant_of_arm(raven_plant(), "green");
   robot::VirtualController robot = ready_robot(green, true);
   Follower follower(short_path(), {});
   // The user says gold and /arm1, but /arm1 drives the green arm.

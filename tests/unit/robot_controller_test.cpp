@@ -148,7 +148,7 @@ TEST(VirtualController, PublishesPosesAndTypesInTheSlotsOfTheOtherArm) {
 TEST(VirtualController, TheGreenArmMovesTheSameWayWithMirroredSigns) {
   VirtualControllerOptions options;
   options.homed = true;
-  VirtualController robot = make_robot(options, robot::plant_of_arm(raven_plant(), "green"));
+  VirtualController robot = make_robot(options, physics::plant_of_arm(raven_plant(), "green"));
   EXPECT_FALSE(robot.gold());
   robot.press(Button::kPedalDown);
   run(robot, 2);

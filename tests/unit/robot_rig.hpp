@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "physics/plant.hpp"
+#include "physics/raven_arms.hpp"
 #include "robot/follower.hpp"
 #include "robot/virtual_controller.hpp"
 

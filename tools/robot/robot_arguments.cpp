@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "physics/raven_arms.hpp"
+
 namespace ravencal::robot {
 
 void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
@@ -47,7 +49,7 @@ void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
 core::Result<VirtualController> make_virtual_controller(const RobotArguments& arguments,
                                                         physics::Plant& plant) {
   RAVENCAL_ASSIGN_OR_RETURN(plant, physics::load_plant(arguments.plant));
-  if (!arguments.arm.empty()) plant = plant_of_arm(plant, arguments.arm);
+  if (!arguments.arm.empty()) plant = physics::plant_of_arm(plant, arguments.arm);
   if (arguments.controller.plugin.empty() &&
       !(arguments.controller.weights.empty() && arguments.controller.telemetry.empty())) {
     return core::Error{core::ErrorCode::kUsage, "--weights and --telemetry need --plugin"};

@@ -45,16 +45,6 @@ double as_float(double value) { return static_cast<double>(static_cast<float>(va
 
 }  // namespace
 
-physics::Plant plant_of_arm(physics::Plant plant, const std::string& arm) {
-  if (plant.robot.arm == arm) return plant;
-  plant.robot.arm = arm;
-  for (physics::Joint& joint : plant.joints) {
-    joint.encoder_sign = -joint.encoder_sign;
-    joint.drive.dac_counts_per_n_m = -joint.drive.dac_counts_per_n_m;
-  }
-  return plant;
-}
-
 /// The plugin as a control process holds it; nothing if none was asked for.
 struct PluginHook {
   std::optional<host::PluginLibrary> library;
@@ -260,7 +250,7 @@ const RavenMessage& VirtualController::Impl::finish_cycle(const Vector3d& measur
   }
   if (runlevel != kPedalDown) {
     desired_ji = measured_ji;
-    return twin.end_braked_cycle();
+    return twin.end_braked_cycle(runlevel == kPedalUp);
   }
   if (seed_desired) desired_ji = measured_ji;
   desired_ji = commands.advance(desired_ji, cycle_s);

@@ -83,7 +83,4 @@ class VirtualController {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The plant of the other arm: the same mechanics, mirrored signs of encoders and drives.
-physics::Plant plant_of_arm(physics::Plant plant, const std::string& arm);
-
 }  // namespace ravencal::robot
