@@ -5,26 +5,26 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/raven_arm.hpp"
+
 namespace ravencal::physics {
 namespace {
 
 using core::JointSlot;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDeg = kPi / 180.0;
 constexpr double kToolLength = 0.013;    // Lw: RAVEN tool, wrist to jaws, m
 constexpr double kShaftLength = -0.47;   // d4, m
-constexpr double kLink12 = 75.0 * kDeg;  // La12
-constexpr double kLink23 = 52.0 * kDeg;  // La23
 
-constexpr DhTable kGold = {{0.0, kLink12, kPi - kLink23, 0.0, kPi / 2, kPi / 2},
-                           {0.0, 0.0, 0.0, 0.0, 0.0, kToolLength},
-                           {0.0, 0.0, 0.0, kShaftLength, 0.0, 0.0},
-                           {205.0 * kDeg, 180.0 * kDeg, kPi / 2, 0.0, -kPi / 2, 0.0}};
-constexpr DhTable kGreen = {{kPi, kLink12, kLink23, 0.0, kPi / 2, kPi / 2},
-                            {0.0, 0.0, 0.0, 0.0, 0.0, kToolLength},
-                            {0.0, 0.0, 0.0, kShaftLength, 0.0, 0.0},
-                            {25.0 * kDeg, 0.0, -kPi / 2, 0.0, -kPi / 2, 0.0}};
+constexpr DhTable with_tool(const core::ArmGeometry& arm) {
+  return {{arm.twist_rad[0], arm.twist_rad[1], arm.twist_rad[2], 0.0, kPi / 2, kPi / 2},
+          {0.0, 0.0, 0.0, 0.0, 0.0, kToolLength},
+          {0.0, 0.0, 0.0, kShaftLength, 0.0, 0.0},
+          {arm.joint_offset_rad[0], arm.joint_offset_rad[1], arm.joint_offset_rad[2], 0.0, -kPi / 2,
+           0.0}};
+}
+constexpr DhTable kGold = with_tool(core::kGoldGeometry);
+constexpr DhTable kGreen = with_tool(core::kGreenGeometry);
 
 // GP32 gearbox and tool pulleys; GB_RATIO of defines.h couples the tool to the insertion motor.
 constexpr double kToolCoupling = 2.908700441;

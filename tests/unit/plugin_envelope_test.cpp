@@ -136,6 +136,7 @@ TEST_F(Envelope, HoldsTheCorrectionWhileThePedalMoves) {
       EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_PEDAL);
       EXPECT_EQ(rig.output.correction_ji[0], before);
     }
+    rig.state.arm[0].jpos_d_ji[0] -= 0.02F;
     EXPECT_EQ(rig.tick(), RAVENCAL_OK);
     rig.state.arm[0].jpos_ji[0] -= 0.01F;
     rig.tick();
@@ -425,9 +426,42 @@ TEST_F(PedalDown, FollowsThePredictionWithAnOffsetAfterADoubt) {
   const float predicted = rig.output.predicted_ji[0];
   const float before = rig.output.correction_ji[0];
   rig.state.arm[0].jpos_ji[0] -= 0.001F;
+  rig.state.arm[0].jpos_d_ji[0] -= 0.001F;
+  rig.tick();  // the command is seen at the end of this cycle
   rig.tick();
   EXPECT_NE(rig.output.predicted_ji[0], predicted);
-  EXPECT_NEAR(rig.output.correction_ji[0] - before, rig.output.predicted_ji[0] - predicted, 1e-7);
+  const float blended = offset - rig.output.offset_ji[0];
+  EXPECT_LE(std::fabs(blended), 1e-3F * rig.config.blend_ji_per_s[0] * 1.01F);
+  EXPECT_NEAR(rig.output.correction_ji[0] - before,
+              rig.output.predicted_ji[0] - predicted - blended, 1e-7);
+}
+
+TEST_F(PedalDown, StaysWhereItIsAtStandstillWhateverTheNetworkAnswersTo) {
+  for (int i = 0; i < 1000; ++i) {
+    // What answers to the motor command: torque, motor speed, the motors themselves.
+    const float swing = 0.2F * std::sin(0.03F * static_cast<float>(i));
+    ravencal_arm& arm = rig.state.arm[0];
+    arm = healthy_state().arm[0];
+    arm.jpos_ji[0] += swing;
+    arm.tau_n_m[0] += swing;
+    arm.mvel_rad_per_s[0] += swing;
+    expect_still(1);
+  }
+}
+
+TEST_F(PedalDown, MovesByAtMostAFifthOfTheCommandedMotion) {
+  constexpr float kCommanded = 1e-4F;   // rad per tick: 5.7 deg/s
+  rig.state.arm[0].jpos_ji[0] += 0.4F;  // asks for a large change at once
+  rig.tick();
+  for (int i = 0; i < 200; ++i) {
+    const float before = rig.output.correction_ji[0];
+    rig.state.arm[0].jpos_d_ji[0] += i % 2 == 0 ? kCommanded : -kCommanded;
+    rig.tick();
+    const float moved = std::fabs(rig.output.correction_ji[0] - before);
+    // The rig's desired joints are without the correction, whose own motion adds to them here.
+    EXPECT_LE(moved, rig.config.follow_share * (kCommanded + moved) * 1.01F + 1e-8F);
+  }
+  EXPECT_NEAR(rig.output.correction_ji[0], rig.output.predicted_ji[0], 1e-5) << "it gets there";
 }
 
 TEST_F(PedalDown, ShrinksTheOffsetByTheCommandedMotionAndNoFaster) {
