@@ -449,7 +449,7 @@ TEST_F(PedalDown, StaysWhereItIsAtStandstillWhateverTheNetworkAnswersTo) {
   }
 }
 
-TEST_F(PedalDown, MovesByAtMostAFifthOfTheCommandedMotion) {
+TEST_F(PedalDown, MovesByAtMostItsShareOfTheCommandedMotion) {
   constexpr float kCommanded = 1e-4F;   // rad per tick: 5.7 deg/s
   rig.state.arm[0].jpos_ji[0] += 0.4F;  // asks for a large change at once
   rig.tick();

@@ -166,7 +166,7 @@ typedef struct ravencal_config {
   char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */
   uint32_t arm;                                 /* RAVENCAL_ARM_*: whose weights are taken */
   float follow_share;                           /* pedal down: the correction changes by at most this share
-                                                   (0..1) of the commanded motion of its joint; 0.2 */
+                                                   (0..1) of the commanded motion of its joint; 0.1 */
   float blend_share;                            /* pedal down: an offset shrinks by at most this share (0..1)
                                                    of the commanded motion of its joint; 0.1 */
   float blend_ji_per_s[RAVENCAL_JOINTS];        /* and by at most so much */
