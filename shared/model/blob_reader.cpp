@@ -237,7 +237,7 @@ core::Result<std::string> describe_blob(const std::filesystem::path& path) {
                                                : "Ed25519 (`ravencal sign verify` checks it)");
   RAVENCAL_ASSIGN_OR_RETURN(const CalibrationModel model, read_blob(path));
   text += fmt::format("origin       {}\n", describe(model.origin));
-  text += loop_text(model);
+  text += loop_text(model) + margins_text(model);
   const auto& trust = json["trust"];
   text += trust.is_null()
               ? std::string("trust        none: the confidence is always 1; train the model anew\n")

@@ -52,6 +52,7 @@ std::string steepest_text(const CalibrationModel& model, Index output) {
 std::string loop_text(const CalibrationModel& model) {
   if (!model.loop_gains) return "loop gains: unknown; `convert --calibrate` computes them\n";
   const LoopGains& gains = *model.loop_gains;
+  if (gains.rows == 0) return "loop gains: no input answers to the motor command\n";
   std::string text = fmt::format(
       "loop gains: largest change of the correction, over {} rows, per spread of an "
       "input that answers to the motor command\n",
@@ -68,11 +69,14 @@ std::string loop_text(const CalibrationModel& model) {
     }
     text += steepest_text(model, row) + "\n";
   }
-  if (gains.margins) {
-    text += fmt::format("loop with the servo: gain margin {:.3g}, phase margin {:.3g} deg\n",
-                        gains.margins->gain, gains.margins->phase_rad * kDegPerRad);
-  }
   return text;
+}
+
+std::string margins_text(const CalibrationModel& model) {
+  if (!model.loop_gains || !model.loop_gains->margins) return "";
+  const LoopMargins& margins = *model.loop_gains->margins;
+  return fmt::format("loop with the servo: gain margin {:.3g}, phase margin {:.3g} deg\n",
+                     margins.gain, margins.phase_rad * kDegPerRad);
 }
 
 nlohmann::ordered_json loop_json(const CalibrationModel& model) {

@@ -11,8 +11,10 @@
 namespace ravencal::model {
 
 /// Lines: the largest gains by output and group in degrees or millimetres per spread of an input,
-/// the steepest channel of each output, and the margins where they are known.
+/// and the steepest channel of each output.
 std::string loop_text(const CalibrationModel& model);
+/// A line with the margins; empty if unknown.
+std::string margins_text(const CalibrationModel& model);
 
 /// The same in SI units; null if unknown. An infinite gain margin is null.
 nlohmann::ordered_json loop_json(const CalibrationModel& model);

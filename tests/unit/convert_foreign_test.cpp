@@ -126,7 +126,8 @@ TEST_F(ConvertForeign, WritesEachKindAndPrintsHowCloseItIs) {
       {"torch_unfolded.onnx", "graph.json"}, {"tensorflow.onnx", "graph.json"},
       {"keras2_dense.h5", "scaling.npz"},    {"keras3_gru.h5", "scaling_compressed.npz"}};
   for (const auto& [model, scaling] : models) {
-    const Outcome outcome = convert(fmt::format("{} --scaling {}", model, scaling));
+    const Outcome outcome =
+        convert(fmt::format("{} --scaling {} --unbounded-loop", model, scaling));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
     EXPECT_NE(outcome.text.find("random inputs"), std::string::npos) << outcome.text;
     EXPECT_NE(outcome.text.find("largest difference"), std::string::npos) << outcome.text;
@@ -143,7 +144,7 @@ TEST_F(ConvertForeign, WritesEachKindAndPrintsHowCloseItIs) {
 }
 
 TEST_F(ConvertForeign, GivesItsDifferencesToPrograms) {
-  const Outcome outcome = convert("keras3_gru.h5 --scaling scaling.json --json");
+  const Outcome outcome = convert("keras3_gru.h5 --scaling scaling.json --unbounded-loop --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
   const json result = json::parse(outcome.text);
   EXPECT_EQ(result["source"]["window"], 8);

@@ -31,16 +31,21 @@ std::string names_of_answering(const model::CalibrationModel& model) {
   return text;
 }
 
+/// At the rows of these recordings.
+core::Result<model::LoopGains> gains_at(const std::vector<record::Recording>& recordings,
+                                        const model::CalibrationModel& model) {
+  model::FeatureMatrix rows(0, static_cast<Eigen::Index>(model.features.size()));
+  for (const record::Recording& recording : recordings) {
+    RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix more, model::inputs_of(model, recording));
+    append_whole_rows(more, rows);
+  }
+  return model::loop_gains(model, rows);
+}
+
 core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
                        model::CalibrationModel& model) {
   if (!outcome.calibrate.empty()) {
-    model::FeatureMatrix rows(0, static_cast<Eigen::Index>(model.features.size()));
-    for (const record::Recording& recording : outcome.calibrate) {
-      RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix more,
-                                model::inputs_of(model, recording));
-      append_whole_rows(more, rows);
-    }
-    model.loop_gains = model::loop_gains(model, rows);
+    RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_at(outcome.calibrate, model));
     return {};
   }
   if (model.loop_gains) return {};
@@ -83,10 +88,11 @@ core::Status bound_loop(const Arguments& arguments, Outcome& outcome) {
     }
     RAVENCAL_ASSIGN_OR_RETURN(shown, load_recordings({arguments.check}, arguments.load));
   }
-  RAVENCAL_ASSIGN_OR_RETURN(
-      outcome.margins,
-      margins_with(arguments.plant, model, outcome.calibrate.empty() ? shown : outcome.calibrate));
-  if (!model.loop_gains) model.loop_gains = model::loop_gains(model, {});
+  const auto& recordings = outcome.calibrate.empty() ? shown : outcome.calibrate;
+  RAVENCAL_ASSIGN_OR_RETURN(outcome.margins, margins_with(arguments.plant, model, recordings));
+  if (!model.loop_gains) {
+    RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_at(recordings, model));
+  }
   model.loop_gains->margins = {outcome.margins->gain.value, outcome.margins->phase_rad.value};
   outcome.is_unstable = !outcome.margins->enough() && !arguments.unbounded_loop;
   outcome.accepted = outcome.accepted && !outcome.is_unstable;
