@@ -273,6 +273,7 @@ const RavenMessage& RavenTwin::begin_cycle() {
   twin.at_hook = twin.published;
   write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, twin.sublevel(), twin.at_hook);
   write_sensor_fields(twin.controller.state(), false, twin.at_hook);
+  write_sensor_fields(twin.other, true, twin.at_hook);
   clear_dac_fields(twin.at_hook);
   return twin.at_hook;
 }
@@ -293,6 +294,12 @@ const RavenMessage& RavenTwin::end_braked_cycle(bool pedal_up) {
   ++twin.cycle;
   return twin.published;
 }
+
+const RavenMessage& RavenTwin::message() const { return impl_->published; }
+
+const ArmState& RavenTwin::arm_state() const { return impl_->controller.state(); }
+
+void RavenTwin::show_other_arm(const ArmState& other) { impl_->other = other; }
 
 Truth RavenTwin::truth() const {
   Truth truth;

@@ -69,6 +69,13 @@ class RavenTwin {
   /// measured ones. `pedal_up`: else at the E-stop or initialising.
   const RavenMessage& end_braked_cycle(bool pedal_up);
 
+  /// What the last cycle published.
+  [[nodiscard]] const RavenMessage& message() const;
+  /// The arm as its controller has it since the last cycle.
+  [[nodiscard]] const ArmState& arm_state() const;
+  /// From now on this is the other arm of the messages, instead of one parked with its brakes on.
+  void show_other_arm(const ArmState& other);
+
   [[nodiscard]] Truth truth() const;
   [[nodiscard]] std::int64_t t_ns() const;  ///< simulated monotonic time of the current cycle
 

@@ -54,6 +54,13 @@ TEST_F(RosRobot, HasTheControllersTopicsAndTheirTypes) {
   EXPECT_NEAR(echo("/arm2/measured_js/position[1]"), M_PI / 2.0, 0.03);
   EXPECT_NEAR(echo("/arm2/measured_js/position[2]"), 0.40, 0.005);
   EXPECT_LT(std::abs(echo("/arm1/measured_cp/transform/translation/x")), 0.2);
+  // The pose on arm2 is mech[0]'s, turned into CRTK's frame: (x, y, z) -> (-y, -z, x). setpoint_cp
+  // of arm1 is mech[0]'s as well, and not turned. With brakes on, both are the same pose.
+  const double along = echo("/arm2/measured_cp/transform/translation/z");
+  EXPECT_NEAR(along, echo("/arm1/setpoint_cp/transform/translation/x"), 1e-4);
+  EXPECT_NEAR(echo("/arm2/measured_cp/transform/translation/x"),
+              -echo("/arm1/setpoint_cp/transform/translation/y"), 1e-4);
+  EXPECT_EQ(echo("/arm1/setpoint_js/position[1]"), 0.0) << "read where nobody writes it";
   EXPECT_NEAR(echo("/ext_jpos/position[1]"), M_PI / 2.0 - 0.13, 0.1);
   EXPECT_EQ(run("ravencal-ros run --check --stale-s 20", "check.txt"), 0);
   EXPECT_NE(log("check.txt").find("states at 1000 Hz"), std::string::npos) << log("check.txt");

@@ -160,8 +160,8 @@ TEST_F(RosRun, RefusesAStateOfAnotherRevision) {
 
 TEST_F(RosRun, StopsAndSetsTheBrakesWhenTheOtherArmMoves) {
   start_master();
-  start_robot("--homed --pedal-down --arm green --swapped-commands");
-  EXPECT_EQ(run(run_command("--arm gold")), 4);
+  start_robot("--homed --pedal-down");
+  EXPECT_EQ(run(run_command("--crtk-arm arm1")), 4) << "the green arm's board comes first";
   EXPECT_NE(log("log.txt").find("of the other arm moved"), std::string::npos) << log("log.txt");
   EXPECT_NE(log("log.txt").find("--crtk-arm"), std::string::npos);
   EXPECT_TRUE(wait_until([&] { return run("ravencal-ros run --check --json | grep PAUSED") == 0; }))
@@ -169,17 +169,23 @@ TEST_F(RosRun, StopsAndSetsTheBrakesWhenTheOtherArmMoves) {
   EXPECT_TRUE(has_event(recording(), "stop"));
 }
 
-TEST_F(RosRun, StopsWhenTheNamedArmIsNotTheOneThatIsThere) {
+TEST_F(RosRun, FindsOutWhichCrtkArmIsWhichAndSaysSo) {
   start_master();
-  start_robot("--homed --pedal-down --arm green");
-  EXPECT_EQ(run(run_command("--arm gold")), 4);
-  EXPECT_NE(log("log.txt").find("does not take the commands on /arm1/servo_jr"), std::string::npos)
+  start_robot("--homed --pedal-down --speed 4 --controller crtk --first-arm gold");
+  EXPECT_EQ(run(run_command("--arm gold")), 0) << log("log.txt");
+  EXPECT_NE(log("log.txt").find("moves an elbow by 0.3 deg and back"), std::string::npos)
       << log("log.txt");
+  const record::Recording run = recording();
+  const auto probed =
+      std::find_if(run.events.begin(), run.events.end(), [](const record::Event& event) {
+        return event.kind == "probe" && event.detail == "/arm1/servo_jr drives the gold arm";
+      });
+  EXPECT_NE(probed, run.events.end());
 }
 
-TEST_F(RosRun, SendsPositionsToTheGreenArmAsWell) {
+TEST_F(RosRun, SendsPositionsToTheGreenArmOfTheMainBranchAsWell) {
   start_master();
-  start_robot("--homed --pedal-down --arm green --speed 4");
+  start_robot("--homed --pedal-down --arm green --speed 4 --controller main");
   EXPECT_EQ(run(run_command("--arm green --mode jp")), 0) << log("log.txt");
   EXPECT_GT(recording().rows(), 200);
 }

@@ -20,10 +20,9 @@ using robot::FollowerOptions;
 using robot::Phase;
 using robot::StopReason;
 
-robot::VirtualController ready_robot(const physics::Plant& plant, bool swapped = false) {
+robot::VirtualController ready_robot(const physics::Plant& plant) {
   robot::VirtualControllerOptions options;
   options.homed = true;
-  options.swapped_commands = swapped;
   auto made = robot::VirtualController::create(plant, options);
   EXPECT_TRUE(made.ok());
   made->press(Button::kPedalDown);
@@ -34,7 +33,7 @@ class FollowerOnRobot : public testing::Test {
  protected:
   physics::Plant plant_ = raven_plant();
   robot::VirtualController robot_ = ready_robot(plant_);
-  Follower follower_{short_path(), {}};
+  Follower follower_{short_path(), told(robot_.crtk_arm())};
 };
 
 TEST_F(FollowerOnRobot, ArrivesWithinTheLimitsOfSpeedAndIncrement) {
@@ -56,7 +55,7 @@ TEST_F(FollowerOnRobot, ArrivesWithinTheLimitsOfSpeedAndIncrement) {
     }
     last_ns = view.stamp_ns;
     last = view.joints_ji;
-    robot_.command(robot::ArmName::kGold, robot::CommandKind::kRelative, command->increment_ji);
+    robot_.command(command->arm, robot::CommandKind::kRelative, command->increment_ji);
   }
   EXPECT_EQ(follower_.phase(), Phase::kDone);
   EXPECT_EQ(follower_.progress(), 1.0);
@@ -80,7 +79,7 @@ TEST_F(FollowerOnRobot, WaitsForThePedalAndGoesOnWhereItWas) {
       robot_.press(Button::kPedalDown);
     }
   };
-  run_together(robot_, follower_, 30'000, robot::ArmName::kGold, pedal);
+  run_together(robot_, follower_, 30'000, pedal);
   EXPECT_EQ(follower_.phase(), Phase::kDone) << follower_.stopped().text;
   EXPECT_GT(at_pause, 0.1);
   EXPECT_LT(at_pause, 0.9);
@@ -98,7 +97,7 @@ TEST_F(FollowerOnRobot, StopsForGoodOnEmergencyStop) {
   const auto press = [&](int cycle) {
     if (cycle == 1000) robot_.press(Button::kEmergencyStop);
   };
-  run_together(robot_, follower_, 5000, robot::ArmName::kGold, press);
+  run_together(robot_, follower_, 5000, press);
   EXPECT_EQ(follower_.phase(), Phase::kStopped);
   EXPECT_EQ(follower_.stopped().reason, StopReason::kEmergencyStop);
   robot_.press(Button::kEmergencyStopRelease);
@@ -122,7 +121,7 @@ TEST_F(FollowerOnRobot, StopsWhenTheRobotFallsSilent) {
 }
 
 TEST_F(FollowerOnRobot, StopsWhenStampsRunBackOrJointsAreNoNumbers) {
-  Follower other(short_path(), {});
+  Follower other(short_path(), told(robot_.crtk_arm()));
   run_together(robot_, follower_, 200);
   robot::RobotView view = view_of(robot_.cycle());
   view.stamp_ns -= 1'000'000'000;
@@ -138,7 +137,7 @@ TEST_F(FollowerOnRobot, StopsWhenStampsRunBackOrJointsAreNoNumbers) {
 
 TEST_F(FollowerOnRobot, StopsOnATrackingErrorThatLasts) {
   double held = 0.0;
-  run_together(robot_, follower_, 5000, robot::ArmName::kGold, {}, [&](robot::RobotView& view) {
+  run_together(robot_, follower_, 5000, {}, [&](robot::RobotView& view) {
     if (held == 0.0) held = view.joints_ji[1];
     view.joints_ji[1] = held;          // the elbow is stuck
     view.desired_ji[1] = held + 0.04;  // and the controller pushes
@@ -148,9 +147,17 @@ TEST_F(FollowerOnRobot, StopsOnATrackingErrorThatLasts) {
 }
 
 TEST_F(FollowerOnRobot, StopsWhenItsCommandsAreIgnored) {
-  // The commands go to the arm that is parked, as if the other arm were the calibrated one.
-  run_together(robot_, follower_, 8000, robot::ArmName::kGreen);
+  run_together(robot_, follower_, 8000, {}, {}, [](int) { return false; });
   EXPECT_EQ(follower_.stopped().reason, StopReason::kIgnored);
+}
+
+TEST_F(FollowerOnRobot, DoesNotCallCommandsIgnoredThatTheControllerTookBackAfterAHoldUp) {
+  // So slow that friction holds the joints until the next hold-up, after which nothing is left.
+  trajectory::Trajectory path = short_path();
+  path.t_s = {0.0, 90.0, 180.0};
+  Follower follower(path, told(robot_.crtk_arm()));
+  run_together(robot_, follower, 60'000, {}, {}, [](int cycle) { return cycle % 500 >= 15; });
+  EXPECT_EQ(follower.phase(), Phase::kMoving) << follower.stopped().text;
 }
 
 TEST_F(FollowerOnRobot, GoesOnAfterASpellInWhichNothingCameThrough) {
@@ -162,7 +169,7 @@ TEST_F(FollowerOnRobot, GoesOnAfterASpellInWhichNothingCameThrough) {
     view.joints_ji = held->joints_ji;
     view.desired_ji = held->desired_ji;
   };
-  run_together(robot_, follower_, 9000, robot::ArmName::kGold, {}, freeze);
+  run_together(robot_, follower_, 9000, {}, freeze);
   EXPECT_EQ(follower_.stopped().reason, StopReason::kNone) << follower_.stopped().text;
 }
 
@@ -195,22 +202,122 @@ TEST_F(FollowerOnRobot, DoesNotCallCommandsIgnoredThatTheRobotHasNotSeenYet) {
 }
 
 TEST_F(FollowerOnRobot, StopsWhenTheArmIsFarOutsideItsLimits) {
-  run_together(robot_, follower_, 100, robot::ArmName::kGold, {},
+  run_together(robot_, follower_, 100, {},
                [](robot::RobotView& view) { view.joints_ji[2] = 0.55; });
   EXPECT_EQ(follower_.stopped().reason, StopReason::kOutside);
 }
 
-TEST(Follower, StopsWithinADegreeWhenTheTopicsDriveTheOtherArm) {
-  const physics::Plant green = physics::plant_of_arm(raven_plant(), "green");
-  robot::VirtualController robot = ready_robot(green, true);
-  Follower follower(short_path(), {});
-  // The user says gold and /arm1, but /arm1 drives the green arm.
-  run_together(robot, follower, 5000, robot::ArmName::kGold, {}, {}, false);
+TEST_F(FollowerOnRobot, StopsWithinADegreeWhenItWasToldTheOtherArm) {
+  Follower follower(short_path(), told(other_arm(robot_.crtk_arm())));
+  run_together(robot_, follower, 5000);
   EXPECT_EQ(follower.stopped().reason, StopReason::kOtherArm);
   EXPECT_NE(follower.stopped().text.find("--crtk-arm"), std::string::npos);
-  const robot::RobotView view = view_of(robot.cycle());
-  EXPECT_LT(std::abs(view.joints_ji[0] - 30.0 * kDeg), 1.2 * kDeg);
-  EXPECT_LT(std::abs(view.joints_ji[1] - 90.0 * kDeg), 1.2 * kDeg);
+  const robot::RobotView view = view_of(robot_.cycle());
+  EXPECT_LT(std::abs(view.other_joints_ji[0] - 30.0 * kDeg), 1.2 * kDeg);
+  EXPECT_LT(std::abs(view.other_joints_ji[1] - 90.0 * kDeg), 1.2 * kDeg);
+}
+
+TEST(ArmProbe, FindsTheArmInBothOrdersOfTheBoardsAndLeavesBothWhereTheyWere) {
+  for (const std::string branch : {"main", "crtk"}) {
+    for (const std::string arm : {"gold", "green"}) {
+      for (const bool green_first : {false, true}) {
+        physics::Plant plant = physics::plant_of_arm(plant_of_branch(branch), arm);
+        plant.robot.controller.green_arm_first = green_first;
+        robot::VirtualController robot = ready_robot(plant);
+        Follower follower(short_path(), {});
+        const robot::RobotView before = view_of(robot.cycle());
+        Vector3d furthest = Vector3d::Zero();
+        run_together(robot, follower, 5000, {}, [&](robot::RobotView& view) {
+          if (follower.phase() != Phase::kProbing) return;
+          furthest = furthest.cwiseMax((view.desired_ji - before.desired_ji).cwiseAbs())
+                         .cwiseMax((view.other_desired_ji - before.other_desired_ji).cwiseAbs());
+        });
+        ASSERT_EQ(follower.phase(), Phase::kMoving) << follower.stopped().text;
+        EXPECT_EQ(follower.crtk_arm(), robot.crtk_arm()) << branch << " " << arm << green_first;
+        EXPECT_EQ(robot.crtk_arm(),
+                  (arm == "green") == green_first ? robot::CrtkArm::kArm1 : robot::CrtkArm::kArm2);
+        EXPECT_LT(furthest[1], 0.35 * kDeg) << "no further than announced";
+        EXPECT_LT(furthest[0] + furthest[2], 1e-3) << "nothing but the elbow";
+      }
+    }
+  }
+}
+
+TEST(ArmProbe, BeginsAgainAfterThePedalAndTriesAgainWhenCommandsWereLost) {
+  robot::VirtualController robot = ready_robot(plant_of_branch("crtk"));
+  Follower follower(short_path(), {});
+  const auto pedal = [&](int cycle) {
+    if (cycle == 300) robot.press(Button::kPedalUp);
+    if (cycle == 400) {
+      EXPECT_EQ(follower.phase(), Phase::kWaiting);
+      robot.press(Button::kPedalDown);
+    }
+  };
+  run_together(robot, follower, 8000, pedal, {}, [](int cycle) { return cycle > 2500; });
+  ASSERT_NE(follower.phase(), Phase::kStopped) << follower.stopped().text;
+  EXPECT_EQ(follower.phase(), Phase::kMoving) << follower.stopped().text;
+  EXPECT_EQ(follower.crtk_arm(), robot.crtk_arm());
+}
+
+TEST(ArmProbe, IsNotMisledWhenTheControllerGivesUpWhatItHeld) {
+  // A hold-up of 15 ms every half second, in which both arms' desired joints change.
+  robot::VirtualController robot = ready_robot(plant_of_branch("crtk"));
+  const auto arrives = [](int cycle) { return cycle % 500 >= 15; };
+  Follower before(short_path(), told(robot.crtk_arm()));
+  run_together(robot, before, 20'000, {}, {}, arrives);  // so that servos hold something
+  Follower follower(short_path(), {});
+  run_together(robot, follower, 9000, {}, {}, arrives);
+  EXPECT_EQ(follower.crtk_arm(), robot.crtk_arm()) << follower.stopped().text;
+}
+
+TEST(ArmProbe, SaysSoWhenNobodyListens) {
+  robot::VirtualController robot = ready_robot(plant_of_branch("crtk"));
+  Follower follower(short_path(), {});
+  run_together(robot, follower, 20'000, {}, {}, [](int) { return false; });
+  EXPECT_EQ(follower.stopped().reason, StopReason::kIgnored);
+  EXPECT_NE(follower.stopped().text.find("give --crtk-arm"), std::string::npos)
+      << follower.stopped().text;
+}
+
+/// Runs with a hold-up of the commands of 15 ms every half second, at which the CRTK branch gives
+/// up what both arms' servos held, while the elbow of the other arm creeps at this rate.
+Follower run_beside_creep(double creep_deg_per_minute) {
+  robot::VirtualController robot = ready_robot(plant_of_branch("crtk"));
+  trajectory::Trajectory path = short_path();
+  for (std::size_t row = 1; row < 90; ++row) {
+    path.t_s.push_back(path.t_s.back() + 2.0);
+    path.joints_ji.push_back(path.joints_ji[row]);
+  }
+  Follower follower(path, told(robot.crtk_arm()));
+  std::int64_t start_ns = 0;
+  run_together(
+      robot, follower, 400'000, {},
+      [&](robot::RobotView& view) {
+        if (start_ns == 0) start_ns = view.stamp_ns;
+        const double minutes = 1e-9 / 60.0 * static_cast<double>(view.stamp_ns - start_ns);
+        view.other_joints_ji[1] += creep_deg_per_minute * kDeg * minutes;
+      },
+      [](int cycle) { return cycle % 500 >= 15; });
+  return follower;
+}
+
+TEST(IdleArm, MayCreepButMustNotBeLed) {
+  const Follower creeping = run_beside_creep(0.3);
+  EXPECT_EQ(creeping.phase(), Phase::kDone) << creeping.stopped().text;
+  const Follower led = run_beside_creep(1.0);
+  EXPECT_EQ(led.stopped().reason, StopReason::kOtherArm);
+  EXPECT_LT(led.progress(), 0.5);
+}
+
+TEST(IdleArm, MustNotCreepFarInAnyTime) {
+  robot::IdleArm idle;
+  idle.start(0, Vector3d::Zero());
+  double stopped_at_deg = 0.0;
+  for (std::int64_t second = 0; second < 3600 && stopped_at_deg == 0.0; ++second) {
+    const double elbow = 0.4 * kDeg / 60.0 * static_cast<double>(second);
+    if (idle.take(second * 1'000'000'000, {0.0, elbow, 0.0})) stopped_at_deg = elbow / kDeg;
+  }
+  EXPECT_NEAR(stopped_at_deg, 5.0, 0.1);
 }
 
 TEST(MotionLimits, NameTheRowTheJointTheValueAndTheLimit) {

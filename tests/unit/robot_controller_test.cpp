@@ -42,15 +42,31 @@ double value(const CycleOutput& output, RavenField field, std::size_t i = 0, boo
   return output.message[core::catalogue_index(field, i, other)];
 }
 
-TEST(JointCommands, AddUpWithinACycleAndAreClampedOneByOne) {
+TEST(JointCommands, AddUpWithinACycleAndTheirSumIsClamped) {
   JointCommands commands;
   commands.take(CommandKind::kRelative, {0.001, 1.0, -1.0});
   commands.take(CommandKind::kRelative, {0.001, 1.0, -1.0});
+  EXPECT_TRUE(commands.pending());
   const Vector3d moved = commands.advance(Vector3d::Zero(), 1e-3);
   EXPECT_NEAR(moved[0], 0.002, 1e-15);
-  EXPECT_NEAR(moved[1], 0.005, 1e-15);
-  EXPECT_NEAR(moved[2], -1e-4, 1e-15);
+  EXPECT_NEAR(moved[1], 0.0025, 1e-15);
+  EXPECT_NEAR(moved[2], -5e-5, 1e-15);
+  EXPECT_FALSE(commands.pending());
   EXPECT_EQ(commands.advance(moved, 1e-3), moved) << "taken commands are forgotten";
+  // Opposite commands cancel before the clamp, not after it.
+  commands.take(CommandKind::kRelative, {0.004, 0.0, 0.0});
+  commands.take(CommandKind::kRelative, {-0.003, 0.0, 0.0});
+  EXPECT_NEAR(commands.advance(Vector3d::Zero(), 1e-3)[0], 0.001, 1e-15);
+}
+
+TEST(JointCommands, OfSeveralKindsIncrementsComeBeforePositionsBeforeVelocities) {
+  JointCommands commands;
+  commands.take(CommandKind::kVelocity, {1.0, 0.0, 0.0});
+  commands.take(CommandKind::kAbsolute, {0.0, 0.002, 0.0});
+  EXPECT_TRUE(commands.advance(Vector3d::Zero(), 1e-3).isApprox(Vector3d(0.0, 0.002, 0.0)));
+  commands.take(CommandKind::kAbsolute, {0.0, 0.002, 0.0});
+  commands.take(CommandKind::kRelative, {0.0, 0.0, 1e-5});
+  EXPECT_TRUE(commands.advance(Vector3d::Zero(), 1e-3).isApprox(Vector3d(0.0, 0.0, 1e-5)));
 }
 
 TEST(JointCommands, AnAbsolutePositionIsApproachedByTheClampAtMost) {
@@ -102,8 +118,7 @@ TEST(VirtualController, GoesThroughTheRunLevelsAsPeoplePress) {
 }
 
 TEST(VirtualController, HomesAsTheTwinDoesByItself) {
-  const physics::Plant plant = raven_plant();
-  auto twin = physics::RavenTwin::create(plant, 1);
+  auto twin = physics::RavenTwin::create(plant_of_branch("crtk"), 1);
   ASSERT_TRUE(twin.ok());
   twin->home();
   VirtualController robot = make_robot({});
@@ -121,28 +136,91 @@ TEST(VirtualController, HoldsStillWithItsBrakesOn) {
   VirtualControllerOptions options;
   options.homed = true;
   VirtualController robot = make_robot(options);
-  const double before = value(run(robot, 1), RavenField::kMpos, 1);
-  robot.command(robot::ArmName::kGold, CommandKind::kRelative, {0.002, 0.002, 0.0});
+  const double before = value(run(robot, 3), RavenField::kMpos, 1);
+  robot.command(robot.crtk_arm(), CommandKind::kRelative, {0.002, 0.002, 0.0});
   const CycleOutput& later = run(robot, 3000);
   EXPECT_EQ(value(later, RavenField::kMpos, 1), before);
-  EXPECT_EQ(value(later, RavenField::kDac, 1), 0.0);
-  EXPECT_EQ(value(later, RavenField::kTau, 1), 0.0);
+  EXPECT_NE(value(later, RavenField::kDac, 1), 0.0) << "the weight is fed with the pedal up";
+  robot.press(Button::kEmergencyStop);
+  EXPECT_EQ(value(run(robot, 2), RavenField::kDac, 1), 0.0);
 }
 
-TEST(VirtualController, PublishesPosesAndTypesInTheSlotsOfTheOtherArm) {
+TEST(VirtualController, PublishesPosesAndTypesByMechanismAndJointsByArm) {
   VirtualControllerOptions options;
   options.homed = true;
-  VirtualController robot = make_robot(options);
-  const CycleOutput& output = run(robot, 5);
-  // mech[0] of the CRTK branch is the green arm, type 1, though slots 0 to 7 of jpos are gold's.
-  EXPECT_EQ(value(output, RavenField::kType), 1.0);
-  EXPECT_EQ(value(output, RavenField::kType, 0, true), 0.0);
-  physics::SlotVector joints{};
-  for (std::size_t slot = 0; slot < core::kSlotCount; ++slot)
-    joints[slot] = value(output, RavenField::kJpos, slot) * kDeg;
-  const auto pose = physics::forward_kinematics(physics::Arm::kGold, joints);
-  for (std::size_t i = 0; i < 3; ++i)
-    EXPECT_NEAR(value(output, RavenField::kPos, i, true), pose.position_um[i], 1.0);
+  for (const std::string branch : {"main", "crtk"}) {
+    VirtualController robot = make_robot(options, plant_of_branch(branch));
+    const CycleOutput& output = run(robot, 5);
+    // With the serial numbers of the sources mech[0] is gold on main and green on crtk.
+    const bool crossed = branch == "crtk";
+    const double gold_type = crossed ? 0.0 : 49.0;
+    const double green_type = crossed ? 1.0 : 22.0;
+    EXPECT_EQ(value(output, RavenField::kType), crossed ? green_type : gold_type) << branch;
+    EXPECT_EQ(value(output, RavenField::kType, 0, true), crossed ? gold_type : green_type);
+    EXPECT_EQ(value(output, RavenField::kSublevel), crossed ? 1.0 : 3.0);
+    physics::SlotVector joints{};
+    for (std::size_t slot = 0; slot < core::kSlotCount; ++slot)
+      joints[slot] = value(output, RavenField::kJpos, slot) * kDeg;
+    const auto pose = physics::forward_kinematics(physics::Arm::kGold, joints);
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(value(output, RavenField::kPos, i, crossed), pose.position_um[i], 1.0) << branch;
+  }
+}
+
+TEST(VirtualController, CommandsOfArm1MoveTheArmWhoseBoardComesFirst) {
+  VirtualControllerOptions options;
+  options.homed = true;
+  for (const bool green_first : {false, true}) {
+    physics::Plant plant = plant_of_branch("crtk");
+    plant.robot.controller.green_arm_first = green_first;
+    VirtualController robot = make_robot(options, plant);
+    robot.press(Button::kPedalDown);
+    const CycleOutput before = run(robot, 2);
+    for (int i = 0; i < 1000; ++i) {
+      robot.command(robot::CrtkArm::kArm1, CommandKind::kRelative, {3e-5, 3e-5, 0.0});
+      robot.cycle();
+    }
+    const CycleOutput& after = run(robot, 1);
+    const auto moved_deg = [&](bool green) {
+      return value(after, RavenField::kJpos, 1, green) - value(before, RavenField::kJpos, 1, green);
+    };
+    EXPECT_NEAR(moved_deg(green_first), 0.03 / kDeg, 0.6);
+    EXPECT_NEAR(moved_deg(!green_first), 0.0, 0.3);
+  }
+}
+
+/// Desired minus measured elbow of both arms, deg: what friction and weight leave of the commands.
+std::array<double, 2> elbows_apart_deg(const CycleOutput& output) {
+  return {value(output, RavenField::kJposD, 1) - value(output, RavenField::kJpos, 1),
+          value(output, RavenField::kJposD, 1, true) - value(output, RavenField::kJpos, 1, true)};
+}
+
+/// Moves both arms' desired elbows by 0.3 deg, which friction does not follow, and then waits.
+std::array<std::array<double, 2>, 2> elbows_apart_after(const std::string& branch, int cycles) {
+  VirtualControllerOptions options;
+  options.homed = true;
+  VirtualController robot = make_robot(options, plant_of_branch(branch));
+  robot.press(Button::kPedalDown);
+  run(robot, 100);
+  for (int i = 0; i < 20; ++i) {
+    robot.command(robot::CrtkArm::kArm1, CommandKind::kRelative, {0.0, 2.6e-4, 0.0});
+    robot.command(robot::CrtkArm::kArm2, CommandKind::kRelative, {0.0, 2.6e-4, 0.0});
+    robot.cycle();
+  }
+  const std::array<double, 2> before = elbows_apart_deg(robot.cycle());
+  return {before, elbows_apart_deg(run(robot, cycles - 1))};
+}
+
+TEST(VirtualController, SetsBothArmsDesiredJointsToMeasuredOnesTenCyclesAfterTheLastCommand) {
+  for (const std::size_t arm : {0U, 1U}) {
+    const auto within = elbows_apart_after("crtk", 10);
+    ASSERT_GT(within[0][arm], 0.15) << "the motors have not moved that far yet";
+    EXPECT_GT(within[1][arm], 0.1) << "ten cycles without a command still hold";
+    const auto beyond = elbows_apart_after("crtk", 11);
+    EXPECT_LT(std::abs(beyond[1][arm]), 0.1) << "the eleventh gives up what was commanded";
+    const auto on_main = elbows_apart_after("main", 11);
+    EXPECT_GT(on_main[1][arm], 0.1) << "main has no joint commands to leave";
+  }
 }
 
 TEST(VirtualController, TheGreenArmMovesTheSameWayWithMirroredSigns) {
@@ -153,7 +231,7 @@ TEST(VirtualController, TheGreenArmMovesTheSameWayWithMirroredSigns) {
   robot.press(Button::kPedalDown);
   run(robot, 2);
   for (int i = 0; i < 1000; ++i) {
-    robot.command(robot::ArmName::kGreen, CommandKind::kRelative, {3e-5, 3e-5, 0.0});
+    robot.command(robot.crtk_arm(), CommandKind::kRelative, {3e-5, 3e-5, 0.0});
     robot.cycle();
   }
   EXPECT_NEAR(value(run(robot, 200), RavenField::kJpos), 30.0 + 0.03 / kDeg, 0.6);

@@ -36,7 +36,7 @@ TEST(RunPlan, TellsDurationAndLimitsOfAZigzagAtTheAuthorsSpeeds) {
   // The generator works at the same speeds, so hardly anything is stretched.
   EXPECT_NEAR(plan->duration_s, zigzag->duration_s(), 0.01 * zigzag->duration_s());
   const auto json = nlohmann::json::parse(robot::plan_json(arguments, *plan));
-  EXPECT_EQ(json["topic"], "/arm1/servo_jr");
+  EXPECT_EQ(json["topic"], "servo_jr of the CRTK arm that a probe finds");
   EXPECT_NEAR(json["joints"][0]["max_speed"].get<double>(), 2.182 * std::numbers::pi / 180.0,
               1e-12);
   EXPECT_EQ(json["joints"][0]["max_increment"], 0.0025);
@@ -73,13 +73,14 @@ TEST(RunPlan, RefusesWhatLeavesTheLimitsOrIsMissing) {
       << outside.error().message;
 }
 
-TEST(RunPlan, NamesTheTopicsOfTheArm) {
+TEST(RunPlan, CommandsTheNamedCrtkArmOrEitherUntilAProbeHasFoundIt) {
   robot::RunArguments arguments;
-  arguments.arm = "green";
-  EXPECT_EQ(arguments.command_topic(), "/arm2/servo_jr");
-  arguments.crtk_arm = "arm1";
-  arguments.mode = "jp";
-  EXPECT_EQ(arguments.command_topic(), "/arm1/servo_jp");
+  EXPECT_FALSE(arguments.named_crtk_arm().has_value());
+  EXPECT_EQ(arguments.crtk_arms().size(), 2U);
+  arguments.crtk_arm = "arm2";
+  ASSERT_TRUE(arguments.named_crtk_arm().has_value());
+  EXPECT_EQ(arguments.crtk_arms().size(), 1U);
+  EXPECT_EQ(robot::command_topic_of(*arguments.named_crtk_arm(), "jp"), "/arm2/servo_jp");
 }
 
 class Evening : public testing::Test {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 #include <optional>
+#include <string>
 
 #include "physics/plant.hpp"
 #include "physics/raven_arms.hpp"
@@ -30,8 +31,15 @@ inline physics::Plant raven_plant() {
   return *physics::load_plant(RAVENCAL_SOURCE_DIR "/tools/plants/raven2.toml");
 }
 
-/// What `ravencal run` makes of a raven_state whose calibrated arm is the live one, or not.
-inline robot::RobotView view_of(const robot::CycleOutput& output, bool live_arm = true) {
+/// The shipped plant under a branch of the controller, "main" or "crtk".
+inline physics::Plant plant_of_branch(const std::string& branch) {
+  physics::Plant plant = raven_plant();
+  plant.robot.controller = *physics::find_controller_branch(branch);
+  return plant;
+}
+
+/// What `ravencal run` makes of a raven_state whose calibrated arm is the one with the encoders.
+inline robot::RobotView view_of(const robot::CycleOutput& output) {
   const auto joints = [&](core::RavenField field, bool other) {
     Eigen::Vector3d values;
     for (Eigen::Index i = 0; i < 3; ++i)
@@ -45,27 +53,39 @@ inline robot::RobotView view_of(const robot::CycleOutput& output, bool live_arm 
   view.runlevel = output.runlevel;
   view.operating = output.operating;
   view.homed = output.homed;
-  view.joints_ji = joints(core::RavenField::kJpos, !live_arm);
-  view.desired_ji = joints(core::RavenField::kJposD, !live_arm);
-  view.other_joints_ji = joints(core::RavenField::kJpos, live_arm);
+  view.joints_ji = joints(core::RavenField::kJpos, false);
+  view.desired_ji = joints(core::RavenField::kJposD, false);
+  view.other_joints_ji = joints(core::RavenField::kJpos, true);
+  view.other_desired_ji = joints(core::RavenField::kJposD, true);
   return view;
 }
 
+inline robot::CrtkArm other_arm(robot::CrtkArm arm) {
+  return arm == robot::CrtkArm::kArm1 ? robot::CrtkArm::kArm2 : robot::CrtkArm::kArm1;
+}
+
+/// Options of a follower that was told which CRTK arm to command.
+inline robot::FollowerOptions told(robot::CrtkArm arm) {
+  robot::FollowerOptions options;
+  options.crtk_arm = arm;
+  return options;
+}
+
 /// Runs both until the follower has ended or so many cycles are over. `before_cycle` may press
-/// buttons and change the view.
+/// buttons and `change` the view; a command is lost in a cycle in which `arrives` says no.
 inline void run_together(robot::VirtualController& robot, robot::Follower& follower, int cycles,
-                         robot::ArmName arm = robot::ArmName::kGold,
                          const std::function<void(int)>& before_cycle = {},
                          const std::function<void(robot::RobotView&)>& change = {},
-                         bool live_arm = true) {
+                         const std::function<bool(int)>& arrives = {}) {
   for (int i = 0; i < cycles; ++i) {
     if (follower.phase() == robot::Phase::kDone || follower.phase() == robot::Phase::kStopped)
       return;
     if (before_cycle) before_cycle(i);
-    robot::RobotView view = view_of(robot.cycle(), live_arm);
+    robot::RobotView view = view_of(robot.cycle());
     if (change) change(view);
-    if (const auto command = follower.take(view))
-      robot.command(arm, robot::CommandKind::kRelative, command->increment_ji);
+    const auto command = follower.take(view);
+    if (command && (!arrives || arrives(i)))
+      robot.command(command->arm, robot::CommandKind::kRelative, command->increment_ji);
   }
 }
 

@@ -117,8 +117,9 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"gold", "green"}))
       ->capture_default_str();
   command
-      ->add_option("--crtk-arm", options.crtk_arm,
-                   "The arm's name in CRTK topics; default: arm1 for gold, arm2 for green")
+      ->add_option(
+          "--crtk-arm", options.crtk_arm,
+          "The CRTK arm that drives it: arm1 or arm2; default: a probe at the start of each run")
       ->check(CLI::IsMember({"arm1", "arm2"}));
   command->add_option("--sparsities", options.sparsities, "Zig-zags to train on")
       ->delimiter(',')

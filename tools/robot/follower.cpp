@@ -29,10 +29,9 @@ constexpr double kTakenShare = 0.2;                    // of the commands in a w
 // Or in twice that, by both clocks: a network may stand still.
 constexpr std::int64_t kPatienceNs = 6'000'000'000;
 // Lag at which the place on the path stands still, and what still counts as arrived.
-const Vector3d kLongestLag{0.0175, 0.0175, 0.002};  // 1 deg, 1 deg, 2 mm
-const Vector3d kArrived{0.0017, 0.0017, 2e-4};      // 0.1 deg, 0.1 deg, 0.2 mm
-// What the other arm may seem to move: encoder noise, brakes that give.
-const Vector3d kOtherMoves{0.0087, 0.0087, 0.001};   // 0.5 deg, 0.5 deg, 1 mm
+const Vector3d kLongestLag{0.0175, 0.0175, 0.002};   // 1 deg, 1 deg, 2 mm
+const Vector3d kArrived{0.0017, 0.0017, 2e-4};       // 0.1 deg, 0.1 deg, 0.2 mm
+const Vector3d kOwnMoves{0.0087, 0.0087, 0.001};     // 0.5 deg, 0.5 deg, 1 mm: it is led
 const Vector3d kCommandSeen{0.0087, 0.0087, 0.001};  // less than this proves nothing
 const Vector3d kOutsideMargin{0.07, 0.07, 0.01};     // 4 deg, 4 deg, 10 mm
 
@@ -76,7 +75,15 @@ const char* name_of(OperatingState state) {
 }
 
 Follower::Follower(const trajectory::Trajectory& trajectory, const FollowerOptions& options)
-    : path_(slowed(trajectory, options.limits)), options_(options) {}
+    : path_(slowed(trajectory, options.limits)), options_(options), probe_(options.limits) {}
+
+std::string command_topic_of(CrtkArm arm, const std::string& mode) {
+  return fmt::format("/arm{}/servo_{}", arm == CrtkArm::kArm1 ? 1 : 2, mode);
+}
+
+std::string Follower::command_topic() const {
+  return command_topic_of(options_.crtk_arm.value_or(CrtkArm::kArm1), options_.mode);
+}
 
 double Follower::progress() const {
   if (phase_ == Phase::kDone) return 1.0;
@@ -105,7 +112,27 @@ std::optional<Command> Follower::take(const RobotView& view) {
   if (since_ns < kCommandPeriodNs || seen_since_ns < kShortestSeenNs) return std::nullopt;
   last_command_ns_ = view.stamp_ns;
   last_command_seen_ns_ = view.seen_ns;
-  return step(view, std::min(1e-9 * static_cast<double>(since_ns), kLongestStepS));
+  const double dt_s = std::min(1e-9 * static_cast<double>(since_ns), kLongestStepS);
+  if (phase_ == Phase::kProbing) return probe(view, dt_s);
+  return step(view, dt_s);
+}
+
+std::optional<Command> Follower::probe(const RobotView& view, double dt_s) {
+  const CrtkArm tried = probe_.arm();
+  const auto increment = probe_.step(view, dt_s);
+  if (probe_.found()) {
+    options_.crtk_arm = probe_.arm();
+    begin_moving(view);
+    return std::nullopt;
+  }
+  if (!probe_.failure().empty()) {
+    stop(StopReason::kIgnored,
+         fmt::format("cannot tell which CRTK arm is the {} arm: {}; give --crtk-arm", options_.arm,
+                     probe_.failure()));
+    return std::nullopt;
+  }
+  if (!increment) return std::nullopt;
+  return Command{tried, true, *increment, view.desired_ji};
 }
 
 /// False if this state came at a time at which nothing may be sent.
@@ -139,9 +166,18 @@ bool Follower::check_run_state(const RobotView& view) {
     return false;
   }
   if (view.homed && view.runlevel == kPedalDown && view.operating == OperatingState::kEnabled) {
-    if (phase_ != Phase::kMoving) begin_moving(view);
+    if (!options_.crtk_arm && phase_ != Phase::kProbing) {
+      phase_ = Phase::kProbing;
+      waiting_for_.clear();
+      probe_.restart();
+      tracked_ns_ = last_command_ns_ = view.stamp_ns;
+      last_command_seen_ns_ = view.seen_ns;
+    } else if (phase_ != Phase::kMoving && phase_ != Phase::kProbing) {
+      begin_moving(view);
+    }
     return true;
   }
+  if (phase_ == Phase::kProbing) phase_ = Phase::kWaiting;
   if (phase_ == Phase::kMoving) {
     phase_ = Phase::kPaused;
     ++pauses_;
@@ -157,7 +193,7 @@ void Follower::begin_moving(const RobotView& view) {
   waiting_for_.clear();
   // The controller has set its desired joints to the measured ones.
   setpoint_ji_ = view.joints_ji;
-  other_start_ji_ = view.other_joints_ji;
+  idle_arm_.start(view.stamp_ns, view.other_joints_ji);
   own_start_ji_ = view.joints_ji;
   last_command_ns_ = view.stamp_ns;
   last_command_seen_ns_ = view.seen_ns;
@@ -166,24 +202,27 @@ void Follower::begin_moving(const RobotView& view) {
   open_window(view);
 }
 
+bool Follower::check_other_arm(const RobotView& view) {
+  const auto moved = idle_arm_.take(view.stamp_ns, view.other_joints_ji);
+  if (!moved) return true;
+  const bool own_moved = beyond(view.joints_ji - own_start_ji_, kOwnMoves).has_value();
+  stop(StopReason::kOtherArm,
+       fmt::format("the {} of the other arm moved by {} within {:.1f} s while {} was commanded{}",
+                   name_of_joint(moved->joint), joint_text(moved->joint, moved->moved_ji),
+                   moved->within_s, command_topic(),
+                   own_moved ? "; only the calibrated arm may move"
+                             : fmt::format(" and the {} arm did not: these topics drive the other "
+                                           "arm; leave --crtk-arm away, or give the other one",
+                                           options_.arm)));
+  return false;
+}
+
 bool Follower::check_motion(const RobotView& view) {
   if (!view.joints_ji.allFinite() || !view.desired_ji.allFinite()) {
     stop(StopReason::kStale, "the robot's joints are not numbers");
     return false;
   }
-  if (const auto joint = beyond(view.other_joints_ji - other_start_ji_, kOtherMoves)) {
-    const bool own_moved = beyond(view.joints_ji - own_start_ji_, kOtherMoves).has_value();
-    stop(StopReason::kOtherArm,
-         fmt::format(
-             "the {} of the other arm moved by {} while {} was commanded{}", name_of_joint(*joint),
-             joint_text(*joint, std::abs(view.other_joints_ji[*joint] - other_start_ji_[*joint])),
-             options_.command_topic,
-             own_moved ? "; only the calibrated arm may move"
-                       : fmt::format(" and the {} arm did not: these topics drive the other "
-                                     "arm; give --crtk-arm or --arm",
-                                     options_.arm)));
-    return false;
-  }
+  if (phase_ == Phase::kMoving && !check_other_arm(view)) return false;
   const Vector3d below = options_.limits.low_ji - kOutsideMargin - view.joints_ji;
   const Vector3d above = view.joints_ji - options_.limits.high_ji - kOutsideMargin;
   for (Index joint = 0; joint < 3; ++joint) {
@@ -204,25 +243,34 @@ bool Follower::check_motion(const RobotView& view) {
                      joint_text(*apart, view.desired_ji[*apart])));
     return false;
   }
-  check_commands_are_taken(view);
-  return phase_ == Phase::kMoving;
+  if (phase_ == Phase::kMoving) check_commands_are_taken(view);
+  return phase_ == Phase::kMoving || phase_ == Phase::kProbing;
+}
+
+/// Adds up how far the desired joints followed the last command. What the controller takes back
+/// later, when it sets them to the measured ones after a hold-up, was taken all the same.
+void Follower::note_taken(const RobotView& view) {
+  const Vector3d moved = view.desired_ji - last_desired_ji_;
+  last_desired_ji_ = view.desired_ji;
+  window_taken_ji_ += moved.cwiseProduct(last_increment_ji_.cwiseSign()).cwiseMax(0.0);
 }
 
 void Follower::check_commands_are_taken(const RobotView& view) {
+  note_taken(view);
   if (view.stamp_ns - window_ns_ < kWindowNs) return;
-  const Vector3d taken = view.desired_ji - window_desired_ji_;
   for (Index joint = 0; joint < 3; ++joint) {
     const double commanded = window_commanded_ji_[joint];
-    if (std::abs(commanded) < kCommandSeen[joint]) continue;
-    if (taken[joint] / commanded >= kTakenShare) continue;
+    if (commanded < kCommandSeen[joint]) continue;
+    const double taken = window_taken_ji_[joint];
+    if (taken >= kTakenShare * commanded) continue;
     if (std::min(view.stamp_ns - window_ns_, view.seen_ns - window_seen_ns_) < kPatienceNs) return;
     stop(StopReason::kIgnored,
          fmt::format("the controller does not take the commands on {}: {} was told to move by {} "
-                     "within {:.0f} s, its desired position moved by {}; is it the {} arm that "
+                     "within {:.0f} s, its desired position followed by {}; is it the {} arm that "
                      "these topics drive?",
-                     options_.command_topic, name_of_joint(joint), joint_text(joint, commanded),
+                     command_topic(), name_of_joint(joint), joint_text(joint, commanded),
                      1e-9 * static_cast<double>(view.stamp_ns - window_ns_),
-                     joint_text(joint, taken[joint]), options_.arm));
+                     joint_text(joint, taken), options_.arm));
     return;
   }
   open_window(view);
@@ -232,7 +280,8 @@ void Follower::open_window(const RobotView& view) {
   window_ns_ = view.stamp_ns;
   window_seen_ns_ = view.seen_ns;
   window_commanded_ji_.setZero();
-  window_desired_ji_ = view.desired_ji;
+  window_taken_ji_.setZero();
+  last_desired_ji_ = view.desired_ji;
 }
 
 Command Follower::step(const RobotView& view, double dt_s) {
@@ -252,13 +301,14 @@ Command Follower::step(const RobotView& view, double dt_s) {
   increment = increment.cwiseMin((limits.high_ji - desired).cwiseMax(0.0))
                   .cwiseMax((limits.low_ji - desired).cwiseMin(0.0));
   setpoint_ji_ += increment;
-  window_commanded_ji_ += increment;
+  window_commanded_ji_ += increment.cwiseAbs();
+  last_increment_ji_ = increment;
   if (along_s_ >= path_.duration_s()) {
     if (near_end_since_ns_ == 0) near_end_since_ns_ = view.stamp_ns;
     const bool arrived = !beyond(target - view.joints_ji, kArrived);
     if (arrived || view.stamp_ns - near_end_since_ns_ > kSettleNs) phase_ = Phase::kDone;
   }
-  return {increment, setpoint_ji_};
+  return {*options_.crtk_arm, false, increment, setpoint_ji_};
 }
 
 }  // namespace ravencal::robot

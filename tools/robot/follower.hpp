@@ -10,6 +10,9 @@
 #include <optional>
 #include <string>
 
+#include "robot/arm_probe.hpp"
+#include "robot/idle_arm.hpp"
+#include "robot/joint_commands.hpp"
 #include "robot/motion_limits.hpp"
 #include "trajectory/trajectory.hpp"
 
@@ -33,16 +36,21 @@ struct RobotView {
   Eigen::Vector3d joints_ji = Eigen::Vector3d::Zero();
   Eigen::Vector3d desired_ji = Eigen::Vector3d::Zero();
   Eigen::Vector3d other_joints_ji = Eigen::Vector3d::Zero();
+  Eigen::Vector3d other_desired_ji = Eigen::Vector3d::Zero();
 };
 
-/// One message for the robot, in both forms; the caller sends the one that it speaks.
+/// One message for the robot, in both forms; the caller sends the one that it speaks, of a probe
+/// always the increment.
 struct Command {
+  CrtkArm arm = CrtkArm::kArm1;
+  bool probes = false;
   Eigen::Vector3d increment_ji;  ///< servo_jr: within the increments of MotionLimits
   Eigen::Vector3d setpoint_ji;   ///< servo_jp: where these increments have led
 };
 
 enum class Phase {
   kWaiting,  ///< has not moved yet: waits for a homed robot with the pedal down
+  kProbing,  ///< moves an elbow a little to learn which CRTK arm drives the calibrated arm
   kMoving,
   kPaused,  ///< the pedal is up
   kDone,
@@ -69,11 +77,15 @@ struct Stop {
 struct FollowerOptions {
   MotionLimits limits = authors_limits();
   std::string arm = "gold";
-  std::string command_topic = "/arm1";  ///< for messages
-  double stale_s = 0.2;                 ///< without a state for so long: stop
+  std::optional<CrtkArm> crtk_arm;  ///< drives that arm; nothing: a probe finds it out
+  std::string mode = "jr";          ///< for messages
+  double stale_s = 0.2;             ///< without a state for so long: stop
   /// Largest distance between the controller's desired joints and its measured ones.
   Eigen::Vector3d tracking_ji{0.035, 0.035, 0.004};  // 2 deg, 2 deg, 4 mm
 };
+
+/// "/arm1/servo_jr"; `mode` is "jr" or "jp".
+std::string command_topic_of(CrtkArm arm, const std::string& mode);
 
 class Follower {
  public:
@@ -97,14 +109,20 @@ class Follower {
   [[nodiscard]] double left_s() const { return path_.duration_s() - along_s_; }
   [[nodiscard]] double duration_s() const { return path_.duration_s(); }
   [[nodiscard]] int pauses() const { return pauses_; }
+  /// The CRTK arm that drives the calibrated arm, once it is known.
+  [[nodiscard]] std::optional<CrtkArm> crtk_arm() const { return options_.crtk_arm; }
 
  private:
   bool check_time(const RobotView& view);
   bool check_run_state(const RobotView& view);
   bool check_motion(const RobotView& view);
+  void note_taken(const RobotView& view);
   void check_commands_are_taken(const RobotView& view);
   void open_window(const RobotView& view);
   void begin_moving(const RobotView& view);
+  std::optional<Command> probe(const RobotView& view, double dt_s);
+  bool check_other_arm(const RobotView& view);
+  [[nodiscard]] std::string command_topic() const;
   Command step(const RobotView& view, double dt_s);
 
   trajectory::Trajectory path_;
@@ -120,13 +138,16 @@ class Follower {
   std::int64_t tracked_ns_ = 0;  // when the arm was last close to its desired joints
   std::int64_t near_end_since_ns_ = 0;
   Eigen::Vector3d setpoint_ji_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d other_start_ji_ = Eigen::Vector3d::Zero();
+  ArmProbe probe_;
+  IdleArm idle_arm_;
   Eigen::Vector3d own_start_ji_ = Eigen::Vector3d::Zero();
   // Window in which the controller's desired joints are compared with the commands.
   std::int64_t window_ns_ = 0;
   std::int64_t window_seen_ns_ = 0;
   Eigen::Vector3d window_commanded_ji_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d window_desired_ji_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d window_taken_ji_ = Eigen::Vector3d::Zero();  // both without sign
+  Eigen::Vector3d last_desired_ji_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d last_increment_ji_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace ravencal::robot

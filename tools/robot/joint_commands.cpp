@@ -22,7 +22,8 @@ void JointCommands::take(CommandKind kind, const Vector3d& joints) noexcept {
   if (!joints.allFinite()) return;
   switch (kind) {
     case CommandKind::kRelative:
-      increment_ji_ += clamped(joints);
+      increment_ji_ += joints;
+      has_increment_ = true;
       return;
     case CommandKind::kAbsolute:
       absolute_ji_ = joints;
@@ -30,15 +31,22 @@ void JointCommands::take(CommandKind kind, const Vector3d& joints) noexcept {
       return;
     case CommandKind::kVelocity:
       velocity_ji_per_s_ = joints;
+      has_velocity_ = true;
       return;
   }
 }
 
 Vector3d JointCommands::advance(const Vector3d& desired_ji, double cycle_s) noexcept {
-  Vector3d next = desired_ji + increment_ji_ + clamped(velocity_ji_per_s_ * cycle_s);
-  if (has_absolute_) next = desired_ji + clamped(absolute_ji_ - desired_ji);
+  Vector3d move = Vector3d::Zero();
+  if (has_increment_) {
+    move = increment_ji_;
+  } else if (has_absolute_) {
+    move = absolute_ji_ - desired_ji;
+  } else if (has_velocity_) {
+    move = velocity_ji_per_s_ * cycle_s;
+  }
   forget();
-  return next;
+  return desired_ji + clamped(move);
 }
 
 void JointCommands::forget() noexcept { *this = JointCommands(); }

@@ -17,7 +17,9 @@ namespace ravencal::robot {
 
 struct RobotArguments {
   std::string plant;
-  std::string arm;  ///< empty: the plant's
+  std::string arm;                ///< empty: the plant's
+  std::string controller_branch;  ///< "main", "crtk"; empty: the plant's, else crtk
+  std::string first_arm;          ///< "gold", "green"; empty: the branch's
   VirtualControllerOptions controller;
   RobotLoopOptions loop;
   bool pedal_down = false;
@@ -28,7 +30,8 @@ struct RobotArguments {
 
 void add_robot_arguments(CLI::App& command, RobotArguments& arguments);
 
-/// Errors: the plant, the plugin or its weights cannot be loaded.
+/// `plant` becomes the robot's, with its branch. Errors: the plant, the plugin or its weights
+/// cannot be loaded.
 core::Result<VirtualController> make_virtual_controller(const RobotArguments& arguments,
                                                         physics::Plant& plant);
 

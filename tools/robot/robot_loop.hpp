@@ -26,7 +26,7 @@ struct RobotInput {
   enum class Kind : std::uint8_t { kButton, kCommand };
   Kind kind = Kind::kButton;
   Button button = Button::kEmergencyStop;
-  ArmName arm = ArmName::kGold;
+  CrtkArm arm = CrtkArm::kArm1;
   CommandKind command = CommandKind::kRelative;
   std::array<double, 3> joints{};
 };

@@ -31,16 +31,25 @@ Vector3d high_of(const trajectory::Trajectory& trajectory) {
   return high;
 }
 
+std::string topic_text(const RunArguments& arguments) {
+  const auto arm = arguments.named_crtk_arm();
+  return arm ? command_topic_of(*arm, arguments.mode)
+             : fmt::format("servo_{} of the CRTK arm that a probe finds", arguments.mode);
+}
+
 core::Error usage(const std::string& why) { return {core::ErrorCode::kUsage, why}; }
 
 }  // namespace
 
-std::string RunArguments::arm_topic() const {
-  if (!crtk_arm.empty()) return "/" + crtk_arm;
-  return arm == "gold" ? "/arm1" : "/arm2";
+std::optional<CrtkArm> RunArguments::named_crtk_arm() const {
+  if (crtk_arm.empty()) return std::nullopt;
+  return crtk_arm == "arm1" ? CrtkArm::kArm1 : CrtkArm::kArm2;
 }
 
-std::string RunArguments::command_topic() const { return arm_topic() + "/servo_" + mode; }
+std::vector<CrtkArm> RunArguments::crtk_arms() const {
+  if (const auto named = named_crtk_arm()) return {*named};
+  return {CrtkArm::kArm1, CrtkArm::kArm2};
+}
 
 void add_run_arguments(CLI::App& command, RunArguments& arguments) {
   command.add_option("--trajectory", arguments.trajectory, "CSV of `ravencal trajectory`");
@@ -49,8 +58,10 @@ void add_run_arguments(CLI::App& command, RunArguments& arguments) {
       ->check(CLI::IsMember({"gold", "green"}))
       ->capture_default_str();
   command
-      .add_option("--crtk-arm", arguments.crtk_arm,
-                  "The arm's name in CRTK topics; default: arm1 for gold, arm2 for green")
+      .add_option(
+          "--crtk-arm", arguments.crtk_arm,
+          "The CRTK arm that drives it: arm1 or arm2; default: found out by moving an elbow by "
+          "0.3 deg and back")
       ->check(CLI::IsMember({"arm1", "arm2"}));
   command
       .add_option("--mode", arguments.mode, "jr: increments (servo_jr); jp: positions (servo_jp)")
@@ -89,7 +100,11 @@ void add_run_arguments(CLI::App& command, RunArguments& arguments) {
   command.footer(
       "Needs ROS 1, the controller's CRTK branch and a homed robot; the pedal pauses and goes on,\n"
       "Ctrl-C ends. The recording is kept whatever happens. Exit 4: the robot was stopped.\n"
-      "Example: ravencal run --trajectory zigzag3.csv --out zigzag3.db --dry-run");
+      "On the CRTK branch the order of the USB boards decides whether arm1 is gold or green: "
+      "without\n"
+      "--crtk-arm the run begins with a probe, an elbow that moves by 0.3 deg and back.\n"
+      "Examples: ravencal run --trajectory zigzag3.csv --out zigzag3.db --dry-run\n"
+      "          ravencal run --trajectory zigzag3.csv --out zigzag3.db --crtk-arm arm2");
 }
 
 core::Result<RunPlan> make_plan(const RunArguments& arguments) {
@@ -104,17 +119,17 @@ core::Result<RunPlan> make_plan(const RunArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(
       check_positions(plan.trajectory, plan.follower.limits, arguments.trajectory));
   plan.follower.arm = arguments.arm;
-  plan.follower.command_topic = arguments.command_topic();
+  plan.follower.crtk_arm = arguments.named_crtk_arm();
+  plan.follower.mode = arguments.mode;
   plan.follower.stale_s = arguments.stale_s;
   plan.duration_s = slowed(plan.trajectory, plan.follower.limits).duration_s();
   return plan;
 }
 
 std::string plan_text(const RunArguments& arguments, const RunPlan& plan) {
-  std::string text =
-      fmt::format("{}: {} rows, {:.1f} s ({:.1f} min), sent as {} within these limits:\n",
-                  arguments.trajectory, plan.trajectory.t_s.size(), plan.duration_s,
-                  plan.duration_s / 60.0, arguments.command_topic());
+  std::string text = fmt::format(
+      "{}: {} rows, {:.1f} s ({:.1f} min), sent as {} within these limits:\n", arguments.trajectory,
+      plan.trajectory.t_s.size(), plan.duration_s, plan.duration_s / 60.0, topic_text(arguments));
   const MotionLimits& limits = plan.follower.limits;
   const Vector3d low = low_of(plan.trajectory).cwiseQuotient(kShown);
   const Vector3d high = high_of(plan.trajectory).cwiseQuotient(kShown);
@@ -137,7 +152,7 @@ std::string plan_json(const RunArguments& arguments, const RunPlan& plan) {
   nlohmann::ordered_json json = {{"trajectory", arguments.trajectory},
                                  {"rows", plan.trajectory.t_s.size()},
                                  {"duration_s", plan.duration_s},
-                                 {"topic", arguments.command_topic()},
+                                 {"topic", topic_text(arguments)},
                                  {"joints", nlohmann::ordered_json::array()}};
   const MotionLimits& limits = plan.follower.limits;
   const Vector3d low = low_of(plan.trajectory);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ struct RunArguments {
   std::string trajectory;
   std::string out;
   std::string arm = "gold";
-  std::string crtk_arm;  ///< "arm1"; empty: arm1 for gold, arm2 for green
+  std::string crtk_arm;  ///< "arm1", "arm2"; empty: a probe finds it out
   std::string mode = "jr";
   std::vector<double> max_speed = {2.182, 3.0, 5.0};  ///< deg/s, deg/s, mm/s
   double rate_hz = 100.0;
@@ -37,8 +38,10 @@ struct RunArguments {
 
   /// Only looks at the robot, sends nothing.
   [[nodiscard]] bool looks_only() const { return check || await_homed; }
-  [[nodiscard]] std::string command_topic() const;  ///< "/arm1/servo_jr"
-  [[nodiscard]] std::string arm_topic() const;      ///< "/arm1"
+  /// The CRTK arm that drives the arm, if it was named.
+  [[nodiscard]] std::optional<CrtkArm> named_crtk_arm() const;
+  /// Those that may be commanded: the named one, else both.
+  [[nodiscard]] std::vector<CrtkArm> crtk_arms() const;
 };
 
 /// Options and help of `run`, the same in `ravencal` and in `ravencal-ros`.

@@ -10,6 +10,7 @@
 #include "core/catalogue.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_state.hpp"
+#include "physics/raven_arms.hpp"
 #include "physics/raven_kinematics.hpp"
 #include "physics/raven_twin.hpp"
 
@@ -21,25 +22,8 @@ using Eigen::Vector3d;
 using physics::RavenMessage;
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr int kGoldArm = 0;  // types of the CRTK branch's defines.h
-constexpr int kGreenArm = 1;
 // A homed robot passes through INIT in this time after the start button.
 constexpr int kInitCycles = 500;
-
-// Fields that raven_state takes from mech[0] and mech[1] instead of from the joints' types. On the
-// CRTK branch mech[0] is the green arm (boards are sorted by name, descending).
-constexpr std::array kMechanismFields = {
-    RavenField::kType, RavenField::kPos,    RavenField::kOri,    RavenField::kOriD,
-    RavenField::kPosD, RavenField::kGraspD, RavenField::kJacVel, RavenField::kJacF};
-
-void swap_mechanism_fields(RavenMessage& message) {
-  for (const RavenField field : kMechanismFields) {
-    for (std::size_t i = 0; i < core::info_of(field).count; ++i) {
-      std::swap(message[core::catalogue_index(field, i)],
-                message[core::catalogue_index(field, i, true)]);
-    }
-  }
-}
 
 double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
 
@@ -91,49 +75,83 @@ struct PluginHook {
   }
 };
 
+/// One arm: its twin, and what is wanted of it. Joints as the controller has them, corrected.
+struct VirtualArm {
+  physics::RavenTwin twin;
+  JointCommands commands{};
+  Vector3d measured_ji = Vector3d::Zero();
+  Vector3d desired_ji = Vector3d::Zero();
+  Vector3d pose_ji = Vector3d::Zero();  ///< joints of the desired pose, pos_d and ori_d
+};
+
 struct VirtualController::Impl {
-  Impl(physics::RavenTwin made, const physics::Plant& plant, const VirtualControllerOptions& given)
-      : twin(std::move(made)),
+  Impl(physics::RavenTwin own, physics::RavenTwin other_arm, const physics::Plant& plant)
+      : arm{std::move(own)},
+        other{std::move(other_arm)},
+        branch(plant.robot.controller),
         gold(plant.robot.arm == "gold"),
-        cycle_s(1.0 / plant.robot.control_rate_hz),
-        swapped(given.swapped_commands) {}
+        cycle_s(1.0 / plant.robot.control_rate_hz) {}
 
   void update_runlevel();
-  [[nodiscard]] const RavenMessage& finish_cycle(const Vector3d& measured_ji);
+  void read_arms(std::int64_t t_ns);
+  void move_desired();
+  void finish_arm(VirtualArm& which, const Vector3d& motor_side_ji);
   void complete(RavenMessage& message) const;
-  void write_corrected(const Vector3d& measured_ji, RavenMessage& message) const;
+  void write_corrected(RavenMessage& message) const;
   [[nodiscard]] OperatingState operating() const;
+  /// Whether a mechanism's pose and type stand in the slots of the other arm.
+  [[nodiscard]] bool mechanisms_crossed() const { return branch.green_arm_first; }
 
-  physics::RavenTwin twin;
+  VirtualArm arm;    ///< the plant's: with the plugin and the external encoders
+  VirtualArm other;  ///< the idle one, unless somebody commands it
   PluginHook plugin;
-  JointCommands commands;
+  physics::ControllerBranch branch;
   bool gold;
   double cycle_s;
-  bool swapped;
   bool emergency_stop = true;
   bool start_pressed = false;
   bool pedal_down = false;
   bool homed = false;
   std::int32_t runlevel = kEmergencyStop;
   int init_cycles = 0;
-  bool seed_desired = false;  // the run level has changed
-  Vector3d desired_ji = Vector3d::Zero();
+  int cycles_until_reseed = 0;
   RavenMessage at_hook{};
   CycleOutput output;
 };
 
-core::Result<VirtualController> VirtualController::create(const physics::Plant& plant,
+namespace {
+
+/// The arm beside the plant's own: its mirror image, without payload, with fates of its own.
+core::Result<physics::RavenTwin> make_other_arm(const physics::Plant& plant,
+                                                physics::TwinOptions options) {
+  physics::Plant other = physics::plant_of_arm(plant, plant.robot.arm == "gold" ? "green" : "gold");
+  other.payload = {};
+  options.seed += 1'000'000;
+  options.homing_seed += 1'000'000;
+  return physics::RavenTwin::create(other, options);
+}
+
+}  // namespace
+
+core::Result<VirtualController> VirtualController::create(const physics::Plant& given,
                                                           const VirtualControllerOptions& options) {
+  physics::Plant plant = given;
+  if (plant.robot.controller.name.empty())
+    plant.robot.controller = *physics::find_controller_branch("crtk");
   physics::TwinOptions twin_options;
   twin_options.seed = options.seed;
   twin_options.homing_seed = options.homing_seed;
-  RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin twin,
+  RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin own,
                             physics::RavenTwin::create(plant, twin_options));
-  auto impl = std::make_unique<Impl>(std::move(twin), plant, options);
+  RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin other, make_other_arm(plant, twin_options));
+  auto impl = std::make_unique<Impl>(std::move(own), std::move(other), plant);
   RAVENCAL_RETURN_IF_ERROR(impl->plugin.open(options));
   if (options.homed) {
-    impl->twin.home();
-    impl->homed = impl->twin.homed();
+    for (VirtualArm* arm : {&impl->arm, &impl->other}) {
+      arm->twin.home();
+      arm->desired_ji = arm->pose_ji = arm->twin.estimate_ji();
+    }
+    impl->homed = impl->arm.twin.homed() && impl->other.twin.homed();
     impl->emergency_stop = false;
     impl->runlevel = kPedalUp;
   }
@@ -147,6 +165,11 @@ VirtualController::~VirtualController() = default;
 
 double VirtualController::rate_hz() const { return 1.0 / impl_->cycle_s; }
 bool VirtualController::gold() const { return impl_->gold; }
+
+CrtkArm VirtualController::crtk_arm() const {
+  const bool first = impl_->gold != impl_->branch.green_arm_first;
+  return first ? CrtkArm::kArm1 : CrtkArm::kArm2;
+}
 
 void VirtualController::press(Button button) noexcept {
   Impl& robot = *impl_;
@@ -172,9 +195,10 @@ void VirtualController::press(Button button) noexcept {
   }
 }
 
-void VirtualController::command(ArmName arm, CommandKind kind, const Vector3d& joints) noexcept {
-  const bool for_gold = (arm == ArmName::kGold) != impl_->swapped;
-  if (for_gold == impl_->gold && impl_->runlevel == kPedalDown) impl_->commands.take(kind, joints);
+void VirtualController::command(CrtkArm arm, CommandKind kind, const Vector3d& joints) noexcept {
+  if (impl_->runlevel != kPedalDown) return;  // CRTK state PAUSED or DISABLED
+  VirtualArm& commanded = arm == crtk_arm() ? impl_->arm : impl_->other;
+  commanded.commands.take(kind, joints);
 }
 
 void VirtualController::Impl::update_runlevel() {
@@ -184,16 +208,20 @@ void VirtualController::Impl::update_runlevel() {
   } else if (runlevel == kEmergencyStop && start_pressed) {
     runlevel = kInit;
     init_cycles = 0;
-    if (!homed) twin.start_homing();
+    if (!homed) {
+      arm.twin.start_homing();
+      other.twin.start_homing();
+    }
   } else if (runlevel == kInit) {
     ++init_cycles;
-    homed = homed || twin.homed();
+    homed = homed || (arm.twin.homed() && other.twin.homed());
     if (homed && init_cycles >= kInitCycles) runlevel = kPedalUp;
   }
   start_pressed = false;
   if (runlevel == kPedalUp || runlevel == kPedalDown) runlevel = pedal_down ? kPedalDown : kPedalUp;
-  if (runlevel != before) commands.forget();
-  seed_desired = runlevel != before;
+  if (runlevel == before) return;
+  arm.commands.forget();
+  other.commands.forget();
 }
 
 OperatingState VirtualController::Impl::operating() const {
@@ -211,65 +239,102 @@ OperatingState VirtualController::Impl::operating() const {
 /// What the twin, one arm alone, cannot know.
 void VirtualController::Impl::complete(RavenMessage& message) const {
   message[core::catalogue_index(RavenField::kRunlevel, 0)] = runlevel;
-  message[core::catalogue_index(RavenField::kSublevel, 0)] = homed ? 1 : 0;  // robot_ready()
-  message[core::catalogue_index(RavenField::kType, 0)] = gold ? kGoldArm : kGreenArm;
-  message[core::catalogue_index(RavenField::kType, 0, true)] = gold ? kGreenArm : kGoldArm;
-  swap_mechanism_fields(message);
+  message[core::catalogue_index(RavenField::kSublevel, 0)] = homed ? branch.sublevel_when_homed : 0;
 }
 
 /// The corrected joints and all that the controller computes from them.
-void VirtualController::Impl::write_corrected(const Vector3d& measured_ji,
-                                              RavenMessage& message) const {
+void VirtualController::Impl::write_corrected(RavenMessage& message) const {
   physics::SlotVector joints{};
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
     double& value = message[core::catalogue_index(RavenField::kJpos, slot)];
-    if (slot < 3) value = as_float(measured_ji[static_cast<Eigen::Index>(slot)] * kDegPerRad);
-    joints[slot] = value / kDegPerRad;
+    const auto n = static_cast<Eigen::Index>(slot);
     if (slot < 3) {
+      value = as_float(arm.measured_ji[n] * kDegPerRad);
       message[core::catalogue_index(RavenField::kJposD, slot)] =
-          as_float(desired_ji[static_cast<Eigen::Index>(slot)] * kDegPerRad);
+          as_float(arm.desired_ji[n] * kDegPerRad);
     }
+    joints[slot] = value / kDegPerRad;
   }
-  const physics::ToolPose pose =
-      physics::forward_kinematics(gold ? physics::Arm::kGold : physics::Arm::kGreen, joints);
-  for (const RavenField field : {RavenField::kPos, RavenField::kPosD}) {
-    for (std::size_t i = 0; i < 3; ++i)
-      message[core::catalogue_index(field, i)] = static_cast<double>(pose.position_um[i]);
+  const auto write_pose = [&](RavenField position, RavenField rotation) {
+    const physics::ToolPose pose =
+        physics::forward_kinematics(gold ? physics::Arm::kGold : physics::Arm::kGreen, joints);
+    for (std::size_t i = 0; i < 3; ++i) {
+      message[core::catalogue_index(position, i, mechanisms_crossed())] =
+          static_cast<double>(pose.position_um[i]);
+    }
+    for (std::size_t i = 0; i < 9; ++i) {
+      message[core::catalogue_index(rotation, i, mechanisms_crossed())] =
+          as_float(pose.rotation[i]);
+    }
+  };
+  write_pose(RavenField::kPos, RavenField::kOri);
+  for (std::size_t i = 0; i < 3; ++i) joints[i] = arm.pose_ji[static_cast<Eigen::Index>(i)];
+  write_pose(RavenField::kPosD, RavenField::kOriD);
+}
+
+/// Sensors of both arms, and the correction at the hook.
+void VirtualController::Impl::read_arms(std::int64_t t_ns) {
+  other.twin.begin_cycle();
+  other.measured_ji = other.twin.estimate_ji();
+  arm.twin.show_other_arm(other.twin.arm_state());
+  at_hook = arm.twin.begin_cycle();
+  complete(at_hook);
+  arm.measured_ji = arm.twin.estimate_ji();
+  plugin.correct(at_hook, t_ns, homed, arm.measured_ji);
+}
+
+/// Desired joints of this cycle, as the branch's joint and Cartesian control leave them. Inverse
+/// and forward kinematics are each other's inverse here: a pose is kept as its joints.
+void VirtualController::Impl::move_desired() {
+  const std::array<VirtualArm*, 2> both = {&arm, &other};
+  if (!homed) {
+    for (VirtualArm* each : both) each->desired_ji = each->pose_ji = each->measured_ji;
+    return;
   }
-  for (const RavenField field : {RavenField::kOri, RavenField::kOriD}) {
-    for (std::size_t i = 0; i < 9; ++i)
-      message[core::catalogue_index(field, i)] = as_float(pose.rotation[i]);
+  if (runlevel < kPedalUp) return;
+  const bool pedal_up = runlevel == kPedalUp;
+  const bool commanded = arm.commands.pending() || other.commands.pending();
+  for (VirtualArm* each : both) {
+    if (commanded || pedal_up) each->pose_ji = each->measured_ji;
+    each->desired_ji = each->commands.advance(each->desired_ji, cycle_s);
+  }
+  if (commanded) {
+    cycles_until_reseed = branch.cycles_to_reseed;
+  } else if (cycles_until_reseed > 0) {
+    --cycles_until_reseed;
+  } else if (pedal_up || branch.cycles_to_reseed > 0) {
+    for (VirtualArm* each : both) each->desired_ji = each->pose_ji;
   }
 }
 
-/// The control law of this run level.
-const RavenMessage& VirtualController::Impl::finish_cycle(const Vector3d& measured_ji) {
-  if (runlevel == kInit && !homed) {
-    desired_ji = measured_ji;
-    return twin.end_homing_cycle();
+/// The control law of this run level for one arm, whose motors follow `motor_side_ji`.
+void VirtualController::Impl::finish_arm(VirtualArm& which, const Vector3d& motor_side_ji) {
+  if (runlevel == kPedalDown) {
+    which.twin.end_cycle(motor_side_ji);
+  } else if (runlevel != kInit || homed) {
+    which.twin.end_braked_cycle(runlevel == kPedalUp);
+  } else if (!which.twin.homed()) {
+    which.twin.end_homing_cycle();
+  } else {  // waits at home for the other arm
+    const physics::SlotVector& home = which.twin.arm_state().jpos_d_ji;
+    which.twin.end_cycle({home[0], home[1], home[2]});
   }
-  if (runlevel != kPedalDown) {
-    desired_ji = measured_ji;
-    return twin.end_braked_cycle(runlevel == kPedalUp);
-  }
-  if (seed_desired) desired_ji = measured_ji;
-  desired_ji = commands.advance(desired_ji, cycle_s);
-  return twin.end_cycle(plugin.uncorrected(desired_ji));
 }
 
 const CycleOutput& VirtualController::cycle() noexcept {
   Impl& robot = *impl_;
   robot.update_runlevel();
-  const std::int64_t t_ns = robot.twin.t_ns();
-  robot.at_hook = robot.twin.begin_cycle();
-  robot.complete(robot.at_hook);
-  Vector3d measured = robot.twin.estimate_ji();
-  robot.plugin.correct(robot.at_hook, t_ns, robot.homed, measured);
-  const physics::Truth truth = robot.twin.truth();
+  const std::int64_t t_ns = robot.arm.twin.t_ns();
+  robot.read_arms(t_ns);
+  const physics::Truth truth = robot.arm.twin.truth();
+  robot.move_desired();
+  robot.finish_arm(robot.other, robot.other.desired_ji);
+  robot.arm.twin.show_other_arm(robot.other.twin.arm_state());
+  robot.finish_arm(robot.arm, robot.plugin.uncorrected(robot.arm.desired_ji));
 
   CycleOutput& out = robot.output;
-  out.message = robot.finish_cycle(measured);
-  if (robot.runlevel != kInit || robot.homed) robot.write_corrected(measured, out.message);
+  out.message = robot.arm.twin.message();
+  if (robot.runlevel != kInit || robot.homed) robot.write_corrected(out.message);
   robot.complete(out.message);
   robot.plugin.observe(out.message, t_ns, robot.homed);
   out.t_ns = t_ns;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The RAVEN-II's control process on the digital twin, cycle by cycle: run levels from E-stop, start
-// button and pedal; homing; CRTK joint commands; the plugin at its hook; and what the controller
-// publishes, with the CRTK branch's own mixture of arms. Knows no ROS and no clock. cycle() is
-// real-time safe: it neither allocates nor calls the system.
+// The RAVEN-II's control process on two digital twins, one per arm, cycle by cycle: run levels from
+// E-stop, start button and pedal; homing; CRTK joint commands; the plugin at its hook; and what the
+// controller publishes. Behaves as the plant's ControllerBranch does; without one, as `crtk`. Knows
+// no ROS and no clock. cycle() is real-time safe: it neither allocates nor calls the system.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,9 +23,8 @@ namespace ravencal::robot {
 struct VirtualControllerOptions {
   std::uint64_t seed = 1;
   std::uint64_t homing_seed = 1;
-  bool homed = false;             ///< starts homed, pedal up, instead of at the E-stop
-  bool swapped_commands = false;  ///< wired wrongly: /arm1 drives the green arm, /arm2 the gold one
-  std::string plugin;             ///< libravencal_plugin.so; empty: none
+  bool homed = false;  ///< starts homed, pedal up, instead of at the E-stop
+  std::string plugin;  ///< libravencal_plugin.so, for the plant's arm; empty: none
   std::string weights;
   std::string telemetry;
 };
@@ -40,18 +39,15 @@ enum class Button : std::uint8_t {
   kUnhome,  ///< CRTK "unhome" and "home": stops; the next start homes
 };
 
-/// Arms as they are named, whichever is the live one.
-enum class ArmName : std::uint8_t { kGold, kGreen };
-
 /// What one cycle leaves to publish.
 struct CycleOutput {
   std::int64_t t_ns = 0;            ///< robot time since it was switched on
-  physics::RavenMessage message{};  ///< raven_state in its own units, the live arm as "this" arm
+  physics::RavenMessage message{};  ///< raven_state in its own units, the plant's arm as "this" arm
   std::int32_t runlevel = kEmergencyStop;
   OperatingState operating = OperatingState::kDisabled;
   bool homed = false;
   bool busy = false;
-  std::array<double, 3> encoders_ji{};  ///< external encoders of the live arm
+  std::array<double, 3> encoders_ji{};  ///< external encoders of the plant's arm
   std::array<std::int64_t, 3> encoder_counts{};
   std::array<double, 3> correction_ji{};  ///< of the plugin
 };
@@ -70,12 +66,13 @@ class VirtualController {
 
   /// Between two cycles, from the thread that runs them.
   void press(Button button) noexcept;
-  void command(ArmName arm, CommandKind kind, const Eigen::Vector3d& joints) noexcept;
+  void command(CrtkArm arm, CommandKind kind, const Eigen::Vector3d& joints) noexcept;
 
   const CycleOutput& cycle() noexcept;
 
   [[nodiscard]] double rate_hz() const;
-  [[nodiscard]] bool gold() const;  ///< whether the live arm is the gold one
+  [[nodiscard]] bool gold() const;         ///< whether the plant's arm is the gold one
+  [[nodiscard]] CrtkArm crtk_arm() const;  ///< whose commands move the plant's arm
 
  private:
   struct Impl;

@@ -18,12 +18,13 @@ namespace ravencal::ros_io {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using robot::ArmName;
 using robot::Button;
 using robot::CommandKind;
+using robot::CrtkArm;
 using robot::RobotInput;
 
 constexpr std::uint32_t kCommandQueue = 1000;
+constexpr std::uint32_t kServoQueue = 1;  // local_io.cpp: of a burst, the last message is heard
 constexpr auto kPoll = std::chrono::microseconds(300);
 constexpr double kPublishPeriodS = 0.01;  // of robot time, faster than real time
 
@@ -53,7 +54,7 @@ class Ears {
  public:
   Ears(ros::NodeHandle& node, MasterWatch& watch, robot::RobotLoop& loop) : loop_(loop) {
     for (const char* arm : {"/arm1/", "/arm2/"}) {
-      const ArmName name = std::string(arm) == "/arm1/" ? ArmName::kGold : ArmName::kGreen;
+      const CrtkArm name = std::string(arm) == "/arm1/" ? CrtkArm::kArm1 : CrtkArm::kArm2;
       hear_joints(node, watch, std::string(arm) + "servo_jr", name, CommandKind::kRelative);
       hear_joints(node, watch, std::string(arm) + "servo_jp", name, CommandKind::kAbsolute);
       hear_joints(node, watch, std::string(arm) + "servo_jv", name, CommandKind::kVelocity);
@@ -64,11 +65,11 @@ class Ears {
   }
 
  private:
-  void hear_joints(ros::NodeHandle& node, MasterWatch& watch, const std::string& topic, ArmName arm,
+  void hear_joints(ros::NodeHandle& node, MasterWatch& watch, const std::string& topic, CrtkArm arm,
                    CommandKind kind) {
     watch.add_subscription(topic, std::string(record::joint_state_type().name));
-    subscribers_.push_back(subscribe(
-        node, topic, kCommandQueue, [this, topic, arm, kind](auto bytes, const auto& type) {
+    subscribers_.push_back(
+        subscribe(node, topic, kServoQueue, [this, topic, arm, kind](auto bytes, const auto& type) {
           if (!fits(topic, type, record::joint_state_type())) return;
           const auto message = record::decode_joint_state(bytes);
           if (!message) return;
@@ -141,7 +142,8 @@ robot::RobotLoopOptions loop_options(const robot::RobotArguments& arguments, dou
 
 void report_start(const robot::RobotLoop& loop, const robot::RobotArguments& arguments,
                   const physics::Plant& plant) {
-  fmt::print("virtual RAVEN, {} arm, on {}; {}\n", plant.robot.arm, ros::master::getURI(),
+  fmt::print("virtual RAVEN, branch {}, encoders on the {} arm, on {}; {}\n",
+             plant.robot.controller.name, plant.robot.arm, ros::master::getURI(),
              arguments.controller.homed ? "homed, pedal up"
                                         : "at the E-stop: release it, then press start");
   if (!loop.hindrance().empty()) fmt::print("not in real time: {}\n", loop.hindrance());

@@ -21,32 +21,49 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMetresPerMicrometre = 1e-6;
 constexpr std::uint32_t kQueue = 1000;
 constexpr std::array<std::size_t, 7> kCrtkSlots = {0, 1, 2, 4, 5, 6, 7};
-// CRTK's base frame (crtk_motion_api.cpp), row-major.
-constexpr std::array<double, 9> kGoldBase = {0, -1, 0, 0, 0, -1, 1, 0, 0};
-constexpr std::array<double, 9> kGreenBase = {0, 1, 0, 0, 0, -1, 1, 0, 0};
+constexpr std::size_t kSides = 2;
+// CRTK's base frames by mechanism, not by arm (crtk_motion_api.cpp, T_crtk_in_r0_gold and _green),
+// row-major, and the frame of setpoint_cp, which has none (local_io.cpp).
+using Frame = std::array<double, 9>;
+constexpr std::array<Frame, kSides> kBaseOfMechanism = {
+    {{0, -1, 0, 0, 0, -1, 1, 0, 0}, {0, 1, 0, 0, 0, 1, 1, 0, 0}}};
+constexpr Frame kNoBase = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+// local_io.cpp: arm1's joints are called gold whichever arm they are.
+constexpr std::array<const char*, kSides> kPrefixes = {"gold_", "green_"};
+constexpr std::array<const char*, 7> kJointNames = {"shoulder", "elbow", "ins", "roll",
+                                                    "wrist",    "jaw1",  "jaw2"};
 
 double value_of(const robot::CycleOutput& output, RavenField field, std::size_t element,
                 bool other) {
   return output.message[core::catalogue_index(field, element, other)];
 }
 
-/// Joints in CRTK's order, SI: raven_state has degrees, and metres times 180/pi.
-record::JointStateMessage joints_of(const robot::CycleOutput& output, RavenField position,
-                                    bool velocities, bool other, std::int64_t stamp_ns) {
+/// Named joints of topic arm1 (0) or arm2 (1), all zero.
+record::JointStateMessage joints_at_zero(std::size_t topic, std::int64_t stamp_ns) {
   record::JointStateMessage message;
   message.stamp_ns = stamp_ns;
-  for (const std::size_t slot : kCrtkSlots) {
-    message.names.emplace_back(core::kSlotNames[slot]);
-    message.positions.push_back(value_of(output, position, slot, other) * kRadPerDeg);
-    if (velocities)
-      message.velocities.push_back(value_of(output, RavenField::kJvel, slot, other) * kRadPerDeg);
+  for (const char* joint : kJointNames)
+    message.names.push_back(fmt::format("{}{}", kPrefixes[topic], joint));
+  message.positions.assign(kJointNames.size(), 0.0);
+  message.velocities.assign(kJointNames.size(), 0.0);
+  return message;
+}
+
+/// Measured joints in CRTK's order, SI: raven_state has degrees, and metres times 180/pi.
+record::JointStateMessage joints_of(const robot::CycleOutput& output, std::size_t topic, bool other,
+                                    std::int64_t stamp_ns) {
+  record::JointStateMessage message = joints_at_zero(topic, stamp_ns);
+  for (std::size_t i = 0; i < kCrtkSlots.size(); ++i) {
+    const std::size_t slot = kCrtkSlots[i];
+    message.positions[i] = value_of(output, RavenField::kJpos, slot, other) * kRadPerDeg;
+    message.velocities[i] = value_of(output, RavenField::kJvel, slot, other) * kRadPerDeg;
   }
   return message;
 }
 
-/// Pose of the arm in CRTK's base frame. `other`: whether it stands in the other arm's slots.
+/// Pose in frame `base`. `other`: whether it stands in the other arm's slots.
 PoseMessage pose_of(const robot::CycleOutput& output, RavenField position, RavenField rotation,
-                    bool other, const std::array<double, 9>& base, std::int64_t stamp_ns) {
+                    bool other, const Frame& base, std::int64_t stamp_ns) {
   PoseMessage message;
   message.stamp_ns = stamp_ns;
   message.rotation.fill(0.0);
@@ -128,29 +145,28 @@ void RobotTopics::publish_state(const robot::CycleOutput& output, std::int64_t s
 void RobotTopics::publish_arm(const robot::CycleOutput& output, std::size_t arm,
                               std::int64_t stamp_ns) {
   ArmTopics& topics = arms_[arm];
-  // arm1 is the gold arm, but its measured topics show the green one, and the other way round: the
-  // published controller's own mixture.
-  const bool gold = arm == 0;
-  const bool measured_other = gold == gold_;
-  const bool setpoint_other = gold != gold_;
-  offer(topics.measured_js, record::joint_state_type(), [&] {
-    return record::encode_joint_state(
-        joints_of(output, RavenField::kJpos, true, measured_other, stamp_ns));
-  });
-  offer(topics.setpoint_js, record::joint_state_type(), [&] {
-    return record::encode_joint_state(
-        joints_of(output, RavenField::kJposD, false, setpoint_other, stamp_ns));
-  });
-  // raven_state keeps the poses of an arm in the other arm's slots already.
+  // measured_js goes by the arm's name, the green one on arm1; measured_cp is crosswise, mech[1] on
+  // arm1; setpoint_cp is mech[0] on arm1; and setpoint_js is read where nobody writes it: always
+  // zero (local_io.cpp, publish_crtk_*).
+  const bool green_joints_other = gold_;
+  const bool joints_other = arm == 0 ? green_joints_other : !green_joints_other;
+  const std::size_t crosswise = 1 - arm;
+  // raven_state keeps mech[0] in the slots of the gold arm, mech[1] in those of the green one.
+  const auto slots_of_mechanism = [this](std::size_t mechanism) {
+    return (mechanism == 0) != gold_;
+  };
+  offer(topics.measured_js, record::joint_state_type(),
+        [&] { return record::encode_joint_state(joints_of(output, arm, joints_other, stamp_ns)); });
+  offer(topics.setpoint_js, record::joint_state_type(),
+        [&] { return record::encode_joint_state(joints_at_zero(arm, stamp_ns)); });
   offer(topics.measured_cp, transform_stamped_type(), [&] {
     return encode_transform_stamped(pose_of(output, RavenField::kPos, RavenField::kOri,
-                                            !measured_other, gold ? kGreenBase : kGoldBase,
-                                            stamp_ns));
+                                            slots_of_mechanism(crosswise),
+                                            kBaseOfMechanism[crosswise], stamp_ns));
   });
   offer(topics.setpoint_cp, transform_stamped_type(), [&] {
     return encode_transform_stamped(pose_of(output, RavenField::kPosD, RavenField::kOriD,
-                                            !setpoint_other, gold ? kGoldBase : kGreenBase,
-                                            stamp_ns));
+                                            slots_of_mechanism(arm), kNoBase, stamp_ns));
   });
 }
 

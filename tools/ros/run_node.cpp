@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -130,7 +131,11 @@ core::Status Run::refuse_other_senders() const {
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = static_cast<std::string>(publishers[i][0]);
-    if (!topic.starts_with(arguments_.arm_topic() + "/servo_")) continue;
+    const std::vector<robot::CrtkArm> arms = arguments_.crtk_arms();
+    const bool ours = std::any_of(arms.begin(), arms.end(), [&](robot::CrtkArm arm) {
+      return topic.starts_with(robot::command_topic_of(arm, ""));
+    });
+    if (!ours) continue;
     for (int k = 0; k < publishers[i][1].size(); ++k) {
       const std::string sender = static_cast<std::string>(publishers[i][1][k]);
       if (sender == ros::this_node::getName()) continue;
@@ -156,7 +161,7 @@ core::Result<cli::ExitCode> Run::look() {
                                          {"operating_state", robot::name_of(heard.operating)},
                                          {"homed", heard.homed},
                                          {"encoders", heard.readings > 0},
-                                         {"measured_js_is_other_arm", heard.measured_is_other_arm}};
+                                         {"measured_js", heard.measured_js}};
     fmt::print("{}\n", json.dump(2));
     return cli::kOk;
   }
@@ -164,19 +169,22 @@ core::Result<cli::ExitCode> Run::look() {
              heard.state_rate_hz, heard.runlevel, robot::name_of(heard.operating),
              heard.homed ? "homed" : "not homed",
              heard.readings > 0 ? ", external encoders there" : "");
-  if (heard.measured_is_other_arm) {
-    fmt::print(
-        "{}/measured_js shows the other arm, as the CRTK branch does; ravencal takes the "
-        "joints from /ravenstate\n",
-        arguments_.arm_topic());
+  if (!heard.measured_js.empty()) {
+    fmt::print("the {} arm's joints are on {}; ravencal takes them from /ravenstate\n",
+               arguments_.arm, heard.measured_js);
   }
   return cli::kOk;
 }
 
 void Run::show(const Standing& standing) {
   const bool waits = standing.phase == Phase::kWaiting || standing.phase == Phase::kPaused;
-  const std::string wanted = waits ? "waiting for " + standing.waiting_for : "";
-  if (waits && wanted != shown_) fmt::print(stderr, "ravencal run: {}\n", wanted);
+  const std::string wanted =
+      waits ? "waiting for " + standing.waiting_for
+      : standing.phase == Phase::kProbing
+          ? "moves an elbow by 0.3 deg and back to learn which CRTK arm is the " + arguments_.arm +
+                " one"
+          : "";
+  if (!wanted.empty() && wanted != shown_) fmt::print(stderr, "ravencal run: {}\n", wanted);
   shown_ = wanted;
   if (!master_->reachable() && !master_was_lost_) {
     fmt::print(stderr, "ravencal run: the ROS master is gone; the robot is still connected\n");
@@ -184,7 +192,7 @@ void Run::show(const Standing& standing) {
   master_was_lost_ = !master_->reachable();
   progress_->update(standing.progress,
                     fmt::format("{:.1f} min of motion left, {} rows{}", standing.left_s / 60.0,
-                                standing.rows, waits ? ", " + wanted : ""));
+                                standing.rows, wanted.empty() ? "" : ", " + wanted));
 }
 
 void Run::watch_motion() {

@@ -64,15 +64,25 @@ RunWatch::RunWatch(ros::NodeHandle& node, MasterWatch& watch, const robot::RunAr
   if (!arguments_.no_encoders)
     hear("/ext_jpos", record::joint_state_type(), &RunWatch::take_reading);
   if (arguments_.looks_only()) {
-    hear(arguments_.arm_topic() + "/measured_js", record::joint_state_type(),
-         &RunWatch::take_measured);
+    for (const char* topic : {"/arm1/measured_js", "/arm2/measured_js"}) {
+      watch.add_subscription(topic, std::string(record::joint_state_type().name));
+      subscribers_.push_back(
+          subscribe(node, topic, kQueue, [this, topic](auto bytes, const ReceivedType& received) {
+            take_measured(topic, bytes, received);
+          }));
+    }
     return;
   }
   const auto speak = [&](const std::string& topic, const record::RosMessageType& type) {
     watch.add_publication(topic, std::string(type.name));
     return advertise(node, topic, type, kQueue);
   };
-  commands_ = speak(arguments_.command_topic(), record::joint_state_type());
+  for (const robot::CrtkArm arm : arguments_.crtk_arms()) {
+    const auto i = static_cast<std::size_t>(arm);
+    increments_[i] = speak(robot::command_topic_of(arm, "jr"), record::joint_state_type());
+    if (arguments_.mode == "jp")
+      positions_[i] = speak(robot::command_topic_of(arm, "jp"), record::joint_state_type());
+  }
   state_command_ = speak("/state_command", string_stamped_type());
 }
 
@@ -101,7 +111,6 @@ void RunWatch::take_state(std::span<const std::uint8_t> bytes, const ReceivedTyp
   heard_.runlevel =
       static_cast<std::int32_t>(state->values[core::catalogue_index(RavenField::kRunlevel, 0)]);
   joints_ji_ = joints_of(*state, RavenField::kJpos, false);
-  other_joints_ji_ = joints_of(*state, RavenField::kJpos, true);
   if (!follower_) return;
   newest_ = *state;
   fresh_.notify_one();
@@ -133,14 +142,14 @@ void RunWatch::take_reading(std::span<const std::uint8_t> bytes, const ReceivedT
                         {message->positions[0], message->positions[1], message->positions[2]});
 }
 
-void RunWatch::take_measured(std::span<const std::uint8_t> bytes, const ReceivedType& type) {
+void RunWatch::take_measured(const char* topic, std::span<const std::uint8_t> bytes,
+                             const ReceivedType& type) {
   const std::lock_guard lock(mutex_);
   if (type.md5 != record::joint_state_type().md5 || heard_.states == 0) return;
   const auto message = record::decode_joint_state(bytes);
   if (!message || message->positions.size() < 3) return;
   const Vector3d measured(message->positions[0], message->positions[1], message->positions[2]);
-  heard_.measured_is_other_arm = (measured - joints_ji_).cwiseAbs().maxCoeff() > kSameJoints &&
-                                 (measured - other_joints_ji_).cwiseAbs().maxCoeff() < kSameJoints;
+  if ((measured - joints_ji_).cwiseAbs().maxCoeff() < kSameJoints) heard_.measured_js = topic;
 }
 
 robot::RobotView RunWatch::view_of(const record::RavenStateMessage& state) const {
@@ -153,7 +162,8 @@ robot::RobotView RunWatch::view_of(const record::RavenStateMessage& state) const
           .homed = heard_.homed,
           .joints_ji = joints_of(state, RavenField::kJpos, false),
           .desired_ji = joints_of(state, RavenField::kJposD, false),
-          .other_joints_ji = joints_of(state, RavenField::kJpos, true)};
+          .other_joints_ji = joints_of(state, RavenField::kJpos, true),
+          .other_desired_ji = joints_of(state, RavenField::kJposD, true)};
 }
 
 void RunWatch::drive(std::chrono::milliseconds longest_wait) {
@@ -173,7 +183,7 @@ void RunWatch::follow(const record::RavenStateMessage& state) {
 }
 
 void RunWatch::send(const robot::Command& command, const record::RavenStateMessage& state) {
-  const bool relative = arguments_.mode == "jr";
+  const bool relative = command.probes || arguments_.mode == "jr";
   const Vector3d& joints = relative ? command.increment_ji : command.setpoint_ji;
   record::JointStateMessage message;
   message.stamp_ns = state.stamp_ns;
@@ -185,13 +195,24 @@ void RunWatch::send(const robot::Command& command, const record::RavenStateMessa
         relative ? 0.0
                  : state.values[core::catalogue_index(RavenField::kJposD, slot)] * kRadPerDeg);
   }
-  publish(commands_, record::joint_state_type(), record::encode_joint_state(message));
+  const auto arm = static_cast<std::size_t>(command.arm);
+  publish(relative ? increments_[arm] : positions_[arm], record::joint_state_type(),
+          record::encode_joint_state(message));
 }
 
 void RunWatch::note_phase(Phase before, std::int64_t stamp_ns) {
   const Phase now = follower_->phase();
   if (now == before || recording_error_) return;
   const std::string at = fmt::format("{{\"progress\":{:.4f}}}", follower_->progress());
+  if (now == Phase::kProbing) {
+    note_failure(recorder_->note(stamp_ns, "probe", "begins: an elbow moves by 0.3 deg and back"));
+  } else if (before == Phase::kProbing && follower_->crtk_arm()) {
+    note_failure(recorder_->note(
+        stamp_ns, "probe",
+        fmt::format("{} drives the {} arm",
+                    robot::command_topic_of(*follower_->crtk_arm(), arguments_.mode),
+                    arguments_.arm)));
+  }
   if (now == Phase::kPaused) note_failure(recorder_->note(stamp_ns, "pause", at));
   if (now == Phase::kMoving) {
     const bool resumed = before == Phase::kPaused;

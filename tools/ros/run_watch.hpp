@@ -6,6 +6,7 @@
 // a burst of old ones, which the controller would add up.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -33,8 +34,8 @@ struct Heard {
   std::int32_t runlevel = robot::kEmergencyStop;
   robot::OperatingState operating = robot::OperatingState::kUnknown;
   bool homed = false;
-  bool measured_is_other_arm = false;  ///< the arm's measured_js shows the other arm's joints
-  std::string refused;  ///< why messages are not taken: another revision; empty if taken
+  std::string measured_js;  ///< the topic that shows the arm's joints, "/arm2/measured_js"
+  std::string refused;      ///< why messages are not taken: another revision; empty if taken
 };
 
 /// Where the follower is.
@@ -72,7 +73,8 @@ class RunWatch {
   void take_state(std::span<const std::uint8_t> bytes, const ReceivedType& type);
   void take_operating_state(std::span<const std::uint8_t> bytes, const ReceivedType& type);
   void take_reading(std::span<const std::uint8_t> bytes, const ReceivedType& type);
-  void take_measured(std::span<const std::uint8_t> bytes, const ReceivedType& type);
+  void take_measured(const char* topic, std::span<const std::uint8_t> bytes,
+                     const ReceivedType& type);
   bool refuse(const std::string& topic, const ReceivedType& type,
               const record::RosMessageType& expected);
   robot::RobotView view_of(const record::RavenStateMessage& state) const;
@@ -92,11 +94,11 @@ class RunWatch {
   Clock::time_point last_reading_;
   std::int64_t first_stamp_ns_ = 0;
   Eigen::Vector3d joints_ji_ = Eigen::Vector3d::Zero();  // of the last state, for take_measured
-  Eigen::Vector3d other_joints_ji_ = Eigen::Vector3d::Zero();
   std::optional<robot::Follower> follower_;
   std::optional<robot::RunRecorder> recorder_;
   std::optional<core::Error> recording_error_;
-  ros::Publisher commands_;
+  std::array<ros::Publisher, 2> increments_;  ///< servo_jr by CRTK arm, for those that may be sent
+  std::array<ros::Publisher, 2> positions_;   ///< servo_jp likewise
   ros::Publisher state_command_;
   std::vector<ros::Subscriber> subscribers_;
 };

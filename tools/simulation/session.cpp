@@ -51,21 +51,24 @@ core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& pla
 
 std::map<std::string, std::string> meta_of(const physics::Plant& plant,
                                            const SessionOptions& options, double rate_hz) {
-  return {{"robot", "RAVEN-II"},
-          {"arm", plant.robot.arm},
-          {"serial", "simulated"},
-          {"profile", "raven2"},
-          {"source", "ravencal simulate: a digital twin, not a robot"},
-          {"plant", std::filesystem::path(plant.source).filename().string()},
-          {"plant_hash", fmt::format("{:016x}", plant.hash)},
-          {"trajectory", options.trajectory_name},
-          {"seed", std::to_string(options.seed)},
-          {"homing_seed", std::to_string(options.homing_seed)},
-          {"rehomings", std::to_string(options.rehomings)},
-          {"payload_g", fmt::format("{:g}", plant.payload.mass_kg * 1000.0)},
-          {"drift", options.drift ? "1" : "0"},
-          {"rate_hz", fmt::format("{:g}", rate_hz)},
-          {"software_version", core::kVersion}};
+  std::map<std::string, std::string> meta = {
+      {"robot", "RAVEN-II"},
+      {"arm", plant.robot.arm},
+      {"serial", "simulated"},
+      {"profile", "raven2"},
+      {"source", "ravencal simulate: a digital twin, not a robot"},
+      {"plant", std::filesystem::path(plant.source).filename().string()},
+      {"plant_hash", fmt::format("{:016x}", plant.hash)},
+      {"trajectory", options.trajectory_name},
+      {"seed", std::to_string(options.seed)},
+      {"homing_seed", std::to_string(options.homing_seed)},
+      {"rehomings", std::to_string(options.rehomings)},
+      {"payload_g", fmt::format("{:g}", plant.payload.mass_kg * 1000.0)},
+      {"drift", options.drift ? "1" : "0"},
+      {"rate_hz", fmt::format("{:g}", rate_hz)},
+      {"software_version", core::kVersion}};
+  if (!plant.robot.controller.name.empty()) meta.emplace("controller", plant.robot.controller.name);
+  return meta;
 }
 
 /// Half-cosine blend from `from` to `to`, share in [0, 1].
