@@ -21,15 +21,15 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMetresPerMicrometre = 1e-6;
 constexpr std::uint32_t kQueue = 1000;
 constexpr std::array<std::size_t, 7> kCrtkSlots = {0, 1, 2, 4, 5, 6, 7};
-constexpr std::size_t kSides = 2;
+constexpr std::size_t kArms = 2;
 // CRTK's base frames by mechanism, not by arm (crtk_motion_api.cpp, T_crtk_in_r0_gold and _green),
 // row-major, and the frame of setpoint_cp, which has none (local_io.cpp).
 using Frame = std::array<double, 9>;
-constexpr std::array<Frame, kSides> kBaseOfMechanism = {
+constexpr std::array<Frame, kArms> kBaseOfMechanism = {
     {{0, -1, 0, 0, 0, -1, 1, 0, 0}, {0, 1, 0, 0, 0, 1, 1, 0, 0}}};
 constexpr Frame kNoBase = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 // local_io.cpp: arm1's joints are called gold whichever arm they are.
-constexpr std::array<const char*, kSides> kPrefixes = {"gold_", "green_"};
+constexpr std::array<const char*, kArms> kPrefixes = {"gold_", "green_"};
 constexpr std::array<const char*, 7> kJointNames = {"shoulder", "elbow", "ins", "roll",
                                                     "wrist",    "jaw1",  "jaw2"};
 
@@ -148,25 +148,24 @@ void RobotTopics::publish_arm(const robot::CycleOutput& output, std::size_t arm,
   // measured_js goes by the arm's name, the green one on arm1; measured_cp is crosswise, mech[1] on
   // arm1; setpoint_cp is mech[0] on arm1; and setpoint_js is read where nobody writes it: always
   // zero (local_io.cpp, publish_crtk_*).
-  const bool green_joints_other = gold_;
-  const bool joints_other = arm == 0 ? green_joints_other : !green_joints_other;
+  const bool shows_green = arm == 0;
+  const bool joints_in_other_slots = shows_green == gold_;
   const std::size_t crosswise = 1 - arm;
   // raven_state keeps mech[0] in the slots of the gold arm, mech[1] in those of the green one.
-  const auto slots_of_mechanism = [this](std::size_t mechanism) {
-    return (mechanism == 0) != gold_;
-  };
-  offer(topics.measured_js, record::joint_state_type(),
-        [&] { return record::encode_joint_state(joints_of(output, arm, joints_other, stamp_ns)); });
+  const auto in_other_slots = [this](std::size_t mechanism) { return (mechanism == 0) != gold_; };
+  offer(topics.measured_js, record::joint_state_type(), [&] {
+    return record::encode_joint_state(joints_of(output, arm, joints_in_other_slots, stamp_ns));
+  });
   offer(topics.setpoint_js, record::joint_state_type(),
         [&] { return record::encode_joint_state(joints_at_zero(arm, stamp_ns)); });
   offer(topics.measured_cp, transform_stamped_type(), [&] {
     return encode_transform_stamped(pose_of(output, RavenField::kPos, RavenField::kOri,
-                                            slots_of_mechanism(crosswise),
-                                            kBaseOfMechanism[crosswise], stamp_ns));
+                                            in_other_slots(crosswise), kBaseOfMechanism[crosswise],
+                                            stamp_ns));
   });
   offer(topics.setpoint_cp, transform_stamped_type(), [&] {
     return encode_transform_stamped(pose_of(output, RavenField::kPosD, RavenField::kOriD,
-                                            slots_of_mechanism(arm), kNoBase, stamp_ns));
+                                            in_other_slots(arm), kNoBase, stamp_ns));
   });
 }
 
