@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "host/robot_state.hpp"
 #include "physics/plant.hpp"
@@ -44,14 +45,33 @@ model::CalibrationModel make_large_correction() {
   return model;
 }
 
+/// Answers to the motor torque with more than the servo's stiffness gives back: the loop through
+/// correction, motor command and torque has a gain above 1. 136 times 0.3 N m per rad of the motor
+/// is 41 N m per rad of joint 1.
+model::CalibrationModel make_unstable_loop() {
+  model::CalibrationModel model =
+      make_model({plain("tau.shoulder"), plain("tau.elbow"), plain("tau.insertion")}, {});
+  model.input.mean.setZero();
+  model.input.scale.setOnes();
+  model.input_min.setConstant(-20.0);
+  model.input_max.setConstant(20.0);
+  model.layers[0].weights = -Eigen::Matrix3f::Identity();
+  model.layers[0].biases.setZero();
+  model.output.mean.setZero();
+  model.output.scale = Vector3d(0.05, 0.05, 0.003);
+  model.row_period_s = 0.001;
+  return model;
+}
+
 class ControlledTwin {
  public:
-  explicit ControlledTwin(Plugin plugin)
+  explicit ControlledTwin(Plugin plugin,
+                          const model::CalibrationModel& model = make_large_correction())
       : plugin_(plugin),
         plant_(*physics::load_plant(RAVENCAL_SOURCE_DIR "/tools/plants/raven2.toml")),
         twin_(std::move(physics::RavenTwin::create(plant_, 1)).value()),
         witness_(rig_.config) {
-    rig_.load(make_large_correction());
+    rig_.load(model);
     rig_.enable(plugin != Plugin::kNone);
     home();
   }
@@ -63,6 +83,7 @@ class ControlledTwin {
     twin_.home([&] {
       rig_.state.t_ns = twin_.t_ns();
       step_plugin();
+      see(rig_.state);
     });
     has_command_ = false;  // homing sets the zeros anew
   }
@@ -73,6 +94,21 @@ class ControlledTwin {
     for (int i = 0; i < cycles; ++i) cycle();
   }
 
+  /// Pedal down without a command.
+  void stand(int cycles) {
+    commands_ = false;
+    run(kPedalDown, cycles);
+    commands_ = true;
+  }
+
+  [[nodiscard]] Vector3d truth_ji() const { return twin_.truth().encoder_ji; }
+  /// Fastest of the true joints over 50 ms, and of the desired ones, since forget_speeds().
+  [[nodiscard]] const Vector3d& peak_true_ji_per_s() const { return peak_true_ji_per_s_; }
+  [[nodiscard]] const Vector3d& peak_commanded_ji_per_s() const { return peak_commanded_ji_per_s_; }
+  void forget_speeds() {
+    peak_true_ji_per_s_ = peak_commanded_ji_per_s_ = Vector3d::Zero();
+    window_cycles_ = 0;
+  }
   [[nodiscard]] const Vector3d& largest_steps_rad() const { return largest_steps_rad_; }
   /// How far a motor's command was from the motor when it was set to where that is.
   [[nodiscard]] double furthest_seed_rad() const { return furthest_seed_rad_; }
@@ -98,20 +134,23 @@ class ControlledTwin {
     return (4.0 * (place - uncorrected)).cwiseMin(fastest).cwiseMax(-fastest);
   }
 
-  void step_plugin() {
-    rig_.api().step(rig_.instance.get(), &rig_.state, &rig_.output);
-    const std::string wrong = witness_.see(rig_.state, rig_.output);
+  void step_plugin() { rig_.api().step(rig_.instance.get(), &rig_.state, &rig_.output); }
+
+  void see(const ravencal_state& state) {
+    const std::string wrong = witness_.see(state, rig_.output);
     if (wrong_.empty()) wrong_ = wrong;
   }
 
   void cycle() {
-    host::fill_state(host::to_si(twin_.begin_cycle()), twin_.t_ns(), true, rig_.state);
+    const std::int64_t published_t_ns = twin_.t_ns();
+    host::fill_state(host::to_si(twin_.begin_cycle()), published_t_ns, true, rig_.state);
     rig_.state.runlevel = level_;
     step_plugin();
     const Vector3d measured = Eigen::Map<Eigen::Vector3f>(rig_.output.jpos_ji).cast<double>();
     const bool seed = level_ != kPedalDown;
     if (seed) desired_ji_ = measured;
-    if (level_ == kPedalDown) desired_ji_ += 1e-3 * velocity_ji_per_s();
+    if (level_ == kPedalDown && commands_) desired_ji_ += 1e-3 * velocity_ji_per_s();
+    note_speeds();
     Vector3d commanded_ji = desired_ji_;
     if (plugin_ == Plugin::kBothWays) {
       const Eigen::Vector3f desired = desired_ji_.cast<float>();
@@ -127,7 +166,28 @@ class ControlledTwin {
       const double apart_rad = (command_rad - motors_rad).cwiseAbs().maxCoeff();
       furthest_seed_rad_ = std::max(furthest_seed_rad_, apart_rad);
     }
-    twin_.end_cycle(commanded_ji);
+    ravencal_state seen = rig_.state;
+    host::fill_state(host::to_si(twin_.end_cycle(commanded_ji)), twin_.t_ns(), true, rig_.state);
+    rig_.state.t_ns = published_t_ns;
+    rig_.state.runlevel = level_;
+    rig_.api().observe_cycle_end(rig_.instance.get(), &rig_.state);
+    std::copy_n(rig_.state.arm[0].jpos_d_ji, RAVENCAL_JOINTS, seen.arm[0].jpos_d_ji);
+    see(seen);
+  }
+
+  void note_speeds() {
+    constexpr int kWindowCycles = 50;
+    if (window_cycles_++ % kWindowCycles != 0) return;
+    const Vector3d truth = truth_ji();
+    if (window_cycles_ > 1) {
+      const double per_s = 1.0 / (1e-3 * kWindowCycles);
+      peak_true_ji_per_s_ =
+          peak_true_ji_per_s_.cwiseMax((truth - truth_before_ji_).cwiseAbs() * per_s);
+      peak_commanded_ji_per_s_ =
+          peak_commanded_ji_per_s_.cwiseMax((desired_ji_ - desired_before_ji_).cwiseAbs() * per_s);
+    }
+    truth_before_ji_ = truth;
+    desired_before_ji_ = desired_ji_;
   }
 
   void note_command(const Vector3d& command_rad) {
@@ -147,6 +207,12 @@ class ControlledTwin {
   RunLevel level_ = kInit;
   Vector3d desired_ji_ = Vector3d::Zero();
   int moving_cycles_ = 0;
+  bool commands_ = true;
+  int window_cycles_ = 0;
+  Vector3d truth_before_ji_ = Vector3d::Zero();
+  Vector3d desired_before_ji_ = Vector3d::Zero();
+  Vector3d peak_true_ji_per_s_ = Vector3d::Zero();
+  Vector3d peak_commanded_ji_per_s_ = Vector3d::Zero();
   Vector3d command_rad_ = Vector3d::Zero();
   bool has_command_ = false;
   Vector3d largest_steps_rad_ = Vector3d::Zero();
@@ -206,6 +272,46 @@ TEST(ControlPair, NeverStepsTheMotorCommandFurtherThanWithoutThePlugin) {
   EXPECT_LT(without.furthest_seed_rad, kCountRad);
   EXPECT_LT(with.furthest_seed_rad, kCountRad);
   EXPECT_GT(forward_only.furthest_seed_rad, 1000.0 * kCountRad);
+}
+
+TEST(UnstableLoop, MovesNoJointThatNobodyCommands) {
+  constexpr double kDeg = std::numbers::pi / 180.0;
+  const auto moved_at_standstill = [](Plugin plugin) {
+    ControlledTwin robot(plugin, make_unstable_loop());
+    robot.run(kPedalUp, 1500);
+    robot.stand(2000);
+    const Vector3d before = robot.truth_ji();
+    Vector3d moved = Vector3d::Zero();
+    for (int i = 0; i < 100; ++i) {
+      robot.stand(100);
+      moved = moved.cwiseMax((robot.truth_ji() - before).cwiseAbs());
+    }
+    return moved;
+  };
+  const Vector3d beyond =
+      (moved_at_standstill(Plugin::kBothWays) - moved_at_standstill(Plugin::kNone));
+  EXPECT_LT(beyond[0], 0.02 * kDeg);
+  EXPECT_LT(beyond[1], 0.02 * kDeg);
+  EXPECT_LT(beyond[2], 0.02e-3);
+}
+
+TEST(UnstableLoop, MakesNoTrueJointMuchFasterThanItIsCommandedToBe) {
+  const auto peaks = [](Plugin plugin) {
+    ControlledTwin robot(plugin, make_unstable_loop());
+    robot.run(kPedalUp, 1500);
+    robot.run(kPedalDown, 3000);
+    robot.forget_speeds();
+    robot.run(kPedalDown, 20000);
+    return std::pair(robot.peak_true_ji_per_s(), robot.peak_commanded_ji_per_s());
+  };
+  const auto [true_without, commanded_without] = peaks(Plugin::kNone);
+  const auto [true_with, commanded_with] = peaks(Plugin::kBothWays);
+  for (int j = 0; j < 3; ++j) {
+    const double allowed = std::max(true_without[j], commanded_with[j]);
+    std::printf("joint %d: peak true speed %.4g with, %.4g without, commanded %.4g\n", j + 1,
+                true_with[j], true_without[j], commanded_with[j]);
+    EXPECT_LE(true_with[j], 1.2 * allowed) << "joint " << j + 1;
+  }
 }
 
 }  // namespace

@@ -42,6 +42,13 @@ bool may_follow(std::int32_t from, std::int32_t to) {
 
 }  // namespace
 
+/// How far a desired joint moved in the tick before this one, with the pedal down.
+double Witness::commanded_ji(std::size_t joint) const {
+  const double moved = std::abs(desired_[0].ji[joint] - desired_[1].ji[joint]);
+  const bool counts = desired_[0].pedal_down && desired_[1].pedal_down && std::isfinite(moved);
+  return counts ? moved : 0.0;
+}
+
 std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
                                const ravencal_output& output) {
   const float own_ji = state.arm[0].jpos_ji[joint];
@@ -62,6 +69,11 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
   if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
   if (state.runlevel == kPedalDown && !follows_prediction(output.state) && step != 0.0) {
     return "the correction moved by itself with the pedal down";
+  }
+  const double share = static_cast<double>(config_.follow_share) * commanded_ji(joint);
+  if (state.runlevel == kPedalDown && step > share * 1.0001 + 1e-7) {
+    return fmt::format("the correction moved by {} where {} were commanded", step,
+                       commanded_ji(joint));
   }
   if (is_at_zero(output.state) && correction_ji != 0.0F) return "a correction where none may be";
   if (std::abs(now) > static_cast<double>(config_.max_correction_ji[joint]) * 1.0001) {
@@ -98,6 +110,12 @@ std::string Witness::see(const ravencal_state& state, const ravencal_output& out
     }
   }
   state_before_ = output.state;
+  desired_[1] = desired_[0];
+  desired_[0].pedal_down = state.runlevel == kPedalDown;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    desired_[0].ji[j] = static_cast<double>(state.arm[0].jpos_d_ji[j]) +
+                        static_cast<double>(output.correction_ji[j]);
+  }
   return wrong.empty() ? wrong
                        : fmt::format("tick {}, {}, doubts {:#x}: {}", ticks_,
                                      host::state_name(output.state), output.doubts, wrong);

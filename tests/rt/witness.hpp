@@ -16,7 +16,8 @@ class Witness {
  public:
   explicit Witness(const ravencal_config& config) : config_(config) {}
 
-  /// Takes one tick; returns a sentence on what is wrong with it, empty if nothing is.
+  /// Takes one tick of a host that publishes the state which it gave; returns a sentence on what is
+  /// wrong with it, empty if nothing is.
   std::string see(const ravencal_state& state, const ravencal_output& output);
 
   /// Compares the plugin's counters with what was seen: every tick since its creation.
@@ -27,7 +28,15 @@ class Witness {
                         const ravencal_output& output);
 
   ravencal_config config_;
+  /// Desired joints with the correction in them, as the plugin sees them at the end of a tick.
+  struct Desired {
+    std::array<double, RAVENCAL_JOINTS> ji{};
+    bool pedal_down = false;
+  };
+  [[nodiscard]] double commanded_ji(std::size_t joint) const;
+
   std::array<double, RAVENCAL_JOINTS> before_{};
+  std::array<Desired, 2> desired_{};  ///< of the last tick and of the one before
   std::int32_t state_before_ = RAVENCAL_STATE_OFF;
   std::uint64_t ticks_ = 0;
   std::uint64_t transitions_ = 0;
