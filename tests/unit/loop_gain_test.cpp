@@ -154,6 +154,26 @@ TEST(LoopGains, OfAModelWithoutSuchInputsAreZero) {
   EXPECT_EQ(gains.by_group, Eigen::MatrixXd::Zero(2, 3));
 }
 
+TEST(LoopGains, LightOpenHasNoInputThatAnswers) {
+  using record::Role;
+  std::vector<record::Channel> channels;
+  for (const char* name : {"jpos.shoulder", "jpos.elbow", "jpos.insertion", "tau.elbow"}) {
+    channels.push_back({name, "rad", Role::kFeature, ""});
+  }
+  const auto features = model::select_features("light-open", channels);
+  ASSERT_TRUE(features.ok()) << features.error().message;
+  EXPECT_EQ(features->size(), 9U);
+  for (const model::FeatureSpec& feature : *features) {
+    EXPECT_FALSE(model::loop_group_of(feature.channel).has_value()) << feature.text();
+  }
+  EXPECT_EQ(model::select_features("light-open,-jpos.elbow", channels)->size(), 6U);
+  EXPECT_EQ(model::select_features("light-open,tau.elbow", channels)->size(), 10U);
+  channels.erase(channels.begin());
+  const auto lacking = model::select_features("light-open", channels);
+  ASSERT_FALSE(lacking.ok());
+  EXPECT_NE(lacking.error().message.find("jpos.shoulder"), std::string::npos);
+}
+
 TEST(LoopGains, LookAtRowsFromTheWholeRecording) {
   model::FeatureMatrix rows(10000, 1);
   for (Eigen::Index i = 0; i < rows.rows(); ++i) rows(i, 0) = static_cast<float>(i);

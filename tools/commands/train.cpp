@@ -330,7 +330,10 @@ void add_train(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"baseline", "avx2", "avx512"}));
   command->footer(
       "Example: ravencal train run1.db run2.db --validate run3.db --features light "
-      "--hidden 128,64,32 --out arm.onnx --report train.html");
+      "--hidden 128,64,32 --out arm.onnx --report train.html\n"
+      "         ravencal train run*.db --validate run3.db --features light-open --plant "
+      "raven2.toml "
+      "--out arm.onnx");
   on_call(*command, exit_code, [arguments, command] {
     arguments->train.origin = given_origin(*command, arguments->origin);
     return run(*arguments);

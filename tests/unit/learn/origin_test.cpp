@@ -111,6 +111,37 @@ TEST(Origin, SurvivesTheOnnxFile) {
   EXPECT_EQ(read->origin, result->model.origin);
 }
 
+TEST(LoopGains, SurviveTheMetadataAndWrongOnesAreRefused) {
+  const Recording recording = arm_with({});
+  const Recording* const recordings[] = {&recording};
+  auto result = train(recordings);
+  ASSERT_TRUE(result.ok());
+  model::LoopGains gains;
+  gains.rows = 12;
+  gains.channels = {"tau.elbow", "mvel.elbow"};
+  gains.largest = Eigen::Matrix2d::Constant(0.25);
+  gains.by_group = Eigen::MatrixXd::Constant(2, 3, 0.5);
+  result->model.loop_gains = gains;
+  Metadata metadata = metadata_of(result->model);
+  const auto read = model_from_metadata(metadata);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_TRUE(read->loop_gains.has_value());
+  EXPECT_EQ(read->loop_gains->channels, gains.channels);
+  EXPECT_EQ(read->loop_gains->largest, gains.largest);
+  EXPECT_EQ(read->loop_gains->by_group, gains.by_group);
+  EXPECT_EQ(read->loop_gains->rows, 12U);
+  for (const char* wrong :
+       {"[]", R"({"rows":1})",
+        R"({"rows":1,"channels":["a"],"largest":[[1]],"by_group":[[1,1,1]]})",
+        R"({"rows":-1,"channels":[],"largest":[[],[]],"by_group":[[0,0,0],[0,0,0]]})",
+        R"({"rows":1,"channels":[],"largest":[[],[]],"by_group":[[0,0,0],[0,0,-1]]})"}) {
+    metadata["ravencal.gains"] = wrong;
+    EXPECT_FALSE(model_from_metadata(metadata).ok()) << wrong;
+  }
+  metadata.erase("ravencal.gains");
+  EXPECT_FALSE(model_from_metadata(metadata)->loop_gains.has_value());
+}
+
 TEST(Origin, ModelsWithoutItReadAsUnknownAndWrongOnesAreRefused) {
   const Recording recording = arm_with({{"arm", "green"}});
   const Recording* const recordings[] = {&recording};
