@@ -18,6 +18,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "arms.hpp"
 #include "ravencal/plugin.h"
 
 namespace ravencal {
@@ -37,34 +38,6 @@ struct NoJacobian {
   static void read(Mechanism&, float (&velocity)[6]) {
     for (int i = 0; i < 6; ++i) velocity[i] = 0.0F;
   }
-};
-
-// How an arm is told from the others. By mechanism::type, which is the board's serial number in the
-// main branch.
-struct ByType {
-  template <typename Mechanism>
-  static int id(const Mechanism& mechanism) {
-    return static_cast<int>(mechanism.type);
-  }
-  static const char* what() { return "mechanism::type"; }
-};
-
-// By mechanism::name, for the CRTK branch, where arms of the same side share a type.
-struct ByName {
-  template <typename Mechanism>
-  static int id(const Mechanism& mechanism) {
-    return static_cast<int>(mechanism.name);
-  }
-  static const char* what() { return "mechanism::name"; }
-};
-
-// One arm, as the controller and as raven_state name it.
-struct ArmSettings {
-  // Main branch: GOLD_ARM or GREEN_ARM of defines.h. CRTK branch: gold or green.
-  int id;
-  // Slot of the arm's joints in raven_state, and of the model's training recordings: 0 gold, 1
-  // green.
-  int message_slot;
 };
 
 struct ControllerSettings {
@@ -99,8 +72,9 @@ class ControllerAdapter {
   bool open(const ControllerSettings& settings, const Device& device) {
     close();
     settings_ = settings;
-    if (find_arms(device) && load_library() && create_instance() &&
-        (settings.weights == 0 || load(settings.weights))) {
+    if (arms_.find(device, settings.mechanisms, settings.calibrated, settings.other,
+                   settings.poses_as_published != 0, error_, sizeof error_) &&
+        load_library() && create_instance() && (settings.weights == 0 || load(settings.weights))) {
       api_->enable(instance_, 1);
       return true;
     }
@@ -149,13 +123,7 @@ class ControllerAdapter {
   // Whether every joint is ready: what the CRTK branch publishes as sublevel. Its own robot_ready
   // also un-homes the robot when that was asked for, so it must be called by the controller alone.
   int all_joints_ready(const Device& device) const {
-    for (int i = 0; i < settings_.mechanisms; ++i) {
-      for (int j = 0; j < RAVENCAL_SLOTS; ++j) {
-        const int state = static_cast<int>(device.mech[i].joint[j].state);
-        if (j != kVoidSlot && state != kJointReady) return 0;
-      }
-    }
-    return 1;
+    return arms_.all_joints_ready(device) ? 1 : 0;
   }
 
   // The hook: after the forward cable coupling, before the forward kinematics. Replaces jpos of
@@ -169,7 +137,7 @@ class ControllerAdapter {
     const int status = api_->step(instance_, &state_, &output_);
     if (status < 0) return status;
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
-      if (Joint* joint = find_joint(device, slot)) joint->jpos = output_.jpos_ji[slot];
+      if (Joint* joint = arms_.joint(device, slot)) joint->jpos = output_.jpos_ji[slot];
     }
     return status;
   }
@@ -180,7 +148,7 @@ class ControllerAdapter {
     if (instance_ == 0 || saved_ != 0) return;
     float desired_ji[RAVENCAL_JOINTS] = {0.0F, 0.0F, 0.0F};
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
-      const Joint* joint = find_joint(device, slot);
+      const Joint* joint = arms_.joint(device, slot);
       if (joint == 0) return;
       desired_ji[slot] = joint->jpos_d;
     }
@@ -188,7 +156,7 @@ class ControllerAdapter {
     api_->uncorrect_desired(instance_, desired_ji, uncorrected_ji);
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
       saved_ji_[slot] = desired_ji[slot];
-      find_joint(device, slot)->jpos_d = uncorrected_ji[slot];
+      arms_.joint(device, slot)->jpos_d = uncorrected_ji[slot];
     }
     saved_ = 1;
   }
@@ -196,7 +164,7 @@ class ControllerAdapter {
     if (saved_ == 0) return;
     saved_ = 0;
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
-      if (Joint* joint = find_joint(device, slot)) joint->jpos_d = saved_ji_[slot];
+      if (Joint* joint = arms_.joint(device, slot)) joint->jpos_d = saved_ji_[slot];
     }
   }
 
@@ -206,8 +174,8 @@ class ControllerAdapter {
     fill(device, runlevel, sublevel, last_sequence, state_.t_ns);
     // Only here: the controller computes its Jacobian after the hook, for the first time in its
     // first cycle, and a velocity that was never computed cannot be read.
-    for (int a = 0; a < 2; ++a) {
-      if (poses_[a] != kAbsent) fill_jacobian(device.mech[poses_[a]], state_.arm[a]);
+    for (int a = 0; a < FoundArms::kCount; ++a) {
+      if (Mechanism* posed = arms_.posed(device, a)) fill_jacobian(*posed, state_.arm[a]);
     }
     take_correction_out();
     api_->observe_cycle_end(instance_, &state_);
@@ -217,12 +185,9 @@ class ControllerAdapter {
   ControllerAdapter(const ControllerAdapter&);
   ControllerAdapter& operator=(const ControllerAdapter&);
 
-  // The controller's own types; C++98 has no decltype.
-  typedef __typeof__(static_cast<Device*>(0)->mech[0]) Mechanism;
-  typedef __typeof__(static_cast<Mechanism*>(0)->joint[0]) Joint;
-  enum { kPositionUnknown = 1, kJointReady = 4 };  // jointState of the controller's DS0.h
-  enum { kVoidSlot = 3 };                          // index NO_CONNECTION of its defines.h
-  enum { kAbsent = -1 };
+  typedef Arms<Device, Identity> FoundArms;
+  typedef typename FoundArms::Mechanism Mechanism;
+  typedef typename FoundArms::Joint Joint;
 
   bool fail(const char* what, const char* more) {
     snprintf(error_, sizeof error_, "%s%s", what, more);
@@ -265,73 +230,17 @@ class ControllerAdapter {
     return false;
   }
 
-  // Where the arms and their published poses lie in device.mech; an arm's joints are found by
-  // DOF::type later, because the controller sets those in INIT.
-  bool find_arms(const Device& device) {
-    const ArmSettings* const arms[2] = {&settings_.calibrated, &settings_.other};
-    for (int a = 0; a < 2; ++a) {
-      if (arms[a]->message_slot != 0 && arms[a]->message_slot != 1) {
-        return fail("message_slot must be 0 (gold) or 1 (green)", "");
-      }
-      arms_[a] = kAbsent;
-      for (int i = 0; i < settings_.mechanisms; ++i) {
-        if (Identity::id(device.mech[i]) != arms[a]->id) continue;
-        if (arms_[a] != kAbsent) {
-          snprintf(error_, sizeof error_,
-                   "%s %d belongs to mech[%d] and to mech[%d], and does not tell them apart; "
-                   "ravencal::ByName does, in the CRTK branch",
-                   Identity::what(), arms[a]->id, arms_[a], i);
-          return false;
-        }
-        arms_[a] = i;
-      }
-      const int slot = arms[a]->message_slot;
-      const bool published = settings_.poses_as_published != 0;
-      poses_[a] =
-          !published ? arms_[a] : (slot < settings_.mechanisms ? slot : static_cast<int>(kAbsent));
-    }
-    if (arms_[0] != kAbsent) return true;
-    snprintf(error_, sizeof error_, "none of the %d mechanisms has %s %d, the calibrated arm's",
-             settings_.mechanisms, Identity::what(), settings_.calibrated.id);
-    return false;
-  }
-
-  // DOF::type counts the joints of all arms, eight for each. The controller sets it when it first
-  // comes to INIT; until then all are 0, and no joint can be told from another.
-  static int slot_of(const Joint& joint) { return static_cast<int>(joint.type) % RAVENCAL_SLOTS; }
-  static bool has_joint_types(const Mechanism& mechanism) {
-    unsigned seen = 0;
-    for (int i = 0; i < RAVENCAL_SLOTS; ++i) seen |= 1U << slot_of(mechanism.joint[i]);
-    return seen == (1U << RAVENCAL_SLOTS) - 1U;
-  }
-
-  // Of the calibrated arm; null before INIT.
-  Joint* find_joint(Device& device, int slot) const {
-    Mechanism& mechanism = device.mech[arms_[0]];
-    if (!has_joint_types(mechanism)) return 0;
-    for (int i = 0; i < RAVENCAL_SLOTS; ++i) {
-      if (slot_of(mechanism.joint[i]) == slot) return &mechanism.joint[i];
-    }
-    return 0;
-  }
-
-  // A soft emergency stop takes the current from every motor of every arm, and marks one joint.
-  static bool is_soft_stopped(const Device& device) {
-    return static_cast<int>(device.mech[0].joint[0].state) == kPositionUnknown;
-  }
-
   void fill(Device& device, int runlevel, int sublevel, int last_sequence, int64_t t_ns) {
     memset(state_.arm, 0, sizeof state_.arm);
     state_.runlevel = runlevel;
     state_.sublevel = sublevel;
     state_.last_seq = last_sequence;
     state_.t_ns = t_ns;
-    for (int a = 0; a < 2; ++a) {
-      if (arms_[a] != kAbsent && has_joint_types(device.mech[arms_[a]])) {
-        fill_joints(device.mech[arms_[a]], state_.arm[a]);
-      }
-      if (poses_[a] != kAbsent) fill_pose(device.mech[poses_[a]], state_.arm[a]);
-      if (is_soft_stopped(device)) state_.arm[a].joints_ready = 0;
+    const bool stopped = FoundArms::is_soft_stopped(device);
+    for (int a = 0; a < FoundArms::kCount; ++a) {
+      if (const Mechanism* own = arms_.mechanism(device, a)) fill_joints(*own, state_.arm[a]);
+      if (const Mechanism* posed = arms_.posed(device, a)) fill_pose(*posed, state_.arm[a]);
+      if (stopped) state_.arm[a].joints_ready = 0;
     }
   }
 
@@ -342,8 +251,8 @@ class ControllerAdapter {
     float desired_ji[RAVENCAL_JOINTS];
     memcpy(desired_ji, arm.jpos_d_ji, sizeof desired_ji);
     api_->uncorrect_desired(instance_, desired_ji, arm.jpos_d_ji);
-    for (int a = 0; a < 2; ++a) {
-      if (poses_[a] != arms_[0]) continue;
+    for (int a = 0; a < FoundArms::kCount; ++a) {
+      if (!arms_.pose_is_of_calibrated(a)) continue;
       ravencal_arm& posed = state_.arm[a];
       api_->uncorrect_pose(instance_, arm.jpos_ji, uncorrected_ji_, posed.pos_um, posed.ori);
       api_->uncorrect_pose(instance_, desired_ji, arm.jpos_d_ji, posed.pos_d_um, posed.ori_d);
@@ -354,7 +263,7 @@ class ControllerAdapter {
   static void fill_joints(const Mechanism& mechanism, ravencal_arm& arm) {
     for (int i = 0; i < RAVENCAL_SLOTS; ++i) {
       const Joint& joint = mechanism.joint[i];
-      const int slot = slot_of(joint);
+      const int slot = FoundArms::slot_of(joint);
       arm.enc_counts[slot] = joint.enc_val;
       arm.enc_offset_counts[slot] = joint.enc_offset;
       arm.dac_counts[slot] = joint.current_cmd;
@@ -365,7 +274,7 @@ class ControllerAdapter {
       arm.jpos_ji[slot] = joint.jpos;
       arm.jpos_d_ji[slot] = joint.jpos_d;
       arm.jvel_ji[slot] = joint.jvel;
-      if (static_cast<int>(joint.state) == kJointReady) arm.joints_ready |= 1U << slot;
+      if (FoundArms::is_ready(joint)) arm.joints_ready |= 1U << slot;
     }
   }
 
@@ -398,8 +307,7 @@ class ControllerAdapter {
   ControllerSettings settings_;
   ravencal_state state_;
   ravencal_output output_;
-  int arms_[2];   // index into device.mech of the calibrated arm and of the other, or kAbsent
-  int poses_[2];  // and of the mechanism whose pose raven_state has in their slots
+  FoundArms arms_;
   float uncorrected_ji_[RAVENCAL_JOINTS];  // jpos of the calibrated arm at the hook
   float saved_ji_[RAVENCAL_JOINTS];        // jpos_d between uncorrect and restore
   int saved_;

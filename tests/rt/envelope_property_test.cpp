@@ -71,7 +71,7 @@ RC_GTEST_PROP(EnvelopeProperty, NeverStepsWhateverComesIn, ()) {
   model.output.scale *= std::pow(10.0, static_cast<double>(random() % 4));  // up to far too large
   rig.load(model);
   rig.enable();
-  Witness witness(rig.config);
+  Witness witness(rig.config, Witness::Desired::kPublished);
   for (int i = 0; i < 3000; ++i) {
     if (random() % 50 == 0) disturb(random, rig.state);
     if (random() % 100 == 0) rig.state = healthy_state(rig.state.t_ns);
@@ -89,7 +89,7 @@ RC_GTEST_PROP(EnvelopeProperty, NeverStepsWhenWeightsAreSwappedAtAnyTime, ()) {
   std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
   Rig rig;
   rig.enable();
-  Witness witness(rig.config);
+  Witness witness(rig.config, Witness::Desired::kPublished);
   for (int swap = 0; swap < 5; ++swap) {
     model::CalibrationModel model = make_model(30, {}, random());
     model.output.mean = Eigen::Vector3d::Random() * 0.1;  // each asks for something else

@@ -71,7 +71,7 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
     return "the correction moved by itself with the pedal down";
   }
   const double share = static_cast<double>(config_.follow_share) * commanded_ji(joint);
-  if (state.runlevel == kPedalDown && step > share * 1.0001 + 1e-7) {
+  if (knows_commands_ && state.runlevel == kPedalDown && step > share * 1.0001 + 1e-7) {
     return fmt::format("the correction moved by {} where {} were commanded", step,
                        commanded_ji(joint));
   }

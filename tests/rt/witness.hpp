@@ -14,9 +14,14 @@ namespace ravencal::test {
 
 class Witness {
  public:
-  explicit Witness(const ravencal_config& config) : config_(config) {}
+  /// Whether the states that see() is given have the desired joints that the host published at the
+  /// end of the same tick, in every tick: then the correction is held to the commanded motion too.
+  enum class Desired { kOther, kPublished };
 
-  /// Takes one tick of a host that publishes the state which it gave; returns a sentence on what is
+  explicit Witness(const ravencal_config& config, Desired desired = Desired::kOther)
+      : config_(config), knows_commands_(desired == Desired::kPublished) {}
+
+  /// Takes one tick; returns a sentence on what is
   /// wrong with it, empty if nothing is.
   std::string see(const ravencal_state& state, const ravencal_output& output);
 
@@ -28,15 +33,16 @@ class Witness {
                         const ravencal_output& output);
 
   ravencal_config config_;
+  bool knows_commands_;
   /// Desired joints with the correction in them, as the plugin sees them at the end of a tick.
-  struct Desired {
+  struct DesiredJoints {
     std::array<double, RAVENCAL_JOINTS> ji{};
     bool pedal_down = false;
   };
   [[nodiscard]] double commanded_ji(std::size_t joint) const;
 
   std::array<double, RAVENCAL_JOINTS> before_{};
-  std::array<Desired, 2> desired_{};  ///< of the last tick and of the one before
+  std::array<DesiredJoints, 2> desired_{};  ///< of the last tick and of the one before
   std::int32_t state_before_ = RAVENCAL_STATE_OFF;
   std::uint64_t ticks_ = 0;
   std::uint64_t transitions_ = 0;

@@ -14,5 +14,6 @@ foreach(branch main crtk)
     list(APPEND controller_builds ${build})
   endforeach()
 endforeach()
-ravencal_test(NAME integration_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/integration_test.cpp
+ravencal_test(NAME integration_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/integration_test.cpp ${CMAKE_CURRENT_LIST_DIR}/integration_motion_test.cpp
   LIBS ravencal_test_rig ravencal::physics ${controller_builds} ${CMAKE_DL_LIBS} LABELS rt)

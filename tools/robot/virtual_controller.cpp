@@ -334,9 +334,9 @@ const CycleOutput& VirtualController::cycle() noexcept {
 
   CycleOutput& out = robot.output;
   out.message = robot.arm.twin.message();
-  if (robot.runlevel != kInit || robot.homed) robot.write_corrected(out.message);
   robot.complete(out.message);
-  robot.plugin.observe(out.message, t_ns, robot.homed);
+  robot.plugin.observe(out.message, t_ns, robot.homed);  // without the correction
+  if (robot.runlevel != kInit || robot.homed) robot.write_corrected(out.message);
   out.t_ns = t_ns;
   out.runlevel = robot.runlevel;
   out.operating = robot.operating();
