@@ -9,7 +9,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 plant=$root/tools/plants/raven2.toml
 out=out/demo
 plugin=
-network=(--features light --hidden 128,64,32 --epochs 120)
+network=(--features light-open --hidden 128,64,32 --epochs 120)
 test_s=300
 live_ticks=20000
 

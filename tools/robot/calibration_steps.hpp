@@ -20,7 +20,7 @@ struct CalibrationOptions {
   std::vector<std::string> sparsities = {"1/2", "1/3", "1/4", "1/5", "1/6"};
   double validate_s = 300.0;  ///< random motion that chooses the epoch
   double test_s = 300.0;      ///< random motion that nothing is chosen by
-  std::string features = "light";
+  std::string features = "light-open";
   std::string hidden = "128,64,32";
   int epochs = 300;
   std::string precision = "f32";
