@@ -84,8 +84,8 @@ bool is_light(const core::CatalogueEntry& entry) {
 /// The inputs of light-open: measured joints and their play operators, and nothing that answers to
 /// the motor command, so that no loop is closed through it. The plays remember from which side a
 /// joint came, as friction and hysteresis of its cable do, which torque and velocity say in
-/// `light`. Half-widths, chosen on the digital twin's validation motion: some times the stretch of
-/// a cable.
+/// `light`. Half-widths, chosen among four sets on one random motion of the digital twin (sinusoid,
+/// seed 102), whose RMSE is therefore a little optimistic: some times the stretch of a cable.
 std::vector<FeatureSpec> light_open() {
   struct Widths {
     std::string_view joint;
