@@ -51,8 +51,8 @@ std::int32_t default_config(ravencal_config* config) noexcept {
   // (RAVEN-II's reductions), halved.
   constexpr float kBlend[RAVENCAL_JOINTS] = {0.00577F, 0.00646F, 0.000364F};
   config->blend_share = 0.1F;
-  // A true joint is then at most 1.1 times as fast as it is commanded to be, whatever the network
-  // answers to the motor command that it causes.
+  // The motors are then led at most 1.1 times as fast as the joints are commanded to move, whatever
+  // the network answers to the motor command that it causes.
   config->follow_share = 0.1F;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     config->slew_ji_per_s[j] = kRate[j];
