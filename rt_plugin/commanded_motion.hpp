@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// How far the operator moved the desired joints in one cycle with the pedal down: what an offset of
-// the correction may shrink with (transfer.hpp). Real-time thread only.
+// How far the operator moved the desired joints in one cycle with the pedal down: the correction
+// may move by a share of it (envelope.hpp), and its offset may shrink by a share (transfer.hpp).
+// Real-time thread only.
 #pragma once
 
 #include <cmath>

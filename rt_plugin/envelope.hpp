@@ -2,9 +2,9 @@
 //
 // The safety envelope: decides each tick which correction may be applied, and moves the applied one
 // there. While the motors are free (pedal up, E-stop) it moves by at most slew * tick. While they
-// follow (pedal down) it only goes along with the prediction (transfer.hpp), by at most
-// max_correction_rate * tick, and stays where it is on any doubt. Used by the real-time thread
-// only.
+// follow (pedal down) it only goes along with the prediction (transfer.hpp), by at most a share of
+// the motion that the operator commands, and stays where it is on any doubt. Used by the real-time
+// thread only.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ class Envelope {
            (state_ == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT);
   }
   [[nodiscard]] const JointVector& correction_ji() const noexcept { return correction_ji_; }
-  /// What the correction still lacks of what is wanted because the motors follow it.
+  /// Correction minus what is wanted, because the motors follow it; zero while they are free.
   [[nodiscard]] const JointVector& offset_ji() const noexcept { return transfer_.offset_ji(); }
   /// Joints whose correction could not follow what is wanted in the last tick, in normal work.
   [[nodiscard]] std::uint32_t limited_joints() const noexcept { return limited_joints_; }
@@ -47,7 +47,7 @@ class Envelope {
                                         bool motors_follow) const noexcept;
   [[nodiscard]] bool may_hold(bool enabled, std::uint32_t doubts,
                               bool motors_follow) const noexcept;
-  /// The state to end in from a resting one (`resting_state`), by way of a fade if need be.
+  /// From one resting state to the next: that one, or a fade first where a correction is left.
   [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
   void correct(const Wish& wish) noexcept;
   std::int32_t fade_out(const Wish& wish) noexcept;
@@ -61,8 +61,8 @@ class Envelope {
   std::uint64_t clear_ticks_needed_ = 0;
   std::uint64_t clear_ticks_ = 0;
   std::uint64_t hold_ticks_allowed_ = 0;
-  std::uint64_t hold_ticks_ =
-      0;  ///< in HOLD with free motors since the last kClearNs without a doubt
+  /// In HOLD with free motors since the last kClearNs without a doubt.
+  std::uint64_t hold_ticks_ = 0;
   std::int32_t state_ = RAVENCAL_STATE_OFF;
   std::int32_t after_fade_ = RAVENCAL_STATE_OFF;  ///< where FADING_OUT leads
   JointVector correction_ji_{};

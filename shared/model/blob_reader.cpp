@@ -11,6 +11,7 @@
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
 #include "model/loop_text.hpp"
+#include "model/origin_json.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -119,10 +120,7 @@ nlohmann::ordered_json summary(const CalibrationModel& model, const BlobView& vi
   json["bytes_per_step"] = view.bytes_per_step();
   json["row_period_s"] = model.row_period_s;
   json["signature"] = view.is_signed() ? "ed25519" : "none";
-  json["origin"] = {{"arm", name_of(model.origin.arm)},
-                    {"robot", model.origin.robot},
-                    {"controller", model.origin.controller},
-                    {"coordinates", name_of(model.origin.coordinates)}};
+  json["origin"] = origin_json(model.origin);
   json["loop"] = loop_json(model);
   json["trust"] = nullptr;
   if (model.trust) {

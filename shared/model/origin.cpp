@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
+
+#include "model/origin_json.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -71,6 +74,13 @@ core::Result<Origin> joined(const Origin& known, const Origin& more, std::string
   RAVENCAL_RETURN_IF_ERROR(join_text(result.robot, more.robot, "robot", source));
   RAVENCAL_RETURN_IF_ERROR(join_text(result.controller, more.controller, "controller", source));
   return result;
+}
+
+nlohmann::ordered_json origin_json(const Origin& origin) {
+  return {{"arm", name_of(origin.arm)},
+          {"robot", origin.robot},
+          {"controller", origin.controller},
+          {"coordinates", name_of(origin.coordinates)}};
 }
 
 }  // namespace ravencal::model

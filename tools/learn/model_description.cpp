@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/loop_text.hpp"
+#include "model/origin_json.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -75,10 +76,7 @@ std::string describe_in_json(const model::CalibrationModel& model) {
                      {"full_distance", model.trust->full_distance},
                      {"none_distance", model.trust->none_distance}};
   }
-  json["origin"] = {{"arm", name_of(model.origin.arm)},
-                    {"robot", model.origin.robot},
-                    {"controller", model.origin.controller},
-                    {"coordinates", name_of(model.origin.coordinates)}};
+  json["origin"] = model::origin_json(model.origin);
   json["loop"] = loop_json(model);
   json["provenance"] = model.provenance;
   return json.dump(2);

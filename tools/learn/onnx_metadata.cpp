@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "model/blob_format.hpp"
+#include "model/origin_json.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -205,14 +206,6 @@ core::Result<model::LoopGains> gains_from(const json& object, std::size_t output
   return gains;
 }
 
-std::string origin_text(const model::Origin& origin) {
-  return json({{"arm", name_of(origin.arm)},
-               {"robot", origin.robot},
-               {"controller", origin.controller},
-               {"coordinates", name_of(origin.coordinates)}})
-      .dump();
-}
-
 core::Result<model::Origin> origin_from(const json& object) {
   const auto text = [&](const char* key) {
     return object.is_object() && object.contains(key) && object[key].is_string()
@@ -249,7 +242,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
                        {"ravencal.output_mean", numbers_text(model.output.mean)},
                        {"ravencal.output_scale", numbers_text(model.output.scale)},
                        {"ravencal.row_period_s", json(model.row_period_s).dump()},
-                       {"ravencal.origin", origin_text(model.origin)},
+                       {"ravencal.origin", json(model::origin_json(model.origin)).dump()},
                        {"ravencal.provenance", json(model.provenance).dump()}};
   if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
   if (model.loop_gains) metadata["ravencal.gains"] = gains_text(*model.loop_gains);
