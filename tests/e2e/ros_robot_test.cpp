@@ -115,7 +115,7 @@ double elbow_error_deg(const fs::path& path) {
 
 /// The commands of the tutorial, in their order, as a reader pastes them.
 std::string tutorial_script() {
-  std::ifstream file(RAVENCAL_SOURCE_DIR "/tools/ros/TUTORIAL.md");
+  std::ifstream file(RAVENCAL_SOURCE_DIR "/tools/recording/ros/TUTORIAL.md");
   std::string script;
   bool inside = false;
   for (std::string line; std::getline(file, line);) {

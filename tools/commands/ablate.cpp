@@ -306,7 +306,7 @@ void add_ablate(CLI::App& app, int& exit_code) {
   add_run_options(*command, *arguments);
   command->footer(
       "The same command goes on where it was interrupted. On a cluster: --plan, then\n"
-      "tools/slurm/ablate.sbatch, then --collect.\n"
+      "tools/calibration/slurm/ablate.sbatch, then --collect.\n"
       "Example: ravencal ablate removal --train zigzag*.db --test random1.db --hidden 128,64,32 "
       "--epochs 60 --out study");
   on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
