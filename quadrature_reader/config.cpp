@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/constants.hpp"
 #include "core/toml_table.hpp"
 #include "core/whole_file.hpp"
 #include "quadrature_reader/config_sources.hpp"
@@ -19,7 +20,6 @@ namespace {
 
 using core::TomlTable;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMetresPerMm = 1e-3;
 
 class ConfigReader {
@@ -93,7 +93,7 @@ std::optional<double> read_position(TomlTable& table, const std::string& key,
                                     const std::string& unit) {
   const auto value = table.find_number(key, {-1e6, 1e6});
   if (!value) return std::nullopt;
-  return *value * (unit == "rad" ? kRadPerDeg : kMetresPerMm);
+  return *value * (unit == "rad" ? core::kRadPerDeg : kMetresPerMm);
 }
 
 void read_axis(TomlTable& table, AxisSettings& axis) {

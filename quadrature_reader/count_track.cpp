@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/count_track.hpp"
+#include "core/constants.hpp"
 
 #include <algorithm>
 
 namespace ravencal::quadrature_reader {
 namespace {
 
-constexpr double kSecondsPerNs = 1e-9;
 // Knots kept before the present one: half an encoder cycle for the velocity, and one to spare.
 constexpr std::size_t kHistory = 3;
 
@@ -135,7 +135,8 @@ double CountTrack::velocity_at(std::size_t k, std::int64_t t_ns) const {
   }
   const auto dt_ns = static_cast<double>(knots_[last].t_ns - knots_[first].t_ns);
   if (dt_ns <= 0.0) return 0.0;
-  return (knots_[last].position_counts - knots_[first].position_counts) / (dt_ns * kSecondsPerNs);
+  return (knots_[last].position_counts - knots_[first].position_counts) /
+         (dt_ns * core::kSecondsPerNs);
 }
 
 }  // namespace ravencal::quadrature_reader

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_plugin/envelope.hpp"
+#include "core/constants.hpp"
 
 #include <algorithm>
 
 namespace ravencal::rt {
 namespace {
-
-constexpr double kSecondsPerNs = 1e-9;
 
 /// Doubts about a cycle or a few, during which the correction may stay where it is. The others are
 /// about the robot, the weights or the plugin itself, and end it at once.
@@ -32,7 +31,7 @@ std::int32_t status_of(std::int32_t resting) noexcept {
 /// So many joint units per second are so many per tick. The tick's length is the configured one,
 /// never the measured one: late, early or frozen clocks cannot enlarge a step.
 JointVector per_tick(const float (&per_s)[RAVENCAL_JOINTS], std::uint32_t tick_ns) noexcept {
-  const double tick_s = static_cast<double>(tick_ns) * kSecondsPerNs;
+  const double tick_s = static_cast<double>(tick_ns) * core::kSecondsPerNs;
   JointVector step{};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     step[j] = static_cast<float>(static_cast<double>(per_s[j]) * tick_s);

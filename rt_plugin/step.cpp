@@ -7,13 +7,12 @@
 
 #include <atomic>
 
+#include "core/constants.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/telemetry_record.hpp"
 
 namespace ravencal::rt {
 namespace {
-
-constexpr double kSecondsPerNs = 1e-9;
 
 /// The published state must be that of the step before this one.
 std::uint32_t doubt_latch(const ravencal_instance& self) noexcept {
@@ -25,7 +24,7 @@ std::uint32_t doubt_latch(const ravencal_instance& self) noexcept {
 float seconds_since_armed(const ravencal_instance& self, std::int64_t t_ns) noexcept {
   const auto elapsed_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(t_ns) -
                                                     static_cast<std::uint64_t>(self.armed_ns));
-  return static_cast<float>(static_cast<double>(elapsed_ns) * kSecondsPerNs);
+  return static_cast<float>(static_cast<double>(elapsed_ns) * core::kSecondsPerNs);
 }
 
 /// Asks the weights in use, if there are any, for the joint errors of this cycle.

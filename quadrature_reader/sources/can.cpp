@@ -17,6 +17,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/clock_offset.hpp"
 #include "quadrature_reader/sources/can_clock.hpp"
 #include "quadrature_reader/sources/can_decoder.hpp"
@@ -25,10 +26,9 @@ namespace ravencal::quadrature_reader {
 namespace {
 
 // A frame is stamped on its way to the socket: wait this long before calling the queue complete.
-constexpr std::int64_t kDeliveryNs = 1'000'000;
+constexpr std::int64_t kFrameDeliveryNs = 1'000'000;
 constexpr int kReceiveBufferBytes = 4 << 20;
 constexpr int kLargestBatch = 512;
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::size_t kSocketMemoryWords = 16;  // SK_MEMINFO_VARS (9) and room for more
 // CiA 301: NMT command, SYNC.
 constexpr std::uint32_t kNmt = 0x000;
@@ -154,7 +154,7 @@ core::Status CanSource::read(std::vector<Reading>& out, std::chrono::millisecond
   if (settings_.sync_period_ns > 0) {
     wait_ns = std::clamp<std::int64_t>(next_sync_ns_ - monotonic_now_ns(), 0, wait_ns);
   }
-  const timespec wait_time{wait_ns / kNsPerS, wait_ns % kNsPerS};
+  const timespec wait_time{wait_ns / core::kNsPerS, wait_ns % core::kNsPerS};
   if (::ppoll(&wait, 1, &wait_time, nullptr) < 0 && errno != EINTR)
     return device_error("waiting failed");
   const std::int64_t now_ns = monotonic_now_ns();
@@ -169,7 +169,8 @@ core::Status CanSource::read(std::vector<Reading>& out, std::chrono::millisecond
   // With frames left in the queue, nobody knows who is silent up to now.
   decoder_.watch(emptied ? std::max(now_ns, last_t_ns_) : last_t_ns_, out);
   keep_nodes_going(now_ns);
-  const std::int64_t complete_ns = emptied ? now_ns - kDeliveryNs : last_t_ns_ - kDeliveryNs;
+  const std::int64_t complete_ns =
+      emptied ? now_ns - kFrameDeliveryNs : last_t_ns_ - kFrameDeliveryNs;
   out.push_back({std::max(complete_ns, last_t_ns_), 0, kEveryAxis, ReadingKind::kAlive, Line::kA,
                  Fault::kNone});
   return {};
@@ -219,7 +220,9 @@ core::Result<std::optional<CanFrame>> CanSource::receive(std::int64_t realtime_o
 
 std::int64_t CanSource::stamp_of(const scm_timestamping* stamps, std::int64_t realtime_offset_ns,
                                  std::vector<Reading>& out) {
-  const auto ns_of = [](const timespec& t) { return std::int64_t{t.tv_sec} * kNsPerS + t.tv_nsec; };
+  const auto ns_of = [](const timespec& t) {
+    return std::int64_t{t.tv_sec} * core::kNsPerS + t.tv_nsec;
+  };
   // ts[0] is the kernel's stamp on the wall clock, ts[2] the adapter's on its own.
   const std::int64_t kernel_ns = stamps != nullptr ? ns_of(stamps->ts[0]) : 0;
   const std::int64_t adapter_ns = stamps != nullptr ? ns_of(stamps->ts[2]) : 0;

@@ -23,10 +23,6 @@ Reading reading(std::int64_t t_ns, std::int64_t value, std::uint8_t axis, Readin
   return {t_ns, value, axis, kind, Line::kA, fault};
 }
 
-std::uint64_t mask_of(unsigned bits) {
-  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
-}
-
 }  // namespace
 
 std::optional<std::uint64_t> extract_count(const CanEncoder& layout,
@@ -37,7 +33,7 @@ std::optional<std::uint64_t> extract_count(const CanEncoder& layout,
     const unsigned at = layout.big_endian ? i : layout.byte_count - 1 - i;
     raw = raw << 8U | data[layout.byte_offset + at];
   }
-  return raw & mask_of(layout.counter_bits);
+  return raw & low_bits(layout.counter_bits);
 }
 
 CanDecoder::CanDecoder(const SourceSettings& settings)

@@ -11,20 +11,16 @@ constexpr std::int64_t kStampJitterNs = 2'000'000;
 // A corrupt value stands alone; this many that agree are a device that counts from elsewhere.
 constexpr int kAgreeingSuspects = 3;
 
-std::uint64_t mask_of(unsigned bits) {
-  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
-}
-
 /// The value of `bits` bits as a two's complement number.
 std::int64_t sign_extend(std::uint64_t value, unsigned bits) {
   const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
-  return static_cast<std::int64_t>(((value & mask_of(bits)) ^ sign) - sign);
+  return static_cast<std::int64_t>(((value & low_bits(bits)) ^ sign) - sign);
 }
 
 }  // namespace
 
 std::int64_t CountWidener::widen(std::uint64_t raw, bool is_signed) {
-  raw &= mask_of(bits_);
+  raw &= low_bits(bits_);
   if (!started_) {
     count_ = is_signed ? sign_extend(raw, bits_) : static_cast<std::int64_t>(raw);
     started_ = true;

@@ -10,6 +10,11 @@
 
 namespace ravencal::quadrature_reader {
 
+/// All `bits` lowest bits set, 1 to 64.
+constexpr std::uint64_t low_bits(unsigned bits) {
+  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+}
+
 /// Widens a counter that wraps at 2^bits to 64 bits: between two readings it moves by less than
 /// half of its range.
 class CountWidener {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/sources/counter.hpp"
+#include "core/constants.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,9 +22,8 @@ namespace ravencal::quadrature_reader {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 // The kernel queues an event at the instant of its stamp; this much for the scheduler.
-constexpr std::int64_t kDeliveryNs = 1'000'000;
+constexpr std::int64_t kEventDeliveryNs = 1'000'000;
 // The kernel drops events that find its queue full without a word, so the count itself is asked
 // now and then.
 constexpr std::int64_t kCheckPeriodNs = 100'000'000;
@@ -125,7 +125,7 @@ core::Result<bool> CounterSource::enable_events() {
 core::Status CounterSource::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
   const std::int64_t wait_ns = std::clamp<std::int64_t>(next_ask_ns_ - monotonic_now_ns(), 0,
                                                         std::chrono::nanoseconds(timeout).count());
-  const timespec wait_time{wait_ns / kNsPerS, wait_ns % kNsPerS};
+  const timespec wait_time{wait_ns / core::kNsPerS, wait_ns % core::kNsPerS};
   pollfd wait{device_, POLLIN, 0};
   if (::ppoll(&wait, events_ ? 1 : 0, &wait_time, nullptr) < 0 && errno != EINTR)
     return device_error("waiting failed");
@@ -137,7 +137,7 @@ core::Status CounterSource::read(std::vector<Reading>& out, std::chrono::millise
     RAVENCAL_RETURN_IF_ERROR(events_ && asked_ ? look_for_lost_events(out) : ask_all(out));
     asked_ = true;
   }
-  last_t_ns_ = std::max(last_t_ns_, events_ ? now_ns - kDeliveryNs : now_ns);
+  last_t_ns_ = std::max(last_t_ns_, events_ ? now_ns - kEventDeliveryNs : now_ns);
   out.push_back({last_t_ns_, 0, kEveryAxis, ReadingKind::kAlive, Line::kA, Fault::kNone});
   return {};
 }

@@ -14,7 +14,7 @@ namespace {
 // While edges come, they are fetched in batches: their time stamps are the kernel's, and waking up
 // for each costs more than decoding it. libgpiod 1's queue of 16 edges per line, the smallest,
 // fills in this time at 32 000 edges/s per line.
-constexpr auto kBatch = std::chrono::microseconds(500);
+constexpr auto kBatchTime = std::chrono::microseconds(500);
 constexpr std::int64_t kLevelCheckPeriodNs = 1'000'000'000;
 constexpr std::int64_t kNsPerMs = 1'000'000;
 
@@ -35,7 +35,7 @@ core::Status GpioSource::open() {
 }
 
 core::Status GpioSource::read(std::vector<Reading>& out, std::chrono::milliseconds timeout) {
-  if (moving_) std::this_thread::sleep_for(kBatch);
+  if (moving_) std::this_thread::sleep_for(kBatchTime);
   // Shorter than the reorder horizon, so that edges do not wait for the next edge.
   const auto wait_ms = std::min<std::int64_t>(
       timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / kNsPerMs));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/units.hpp"
+#include "core/constants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,23 +9,21 @@
 namespace ravencal::core {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180.0;
-
 constexpr std::array<Unit, 26> kUnits = {{
     {"1", "1", 1.0},
     {"rad", "rad", 1.0},
-    {"deg", "rad", kDeg},
+    {"deg", "rad", kRadPerDeg},
     {"mrad", "rad", 1e-3},
     {"m", "m", 1.0},
     {"cm", "m", 1e-2},
     {"mm", "m", 1e-3},
     {"um", "m", 1e-6},
-    {"m_x_180_over_pi", "m", kDeg},
+    {"m_x_180_over_pi", "m", kRadPerDeg},
     {"rad_per_s", "rad_per_s", 1.0},
-    {"deg_per_s", "rad_per_s", kDeg},
+    {"deg_per_s", "rad_per_s", kRadPerDeg},
     {"m_per_s", "m_per_s", 1.0},
     {"mm_per_s", "m_per_s", 1e-3},
-    {"m_per_s_x_180_over_pi", "m_per_s", kDeg},
+    {"m_per_s_x_180_over_pi", "m_per_s", kRadPerDeg},
     {"N_m", "N_m", 1.0},
     {"mN_m", "N_m", 1e-3},
     {"N", "N", 1.0},

@@ -16,8 +16,6 @@
 namespace ravencal::model {
 namespace {
 
-core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 core::Result<std::vector<std::byte>> read_bytes(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
@@ -28,7 +26,7 @@ core::Result<BlobView> open_view(std::span<const std::byte> bytes, std::string_v
   BlobView view;
   const BlobCheck check = BlobView::open(bytes, view);
   if (!check.ok()) {
-    return data_error(
+    return core::data_error(
         fmt::format("{}: {} (byte {})", source, describe(check.status), check.offset));
   }
   return view;
@@ -43,7 +41,7 @@ core::Status read_features(const BlobView& view, std::string_view source, Calibr
     const auto index = core::catalogue_index_of(feature.channel);
     const std::size_t expected = index ? *index : blob::kNoCatalogueIndex;
     if (feature.catalogue_index != expected) {
-      return data_error(
+      return core::data_error(
           fmt::format("{}: input {} is called '{}' but has catalogue index {}, not {}", source, i,
                       feature.channel, feature.catalogue_index, expected));
     }
@@ -197,7 +195,8 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
                              std::string(output.unit)});
   }
   const auto json = nlohmann::json::parse(view.provenance(), nullptr, false);
-  if (!json.is_object()) return data_error(fmt::format("{}: the provenance is not JSON", source));
+  if (!json.is_object())
+    return core::data_error(fmt::format("{}: the provenance is not JSON", source));
   for (const auto& [key, value] : json.items()) {
     model.provenance[key] = value.is_string() ? value.get<std::string>() : value.dump();
   }

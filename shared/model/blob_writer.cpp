@@ -25,8 +25,6 @@ using namespace blob;
 
 namespace {
 
-core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// A growing little-endian file image.
 class ByteWriter {
  public:
@@ -116,7 +114,7 @@ core::Status check_text(std::string_view what, std::string_view value, std::size
     return static_cast<unsigned char>(c) > 0x20 && static_cast<unsigned char>(c) < 0x7F;
   });
   if (value.empty() || value.size() >= capacity || !printable) {
-    return data_error(fmt::format(
+    return core::data_error(fmt::format(
         "{} '{}' cannot be stored: a blob holds 1 to {} printable ASCII characters without blanks",
         what, value, capacity - 1));
   }
@@ -129,7 +127,7 @@ core::Status check_origin_text(std::string_view what, std::string_view value) {
     return static_cast<unsigned char>(c) >= 0x20 && static_cast<unsigned char>(c) < 0x7F;
   });
   if (value.size() < kOriginTextBytes && printable) return {};
-  return data_error(
+  return core::data_error(
       fmt::format("the {}'s name '{}' cannot be stored: a blob holds up to {} printable ASCII "
                   "characters",
                   what, value, kOriginTextBytes - 1));
@@ -140,22 +138,23 @@ core::Status check_shapes(const CalibrationModel& model) {
   const auto m = static_cast<Eigen::Index>(model.outputs.size());
   if (model.input.mean.size() != n || model.input.scale.size() != n ||
       model.input_min.size() != n || model.input_max.size() != n) {
-    return data_error(
+    return core::data_error(
         fmt::format("the model has {} inputs, but scaling or ranges for another number", n));
   }
   if (model.output.mean.size() != m || model.output.scale.size() != m) {
-    return data_error(fmt::format("the model has {} outputs, but scaling for another number", m));
+    return core::data_error(
+        fmt::format("the model has {} outputs, but scaling for another number", m));
   }
   if (model.trust &&
       (model.trust->directions.cols() != n ||
        model.trust->inverse_variance.size() != model.trust->directions.rows() ||
        model.trust->directions.rows() < 1 || model.trust->directions.rows() > kMaxTrustRank)) {
-    return data_error(
+    return core::data_error(
         fmt::format("the model has {} inputs, but a trust region of another shape", n));
   }
   if (model.loop_gains && (model.loop_gains->by_group.rows() != m ||
                            model.loop_gains->by_group.cols() != kLoopGroupCount)) {
-    return data_error(
+    return core::data_error(
         fmt::format("the model has {} outputs, but loop gains for another number", m));
   }
   Eigen::Index inputs = n;
@@ -164,14 +163,15 @@ core::Status check_shapes(const CalibrationModel& model) {
     const bool is_recurrent = layer.kind == packed::LayerKind::kGruRecurrent;
     if (is_recurrent) inputs = layer.weights.cols();  // its own state; pack() checks the shape
     if (layer.weights.cols() != inputs || layer.biases.size() != layer.weights.rows()) {
-      return data_error(fmt::format("layer {} has weights {} x {} and {} biases; {} inputs arrive",
-                                    l + 1, layer.weights.rows(), layer.weights.cols(),
-                                    layer.biases.size(), inputs));
+      return core::data_error(
+          fmt::format("layer {} has weights {} x {} and {} biases; {} inputs arrive", l + 1,
+                      layer.weights.rows(), layer.weights.cols(), layer.biases.size(), inputs));
     }
     if (!is_recurrent) inputs = layer.weights.rows();
   }
   if (inputs != m) {
-    return data_error(fmt::format("the last layer has {} outputs, the model names {}", inputs, m));
+    return core::data_error(
+        fmt::format("the last layer has {} outputs, the model names {}", inputs, m));
   }
   return {};
 }
@@ -348,8 +348,8 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model,
   BlobView view;
   const BlobCheck check = BlobView::open(bytes, view);
   if (!check.ok()) {
-    return data_error(fmt::format("the model cannot be stored as a blob: {} (byte {})",
-                                  describe(check.status), check.offset));
+    return core::data_error(fmt::format("the model cannot be stored as a blob: {} (byte {})",
+                                        describe(check.status), check.offset));
   }
   return bytes;
 }

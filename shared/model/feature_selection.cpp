@@ -20,8 +20,6 @@ using core::RavenField;
 using record::Channel;
 using record::Role;
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 /// Catalogue entry of a channel, if it is one of raven_state's.
 const core::CatalogueEntry* entry_of(const Channel& channel) {
   const auto index = core::catalogue_index_of(channel.name);
@@ -146,7 +144,8 @@ class Selector {
     std::vector<std::string> names;
     if (term.starts_with(kGroup)) {
       const auto group = core::feature_group_from(term.substr(kGroup.size()));
-      if (!group) return usage(fmt::format("features: '{}' is no group; {}", term, groups()));
+      if (!group)
+        return core::usage_error(fmt::format("features: '{}' is no group; {}", term, groups()));
       names = where([&](const Channel& c) { return group_of(c) == group; });
     } else if (term.starts_with(kJoint)) {
       const std::string_view joint = term.substr(kJoint.size());
@@ -155,7 +154,7 @@ class Selector {
       names = where([&](const Channel& c) { return matches(term, c.name); });
     }
     if (names.empty()) {
-      return usage(fmt::format(
+      return core::usage_error(fmt::format(
           "features: '{}' selects nothing; the recording has {}, and the built-in sets are "
           "paper112, notebook208, light and light-open",
           term, some_of(where([](const Channel&) { return true; }))));
@@ -211,7 +210,7 @@ class Selector {
   }
 
   static core::Error lacks(std::string_view set, const std::vector<std::string>& missing) {
-    return usage(
+    return core::usage_error(
         fmt::format("features: the set '{}' needs {} channels that the recording lacks: {}", set,
                     missing.size(), some_of(missing)));
   }
@@ -275,13 +274,16 @@ core::Result<std::vector<FeatureSpec>> select_features(std::string_view text,
   while (!rest.empty()) {
     const std::size_t comma = rest.find(',');
     const std::string_view term = trim(rest.substr(0, comma));
-    if (term.empty()) return usage(fmt::format("features: '{}' has an empty term", text));
+    if (term.empty())
+      return core::usage_error(fmt::format("features: '{}' has an empty term", text));
     RAVENCAL_RETURN_IF_ERROR(apply(selector, term, features));
     if (comma == std::string_view::npos) break;
     rest = rest.substr(comma + 1);
-    if (trim(rest).empty()) return usage(fmt::format("features: '{}' ends with a comma", text));
+    if (trim(rest).empty())
+      return core::usage_error(fmt::format("features: '{}' ends with a comma", text));
   }
-  if (features.empty()) return usage(fmt::format("features: '{}' leaves no feature", text));
+  if (features.empty())
+    return core::usage_error(fmt::format("features: '{}' leaves no feature", text));
   return features;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 constexpr const char* kKey = "inputs";  // of a model's provenance
 constexpr const char* kAtHook = "as seen at the plugin's hook (train --latched)";
 constexpr double kLongestGapRows = 10.0;
-constexpr double kSecondsPerNs = 1e-9;
 
 std::vector<Eigen::Index> latched_columns(const record::Recording& recording) {
   std::vector<Eigen::Index> columns;
@@ -32,7 +32,7 @@ std::vector<double> shares_of_row_before(const record::Recording& recording) {
   std::vector<double> shares(recording.t_ns.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t row = 1; row < shares.size(); ++row) {
     const double gap_s =
-        static_cast<double>(recording.t_ns[row] - recording.t_ns[row - 1]) * kSecondsPerNs;
+        static_cast<double>(recording.t_ns[row] - recording.t_ns[row - 1]) * core::kSecondsPerNs;
     if (gap_s <= 0.0 || gap_s > kLongestGapRows * period_s) continue;
     shares[row] = std::min(1.0, kControlCycleS / gap_s);
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "model/activation_slope.hpp"
 #include "model/layers.hpp"
 #include "model/loop_group.hpp"
 
@@ -14,21 +15,6 @@ using Eigen::MatrixXd;
 
 constexpr Index kBatch = 256;             // columns whose activations stay in the cache
 constexpr double kDifferenceStep = 1e-4;  // of the input's scale
-
-/// d activation / d sum where the activation has the value `y`.
-MatrixXd slope(Activation activation, const MatrixXd& y) {
-  switch (activation) {
-    case Activation::kSigmoid:
-      return (y.array() * (1.0 - y.array())).matrix();
-    case Activation::kTanh:
-      return (1.0 - y.array().square()).matrix();
-    case Activation::kRelu:
-      return (y.array() > 0.0).cast<double>().matrix();
-    case Activation::kLinear:
-      break;
-  }
-  return MatrixXd::Ones(y.rows(), y.cols());
-}
 
 /// Scaled inputs of `rows_si`, [features x rows].
 MatrixXd scaled(const CalibrationModel& model, const Eigen::Ref<const MatrixXd>& rows_si) {
@@ -62,7 +48,8 @@ void append_dense(const CalibrationModel& model, const Eigen::Ref<const MatrixXd
     back.row(k).setConstant(model.output.scale[k]);
     for (std::size_t l = model.layers.size(); l-- > 0;) {
       const DenseLayer& layer = model.layers[l];
-      const MatrixXd through = back.cwiseProduct(slope(layer.activation, values[l + 1]));
+      const MatrixXd through =
+          (back.array() * activation_slope(layer.activation, values[l + 1])).matrix();
       back = layer.weights.cast<double>().transpose() * through;
     }
     back = model.input.scale.cwiseInverse().asDiagonal() * back;
@@ -97,18 +84,19 @@ bool has_gru(const CalibrationModel& model) {
 }
 
 /// Features that answer, channel by channel.
-struct Channel {
+struct AnsweringChannel {
   std::string name;
   LoopGroup group;
   std::vector<Index> features;
 };
 
-std::vector<Channel> answering_channels(const CalibrationModel& model) {
-  std::vector<Channel> channels;
+std::vector<AnsweringChannel> answering_channels(const CalibrationModel& model) {
+  std::vector<AnsweringChannel> channels;
   for (const std::size_t i : answering_features(model)) {
     const std::string& name = model.features[i].channel;
-    auto known = std::find_if(channels.begin(), channels.end(),
-                              [&](const Channel& channel) { return channel.name == name; });
+    auto known =
+        std::find_if(channels.begin(), channels.end(),
+                     [&](const AnsweringChannel& channel) { return channel.name == name; });
     if (known == channels.end()) {
       known = channels.insert(channels.end(), {name, *loop_group_of(name), {}});
     }
@@ -146,12 +134,12 @@ FeatureMatrix evenly_drawn(const FeatureMatrix& rows, Index count) {
 }
 
 LoopGains loop_gains(const CalibrationModel& model, const FeatureMatrix& rows_si) {
-  const std::vector<Channel> channels = answering_channels(model);
+  const std::vector<AnsweringChannel> channels = answering_channels(model);
   const auto outputs = static_cast<Index>(model.outputs.size());
   LoopGains gains;
   gains.largest = MatrixXd::Zero(outputs, static_cast<Index>(channels.size()));
   gains.by_group = MatrixXd::Zero(outputs, kLoopGroupCount);
-  for (const Channel& channel : channels) gains.channels.push_back(channel.name);
+  for (const AnsweringChannel& channel : channels) gains.channels.push_back(channel.name);
   if (channels.empty()) return gains;
   const FeatureMatrix drawn = evenly_drawn(rows_si, kLoopGainRows);
   gains.rows = static_cast<std::uint32_t>(drawn.rows());

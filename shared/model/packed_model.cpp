@@ -20,8 +20,6 @@ constexpr std::array<std::string_view, 3> kPrecisionNames = {"f32", "bf16", "int
 /// the trained range, other motion. Twice as much costs one of 15 bits.
 constexpr float kHeadroom = 2.0F;
 
-core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// The largest magnitude of a scaled input that the plugin's clamping lets through.
 float scaled_limit(const CalibrationModel& model) {
   double limit = 0.0;
@@ -74,7 +72,8 @@ core::Result<packed::Precision> precision_of(std::string_view name) {
 core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationModel& model,
                                                             const FeatureMatrix& features_si) {
   const Eigen::MatrixXf first = scaled_inputs(model, features_si);
-  if (first.cols() == 0) return data_error("no row has every feature: int8 cannot be calibrated");
+  if (first.cols() == 0)
+    return core::data_error("no row has every feature: int8 cannot be calibrated");
   std::vector<LayerInputs> result;
   std::vector<Eigen::VectorXd> sums;
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
@@ -117,7 +116,8 @@ core::Result<std::vector<std::byte>> pack_layers(const CalibrationModel& model,
                                                  const Packing& packing) {
   const bool calibrated = packing.inputs.size() == model.layers.size();
   if (packing.precision == packed::Precision::kInt8 && !calibrated) {
-    return data_error("int8 needs the mean and the largest magnitude of every layer's inputs");
+    return core::data_error(
+        "int8 needs the mean and the largest magnitude of every layer's inputs");
   }
   std::vector<packed::LayerSource> layers;
   for (std::size_t l = 0; l < model.layers.size(); ++l) {
@@ -143,12 +143,12 @@ core::Result<std::vector<std::byte>> pack_layers(const CalibrationModel& model,
   }
   std::vector<std::byte> bytes(packed::packed_bytes(layers, packing.precision));
   if (bytes.empty()) {
-    return data_error(fmt::format("a blob holds 1 to {} layers of 1 to {} inputs and outputs",
-                                  packed::kMaxLayers, packed::kMaxWidth));
+    return core::data_error(fmt::format("a blob holds 1 to {} layers of 1 to {} inputs and outputs",
+                                        packed::kMaxLayers, packed::kMaxWidth));
   }
   if (!packed::pack(layers, packing.precision, bytes)) {
-    return data_error(fmt::format("a weight or bias is not finite, or too large for {}",
-                                  name_of(packing.precision)));
+    return core::data_error(fmt::format("a weight or bias is not finite, or too large for {}",
+                                        name_of(packing.precision)));
   }
   return bytes;
 }
@@ -156,7 +156,7 @@ core::Result<std::vector<std::byte>> pack_layers(const CalibrationModel& model,
 core::Result<std::vector<DenseLayer>> unpack_layers(std::span<const std::byte> network) {
   packed::PackedView view;
   if (!packed::open_anywhere(network.data(), network.size(), view)) {
-    return data_error("not a packed network");
+    return core::data_error("not a packed network");
   }
   std::vector<DenseLayer> layers;
   for (std::uint32_t l = 0; l < view.header().layers; ++l) {

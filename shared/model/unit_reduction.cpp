@@ -6,27 +6,13 @@
 #include <cmath>
 #include <utility>
 
+#include "model/activation_slope.hpp"
 #include "model/layers.hpp"
 
 namespace ravencal::model {
 namespace {
 
 using Values = std::vector<Eigen::MatrixXd>;
-
-/// Derivative of an activation, from its result.
-Eigen::ArrayXXd slope(Activation activation, const Eigen::MatrixXd& y) {
-  switch (activation) {
-    case Activation::kLinear:
-      break;
-    case Activation::kSigmoid:
-      return y.array() * (1.0 - y.array());
-    case Activation::kTanh:
-      return 1.0 - y.array().square();
-    case Activation::kRelu:
-      return (y.array() > 0.0).cast<double>();
-  }
-  return Eigen::ArrayXXd::Ones(y.rows(), y.cols());
-}
 
 /// Per layer, the mean of J' J over the rows, J the derivative of the outputs by the layer's sums:
 /// a small change d of the sums changes the outputs by about d' (J' J) d in the mean square.
@@ -42,7 +28,7 @@ Values output_metrics(const CalibrationModel& model, const Values& values) {
     for (std::size_t l = model.layers.size(); l-- > 0;) {
       const DenseLayer& layer = model.layers[l];
       const Eigen::MatrixXd at_sum =
-          (slope(layer.activation, values[l + 1]) * gradient.array()).matrix();
+          (activation_slope(layer.activation, values[l + 1]) * gradient.array()).matrix();
       metrics[l].selfadjointView<Eigen::Lower>().rankUpdate(at_sum, 1.0 / rows);
       if (l > 0) gradient = layer.weights.cast<double>().transpose() * at_sum;
     }

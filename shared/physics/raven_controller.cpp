@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "physics/effects/quantisation.hpp"
 
 namespace ravencal::physics {
@@ -14,8 +15,7 @@ using core::JointSlot;
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr std::array<std::size_t, 4> kToolSlots = {4, 5, 6, 7};
+constexpr std::array<std::size_t, 4> kToolIndices = {4, 5, 6, 7};
 
 // params/r2params.yaml, tool joints by slot; integral part left out: the tool is kinematic here.
 constexpr SlotVector kToolKp = {0, 0, 0, 0, 0.09, 0.05, 0.05, 0.05};
@@ -63,8 +63,8 @@ RavenController::RavenController(const Plant& plant, Arm arm)
       nominal_(plant, arm, false),
       cycle_s_(1.0 / plant.robot.control_rate_hz) {
   state_.type = plant.robot.controller.arm_types[arm == Arm::kGold ? 0 : 1];
-  for (std::size_t i = 0; i < kToolSlots.size(); ++i) {
-    state_.jpos_d_ji[kToolSlots[i]] = plant.robot.tool_joints_rad[i];
+  for (std::size_t i = 0; i < kToolIndices.size(); ++i) {
+    state_.jpos_d_ji[kToolIndices[i]] = plant.robot.tool_joints_rad[i];
   }
   state_.grasp_d_rad = plant.robot.tool_joints_rad[2] + plant.robot.tool_joints_rad[3];
 }
@@ -76,7 +76,7 @@ double RavenController::encoder_sign(std::size_t slot) const {
 
 double RavenController::radians(std::size_t slot, std::int64_t counts) const {
   const double signed_counts = encoder_sign(slot) * static_cast<double>(counts);
-  return kTwoPi / plant_->sensors.motor_encoder_counts_per_rev *
+  return core::kRadPerTurn / plant_->sensors.motor_encoder_counts_per_rev *
          (signed_counts - static_cast<double>(state_.encoder_offset[slot]));
 }
 
@@ -119,7 +119,7 @@ void RavenController::set_desired(const Vector3d& joints_ji) {
     state_.jpos_d_ji[i] = joints_ji[static_cast<Index>(i)];
   }
   const SlotVector tool = tool_motors_rad();
-  for (const std::size_t slot : kToolSlots) state_.mpos_d_rad[slot] = tool[slot];
+  for (const std::size_t slot : kToolIndices) state_.mpos_d_rad[slot] = tool[slot];
 }
 
 SlotVector RavenController::tool_motors_rad() const {
@@ -178,7 +178,7 @@ void RavenController::rest(const Vector3d& desired_ji, bool pedal_up) {
 }
 
 void RavenController::servo_tool() {
-  for (const std::size_t slot : kToolSlots) {
+  for (const std::size_t slot : kToolIndices) {
     state_.tau_n_m[slot] = kToolKp[slot] * (state_.mpos_d_rad[slot] - state_.mpos_rad[slot]) -
                            kToolKd[slot] * state_.mvel_rad_per_s[slot];
     state_.dac[slot] =
@@ -218,7 +218,7 @@ void RavenController::set_joints_known() {
     stops[static_cast<Index>(i)] = plant_->joints[i].homing->stop_controller_ji;
   }
   set_desired(stops);
-  const double counts_per_rad = plant_->sensors.motor_encoder_counts_per_rev / kTwoPi;
+  const double counts_per_rad = plant_->sensors.motor_encoder_counts_per_rev / core::kRadPerTurn;
   for (std::size_t i = 0; i < 3; ++i) {
     const double counts = encoder_sign(i) * static_cast<double>(state_.encoder_counts[i]);
     state_.encoder_offset[i] =

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/constants.hpp"
 #include "physics/arm_physics.hpp"
 #include "physics/effects/quantisation.hpp"
 #include "physics/random_source.hpp"
@@ -19,8 +20,6 @@ using core::JointSlot;
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr int kHomingTimeoutCycles = 120'000;  // two minutes; the slowest joint needs some 15 s
 
 Arm arm_of(const Plant& plant) { return plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold; }
@@ -80,12 +79,14 @@ ArmState parked_arm(Arm arm, const Plant& plant, RandomSource& random) {
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
     counts[slot] = static_cast<std::int64_t>(random.uniform(-2e5, 2e5));
   }
-  const Vector3d joints(30.0 * kDeg, 90.0 * kDeg, 0.40);
+  const Vector3d joints(30.0 * core::kRadPerDeg, 90.0 * core::kRadPerDeg, 0.40);
   const Vector3d arm_motors = motors_from_joints(plant, joints);
   SlotVector motors = {arm_motors[0], arm_motors[1], arm_motors[2]};
-  tool_motors_from_joints(arm, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 45.0 * kDeg, 45.0 * kDeg}, motors);
+  tool_motors_from_joints(
+      arm, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 45.0 * core::kRadPerDeg, 45.0 * core::kRadPerDeg},
+      motors);
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
-    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
+    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / core::kRadPerTurn;
     const double signed_counts = controller.encoder_sign(slot) * static_cast<double>(counts[slot]);
     controller.set_encoder_offset(
         static_cast<JointSlot>(slot),
@@ -132,7 +133,7 @@ struct RavenTwin::Impl {
 
   /// Raw counts: motors of joints 1 to 3 as they turn, tool motors where the controller wants them.
   void read_encoders() {
-    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / kTwoPi;
+    const double counts_per_rad = plant.sensors.motor_encoder_counts_per_rev / core::kRadPerTurn;
     SlotCounts counts = power_on_counts;
     const Vector3d& motors = plant.robot.controller.reads_encoders_before_sleep
                                  ? motors_before_rad

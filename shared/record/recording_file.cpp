@@ -16,7 +16,6 @@ namespace ravencal::record {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kBusyTimeoutMs = 2000;
 // One row of 250 values has 2.3 KB: large pages hold several of them, small ones would waste half.
 constexpr std::size_t kWideChannels = 64;
 // SQLITE_MAX_COLUMN is 2000, of which one is t_ns.

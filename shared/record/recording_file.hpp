@@ -27,6 +27,9 @@ inline constexpr std::string_view kFormatVersion = "1";
 /// SQLite's application_id of a recording: "RVCL" in ASCII, so that file(1) can tell.
 inline constexpr int kApplicationId = 0x5256434C;
 
+/// How long a reader or a writer waits for another that holds the file.
+inline constexpr int kBusyTimeoutMs = 2000;
+
 enum class WriteMode {
   kLive,   ///< readable while written; what is committed survives a kill and a power cut
   kWhole,  ///< for a file that nobody sees before it is complete: no journal, no waiting

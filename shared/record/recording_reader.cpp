@@ -19,7 +19,6 @@ namespace ravencal::record {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kBusyTimeoutMs = 2000;
 /// Fewer are read before a thread has started.
 constexpr Eigen::Index kLeastRowsPerThread = 5000;
 

@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/system_error.hpp"
 #include "record/recording_file.hpp"
 
 namespace ravencal::record {
@@ -36,16 +37,12 @@ core::Status check_free(const fs::path& path, bool overwrite) {
       fmt::format("{}: exists already; remove it or choose another name", path.string())};
 }
 
-core::Error io_error(const fs::path& path, std::string_view doing) {
-  return {core::ErrorCode::kIo,
-          fmt::format("{}: {}: {}", path.string(), doing, std::strerror(errno))};
-}
-
 core::Status sync_to_disk(const fs::path& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return io_error(path, "cannot open");
+  if (file < 0) return core::system_error(path, "cannot open");
   const bool synced = ::fsync(file) == 0;
-  const core::Error error = synced ? core::Error() : io_error(path, "cannot write to the disk");
+  const core::Error error =
+      synced ? core::Error() : core::system_error(path, "cannot write to the disk");
   ::close(file);
   return synced ? core::Status() : core::Status(error);
 }
@@ -170,7 +167,7 @@ core::Status write_recording(const Recording& recording, const fs::path& path, b
     return status;
   }
   if (std::rename(partial.c_str(), path.c_str()) != 0) {
-    const core::Error error = io_error(path, "cannot replace it");
+    const core::Error error = core::system_error(path, "cannot replace it");
     (void)remove_recording(partial);
     return error;
   }

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct AblateArguments {
   std::string study;
   std::vector<std::string> train, test, train_loaded, test_loaded, train_rehomed, test_homing;
   std::string out;
@@ -37,15 +37,13 @@ struct Arguments {
   bool json = false;
 };
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
   std::vector<std::uint32_t> hidden;
   constexpr std::uint32_t kWidest = 16384;
   for (const std::string& word : CLI::detail::split(text, ',')) {
     std::uint32_t width = 0;
     if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
-      return usage(
+      return core::usage_error(
           fmt::format("--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32",
                       text, word, kWidest));
     }
@@ -61,7 +59,7 @@ std::vector<std::string> absolute(const std::vector<std::string>& paths) {
 }
 
 /// Which recordings answer which question. Homing tests are after 0, 1, 2, ... homings.
-std::vector<study::Condition> conditions_of(const Arguments& a) {
+std::vector<study::Condition> conditions_of(const AblateArguments& a) {
   std::vector<study::Condition> conditions;
   const auto add = [&](const char* title, const auto& train, const auto& test, bool homing,
                        bool rehomed) {
@@ -102,9 +100,9 @@ void tell_changes(const study::Plan& plan, const fs::path& folder) {
   }
 }
 
-core::Result<study::Plan> planned(Arguments& arguments, study::RecordingStore& recordings) {
+core::Result<study::Plan> planned(AblateArguments& arguments, study::RecordingStore& recordings) {
   if (arguments.train.empty() || (arguments.test.empty() && arguments.test_homing.empty())) {
-    return usage(
+    return core::usage_error(
         "--train and --test: name the recordings (only --job and --collect go by the plan)");
   }
   RAVENCAL_ASSIGN_OR_RETURN(arguments.settings.hidden, hidden_from(arguments.hidden));
@@ -135,12 +133,12 @@ std::string ranges_of(const std::vector<std::size_t>& jobs) {
   return text;
 }
 
-unsigned workers_of(const Arguments& arguments) {
+unsigned workers_of(const AblateArguments& arguments) {
   return arguments.pool.workers > 0 ? arguments.pool.workers
                                     : std::max(1U, std::thread::hardware_concurrency());
 }
 
-core::Status show_plan(const study::Plan& plan, const Arguments& arguments) {
+core::Status show_plan(const study::Plan& plan, const AblateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
   const double seconds = study::estimated_seconds(plan, missing);
   if (arguments.json) {
@@ -166,7 +164,7 @@ core::Status show_plan(const study::Plan& plan, const Arguments& arguments) {
   return {};
 }
 
-core::Status collect(const study::Plan& plan, const Arguments& arguments, int& exit_code) {
+core::Status collect(const study::Plan& plan, const AblateArguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const study::Results results, study::read_results(plan, arguments.out));
   if (!results.missing.empty() && !arguments.partial) {
     return core::Error{
@@ -187,7 +185,7 @@ core::Status collect(const study::Plan& plan, const Arguments& arguments, int& e
   return {};
 }
 
-core::Status run_jobs(const study::Plan& plan, const Arguments& arguments,
+core::Status run_jobs(const study::Plan& plan, const AblateArguments& arguments,
                       study::RecordingStore& recordings) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
   if (missing.empty()) return {};
@@ -212,11 +210,11 @@ core::Status run_jobs(const study::Plan& plan, const Arguments& arguments,
                                  summary.there_already + summary.ran, plan.jobs.size())};
 }
 
-core::Status run(Arguments arguments, int& exit_code) {
+core::Status run(AblateArguments arguments, int& exit_code) {
   if (static_cast<int>(arguments.plan) + static_cast<int>(arguments.job.has_value()) +
           static_cast<int>(arguments.collect) >
       1) {
-    return usage("--plan, --job and --collect: one at a time");
+    return core::usage_error("--plan, --job and --collect: one at a time");
   }
   cli::catch_interrupts();
   if (arguments.job || arguments.collect) {
@@ -237,7 +235,7 @@ core::Status run(Arguments arguments, int& exit_code) {
   return collect(plan, arguments, exit_code);
 }
 
-void add_data_options(CLI::App& command, Arguments& arguments) {
+void add_data_options(CLI::App& command, AblateArguments& arguments) {
   command.add_option("--train", arguments.train, "Recordings to train on, no load");
   command.add_option("--test", arguments.test,
                      "Recordings to test on; for homing: after 0, 1, 2, ... homings");
@@ -250,7 +248,7 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
   add_load_options(command, arguments.load);
 }
 
-void add_network_options(CLI::App& command, Arguments& arguments) {
+void add_network_options(CLI::App& command, AblateArguments& arguments) {
   study::Settings& settings = arguments.settings;
   command.add_option("--features", settings.features,
                      fmt::format("What is ablated; without it {}", study::kBaseFeatures));
@@ -271,7 +269,7 @@ void add_network_options(CLI::App& command, Arguments& arguments) {
       ->capture_default_str();
 }
 
-void add_run_options(CLI::App& command, Arguments& arguments) {
+void add_run_options(CLI::App& command, AblateArguments& arguments) {
   command.add_flag(
       "--plan", arguments.plan,
       "List the jobs and the time they take; train nothing. Without recordings: those of the plan "
@@ -293,7 +291,7 @@ void add_run_options(CLI::App& command, Arguments& arguments) {
 }  // namespace
 
 void add_ablate(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<AblateArguments>();
   CLI::App* command =
       app.add_subcommand("ablate", "Which features carry the calibration: the paper's study");
   command->add_option("study", arguments->study, "removal, inaccurate, torque, homing or all")

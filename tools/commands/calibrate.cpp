@@ -21,7 +21,7 @@ extern char** environ;
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct CalibrateArguments {
   robot::CalibrationOptions options;
   std::string folder;
   bool yes = false;
@@ -67,7 +67,7 @@ core::Status run_step(const robot::CalibrationStep& step, bool yes, int& exit_co
   return {};
 }
 
-core::Status run(const Arguments& arguments, int& exit_code) {
+core::Status run(const CalibrateArguments& arguments, int& exit_code) {
   if (!find_ros_program()) {
     return core::Error{core::ErrorCode::kUsage,
                        "this needs ROS 1: install the package ravencal-ros, or libroscpp-dev and "
@@ -106,7 +106,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CalibrateArguments>();
   robot::CalibrationOptions& options = arguments->options;
   CLI::App* command =
       app.add_subcommand("calibrate", "A calibration evening, step by step, on a robot (ROS)");

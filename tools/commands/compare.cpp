@@ -25,7 +25,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::vector<std::string> train;
   std::map<std::string, std::vector<std::string>> sets = {{"test", {}}};
   std::string test_profile;
@@ -38,14 +38,12 @@ struct Arguments {
   study::CompareOptions options;
 };
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
-core::Status complete(Arguments& a) {
+core::Status complete(CompareArguments& a) {
   a.options.settings.hidden.clear();
   for (const std::string& word : CLI::detail::split(a.hidden, ',')) {
     std::uint32_t width = 0;
     if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > 16384)
-      return usage(
+      return core::usage_error(
           fmt::format("--hidden {}: '{}' is no layer width of 1 to 16384", a.hidden, word));
     a.options.settings.hidden.push_back(width);
   }
@@ -54,12 +52,12 @@ core::Status complete(Arguments& a) {
   for (const std::string& text : a.features_of) {
     const auto at = text.find('=');
     if (at == std::string::npos || at == 0)
-      return usage(fmt::format("--features-of {}: write JOINT=FEATURES", text));
+      return core::usage_error(fmt::format("--features-of {}: write JOINT=FEATURES", text));
     a.options.features_of[text.substr(0, at)] = text.substr(at + 1);
   }
   for (const double share : a.options.shares) {
     if (!(share > 0.0) || share >= 1.0)
-      return usage(
+      return core::usage_error(
           fmt::format("--shares {}: a share lies between 0 and 1; all is always there", share));
   }
   std::sort(a.options.shares.begin(), a.options.shares.end());
@@ -67,12 +65,12 @@ core::Status complete(Arguments& a) {
 }
 
 /// Two profiles may take different rows of one file.
-core::Status tests_are_unseen(const Arguments& a) {
+core::Status tests_are_unseen(const CompareArguments& a) {
   if (!a.test_profile.empty()) return {};
   for (const auto& [set, paths] : a.sets) {
     for (const std::string& tested : paths) {
       if (is_among(tested, a.train))
-        return usage(fmt::format("{}: is both trained on and tested on", tested));
+        return core::usage_error(fmt::format("{}: is both trained on and tested on", tested));
     }
   }
   return {};
@@ -89,7 +87,7 @@ core::Result<std::string> files_text(const std::vector<std::string>& paths) {
   return fmt::format("{}", fmt::join(words, "; "));
 }
 
-core::Status add_facts(Arguments& a) {
+core::Status add_facts(CompareArguments& a) {
   auto& facts = a.options.facts;
   facts.emplace_back("version", core::kVersion);
   RAVENCAL_ASSIGN_OR_RETURN(std::string train, files_text(a.train));
@@ -115,7 +113,8 @@ core::Status add_facts(Arguments& a) {
 }
 
 /// Runs the model in the host's loop on the first test recording.
-core::Result<study::LoopFitness> measure(const Arguments& a, const record::Recording& recording,
+core::Result<study::LoopFitness> measure(const CompareArguments& a,
+                                         const record::Recording& recording,
                                          const model::CalibrationModel& model) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto source,
                             host::make_recording_source(recording, model.features));
@@ -149,7 +148,7 @@ core::Result<study::LoopFitness> measure(const Arguments& a, const record::Recor
   return fitness;
 }
 
-core::Status run(Arguments a) {
+core::Status run(CompareArguments a) {
   RAVENCAL_RETURN_IF_ERROR(complete(a));
   RAVENCAL_RETURN_IF_ERROR(tests_are_unseen(a));
   RAVENCAL_RETURN_IF_ERROR(add_facts(a));
@@ -193,7 +192,7 @@ core::Status run(Arguments a) {
   return {};
 }
 
-void add_data_options(CLI::App& command, Arguments& a) {
+void add_data_options(CLI::App& command, CompareArguments& a) {
   command.add_option("--train", a.train, "Recordings to train on, sparse ones first (.db, .csv)")
       ->required();
   command
@@ -224,7 +223,7 @@ void add_data_options(CLI::App& command, Arguments& a) {
                      "Folder that `ravencal diagnose --out` made from the training recordings");
 }
 
-void add_study_options(CLI::App& command, Arguments& a) {
+void add_study_options(CLI::App& command, CompareArguments& a) {
   methods::Settings& s = a.options.settings;
   std::vector<std::string> ids;
   for (const auto& method : methods::all_methods()) ids.emplace_back(method->id());
@@ -292,7 +291,7 @@ void add_study_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command =
       app.add_subcommand("compare", "Every calibration method on the same split, in one table");
   add_data_options(*command, *arguments);

@@ -47,8 +47,6 @@ bool convert::is_exact(const Arguments& arguments) {
 
 namespace {
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 /// Rows of these recordings without a lost value; `model` needs its features and row period only.
 core::Result<model::FeatureMatrix> rows_of(const std::vector<record::Recording>& recordings,
                                            const model::CalibrationModel& model) {
@@ -66,14 +64,15 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
   const std::string extension = std::filesystem::path(arguments.model).extension().string();
   const bool is_onnx = extension == ".onnx";
   if (!is_onnx && extension != ".h5" && extension != ".hdf5") {
-    return usage(fmt::format(
+    return core::usage_error(fmt::format(
         "{}: unknown kind of model; .onnx and .h5 are read{}", arguments.model,
         extension == ".keras" ? " (Keras writes one by model.save(\"model.h5\"))" : ""));
   }
   if (is_onnx) {
     RAVENCAL_ASSIGN_OR_RETURN(const bool is_own, learn::is_ravencal_onnx(arguments.model));
     if (is_own && !arguments.scaling.empty()) {
-      return usage(fmt::format("{}: knows its own scaling; leave out --scaling", arguments.model));
+      return core::usage_error(
+          fmt::format("{}: knows its own scaling; leave out --scaling", arguments.model));
     }
     if (is_own) {
       RAVENCAL_ASSIGN_OR_RETURN(outcome.model, learn::read_onnx(arguments.model));
@@ -81,7 +80,7 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
     }
   }
   if (arguments.scaling.empty()) {
-    return usage(
+    return core::usage_error(
         fmt::format("{}: was not trained by ravencal: --scaling FILE must say what its "
                     "inputs and outputs are (JSON or .npz)",
                     arguments.model));
@@ -144,7 +143,7 @@ core::Status make_blob(const Arguments& arguments, Outcome& outcome) {
   }
   if (arguments.compact) {
     if (conversion::window_of(outcome.model) > 1) {
-      return usage(
+      return core::usage_error(
           fmt::format("{}: --compact cannot make a network with a GRU smaller; leave it out, "
                       "or train one with fewer units",
                       arguments.model));
@@ -224,7 +223,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
                             load_recordings(arguments.calibrate, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(read_model(arguments, outcome));
   if (outcome.model.provenance.contains(kPhysicsPlant)) {
-    return usage(
+    return core::usage_error(
         fmt::format("{}: was trained with --physics; the plugin has no plant to predict "
                     "with, so train one without it for the robot",
                     arguments.model));

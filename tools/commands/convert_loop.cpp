@@ -15,8 +15,6 @@
 namespace ravencal::commands::convert {
 namespace {
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 /// Up to six inputs that answer, for a message.
 std::string names_of_answering(const model::CalibrationModel& model) {
   constexpr std::size_t kShown = 6;
@@ -54,7 +52,7 @@ core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
     return {};
   }
   if (arguments.unbounded_loop) return {};
-  return usage(fmt::format(
+  return core::usage_error(fmt::format(
       "{}: the inputs {} answer to the motor command and close a loop through the correction, and "
       "nobody has computed its gains: give recordings of the training with --calibrate, train "
       "anew, or write the weights all the same with --unbounded-loop",
@@ -82,7 +80,7 @@ core::Status bound_loop(const Arguments& arguments, Outcome& outcome) {
   std::vector<record::Recording> shown;
   if (outcome.calibrate.empty()) {
     if (arguments.check.empty()) {
-      return usage(
+      return core::usage_error(
           "--plant: margins are computed at rows of recordings; give some with "
           "--calibrate or --check");
     }

@@ -23,8 +23,8 @@ namespace {
 /// Twins that measure this recording's false alarms: none named in 20 says less than 14 %.
 constexpr int kPlaceboTwins = 20;
 
-struct Arguments {
-  Arguments() { options.placebo_twins = kPlaceboTwins; }
+struct DiagnoseArguments {
+  DiagnoseArguments() { options.placebo_twins = kPlaceboTwins; }
 
   std::vector<std::string> recordings;
   std::vector<std::string> held_out;
@@ -85,7 +85,7 @@ std::string names_of(const std::vector<std::string>& paths) {
   return names;
 }
 
-void add_provenance(const Arguments& arguments, const physics::Plant& plant,
+void add_provenance(const DiagnoseArguments& arguments, const physics::Plant& plant,
                     diagnose::Report& report) {
   auto& made_from = report.provenance;
   made_from.emplace_back("recordings", names_of(arguments.recordings));
@@ -103,7 +103,7 @@ void add_provenance(const Arguments& arguments, const physics::Plant& plant,
 
 /// Blocks and folds follow the recordings' order, a verdict must not: they are taken by name.
 /// Another simulator's come in the order of theirs.
-void put_in_order(Arguments& arguments) {
+void put_in_order(DiagnoseArguments& arguments) {
   if (!arguments.simulated.empty()) return;
   std::sort(arguments.recordings.begin(), arguments.recordings.end());
   std::sort(arguments.held_out.begin(), arguments.held_out.end());
@@ -111,7 +111,7 @@ void put_in_order(Arguments& arguments) {
 
 /// Figures on a recording that the fit saw are no held-out figures; a profile of its own may take
 /// other rows of the same file.
-core::Status held_out_is_unseen(const Arguments& arguments) {
+core::Status held_out_is_unseen(const DiagnoseArguments& arguments) {
   const bool same_rows =
       arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.profile;
   if (!same_rows) return {};
@@ -125,7 +125,7 @@ core::Status held_out_is_unseen(const Arguments& arguments) {
   return {};
 }
 
-core::Result<bool> run(const Arguments& arguments) {
+core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(
@@ -159,7 +159,7 @@ core::Result<bool> run(const Arguments& arguments) {
 }  // namespace
 
 void add_diagnose(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command = app.add_subcommand(
       "diagnose", "Find where simulation and recording part, and what physics is left out");
   command

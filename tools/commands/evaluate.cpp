@@ -17,7 +17,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::string model;
   std::vector<std::string> recordings;
   std::string json;
@@ -25,7 +25,7 @@ struct Arguments {
   record::LoadOptions load;
 };
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const EvaluateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
   RAVENCAL_ASSIGN_OR_RETURN(std::vector<record::Recording> recordings,
                             load_recordings(arguments.recordings, arguments.load));
@@ -52,7 +52,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand(
       "evaluate", "RMSE and peak error per joint: raw, bias removed, calibrated");
   command->add_option("model", arguments->model, "Model (.onnx)")->required();

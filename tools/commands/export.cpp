@@ -15,14 +15,14 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::string recording;
   std::string profile;
   std::string out;
 };
 
 /// In the columns of a profile.
-core::Status export_profile(const Arguments& arguments, const record::Recording& recording,
+core::Status export_profile(const ExportArguments& arguments, const record::Recording& recording,
                             const std::string& extension) {
   // The recording knows which arm it calibrates; that half of the two-arm columns it fills.
   record::ProfileOptions options;
@@ -41,7 +41,7 @@ core::Status export_profile(const Arguments& arguments, const record::Recording&
                              : record::export_csv(recording, profile, arguments.out);
 }
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const ExportArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension().string();
   const bool has_profile = extension == ".csv" || extension == ".bag";
   if (!has_profile && extension != ".h5" && extension != ".mat") {
@@ -66,7 +66,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command =
       app.add_subcommand("export", "Write a recording for other programs: CSV, bag, HDF5, MAT");
   command->add_option("recording", arguments->recording, "Recording to read (.db)")->required();

@@ -26,7 +26,7 @@ namespace {
 constexpr double kRandomMotionS = 60.0;   // without a trajectory and a number of ticks
 constexpr double kShortestMotionS = 1.0;  // of make_random
 
-struct Arguments {
+struct HostArguments {
   std::string plugin;
   std::string weights;
   std::string plant;
@@ -43,7 +43,7 @@ struct Arguments {
   record::LoadOptions load;
 };
 
-core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& arguments) {
+core::Result<std::unique_ptr<host::RobotSource>> make_twin(const HostArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
   if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
   if (!arguments.trajectory.empty()) {
@@ -61,7 +61,7 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const Arguments& argu
 }
 
 /// The plugin's defaults, changed as the user wants.
-core::Result<ravencal_config> make_config(const Arguments& arguments,
+core::Result<ravencal_config> make_config(const HostArguments& arguments,
                                           const host::PluginLibrary& library) {
   ravencal_config config = library.default_config();
   config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
@@ -74,7 +74,7 @@ core::Result<ravencal_config> make_config(const Arguments& arguments,
   return config;
 }
 
-core::Result<host::Summary> run(const Arguments& arguments) {
+core::Result<host::Summary> run(const HostArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
                             model::read_blob(arguments.weights));
   RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
@@ -123,7 +123,7 @@ cli::ExitCode report(const host::Summary& summary) {
 }  // namespace
 
 void add_host(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<HostArguments>();
   CLI::App* command =
       app.add_subcommand("host", "Run the plugin in a stand-in for the robot's 1 kHz loop");
   command->add_option("--plugin", arguments->plugin, "libravencal_plugin.so")->required();

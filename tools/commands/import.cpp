@@ -12,7 +12,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct ImportArguments {
   std::string source;
   std::string out;
   bool overwrite = false;
@@ -20,7 +20,7 @@ struct Arguments {
   record::LoadOptions load;
 };
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const ImportArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording,
                             record::load_recording(arguments.source, arguments.load));
   const std::pair<const char*, const std::string*> said[] = {
@@ -43,7 +43,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_import(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ImportArguments>();
   CLI::App* command = app.add_subcommand("import", "Turn a foreign file into a recording");
   command->add_option("source", arguments->source, "File to read (.csv or .bag)")->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();

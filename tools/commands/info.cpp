@@ -18,13 +18,13 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct InfoArguments {
   std::string file;
   bool json = false;
   record::LoadOptions load;
 };
 
-core::Result<std::string> describe_recording(const Arguments& arguments) {
+core::Result<std::string> describe_recording(const InfoArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             record::load_recording(arguments.file, arguments.load));
   const record::Summary summary = record::summarise(recording);
@@ -32,18 +32,18 @@ core::Result<std::string> describe_recording(const Arguments& arguments) {
                         : record::describe_in_words(recording, summary);
 }
 
-core::Result<std::string> describe_plant_file(const Arguments& arguments) {
+core::Result<std::string> describe_plant_file(const InfoArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.file));
   return arguments.json ? physics::describe_plant_in_json(plant) + "\n"
                         : physics::describe_plant(plant);
 }
 
-core::Result<std::string> describe_model(const Arguments& arguments) {
+core::Result<std::string> describe_model(const InfoArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.file));
   return arguments.json ? learn::describe_in_json(model) + "\n" : learn::describe_in_words(model);
 }
 
-core::Result<std::string> describe_weights(const Arguments& arguments) {
+core::Result<std::string> describe_weights(const InfoArguments& arguments) {
   return arguments.json ? model::describe_blob_json(arguments.file)
                         : model::describe_blob(arguments.file);
 }
@@ -51,7 +51,7 @@ core::Result<std::string> describe_weights(const Arguments& arguments) {
 /// Which function describes which kind of file.
 struct FileKind {
   std::string_view extension;
-  core::Result<std::string> (*describe)(const Arguments&);
+  core::Result<std::string> (*describe)(const InfoArguments&);
 };
 constexpr std::array kFileKinds = {
     FileKind{".db", describe_recording},  FileKind{".csv", describe_recording},
@@ -59,7 +59,7 @@ constexpr std::array kFileKinds = {
     FileKind{".blob", describe_weights},  FileKind{".toml", describe_plant_file},
 };
 
-core::Result<std::string> describe(const Arguments& arguments) {
+core::Result<std::string> describe(const InfoArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.file).extension().string();
   for (const FileKind& kind : kFileKinds) {
     if (kind.extension == extension) return kind.describe(arguments);
@@ -73,7 +73,7 @@ core::Result<std::string> describe(const Arguments& arguments) {
 }  // namespace
 
 void add_info(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand("info", "Say what a file holds, in words");
   command->add_option("file", arguments->file, "File to describe")->required();
   command->add_flag("--json", arguments->json, "For programs");

@@ -18,7 +18,7 @@ namespace {
 
 namespace qr = quadrature_reader;
 
-struct Arguments {
+struct MergeArguments {
   std::string robot;
   std::string truth;
   std::string out;
@@ -32,7 +32,7 @@ struct Arguments {
   record::LoadOptions load;
 };
 
-qr::MergeOptions options_of(const Arguments& arguments) {
+qr::MergeOptions options_of(const MergeArguments& arguments) {
   qr::MergeOptions options;
   if (arguments.clock == "same") options.clock = qr::RobotClock::kSame;
   if (arguments.clock == "wall") options.clock = qr::RobotClock::kWall;
@@ -42,7 +42,7 @@ qr::MergeOptions options_of(const Arguments& arguments) {
   return options;
 }
 
-void print_json(const Arguments& arguments, const qr::Merged& merged) {
+void print_json(const MergeArguments& arguments, const qr::Merged& merged) {
   nlohmann::ordered_json json = {{"file", arguments.out},
                                  {"rows", merged.recording.rows()},
                                  {"rows_with_truth", merged.rows_with_truth},
@@ -65,7 +65,7 @@ void print_json(const Arguments& arguments, const qr::Merged& merged) {
   fmt::print("{}\n", json.dump());
 }
 
-void print_words(const Arguments& arguments, const qr::Merged& merged) {
+void print_words(const MergeArguments& arguments, const qr::Merged& merged) {
   if (merged.clock) {
     fmt::print("clocks: wall time through {:.3f} s, drift {:+.2f} ppm, line to {:.1f} us\n",
                1e-9 * static_cast<double>(merged.clock->offset_ns), merged.clock->drift_ppm,
@@ -90,7 +90,7 @@ void print_words(const Arguments& arguments, const qr::Merged& merged) {
   }
 }
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const MergeArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording robot,
                             record::load_recording(arguments.robot, arguments.load));
   record::LoadOptions truth_load = arguments.load;
@@ -114,7 +114,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_merge(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<MergeArguments>();
   CLI::App* command =
       app.add_subcommand("merge", "Put true joint positions beside a robot's states");
   command->add_option("robot", arguments->robot, "Recording of the robot's states")->required();

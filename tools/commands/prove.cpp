@@ -18,7 +18,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct ProveArguments {
   prove::ProofOptions proof;
   std::string out, tool, data, house;
   std::string until = "score";
@@ -38,7 +38,7 @@ prove::Look progress_of(std::string_view stage) {
   };
 }
 
-core::Status run(const Arguments& arguments, int& exit_code) {
+core::Status run(const ProveArguments& arguments, int& exit_code) {
   prove::ProofOptions options = arguments.proof;
   options.out = arguments.out;
   options.data = arguments.data;
@@ -88,7 +88,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
 }  // namespace
 
 void add_prove(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ProveArguments>();
   prove::ProofOptions& proof = arguments->proof;
   CLI::App* command =
       app.add_subcommand("prove", "Try diagnose blind: sealed before the run, scored after it");

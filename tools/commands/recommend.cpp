@@ -13,14 +13,14 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct RecommendArguments {
   std::string folder;
   std::string json;
   double minutes = 0.0;
   study::Constraints constraints;
 };
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const RecommendArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(
       const study::Comparison comparison,
       study::read_comparison(std::filesystem::path(arguments.folder) / "compare.json"));
@@ -36,7 +36,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_recommend(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RecommendArguments>();
   CLI::App* command =
       app.add_subcommand("recommend", "Which of the compared models to load, and why");
   command->add_option("folder", arguments->folder, "Folder that `ravencal compare --out` made")

@@ -16,7 +16,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct SignArguments {
   std::string weights;
   std::string key;
   std::string new_key;
@@ -30,14 +30,14 @@ core::Result<std::vector<std::byte>> read_bytes(const std::string& path) {
   return std::vector<std::byte>(bytes, bytes + text.size());
 }
 
-core::Status generate(const Arguments& arguments) {
+core::Status generate(const SignArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const signing::PublicKey key, signing::generate_key(arguments.new_key));
   fmt::print("{}: secret key, keep it where only you can read it\n{}.pub: public key {}\n",
              arguments.new_key, arguments.new_key, signing::hex(key));
   return {};
 }
 
-core::Status sign(const Arguments& arguments) {
+core::Status sign(const SignArguments& arguments) {
   if (arguments.weights.empty() || arguments.key.empty()) {
     return core::Error{core::ErrorCode::kUsage,
                        "give weights and --key KEY, or one of keygen, verify; see --help"};
@@ -67,7 +67,7 @@ Verdict verdict_of(model::SignatureStatus status) {
   return {"wrong", "signed by another key, or changed after it was signed"};
 }
 
-core::Status verify(const Arguments& arguments, int& exit_code) {
+core::Status verify(const SignArguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const signing::PublicKey key,
                             signing::read_public_key(arguments.public_key));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::byte> bytes, read_bytes(arguments.weights));
@@ -94,7 +94,7 @@ core::Status verify(const Arguments& arguments, int& exit_code) {
 }  // namespace
 
 void add_sign(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SignArguments>();
   CLI::App* command = app.add_subcommand("sign", "Sign weights, so that robots load no others");
   command->add_option("weights", arguments->weights, "Weights to sign, in place (.blob)");
   command->add_option("--key", arguments->key, "Secret key of `ravencal sign keygen`");

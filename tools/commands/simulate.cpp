@@ -18,7 +18,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string plant;
   std::string trajectory;
   std::string follow;
@@ -32,7 +32,7 @@ struct Arguments {
   simulation::FollowOptions following;
 };
 
-void print_followed(const simulation::Followed& followed, const Arguments& arguments) {
+void print_followed(const simulation::Followed& followed, const SimulateArguments& arguments) {
   if (arguments.json) {
     nlohmann::json joints = nlohmann::json::array();
     for (const auto& joint : followed.joints)
@@ -50,7 +50,7 @@ void print_followed(const simulation::Followed& followed, const Arguments& argum
 }
 
 /// Any plant along a recording of its robot.
-core::Status follow(const Arguments& arguments, const physics::Plant& plant) {
+core::Status follow(const SimulateArguments& arguments, const physics::Plant& plant) {
   if (!arguments.session.overwrite && std::filesystem::exists(arguments.out)) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: exists already; use --force to replace it", arguments.out)};
@@ -67,7 +67,7 @@ core::Status follow(const Arguments& arguments, const physics::Plant& plant) {
   return {};
 }
 
-void print_summary(const simulation::SessionSummary& summary, const Arguments& arguments,
+void print_summary(const simulation::SessionSummary& summary, const SimulateArguments& arguments,
                    double wall_s) {
   const double factor = summary.simulated_s / wall_s;
   if (arguments.json) {
@@ -87,7 +87,7 @@ void print_summary(const simulation::SessionSummary& summary, const Arguments& a
       summary.interrupted ? "; stopped early, the recording is valid" : "");
 }
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const SimulateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
   if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
   if (!arguments.follow.empty()) return follow(arguments, plant);
@@ -119,7 +119,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_simulate(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   simulation::SessionOptions& session = arguments->session;
   CLI::App* command = app.add_subcommand("simulate",
                                          "Simulate a plant: a RAVEN arm along a "

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct SuggestArguments {
   std::string source;
   std::string plant;
   std::string profile;
@@ -47,7 +47,7 @@ core::Error no_plant(const std::string& source) {
           fmt::format("{}: a recording needs --plant, to be diagnosed first", source)};
 }
 
-core::Result<Diagnosis> diagnosed(const Arguments& arguments) {
+core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
   if (arguments.plant.empty()) return no_plant(arguments.source);
   Diagnosis out;
   RAVENCAL_ASSIGN_OR_RETURN(out.nominal, physics::load_plant(arguments.plant));
@@ -71,7 +71,7 @@ core::Result<Diagnosis> diagnosed(const Arguments& arguments) {
   return out;
 }
 
-core::Result<Diagnosis> read_report(const Arguments& arguments) {
+core::Result<Diagnosis> read_report(const SuggestArguments& arguments) {
   std::ifstream file(arguments.source, std::ios::binary);
   if (!file) {
     return core::Error{core::ErrorCode::kIo,
@@ -95,7 +95,7 @@ struct Entry {
   std::optional<PredictedPower> power;
 };
 
-core::Result<std::vector<Entry>> entries_of(const Arguments& arguments,
+core::Result<std::vector<Entry>> entries_of(const SuggestArguments& arguments,
                                             const Diagnosis& diagnosis) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto suggestions,
                             diagnose::suggest(diagnosis.report, arguments.source));
@@ -146,7 +146,7 @@ void print_json(const std::vector<Entry>& entries) {
   fmt::print("{}\n", json.dump(2));
 }
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const SuggestArguments& arguments) {
   cli::catch_interrupts();
   const bool is_report = fs::path(arguments.source).extension() == ".json";
   RAVENCAL_ASSIGN_OR_RETURN(const Diagnosis diagnosis,
@@ -180,7 +180,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_suggest(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SuggestArguments>();
   CLI::App* command =
       app.add_subcommand("suggest", "Print the next recording worth making, from a diagnosis");
   command

@@ -32,7 +32,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct TrainArguments {
   std::vector<std::string> recordings;
   std::vector<std::string> validation;
   std::string out;
@@ -48,8 +48,6 @@ struct Arguments {
   learn::TrainOptions train;
 };
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
   std::vector<std::uint32_t> hidden;
   if (text == "none") return hidden;
@@ -57,7 +55,7 @@ core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
   for (const std::string& word : CLI::detail::split(text, ',')) {
     std::uint32_t width = 0;
     if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
-      return usage(fmt::format(
+      return core::usage_error(fmt::format(
           "--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32 or none", text,
           word, kWidest));
     }
@@ -66,15 +64,16 @@ core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
   return hidden;
 }
 
-core::Status complete(Arguments& arguments) {
+core::Status complete(TrainArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(arguments.train.hidden, hidden_from(arguments.hidden));
   if (arguments.activation == "tanh") arguments.train.activation = model::Activation::kTanh;
   if (arguments.activation == "relu") arguments.train.activation = model::Activation::kRelu;
   if (!arguments.isa.empty()) {
     const auto isa = learn::isa_from(arguments.isa);
     if (!isa || !learn::is_supported(*isa)) {
-      return usage(fmt::format("--isa {}: this processor or build lacks it; the best here is {}",
-                               arguments.isa, learn::name_of(learn::best_isa())));
+      return core::usage_error(
+          fmt::format("--isa {}: this processor or build lacks it; the best here is {}",
+                      arguments.isa, learn::name_of(learn::best_isa())));
     }
     arguments.train.trainer.isa = *isa;
   }
@@ -97,7 +96,7 @@ void show_epoch(cli::Progress& progress, double done, const learn::EpochReport& 
   progress.update(done, detail);
 }
 
-core::Status write_report(const Arguments& arguments, const learn::TrainResult& result,
+core::Status write_report(const TrainArguments& arguments, const learn::TrainResult& result,
                           const learn::Evaluation& evaluation, const std::string& title) {
   RAVENCAL_RETURN_IF_ERROR(report::write_html(
       learn::make_report(result.model, evaluation, title, result.epochs, result.kept_epoch),
@@ -133,7 +132,8 @@ struct Physics {
   std::string as_features;  ///< the plant's text, if its predictions became features
 };
 
-core::Result<Physics> take_physics(Arguments& arguments, std::vector<record::Recording>& training,
+core::Result<Physics> take_physics(TrainArguments& arguments,
+                                   std::vector<record::Recording>& training,
                                    std::vector<record::Recording>& held_out) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, text_of_plant(arguments.physics));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
@@ -163,7 +163,7 @@ core::Result<Physics> take_physics(Arguments& arguments, std::vector<record::Rec
   return physics;
 }
 
-core::Status run(Arguments arguments) {
+core::Status run(TrainArguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
@@ -216,7 +216,7 @@ core::Status run(Arguments arguments) {
   return write_report(arguments, result, evaluation, title);
 }
 
-void add_data_options(CLI::App& command, Arguments& arguments) {
+void add_data_options(CLI::App& command, TrainArguments& arguments) {
   command.add_option("recordings", arguments.recordings, "Recordings to train on (.db, .csv)")
       ->required();
   command.add_option("--out", arguments.out, "Model to write (.onnx)")->required();
@@ -231,7 +231,7 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
       ->delimiter(',');
 }
 
-void add_physics_option(CLI::App& command, Arguments& arguments) {
+void add_physics_option(CLI::App& command, TrainArguments& arguments) {
   command.add_option(
       "--physics", arguments.physics,
       "A plant (plant_improved.toml of `ravencal diagnose`). It is simulated over the whole "
@@ -241,7 +241,7 @@ void add_physics_option(CLI::App& command, Arguments& arguments) {
       "model runs in `evaluate` only");
 }
 
-void add_network_options(CLI::App& command, Arguments& arguments) {
+void add_network_options(CLI::App& command, TrainArguments& arguments) {
   learn::TrainOptions& train = arguments.train;
   command.add_option("--features", train.features,
                      "paper112, notebook208, light, light-open (nothing that answers to the motor "
@@ -313,7 +313,7 @@ void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
 }  // namespace
 
 void add_train(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<TrainArguments>();
   CLI::App* command = app.add_subcommand("train", "Learn the joint error from recordings");
   add_data_options(*command, *arguments);
   add_network_options(*command, *arguments);

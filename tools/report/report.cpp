@@ -13,18 +13,16 @@
 namespace ravencal::report {
 namespace {
 
-core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
-
 core::Status check_series(const JointSeries& series) {
   const std::size_t samples = series.t_s.size();
   if (samples == 0) {
-    return usage(
+    return core::usage_error(
         fmt::format("report: joint '{}' has no samples; leave it out instead", series.joint));
   }
   const auto check = [&](const char* name, std::size_t length) -> core::Status {
     if (length == samples) return {};
-    return usage(fmt::format("report: joint '{}' has {} times but {} values of {}", series.joint,
-                             samples, length, name));
+    return core::usage_error(fmt::format("report: joint '{}' has {} times but {} values of {}",
+                                         series.joint, samples, length, name));
   };
   RAVENCAL_RETURN_IF_ERROR(check("truth", series.truth.size()));
   RAVENCAL_RETURN_IF_ERROR(check("raw", series.raw.size()));
@@ -35,8 +33,8 @@ core::Status check_series(const JointSeries& series) {
   const auto odd_time = std::find_if_not(series.t_s.begin(), series.t_s.end(),
                                          [](double t) { return std::isfinite(t); });
   if (odd_time != series.t_s.end()) {
-    return usage(fmt::format("report: joint '{}' has no finite time at sample {}", series.joint,
-                             odd_time - series.t_s.begin()));
+    return core::usage_error(fmt::format("report: joint '{}' has no finite time at sample {}",
+                                         series.joint, odd_time - series.t_s.begin()));
   }
   return {};
 }
@@ -48,14 +46,14 @@ core::Status check_map(const CalibrationReport& report) {
         std::any_of(report.series.begin(), report.series.end(),
                     [&joint](const JointSeries& series) { return series.joint == joint; });
     if (!known) {
-      return usage(fmt::format(
+      return core::usage_error(fmt::format(
           "report: the error maps need joint '{}', which is not among the series", joint));
     }
   }
   const std::size_t samples = report.series.front().t_s.size();
   for (const JointSeries& series : report.series) {
     if (series.t_s.size() != samples) {
-      return usage(
+      return core::usage_error(
           fmt::format("report: error maps need series of equal length, but '{}' has {} samples and "
                       "'{}' has {}",
                       report.series.front().joint, samples, series.joint, series.t_s.size()));
@@ -69,8 +67,9 @@ core::Status check(const CalibrationReport& report) {
   RAVENCAL_RETURN_IF_ERROR(check_map(report));
   for (const LossCurve& run : report.losses) {
     if (!run.validation.empty() && run.validation.size() != run.train.size()) {
-      return usage(fmt::format("report: run '{}' has {} training losses but {} validation losses",
-                               run.name, run.train.size(), run.validation.size()));
+      return core::usage_error(
+          fmt::format("report: run '{}' has {} training losses but {} validation losses", run.name,
+                      run.train.size(), run.validation.size()));
     }
   }
   return {};

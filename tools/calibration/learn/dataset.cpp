@@ -13,8 +13,6 @@ namespace {
 using record::Recording;
 using record::Role;
 
-core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// Truth minus estimate, [rows x outputs]; NaN where either is lost.
 core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
                                            const Recording& recording) {
@@ -23,8 +21,8 @@ core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> ou
     const auto truth = recording.column(Role::kJointTruth, outputs[k].joint);
     const auto estimate = recording.column(outputs[k].estimate_channel);
     if (!truth || !estimate) {
-      return data_error(fmt::format("{}: has no {} of joint {}", recording.source,
-                                    truth ? "estimate" : "truth", outputs[k].joint));
+      return core::data_error(fmt::format("{}: has no {} of joint {}", recording.source,
+                                          truth ? "estimate" : "truth", outputs[k].joint));
     }
     errors.col(static_cast<Eigen::Index>(k)) =
         recording.samples.col(*truth) - recording.samples.col(*estimate);
@@ -64,15 +62,15 @@ core::Result<std::vector<model::OutputSpec>> outputs_of(const Recording& recordi
                                                         std::span<const std::string> joints) {
   const std::vector<std::string> present = recording.calibratable_joints();
   if (present.empty()) {
-    return data_error(fmt::format(
+    return core::data_error(fmt::format(
         "{}: no joint has both an estimate and a truth; calibration needs an external encoder or "
         "tracker in the recording (role joint_truth in its profile)",
         recording.source));
   }
   for (const std::string& joint : joints) {
     if (std::find(present.begin(), present.end(), joint) == present.end()) {
-      return data_error(fmt::format("{}: joint '{}' has no truth; those that have are {}",
-                                    recording.source, joint, fmt::join(present, ", ")));
+      return core::data_error(fmt::format("{}: joint '{}' has no truth; those that have are {}",
+                                          recording.source, joint, fmt::join(present, ", ")));
     }
   }
   std::vector<model::OutputSpec> outputs;
@@ -113,7 +111,7 @@ core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
   dataset.features.conservativeResize(kept, Eigen::NoChange);
   dataset.errors.conservativeResize(kept, Eigen::NoChange);
   if (kept > 0) return dataset;
-  return data_error(fmt::format(
+  return core::data_error(fmt::format(
       "{}: no usable row is left of {}: {} lack the truth or the estimate of a joint, {} lack a "
       "feature; `ravencal info` shows which channels are lost, --features and --joints leave them "
       "out",

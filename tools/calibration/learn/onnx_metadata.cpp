@@ -17,8 +17,6 @@ using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 std::string numbers_text(const Eigen::VectorXd& values) {
   return json(std::vector<double>(values.data(), values.data() + values.size())).dump();
 }
@@ -30,13 +28,14 @@ class Reader {
   core::Result<json> value(const std::string& key) const {
     const auto it = metadata_.find(key);
     if (it == metadata_.end()) {
-      return bad(
+      return core::data_error(
           fmt::format("metadata lacks '{}': not a model of ravencal, or one that another "
                       "tool has rewritten",
                       key));
     }
     json parsed = json::parse(it->second, nullptr, false);
-    if (parsed.is_discarded()) return bad(fmt::format("metadata '{}' is not JSON", key));
+    if (parsed.is_discarded())
+      return core::data_error(fmt::format("metadata '{}' is not JSON", key));
     return parsed;
   }
 
@@ -44,12 +43,13 @@ class Reader {
   core::Result<Eigen::VectorXd> numbers(const std::string& key, std::size_t size) const {
     RAVENCAL_ASSIGN_OR_RETURN(const json array, value(key));
     if (!array.is_array() || array.size() != size) {
-      return bad(fmt::format("metadata '{}' is not a list of {} numbers", key, size));
+      return core::data_error(fmt::format("metadata '{}' is not a list of {} numbers", key, size));
     }
     Eigen::VectorXd values(static_cast<Eigen::Index>(size));
     for (std::size_t i = 0; i < size; ++i) {
       if (!array[i].is_number() || !std::isfinite(array[i].get<double>())) {
-        return bad(fmt::format("metadata '{}': element {} is not a finite number", key, i));
+        return core::data_error(
+            fmt::format("metadata '{}': element {} is not a finite number", key, i));
       }
       values(static_cast<Eigen::Index>(i)) = array[i].get<double>();
     }
@@ -62,7 +62,8 @@ class Reader {
     RAVENCAL_ASSIGN_OR_RETURN(result.mean, numbers(prefix + "_mean", size));
     RAVENCAL_ASSIGN_OR_RETURN(result.scale, numbers(prefix + "_scale", size));
     if (!(result.scale.minCoeff() > 0.0)) {
-      return bad(fmt::format("metadata '{}_scale' has a value that is not above 0", prefix));
+      return core::data_error(
+          fmt::format("metadata '{}_scale' has a value that is not above 0", prefix));
     }
     return result;
   }
@@ -72,20 +73,22 @@ class Reader {
 };
 
 core::Result<std::vector<model::FeatureSpec>> features_from(const json& array) {
-  if (!array.is_array() || array.empty()) return bad("metadata 'ravencal.features' is no list");
+  if (!array.is_array() || array.empty())
+    return core::data_error("metadata 'ravencal.features' is no list");
   std::vector<model::FeatureSpec> features;
   for (const json& text : array) {
     if (!text.is_string())
-      return bad("metadata 'ravencal.features' has an element that is no text");
+      return core::data_error("metadata 'ravencal.features' has an element that is no text");
     auto feature = model::FeatureSpec::parse(text.get<std::string>());
-    if (!feature.ok()) return bad("metadata: " + feature.error().message);
+    if (!feature.ok()) return core::data_error("metadata: " + feature.error().message);
     features.push_back(*feature);
   }
   return features;
 }
 
 core::Result<std::vector<model::OutputSpec>> outputs_from(const json& array) {
-  if (!array.is_array() || array.empty()) return bad("metadata 'ravencal.outputs' is no list");
+  if (!array.is_array() || array.empty())
+    return core::data_error("metadata 'ravencal.outputs' is no list");
   std::vector<model::OutputSpec> outputs;
   for (const json& item : array) {
     model::OutputSpec output;
@@ -93,7 +96,8 @@ core::Result<std::vector<model::OutputSpec>> outputs_from(const json& array) {
         {"joint", &output.joint}, {"estimate", &output.estimate_channel}, {"unit", &output.unit}};
     for (const auto& [key, text] : fields) {
       if (!item.is_object() || !item.contains(key) || !item[key].is_string()) {
-        return bad(fmt::format("metadata 'ravencal.outputs': an output lacks '{}'", key));
+        return core::data_error(
+            fmt::format("metadata 'ravencal.outputs': an output lacks '{}'", key));
       }
       *text = item[key].get<std::string>();
     }
@@ -132,7 +136,9 @@ std::optional<Eigen::VectorXf> floats_from(const json& array, std::size_t size) 
 
 /// Shapes and finiteness; the rest is checked where a blob is made of it.
 core::Result<model::TrustRegion> trust_from(const json& object, std::size_t inputs) {
-  const auto wrong = [] { return bad("metadata 'ravencal.input_trust' is not a trust region"); };
+  const auto wrong = [] {
+    return core::data_error("metadata 'ravencal.input_trust' is not a trust region");
+  };
   for (const char* key : {"directions", "inverse_variance", "inverse_residual_variance",
                           "full_distance", "none_distance"}) {
     if (!object.is_object() || !object.contains(key)) return wrong();
@@ -187,7 +193,9 @@ std::optional<Eigen::MatrixXd> gains_matrix(const json& lists, std::size_t rows,
 }
 
 core::Result<model::LoopGains> gains_from(const json& object, std::size_t outputs) {
-  const auto wrong = [] { return bad("metadata 'ravencal.gains' holds no loop gains"); };
+  const auto wrong = [] {
+    return core::data_error("metadata 'ravencal.gains' holds no loop gains");
+  };
   for (const char* key : {"rows", "channels", "largest", "by_group"}) {
     if (!object.is_object() || !object.contains(key)) return wrong();
   }
@@ -217,7 +225,8 @@ core::Result<model::Origin> origin_from(const json& object) {
   const auto arm = model::arm_from(text("arm").value_or(""));
   const auto coordinates = model::coordinates_from(text("coordinates").value_or(""));
   if (!robot || !controller || !arm || !coordinates) {
-    return bad("metadata 'ravencal.origin' is not an arm, a robot, a controller and coordinates");
+    return core::data_error(
+        "metadata 'ravencal.origin' is not an arm, a robot, a controller and coordinates");
   }
   return model::Origin{*arm, *coordinates, *robot, *controller};
 }
@@ -254,8 +263,9 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
   model::CalibrationModel model;
   RAVENCAL_ASSIGN_OR_RETURN(const json format, reader.value("ravencal.format"));
   if (format != kFormatVersion) {
-    return bad(fmt::format("metadata format {} is unknown; this program reads format {}",
-                           format.dump(), kFormatVersion));
+    return core::data_error(
+        fmt::format("metadata format {} is unknown; this program reads format {}", format.dump(),
+                    kFormatVersion));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const json features, reader.value("ravencal.features"));
   RAVENCAL_ASSIGN_OR_RETURN(model.features, features_from(features));
@@ -283,11 +293,12 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
                             reader.standardiser("ravencal.output", model.outputs.size()));
   RAVENCAL_ASSIGN_OR_RETURN(const json period, reader.value("ravencal.row_period_s"));
   if (!period.is_number() || !(period.get<double>() >= 0.0)) {
-    return bad("metadata 'ravencal.row_period_s' is not a duration");
+    return core::data_error("metadata 'ravencal.row_period_s' is not a duration");
   }
   model.row_period_s = period.get<double>();
   RAVENCAL_ASSIGN_OR_RETURN(const json provenance, reader.value("ravencal.provenance"));
-  if (!provenance.is_object()) return bad("metadata 'ravencal.provenance' is not an object");
+  if (!provenance.is_object())
+    return core::data_error("metadata 'ravencal.provenance' is not an object");
   for (const auto& [key, value] : provenance.items()) {
     model.provenance[key] = value.is_string() ? value.get<std::string>() : value.dump();
   }

@@ -17,8 +17,6 @@ namespace {
 
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// Walks the one chain that a calibration model is: Sub, Mul, (Gemm, activation?)+, Mul, Add.
 class GraphReader {
  public:
@@ -26,7 +24,7 @@ class GraphReader {
 
   core::Status read(model::CalibrationModel& model) {
     if (graph_.input_size() < 1 || graph_.input(0).name() != "features") {
-      return bad("the graph has no input 'features'");
+      return core::data_error("the graph has no input 'features'");
     }
     value_ = "features";
     const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
@@ -39,25 +37,25 @@ class GraphReader {
       model.layers.push_back(std::move(layer));
     }
     if (model.layers.empty() || !next_is("Mul")) {
-      return bad(
+      return core::data_error(
           fmt::format("after {} layer(s) there is {}; a calibration model is Sub, Mul, Gemm with "
                       "Sigmoid, Tanh or "
                       "Relu, Mul, Add",
                       model.layers.size(), here()));
     }
     if (model.layers.back().activation != model::Activation::kLinear) {
-      return bad("the last layer is not linear");
+      return core::data_error("the last layer is not linear");
     }
     if (width != static_cast<Eigen::Index>(model.outputs.size())) {
-      return bad(fmt::format("the last layer has {} outputs, the metadata {}", width,
-                             model.outputs.size()));
+      return core::data_error(fmt::format("the last layer has {} outputs, the metadata {}", width,
+                                          model.outputs.size()));
     }
     RAVENCAL_RETURN_IF_ERROR(read_scaling("Mul", "output_scale", model.output.scale.cast<float>()));
     RAVENCAL_RETURN_IF_ERROR(read_scaling("Add", "output_mean", model.output.mean.cast<float>()));
     if (next_ != graph_.node_size())
-      return bad(fmt::format("after the last step there is {}", here()));
+      return core::data_error(fmt::format("after the last step there is {}", here()));
     if (graph_.output_size() != 1 || graph_.output(0).name() != value_) {
-      return bad(fmt::format("the graph's output is not '{}'", value_));
+      return core::data_error(fmt::format("the graph's output is not '{}'", value_));
     }
     return {};
   }
@@ -77,14 +75,15 @@ class GraphReader {
   /// Takes the next node, which must be `op`, have `inputs` inputs and continue the chain.
   core::Result<const onnx::NodeProto*> take(const std::string& op, int inputs) {
     if (!next_is(op)) {
-      return bad(
+      return core::data_error(
           fmt::format("expected operator {}, found {}; a calibration model is Sub, Mul, Gemm "
                       "with Sigmoid, Tanh or Relu, Mul, Add",
                       op, here()));
     }
     const onnx::NodeProto& node = graph_.node(next_);
     if (node.input_size() != inputs || node.output_size() != 1 || node.input(0) != value_) {
-      return bad(fmt::format("{} does not continue the chain from '{}'", here(), value_));
+      return core::data_error(
+          fmt::format("{} does not continue the chain from '{}'", here(), value_));
     }
     value_ = node.output(0);
     ++next_;
@@ -95,33 +94,36 @@ class GraphReader {
     for (const onnx::TensorProto& candidate : graph_.initializer()) {
       if (candidate.name() == name) return values_of(candidate, rank);
     }
-    return bad(fmt::format("'{}' is not a constant of the graph", name));
+    return core::data_error(fmt::format("'{}' is not a constant of the graph", name));
   }
 
   /// A vector is one row.
   static core::Result<RowMajor> values_of(const onnx::TensorProto& tensor, int rank) {
     if (tensor.data_type() != onnx::TensorProto::FLOAT || tensor.dims_size() != rank ||
         tensor.data_location() == onnx::TensorProto::EXTERNAL) {
-      return bad(fmt::format("tensor '{}' is not a float32 tensor of rank {} inside the file",
-                             tensor.name(), rank));
+      return core::data_error(fmt::format(
+          "tensor '{}' is not a float32 tensor of rank {} inside the file", tensor.name(), rank));
     }
     constexpr std::int64_t kLargest = 1 << 20;  // far above any network for a 1 kHz loop
     const std::int64_t rows = rank == 2 ? tensor.dims(0) : 1;
     const std::int64_t columns = tensor.dims(rank - 1);
     if (rows < 1 || columns < 1 || rows > kLargest || columns > kLargest) {
-      return bad(fmt::format("tensor '{}' has shape {} x {}", tensor.name(), rows, columns));
+      return core::data_error(
+          fmt::format("tensor '{}' has shape {} x {}", tensor.name(), rows, columns));
     }
     const auto count = static_cast<std::size_t>(rows * columns);
     const bool raw = tensor.raw_data().size() == count * sizeof(float);
     if (!raw && static_cast<std::size_t>(tensor.float_data_size()) != count) {
-      return bad(fmt::format("tensor '{}' does not hold its {} values", tensor.name(), count));
+      return core::data_error(
+          fmt::format("tensor '{}' does not hold its {} values", tensor.name(), count));
     }
     RowMajor values(rows, columns);
     const void* source = raw ? static_cast<const void*>(tensor.raw_data().data())
                              : static_cast<const void*>(tensor.float_data().data());
     std::memcpy(values.data(), source, count * sizeof(float));
     if (!values.allFinite()) {
-      return bad(fmt::format("tensor '{}' has a value that is not finite", tensor.name()));
+      return core::data_error(
+          fmt::format("tensor '{}' has a value that is not finite", tensor.name()));
     }
     return values;
   }
@@ -132,7 +134,8 @@ class GraphReader {
     RAVENCAL_ASSIGN_OR_RETURN(const onnx::NodeProto* node, take(op, 2));
     RAVENCAL_ASSIGN_OR_RETURN(const RowMajor values, tensor(node->input(1), 1));
     if (values.size() != expected.size() || !values.row(0).transpose().isApprox(expected, 1e-6F)) {
-      return bad(fmt::format("node '{}' contradicts the metadata's {}", node->name(), what));
+      return core::data_error(
+          fmt::format("node '{}' contradicts the metadata's {}", node->name(), what));
     }
     return {};
   }
@@ -147,16 +150,17 @@ class GraphReader {
       if (attribute.name() == "transB") {
         transposed = attribute.i() != 0;
       } else if (!one && !plain) {
-        return bad(fmt::format("Gemm '{}' has an attribute {} that is not supported", node->name(),
-                               attribute.name()));
+        return core::data_error(fmt::format("Gemm '{}' has an attribute {} that is not supported",
+                                            node->name(), attribute.name()));
       }
     }
     RAVENCAL_ASSIGN_OR_RETURN(RowMajor weights, tensor(node->input(1), 2));
     if (!transposed) weights = RowMajor(weights.transpose());
     RAVENCAL_ASSIGN_OR_RETURN(const RowMajor biases, tensor(node->input(2), 1));
     if (weights.cols() != inputs || biases.cols() != weights.rows()) {
-      return bad(fmt::format("Gemm '{}' has weights {} x {} and {} biases where {} inputs arrive",
-                             node->name(), weights.rows(), weights.cols(), biases.cols(), inputs));
+      return core::data_error(
+          fmt::format("Gemm '{}' has weights {} x {} and {} biases where {} inputs arrive",
+                      node->name(), weights.rows(), weights.cols(), biases.cols(), inputs));
     }
     model::DenseLayer layer;
     layer.weights = weights;
@@ -195,7 +199,8 @@ core::Result<onnx::ModelProto> parse(const std::filesystem::path& path) {
   }
   onnx::ModelProto proto;
   if (!proto.ParseFromIstream(&file) || !proto.has_graph()) {
-    return bad(fmt::format("{}: is not an ONNX file, or a damaged one", path.string()));
+    return core::data_error(
+        fmt::format("{}: is not an ONNX file, or a damaged one", path.string()));
   }
   return proto;
 }
@@ -211,7 +216,8 @@ core::Result<bool> is_ravencal_onnx(const std::filesystem::path& path) {
 core::Result<model::CalibrationModel> read_onnx(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const onnx::ModelProto proto, parse(path));
   auto model = from_proto(proto);
-  if (!model.ok()) return bad(fmt::format("{}: {}", path.string(), model.error().message));
+  if (!model.ok())
+    return core::data_error(fmt::format("{}: {}", path.string(), model.error().message));
   return model;
 }
 

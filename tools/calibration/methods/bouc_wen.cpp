@@ -56,15 +56,15 @@ Eigen::RowVectorXd linear_row(const Series& s, Eigen::Index row, Eigen::Index ou
 }
 
 /// Stacked training rows of one output.
-struct Rows {
+struct LoopRows {
   Eigen::MatrixXd linear;
   Eigen::VectorXd errors;
   std::vector<double> change;  ///< of the joint since the row before; NaN begins an episode
   std::vector<char> counts;    ///< 1 where the error is known
 };
 
-Rows rows_of(std::span<const Series> train, Eigen::Index output, Eigen::Index plain) {
-  Rows rows;
+LoopRows rows_of(std::span<const Series> train, Eigen::Index output, Eigen::Index plain) {
+  LoopRows rows;
   rows.linear.resize(count_rows(train), plain + 2);
   rows.errors.resize(count_rows(train));
   Eigen::Index at = 0;
@@ -95,7 +95,7 @@ struct Fitted {
   Eigen::VectorXd residual;
 };
 
-Fitted project(const Rows& rows, const Loop& loop) {
+Fitted project(const LoopRows& rows, const Loop& loop) {
   const Eigen::Index n = rows.linear.cols() + 1;
   Eigen::MatrixXd a(rows.linear.rows(), n);
   a.leftCols(n - 1) = rows.linear;
@@ -118,8 +118,8 @@ Fitted project(const Rows& rows, const Loop& loop) {
   return fitted;
 }
 
-struct Cost {
-  const Rows* rows;
+struct LoopCost {
+  const LoopRows* rows;
   double scale;
   bool operator()(double const* const* parameters, double* residuals) const {
     const Fitted fitted = project(*rows, loop_of(parameters[0]));
@@ -129,13 +129,13 @@ struct Cost {
 };
 
 /// Best of a few starts: the cost has one valley per scale of motion.
-Fitted fit_loop(const Rows& rows, double range) {
+Fitted fit_loop(const LoopRows& rows, double range) {
   Fitted best;
   for (const double part : {0.01, 0.05, 0.2}) {
     std::array<double, 3> p = {std::log(part * range), 0.0, 0.0};
     ceres::Problem problem;
-    auto* cost = new ceres::DynamicNumericDiffCostFunction<Cost>(
-        new Cost{&rows, 1.0 / (1e-12 + rows.errors.norm())});
+    auto* cost = new ceres::DynamicNumericDiffCostFunction<LoopCost>(
+        new LoopCost{&rows, 1.0 / (1e-12 + rows.errors.norm())});
     cost->AddParameterBlock(3);
     cost->SetNumResiduals(static_cast<int>(rows.errors.size()));
     problem.AddResidualBlock(cost, nullptr, p.data());
@@ -220,7 +220,7 @@ class BoucWen final : public Method {
                                static_cast<double>(problem.outputs.size())))
         return stopped();
       const auto output = static_cast<Eigen::Index>(k);
-      const Rows rows = rows_of(train, output, problem.plain);
+      const LoopRows rows = rows_of(train, output, problem.plain);
       if (rows.errors.size() == 0)
         return core::Error{core::ErrorCode::kData, "no training row has the joints' positions"};
       const auto q = rows.linear.rightCols(1);

@@ -126,7 +126,7 @@ class Filter {
     if (!x_.allFinite() || !p_.allFinite()) start(motor);
   }
 
-  /// Joint minus motor, and the offset.
+  /// JointFilter minus motor, and the offset.
   [[nodiscard]] double correction(double motor) const { return x_[2] - motor + plant_.offset; }
 
  private:
@@ -190,7 +190,7 @@ double typical_speed(const Drive& d) {
   return std::max(1e-6, sum / count);
 }
 
-struct Cost {
+struct LikelihoodCost {
   const Drive* drive;
   Noise noise;
   double rest_velocity;
@@ -210,12 +210,12 @@ struct Cost {
   }
 };
 
-struct Joint {
+struct JointFilter {
   Plant plant;
   Noise noise;
 };
 
-Joint fit_joint(const Drive& d) {
+JointFilter fit_joint(const Drive& d) {
   double mean = 0.0;
   double square = 0.0;
   double count = 1e-9;
@@ -228,12 +228,12 @@ Joint fit_joint(const Drive& d) {
   mean /= count;
   const double deviation = std::sqrt(std::max(1e-18, square / count - mean * mean));
   const double rest = 0.1 * typical_speed(d);
-  Joint joint{{}, noise_of(d)};
+  JointFilter joint{{}, noise_of(d)};
   std::array<double, kParameters> p = {
       std::log(40.0), std::log(0.2), 0.3 * deviation, 0.0, 0.0, 0.0, std::log(0.2), 0.0, mean};
   ceres::Problem problem;
-  auto* cost = new ceres::DynamicNumericDiffCostFunction<Cost>(
-      new Cost{&d, joint.noise, rest, 1.0 / (deviation * std::sqrt(count))});
+  auto* cost = new ceres::DynamicNumericDiffCostFunction<LikelihoodCost>(
+      new LikelihoodCost{&d, joint.noise, rest, 1.0 / (deviation * std::sqrt(count))});
   cost->AddParameterBlock(kParameters);
   cost->SetNumResiduals(static_cast<int>(d.motor.size()));
   problem.AddResidualBlock(cost, nullptr, p.data());
@@ -256,8 +256,8 @@ Joint fit_joint(const Drive& d) {
 
 class KalmanPredictor final : public Predictor {
  public:
-  explicit KalmanPredictor(std::vector<Joint> joints) : joints_(std::move(joints)) {
-    for (const Joint& joint : joints_) filters_.emplace_back(joint.plant, joint.noise);
+  explicit KalmanPredictor(std::vector<JointFilter> joints) : joints_(std::move(joints)) {
+    for (const JointFilter& joint : joints_) filters_.emplace_back(joint.plant, joint.noise);
   }
   void start(const Series&, Eigen::Index) override { fresh_ = true; }
   void step(const Series& series, Eigen::Index row,
@@ -285,12 +285,13 @@ class KalmanPredictor final : public Predictor {
   [[nodiscard]] std::size_t parameters() const override { return kParameters * joints_.size(); }
   [[nodiscard]] std::string remark() const override {
     std::string text = "joint on its cable:";
-    for (const Joint& joint : joints_) text += fmt::format(" {:.0f} rad/s", joint.plant.frequency);
+    for (const JointFilter& joint : joints_)
+      text += fmt::format(" {:.0f} rad/s", joint.plant.frequency);
     return text + ", fitted to " + fmt::format("{} rows", kFitRows) + " at most";
   }
 
  private:
-  std::vector<Joint> joints_;
+  std::vector<JointFilter> joints_;
   std::vector<Filter> filters_;
   double last_s_ = 0.0;
   bool fresh_ = true;
@@ -311,7 +312,7 @@ class Kalman final : public Method {
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> train,
                                                const Settings& settings) const override {
-    std::vector<Joint> joints;
+    std::vector<JointFilter> joints;
     for (std::size_t k = 0; k < problem.outputs.size(); ++k) {
       if (!settings.keep_going(static_cast<double>(k) /
                                static_cast<double>(problem.outputs.size())))

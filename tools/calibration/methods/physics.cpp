@@ -30,7 +30,7 @@ Eigen::MatrixXd columns_of(Terms& terms, const Series& series) {
   return columns;
 }
 
-struct Joint {
+struct PhysicsJoint {
   std::unique_ptr<Terms> terms;
   Eigen::VectorXd sizes;
 };
@@ -57,11 +57,11 @@ Eigen::VectorXd fit_sizes(Terms& terms, std::span<const Series> train, Eigen::In
 
 class PhysicsPredictor final : public Predictor {
  public:
-  explicit PhysicsPredictor(std::vector<Joint> joints) : joints_(std::move(joints)) {
-    for (const Joint& joint : joints_) values_.emplace_back(joint.terms->count());
+  explicit PhysicsPredictor(std::vector<PhysicsJoint> joints) : joints_(std::move(joints)) {
+    for (const PhysicsJoint& joint : joints_) values_.emplace_back(joint.terms->count());
   }
   void start(const Series& series, Eigen::Index row) override {
-    for (Joint& joint : joints_) joint.terms->start(series, row);
+    for (PhysicsJoint& joint : joints_) joint.terms->start(series, row);
   }
   void step(const Series& series, Eigen::Index row,
             Eigen::Ref<Eigen::VectorXd> correction) override {
@@ -72,7 +72,7 @@ class PhysicsPredictor final : public Predictor {
   }
   [[nodiscard]] std::size_t parameters() const override {
     std::size_t count = 0;
-    for (const Joint& joint : joints_) count += static_cast<std::size_t>(joint.sizes.size());
+    for (const PhysicsJoint& joint : joints_) count += static_cast<std::size_t>(joint.sizes.size());
     return count;
   }
   [[nodiscard]] std::string remark() const override {
@@ -83,7 +83,7 @@ class PhysicsPredictor final : public Predictor {
   }
 
  private:
-  std::vector<Joint> joints_;
+  std::vector<PhysicsJoint> joints_;
   std::vector<Eigen::VectorXd> values_;
 };
 
@@ -91,7 +91,7 @@ core::Result<std::unique_ptr<Predictor>> fit_physics(const Problem& problem,
                                                      std::span<const Series> train,
                                                      const Settings& settings) {
   RAVENCAL_ASSIGN_OR_RETURN(auto terms, read_terms(settings.physics, problem));
-  std::vector<Joint> joints;
+  std::vector<PhysicsJoint> joints;
   for (std::size_t k = 0; k < terms.size(); ++k) {
     if (!settings.keep_going(static_cast<double>(k) / static_cast<double>(terms.size())))
       return stopped();

@@ -13,7 +13,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr int kSchema = 1;
+constexpr int kCompareSchema = 1;
 constexpr double kUnknownFigure = std::numeric_limits<double>::quiet_NaN();
 
 /// NaN travels as null.
@@ -188,7 +188,7 @@ std::optional<MethodResult> read_method(const std::filesystem::path& path, const
 }
 
 std::string comparison_json(const Comparison& c) {
-  json j = {{"schema", kSchema},
+  json j = {{"schema", kCompareSchema},
             {"title", c.title},
             {"order", c.order},
             {"training_minutes", c.training_minutes},
@@ -222,7 +222,7 @@ core::Result<Comparison> read_comparison(const std::filesystem::path& path) {
   };
   try {
     const json j = json::parse(text);
-    if (j.at("schema") != kSchema) return damaged("another schema");
+    if (j.at("schema") != kCompareSchema) return damaged("another schema");
     Comparison c;
     c.title = j.at("title");
     c.order = j.at("order");

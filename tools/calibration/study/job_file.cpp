@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kSchema = 1;
+constexpr int kJobSchema = 1;
 
 Json json_of(const ErrorBlocks& blocks) {
   return {{"peak", blocks.peak},
@@ -73,7 +73,7 @@ RowMap map_from(const Json& json) {
 
 Json json_of(const JobResult& result) {
   Json json = {
-      {"schema", kSchema},    {"job", result.description}, {"final_loss", result.final_loss},
+      {"schema", kJobSchema}, {"job", result.description}, {"final_loss", result.final_loss},
       {"block_s", kBlockS},   {"joints", Json::array()},   {"rows", Json::array()},
       {"maps", Json::array()}};
   for (const JointName& joint : result.joints) {
@@ -101,7 +101,7 @@ Json json_of(const JobResult& result) {
 
 JobResult result_from(const Json& json) {
   JobResult result;
-  if (json.at("schema") != kSchema) throw std::invalid_argument("another version's result");
+  if (json.at("schema") != kJobSchema) throw std::invalid_argument("another version's result");
   result.description = json.at("job");
   result.final_loss = number_or_infinite(json.at("final_loss"));
   for (const Json& joint : json.at("joints")) {

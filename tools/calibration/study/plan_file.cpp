@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kSchema = 1;
+constexpr int kPlanSchema = 1;
 
 Json settings_json(const Settings& s) {
   return {{"features", s.features},     {"homing_features", s.homing_features},
@@ -46,7 +46,7 @@ TestSet tests_from(const std::string& name) {
 }
 
 Json json_of(const Plan& plan) {
-  Json json = {{"schema", kSchema},
+  Json json = {{"schema", kPlanSchema},
                {"study", plan.study},
                {"settings", settings_json(plan.settings)},
                {"load",
@@ -84,7 +84,7 @@ Json json_of(const Plan& plan) {
 
 Plan plan_from(const Json& json) {
   Plan plan;
-  if (json.at("schema") != kSchema) throw std::invalid_argument("another version's plan");
+  if (json.at("schema") != kPlanSchema) throw std::invalid_argument("another version's plan");
   plan.study = json.at("study");
   plan.settings = settings_from(json.at("settings"));
   plan.load.profile = json.at("load").at("profile");

@@ -8,21 +8,19 @@
 namespace ravencal::conversion {
 namespace {
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// The scaling of one end, from the graph or from the scaling file, but not from both.
 core::Result<Affine> only_one(const Affine& of_graph, const std::optional<FileScaling>& of_file,
                               bool is_input) {
   const char* what = is_input ? "input" : "output";
   if (of_graph.gain.size() > 0 && of_file) {
-    return bad(
+    return core::data_error(
         fmt::format("the {0}s are scaled twice, in the network and by {0}_mean and {0}_scale "
                     "of the scaling file; take these out of the file",
                     what));
   }
   if (of_graph.gain.size() > 0) return of_graph;
   if (!of_file) {
-    return bad(
+    return core::data_error(
         fmt::format("nothing scales the {0}s: give {0}_mean and {0}_scale in the scaling file "
                     "(0 and 1 for a network that was trained on plain values)",
                     what));
@@ -59,7 +57,7 @@ core::Status set_output(const Affine& affine, const Eigen::VectorXd& to_si,
   for (Eigen::Index k = 0; k < affine.gain.size(); ++k) {
     if (affine.gain[k] > 0.0) continue;
     if (affine.gain[k] == 0.0 || last.activation != model::Activation::kLinear) {
-      return bad(
+      return core::data_error(
           fmt::format("output {} is scaled by {} behind its last layer, which the weights "
                       "cannot hold",
                       k, affine.gain[k]));
@@ -79,7 +77,7 @@ core::Status set_range(const ScalingFile& scaling, const model::FeatureMatrix& r
     model.input_min = rows.cast<double>().colwise().minCoeff().transpose();
     model.input_max = rows.cast<double>().colwise().maxCoeff().transpose();
   } else {
-    return bad(
+    return core::data_error(
         "the range of the training inputs is not known, beyond which the plugin trusts no "
         "correction: give the recordings of the training with --calibrate, or input_min and "
         "input_max in the scaling file");
@@ -91,16 +89,17 @@ core::Status set_range(const ScalingFile& scaling, const model::FeatureMatrix& r
 core::Status set_window(const ForeignNetwork& network, const ScalingFile& scaling,
                         model::CalibrationModel& model) {
   if (!network.has_gru) {
-    return scaling.window == 0 ? core::Status()
-                               : bad("the scaling file gives a window, but the network has no GRU");
+    return scaling.window == 0
+               ? core::Status()
+               : core::data_error("the scaling file gives a window, but the network has no GRU");
   }
   if (network.window != 0 && scaling.window != 0 && network.window != scaling.window) {
-    return bad(fmt::format("the network looks at {} samples, the scaling file says {}",
-                           network.window, scaling.window));
+    return core::data_error(fmt::format("the network looks at {} samples, the scaling file says {}",
+                                        network.window, scaling.window));
   }
   const std::uint32_t window = network.window != 0 ? network.window : scaling.window;
   if (window < 2 || window > model::packed::kMaxWindow || scaling.stride_rows < 1) {
-    return bad(
+    return core::data_error(
         fmt::format("the GRU looks at {} samples, {} rows apart; 2 to {} samples at least a row "
                     "apart are possible ('window' and 'stride_rows' in the scaling file)",
                     window, scaling.stride_rows, model::packed::kMaxWindow));
@@ -119,7 +118,7 @@ core::Result<model::CalibrationModel> assemble(const ForeignModel& source,
   const auto features = static_cast<Eigen::Index>(scaling.features.size());
   const auto outputs = static_cast<Eigen::Index>(scaling.outputs.size());
   if (network.inputs != features || network.outputs != outputs) {
-    return bad(
+    return core::data_error(
         fmt::format("the network has {} inputs and {} outputs, the scaling file names {} and {}",
                     network.inputs, network.outputs, features, outputs));
   }

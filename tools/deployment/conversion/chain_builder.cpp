@@ -6,8 +6,6 @@
 namespace ravencal::conversion {
 namespace {
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// Three blocks of `units` rows, each padded to whole lines of the kernels with zeros.
 template <typename Rows>
 Rows padded_gates(const Rows& rows, Eigen::Index units) {
@@ -82,7 +80,8 @@ void ChainBuilder::gru(const Eigen::MatrixXd& input_weights, const Eigen::Vector
 core::Status ChainBuilder::activate(model::Activation activation) {
   if (activation == model::Activation::kLinear) return {};
   if (layers_.empty() || !layers_.back().is_open) {
-    return bad("an activation without a dense layer right before it; the weights hold none there");
+    return core::data_error(
+        "an activation without a dense layer right before it; the weights hold none there");
   }
   Layer& layer = layers_.back();
   if (pending_.gain.size() > 0) {
@@ -96,9 +95,9 @@ core::Status ChainBuilder::activate(model::Activation activation) {
 }
 
 core::Result<ForeignNetwork> ChainBuilder::finish() && {
-  if (layers_.empty()) return bad("there is no layer in it");
+  if (layers_.empty()) return core::data_error("there is no layer in it");
   if (layers_.back().kind.kind != model::packed::LayerKind::kDense) {
-    return bad("nothing follows the GRU; the outputs need a dense layer behind it");
+    return core::data_error("nothing follows the GRU; the outputs need a dense layer behind it");
   }
   network_.output = pending_;
   network_.outputs = width_;
@@ -107,7 +106,7 @@ core::Result<ForeignNetwork> ChainBuilder::finish() && {
     layer.weights = layers_[l].weights.cast<float>();
     layer.biases = layers_[l].biases.cast<float>();
     if (!layer.weights.allFinite() || !layer.biases.allFinite()) {
-      return bad(
+      return core::data_error(
           fmt::format("layer {} has a weight that is not finite in single precision", l + 1));
     }
     network_.layers.push_back(std::move(layer));

@@ -20,8 +20,6 @@ constexpr hsize_t kLargestDimension = 1 << 20;  // far above any network for a 1
 constexpr hsize_t kMostWeights = 1 << 26;
 constexpr hsize_t kMostNames = 1024;
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// One text or a list of them; none if the attribute is absent or no text.
 std::vector<std::string> texts_of(hid_t object, const std::string& name) {
   if (H5Aexists(object, name.c_str()) <= 0) return {};
@@ -65,25 +63,27 @@ std::vector<std::string> names_of(hid_t group, const std::string& name) {
 
 core::Result<Eigen::MatrixXd> tensor_of(hid_t group, const std::string& path) {
   const Hdf5Handle set(H5Dopen2(group, path.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.ok()) return bad(fmt::format("weights '{}' are not in the file", path));
+  if (!set.ok()) return core::data_error(fmt::format("weights '{}' are not in the file", path));
   const Hdf5Handle space(H5Dget_space(set.get()), H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
   hsize_t dims[2] = {1, 1};
   if (rank != 1 && rank != 2) {
-    return bad(fmt::format("weights '{}' have {} dimensions; 1 or 2 are read", path, rank));
+    return core::data_error(
+        fmt::format("weights '{}' have {} dimensions; 1 or 2 are read", path, rank));
   }
   (void)H5Sget_simple_extent_dims(space.get(), rank == 2 ? dims : dims + 1, nullptr);
   if (dims[0] < 1 || dims[1] < 1 || dims[0] > kLargestDimension || dims[1] > kLargestDimension ||
       dims[0] * dims[1] > kMostWeights) {
-    return bad(fmt::format("weights '{}' have the shape {} x {}", path, dims[0], dims[1]));
+    return core::data_error(
+        fmt::format("weights '{}' have the shape {} x {}", path, dims[0], dims[1]));
   }
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   RowMajor values(static_cast<Eigen::Index>(dims[0]), static_cast<Eigen::Index>(dims[1]));
   if (H5Dread(set.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
-    return bad(fmt::format("weights '{}' cannot be read as numbers", path));
+    return core::data_error(fmt::format("weights '{}' cannot be read as numbers", path));
   }
   if (!values.allFinite()) {
-    return bad(fmt::format("weights '{}' have a value that is not finite", path));
+    return core::data_error(fmt::format("weights '{}' have a value that is not finite", path));
   }
   return Eigen::MatrixXd(values);
 }
@@ -116,7 +116,7 @@ bool flag_at(const json& config, const char* key, bool otherwise) {
 core::Result<KerasLayer> layer_of(const json& item) {
   if (!item.is_object() || !item.value("class_name", json()).is_string() ||
       !item.value("config", json()).is_object()) {
-    return bad("its model_config has a layer without class_name or config");
+    return core::data_error("its model_config has a layer without class_name or config");
   }
   const json& config = item["config"];
   KerasLayer layer;
@@ -162,7 +162,7 @@ core::Status check_chain(const json& items, const std::vector<KerasLayer>& layer
     find_names(items[k].value("inbound_nodes", json::array()), names, sources);
     const bool follows = k == 0 ? sources.empty() : sources == std::set{layers[k - 1].name};
     if (!follows) {
-      return bad(
+      return core::data_error(
           fmt::format("layer '{}' ({}) does not take the one before it alone; a calibration "
                       "model is one chain of layers",
                       layers[k].name, layers[k].class_name));
@@ -175,12 +175,13 @@ core::Result<KerasFile> read_opened(hid_t file) {
   const auto config_text = texts_of(file, "model_config");
   const Hdf5Handle weights(H5Gopen2(file, "model_weights", H5P_DEFAULT), H5Gclose);
   if (config_text.size() != 1 || !weights.ok()) {
-    return bad("holds no whole Keras model (weights only?); save it by model.save(\"model.h5\")");
+    return core::data_error(
+        "holds no whole Keras model (weights only?); save it by model.save(\"model.h5\")");
   }
   const json model = json::parse(config_text.front(), nullptr, false);
   const std::string kind = model.is_object() ? text_at(model, "class_name", "") : "";
   if (kind != "Sequential" && kind != "Functional" && kind != "Model") {
-    return bad(
+    return core::data_error(
         fmt::format("its model_config is of kind '{}'; Sequential and Functional are read", kind));
   }
   const json config = model.value("config", json());
@@ -209,11 +210,11 @@ core::Result<KerasFile> KerasFile::read(const std::string& path) {
   }
   const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.ok()) {
-    return bad(
+    return core::data_error(
         fmt::format("{}: is not an HDF5 file; save the model by model.save(\"model.h5\")", path));
   }
   auto result = read_opened(file.get());
-  if (!result.ok()) return bad(fmt::format("{}: {}", path, result.error().message));
+  if (!result.ok()) return core::data_error(fmt::format("{}: {}", path, result.error().message));
   return result;
 }
 

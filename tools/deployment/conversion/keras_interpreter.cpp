@@ -13,8 +13,6 @@ namespace {
 
 using Values = std::vector<double>;
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 double sigmoid(double x) { return 1.0 / (1.0 + std::exp(-x)); }
 
 double activated(const std::string& activation, double x) {
@@ -81,7 +79,7 @@ core::Result<Eigen::MatrixXd> run_keras(const KerasFile& file,
     const Values outputs = run_row(file, window);
     if (row == 0) result.resize(samples.front().rows(), static_cast<Eigen::Index>(outputs.size()));
     if (static_cast<Eigen::Index>(outputs.size()) != result.cols())
-      return bad("rows of other widths");
+      return core::data_error("rows of other widths");
     for (std::size_t k = 0; k < outputs.size(); ++k)
       result(row, static_cast<Eigen::Index>(k)) = outputs[k];
   }

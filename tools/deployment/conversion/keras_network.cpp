@@ -10,9 +10,7 @@
 namespace ravencal::conversion {
 namespace {
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
-std::string name_of(const KerasLayer& layer, std::size_t index) {
+std::string layer_name(const KerasLayer& layer, std::size_t index) {
   return fmt::format("layer {} '{}' ({})", index, layer.name, layer.class_name);
 }
 
@@ -21,7 +19,7 @@ core::Result<model::Activation> activation_of(const std::string& name) {
   if (name == "sigmoid") return model::Activation::kSigmoid;
   if (name == "tanh") return model::Activation::kTanh;
   if (name == "relu") return model::Activation::kRelu;
-  return bad(
+  return core::data_error(
       fmt::format("activation '{}' is not supported; the weights hold linear, sigmoid, tanh "
                   "and relu. Train the layer with one of these",
                   name));
@@ -43,9 +41,10 @@ class NetworkReader {
         window_ = static_cast<std::uint32_t>(layer.input_shape[0]);
       }
       const core::Status taken = take(layer);
-      if (!taken.ok()) return bad(fmt::format("{}: {}", name_of(layer, k), taken.error().message));
+      if (!taken.ok())
+        return core::data_error(fmt::format("{}: {}", layer_name(layer, k), taken.error().message));
     }
-    if (!builder_) return bad("there is no layer in it");
+    if (!builder_) return core::data_error("there is no layer in it");
     RAVENCAL_ASSIGN_OR_RETURN(ForeignNetwork network, std::move(*builder_).finish());
     if (network.has_gru) network.window = window_;
     return network;
@@ -61,7 +60,7 @@ class NetworkReader {
                                 activation_of(layer.activation));
       return builder_->activate(activation);
     }
-    return bad(
+    return core::data_error(
         "not supported; a model may have one GRU, then Dense, Activation and Dropout layers. "
         "Take the layer out and train again, or bring scaling in the file of --scaling");
   }
@@ -70,10 +69,11 @@ class NetworkReader {
   static core::Result<Eigen::MatrixXd> weights_of(const KerasLayer& layer, const char* role,
                                                   Eigen::Index rows, Eigen::Index columns) {
     const auto it = layer.weights.find(role);
-    if (it == layer.weights.end()) return bad(fmt::format("its {} is not in the file", role));
+    if (it == layer.weights.end())
+      return core::data_error(fmt::format("its {} is not in the file", role));
     if (it->second.rows() != rows || it->second.cols() != columns) {
-      return bad(fmt::format("its {} is {} x {} and should be {} x {}", role, it->second.rows(),
-                             it->second.cols(), rows, columns));
+      return core::data_error(fmt::format("its {} is {} x {} and should be {} x {}", role,
+                                          it->second.rows(), it->second.cols(), rows, columns));
     }
     return it->second;
   }
@@ -114,7 +114,7 @@ class NetworkReader {
         {layer.go_backwards, "go_backwards is true; the window runs forwards only"},
         {layer.stateful, "stateful is true; each window starts from a state of zero"}};
     for (const auto& [refused, why] : refusals) {
-      if (refused) return bad(why);
+      if (refused) return core::data_error(why);
     }
     const Eigen::Index width = width_before(layer);
     const Eigen::Index gates = 3 * layer.units;

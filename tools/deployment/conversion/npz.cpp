@@ -17,8 +17,6 @@ namespace {
 
 constexpr std::uint64_t kMostBytes = 64U << 20U;  // far above any scaling
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// What numpy wrote before the values.
 struct ArrayHeader {
   char kind = 0;  ///< 'f', 'i', 'u', 'b' or 'U'
@@ -108,8 +106,8 @@ std::optional<std::string> text(const ArrayHeader& header, const char* bytes) {
 core::Status add_array(const std::string& name, const std::string& bytes, NamedLists& lists) {
   const auto header = header_of(bytes);
   if (!header) {
-    return bad(fmt::format("array '{}' is not a vector that numpy wrote on a little-endian machine",
-                           name));
+    return core::data_error(fmt::format(
+        "array '{}' is not a vector that numpy wrote on a little-endian machine", name));
   }
   for (std::size_t i = 0; i < header->count; ++i) {
     const char* at = bytes.data() + header->values_at + i * header->bytes;
@@ -120,7 +118,7 @@ core::Status add_array(const std::string& name, const std::string& bytes, NamedL
     } else if (word) {
       lists.texts[name].push_back(*word);
     } else {
-      return bad(
+      return core::data_error(
           fmt::format("array '{}' holds neither float32, float64, whole numbers nor ASCII "
                       "texts; an object array becomes one by numpy.array(LIST, dtype=str)",
                       name));
@@ -134,14 +132,14 @@ core::Result<std::string> bytes_of(zip_t* archive, zip_int64_t index) {
   zip_stat_init(&about);
   const auto at = static_cast<zip_uint64_t>(index);
   if (zip_stat_index(archive, at, 0, &about) != 0 || about.size > kMostBytes) {
-    return bad(fmt::format("entry {} of the archive is damaged or too large", index));
+    return core::data_error(fmt::format("entry {} of the archive is damaged or too large", index));
   }
   std::string bytes(about.size, '\0');
   const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file(zip_fopen_index(archive, at, 0),
                                                                zip_fclose);
   if (!file ||
       zip_fread(file.get(), bytes.data(), bytes.size()) != static_cast<zip_int64_t>(bytes.size())) {
-    return bad(fmt::format("entry {} of the archive cannot be read", index));
+    return core::data_error(fmt::format("entry {} of the archive cannot be read", index));
   }
   return bytes;
 }
@@ -155,15 +153,15 @@ core::Result<NamedLists> read_npz(const std::string& path) {
   int reason = 0;
   const std::unique_ptr<zip_t, void (*)(zip_t*)> archive(
       zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &reason), zip_discard);
-  if (!archive) return bad(fmt::format("{}: is not a whole .npz file", path));
+  if (!archive) return core::data_error(fmt::format("{}: is not a whole .npz file", path));
   NamedLists lists;
   for (zip_int64_t i = 0; i < zip_get_num_entries(archive.get(), 0); ++i) {
     auto bytes = bytes_of(archive.get(), i);
-    if (!bytes.ok()) return bad(fmt::format("{}: {}", path, bytes.error().message));
+    if (!bytes.ok()) return core::data_error(fmt::format("{}: {}", path, bytes.error().message));
     std::string name = zip_get_name(archive.get(), static_cast<zip_uint64_t>(i), 0);
     if (name.ends_with(".npy")) name.resize(name.size() - 4);
     const core::Status added = add_array(name, *bytes, lists);
-    if (!added.ok()) return bad(fmt::format("{}: {}", path, added.error().message));
+    if (!added.ok()) return core::data_error(fmt::format("{}: {}", path, added.error().message));
   }
   return lists;
 }

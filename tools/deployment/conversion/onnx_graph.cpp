@@ -11,9 +11,7 @@
 namespace ravencal::conversion {
 namespace {
 
-constexpr std::int64_t kLargestDimension = 1 << 20;  // far above any network for a 1 kHz loop
-
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
+constexpr std::int64_t kLargestTensorSide = 1 << 20;  // far above any network for a 1 kHz loop
 
 /// False where the file holds another number of values than the shape; then nothing is allocated.
 template <typename T>
@@ -35,21 +33,22 @@ bool copy_values(const std::string& raw, const auto& fields, Eigen::Index rows,
 
 core::Result<OnnxTensor> tensor_of(const onnx::TensorProto& proto, const std::string& name) {
   if (proto.data_location() == onnx::TensorProto::EXTERNAL) {
-    return bad(
+    return core::data_error(
         fmt::format("tensor '{}' lies in another file; export the model into one file "
                     "(PyTorch: external_data=False)",
                     name));
   }
   if (proto.dims_size() > 2) {
-    return bad(fmt::format("tensor '{}' has {} dimensions; a chain of dense layers has at most 2",
-                           name, proto.dims_size()));
+    return core::data_error(
+        fmt::format("tensor '{}' has {} dimensions; a chain of dense layers has at most 2", name,
+                    proto.dims_size()));
   }
   OnnxTensor tensor;
   tensor.rank = proto.dims_size();
   const std::int64_t rows = tensor.rank == 2 ? proto.dims(0) : 1;
   const std::int64_t columns = tensor.rank >= 1 ? proto.dims(tensor.rank - 1) : 1;
-  if (rows < 1 || columns < 1 || rows > kLargestDimension || columns > kLargestDimension) {
-    return bad(fmt::format("tensor '{}' has shape {} x {}", name, rows, columns));
+  if (rows < 1 || columns < 1 || rows > kLargestTensorSide || columns > kLargestTensorSide) {
+    return core::data_error(fmt::format("tensor '{}' has shape {} x {}", name, rows, columns));
   }
   bool whole = false;
   if (proto.data_type() == onnx::TensorProto::FLOAT) {
@@ -57,13 +56,15 @@ core::Result<OnnxTensor> tensor_of(const onnx::TensorProto& proto, const std::st
   } else if (proto.data_type() == onnx::TensorProto::DOUBLE) {
     whole = copy_values<double>(proto.raw_data(), proto.double_data(), rows, columns, tensor);
   } else {
-    return bad(fmt::format("tensor '{}' has elements of type {}; export the model in float32", name,
-                           onnx::TensorProto::DataType_Name(proto.data_type())));
+    return core::data_error(
+        fmt::format("tensor '{}' has elements of type {}; export the model in float32", name,
+                    onnx::TensorProto::DataType_Name(proto.data_type())));
   }
   if (!whole)
-    return bad(fmt::format("tensor '{}' does not hold its {} values", name, rows * columns));
+    return core::data_error(
+        fmt::format("tensor '{}' does not hold its {} values", name, rows * columns));
   if (!tensor.values.allFinite()) {
-    return bad(fmt::format("tensor '{}' has a value that is not finite", name));
+    return core::data_error(fmt::format("tensor '{}' has a value that is not finite", name));
   }
   return tensor;
 }
@@ -82,7 +83,7 @@ core::Result<OnnxTensor> constant_of(const onnx::NodeProto& node) {
       return tensor;
     }
   }
-  return bad(fmt::format("constant '{}' holds no float tensor", node.output(0)));
+  return core::data_error(fmt::format("constant '{}' holds no float tensor", node.output(0)));
 }
 
 core::Status sort_nodes(OnnxGraph& graph) {
@@ -93,12 +94,14 @@ core::Status sort_nodes(OnnxGraph& graph) {
   for (int i = 0; i < proto.node_size(); ++i) {
     const onnx::NodeProto& node = proto.node(i);
     if (!node.domain().empty() && node.domain() != "ai.onnx") {
-      return bad(fmt::format("{} comes from domain '{}'; only standard operators are read",
-                             name_of(node, static_cast<std::size_t>(i)), node.domain()));
+      return core::data_error(
+          fmt::format("{} comes from domain '{}'; only standard operators are read",
+                      name_of(node, static_cast<std::size_t>(i)), node.domain()));
     }
     if (node.output_size() != 1) {
-      return bad(fmt::format("{} has {} outputs; a chain of dense layers has one each",
-                             name_of(node, static_cast<std::size_t>(i)), node.output_size()));
+      return core::data_error(fmt::format("{} has {} outputs; a chain of dense layers has one each",
+                                          name_of(node, static_cast<std::size_t>(i)),
+                                          node.output_size()));
     }
     const auto source =
         node.input_size() == 1 ? graph.constants.find(node.input(0)) : graph.constants.end();
@@ -119,19 +122,20 @@ core::Status find_ends(OnnxGraph& graph) {
   for (const onnx::ValueInfoProto& candidate : proto.input()) {
     if (graph.constants.contains(candidate.name())) continue;  // old files list initialisers, too
     if (input != nullptr) {
-      return bad(fmt::format("the graph has the inputs '{}' and '{}'; a calibration model has one",
-                             input->name(), candidate.name()));
+      return core::data_error(
+          fmt::format("the graph has the inputs '{}' and '{}'; a calibration model has one",
+                      input->name(), candidate.name()));
     }
     input = &candidate;
   }
   if (input == nullptr || proto.output_size() != 1) {
-    return bad(
+    return core::data_error(
         fmt::format("the graph has {} inputs and {} outputs; a calibration model has one of each",
                     input == nullptr ? 0 : 1, proto.output_size()));
   }
   const auto& shape = input->type().tensor_type().shape();
   if (shape.dim_size() != 2 || shape.dim(1).dim_value() < 1) {
-    return bad(
+    return core::data_error(
         fmt::format("input '{}' is not [rows, features] with a fixed number of features; "
                     "export the model with a sample input of that shape, of which only the "
                     "rows may be dynamic",
@@ -148,8 +152,9 @@ core::Status fill(OnnxGraph& graph) {
     if (import.domain().empty() || import.domain() == "ai.onnx") graph.opset = import.version();
   }
   if (graph.opset < kOldestOpset || graph.opset > kNewestOpset) {
-    return bad(fmt::format("opset {} is not one of {} to {}; export the model with one of these",
-                           graph.opset, kOldestOpset, kNewestOpset));
+    return core::data_error(
+        fmt::format("opset {} is not one of {} to {}; export the model with one of these",
+                    graph.opset, kOldestOpset, kNewestOpset));
   }
   RAVENCAL_RETURN_IF_ERROR(sort_nodes(graph));
   return find_ends(graph);
@@ -183,10 +188,10 @@ core::Result<std::shared_ptr<const OnnxGraph>> OnnxGraph::read(const std::string
   if (!file) return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be opened", path)};
   auto graph = std::make_shared<OnnxGraph>();
   if (!graph->proto.ParseFromIstream(&file) || !graph->proto.has_graph()) {
-    return bad(fmt::format("{}: is not an ONNX file, or a damaged one", path));
+    return core::data_error(fmt::format("{}: is not an ONNX file, or a damaged one", path));
   }
   const core::Status filled = fill(*graph);
-  if (!filled.ok()) return bad(fmt::format("{}: {}", path, filled.error().message));
+  if (!filled.ok()) return core::data_error(fmt::format("{}: {}", path, filled.error().message));
   return std::shared_ptr<const OnnxGraph>(std::move(graph));
 }
 

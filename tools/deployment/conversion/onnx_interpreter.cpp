@@ -11,8 +11,6 @@
 namespace ravencal::conversion {
 namespace {
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// Element of a matrix that is repeated along each dimension of size 1.
 double repeated(const Eigen::MatrixXd& values, Eigen::Index row, Eigen::Index column) {
   return values(values.rows() == 1 ? 0 : row, values.cols() == 1 ? 0 : column);
@@ -26,7 +24,7 @@ core::Result<Eigen::MatrixXd> element_wise(const Eigen::MatrixXd& a, const Eigen
   for (const Eigen::MatrixXd* matrix : {&a, &b}) {
     if ((matrix->rows() != 1 && matrix->rows() != rows) ||
         (matrix->cols() != 1 && matrix->cols() != columns)) {
-      return bad("shapes that do not go together");
+      return core::data_error("shapes that do not go together");
     }
   }
   Eigen::MatrixXd result(rows, columns);
@@ -44,7 +42,7 @@ core::Result<Eigen::MatrixXd> gemm(const onnx::NodeProto& node, const Eigen::Mat
   const bool trans_b = attribute_or(node, "transB", std::int64_t{0}) != 0;
   const Eigen::MatrixXd left = trans_a ? Eigen::MatrixXd(a.transpose()) : a;
   const Eigen::MatrixXd right = trans_b ? Eigen::MatrixXd(b.transpose()) : b;
-  if (left.cols() != right.rows()) return bad("factors that do not go together");
+  if (left.cols() != right.rows()) return core::data_error("factors that do not go together");
   const auto alpha = static_cast<double>(attribute_or(node, "alpha", 1.0F));
   const auto beta = static_cast<double>(attribute_or(node, "beta", 1.0F));
   const Eigen::MatrixXd product = alpha * (left * right);
@@ -67,7 +65,8 @@ core::Result<Eigen::MatrixXd> run(const onnx::NodeProto& node,
   }
   if (in.size() == 2) {
     if (op == "MatMul") {
-      if (in[0]->cols() != in[1]->rows()) return bad("factors that do not go together");
+      if (in[0]->cols() != in[1]->rows())
+        return core::data_error("factors that do not go together");
       return Eigen::MatrixXd(*in[0] * *in[1]);
     }
     if (op == "Add") return element_wise(*in[0], *in[1], std::plus<>());
@@ -75,7 +74,7 @@ core::Result<Eigen::MatrixXd> run(const onnx::NodeProto& node,
     if (op == "Mul") return element_wise(*in[0], *in[1], std::multiplies<>());
     if (op == "Div") return element_wise(*in[0], *in[1], std::divides<>());
   }
-  return bad(fmt::format("an unknown operator, or one with {} inputs", in.size()));
+  return core::data_error(fmt::format("an unknown operator, or one with {} inputs", in.size()));
 }
 
 }  // namespace
@@ -90,16 +89,17 @@ core::Result<Eigen::MatrixXd> run_onnx(const OnnxGraph& graph, const Eigen::Matr
       const auto value = values.find(name);
       const auto constant = graph.constants.find(name);
       if (value == values.end() && constant == graph.constants.end()) {
-        return bad(fmt::format("{}: nothing gives '{}'", name_of(node, k), name));
+        return core::data_error(fmt::format("{}: nothing gives '{}'", name_of(node, k), name));
       }
       in.push_back(value != values.end() ? &value->second : &constant->second.values);
     }
     auto result = run(node, in);
-    if (!result.ok()) return bad(fmt::format("{}: {}", name_of(node, k), result.error().message));
+    if (!result.ok())
+      return core::data_error(fmt::format("{}: {}", name_of(node, k), result.error().message));
     values[node.output(0)] = std::move(*result);
   }
   const auto output = values.find(graph.output);
-  if (output == values.end()) return bad("nothing gives the graph's output");
+  if (output == values.end()) return core::data_error("nothing gives the graph's output");
   return output->second;
 }
 

@@ -13,8 +13,6 @@ namespace {
 constexpr const char* kKnown =
     "Gemm, MatMul, Add, Sub, Mul, Div, Sigmoid, Tanh, Relu, Identity and constants";
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 /// Follows the one value that goes through the graph.
 class ChainReader {
  public:
@@ -29,8 +27,8 @@ class ChainReader {
       seen_.insert(value_);
     }
     if (value_ != graph_.output) {
-      return bad(fmt::format("the graph's output '{}' is not the end of its chain, '{}'",
-                             graph_.output, value_));
+      return core::data_error(fmt::format(
+          "the graph's output '{}' is not the end of its chain, '{}'", graph_.output, value_));
     }
     return std::move(builder_).finish();
   }
@@ -54,8 +52,9 @@ class ChainReader {
     if (op == "Relu") return take_activation(node, model::Activation::kRelu);
     if (op == "Identity") return take_activation(node, model::Activation::kLinear);
     const bool is_recurrent = op == "GRU" || op == "LSTM" || op == "RNN" || op == "Loop";
-    return bad(fmt::format("{} is not supported; a model may use {}{}", where_, kKnown,
-                           is_recurrent ? ". A GRU is read from a Keras model.h5" : ""));
+    return core::data_error(
+        fmt::format("{} is not supported; a model may use {}{}", where_, kKnown,
+                    is_recurrent ? ". A GRU is read from a Keras model.h5" : ""));
   }
 
   /// That the chain's value enters the node at one place; the index of the other input, if any.
@@ -70,25 +69,28 @@ class ChainReader {
     if (uses == 1) return 1 - at;
     for (const std::string& input : node.input()) {
       if (seen_.contains(input) || input == graph_.input) {
-        return bad(
+        return core::data_error(
             fmt::format("{} takes '{}' a second time: the graph branches; a calibration "
                         "model is one chain of layers",
                         where_, input));
       }
     }
-    return bad(fmt::format("{} does not continue the chain from '{}'", where_, value_));
+    return core::data_error(
+        fmt::format("{} does not continue the chain from '{}'", where_, value_));
   }
 
   core::Result<const OnnxTensor*> constant(const onnx::NodeProto& node, int input) const {
     const auto it = graph_.constants.find(node.input(input));
     if (it != graph_.constants.end()) return &it->second;
-    return bad(fmt::format("{}: '{}' is not a constant of the file", where_, node.input(input)));
+    return core::data_error(
+        fmt::format("{}: '{}' is not a constant of the file", where_, node.input(input)));
   }
 
   core::Status take_activation(const onnx::NodeProto& node, model::Activation activation) {
     RAVENCAL_ASSIGN_OR_RETURN([[maybe_unused]] const int other, other_input(node));
     const core::Status taken = builder_.activate(activation);
-    return taken.ok() ? taken : bad(fmt::format("{}: {}", where_, taken.error().message));
+    return taken.ok() ? taken
+                      : core::data_error(fmt::format("{}: {}", where_, taken.error().message));
   }
 
   /// One value for each of the chain's, from a scalar or a vector.
@@ -98,8 +100,8 @@ class ChainReader {
     if (tensor.values.rows() == 1 && tensor.values.cols() == width) {
       return Eigen::VectorXd(tensor.values.row(0).transpose());
     }
-    return bad(fmt::format("{} has a constant of {} x {} where {} values arrive", where_,
-                           tensor.values.rows(), tensor.values.cols(), width));
+    return core::data_error(fmt::format("{} has a constant of {} x {} where {} values arrive",
+                                        where_, tensor.values.rows(), tensor.values.cols(), width));
   }
 
   core::Status take_scaling(const onnx::NodeProto& node) {
@@ -117,10 +119,11 @@ class ChainReader {
     } else if (op == "Sub") {
       other == 1 ? builder_.scale(ones, -values) : builder_.scale(-ones, values);
     } else if (other == 0) {
-      return bad(fmt::format("{} divides a constant by the chain's value, which no layer can hold",
-                             where_));
+      return core::data_error(fmt::format(
+          "{} divides a constant by the chain's value, which no layer can hold", where_));
     } else if ((values.array() == 0.0).any()) {
-      return bad(fmt::format("{} divides by 0; a constant input needs the scale 1", where_));
+      return core::data_error(
+          fmt::format("{} divides by 0; a constant input needs the scale 1", where_));
     } else {
       builder_.scale(values.cwiseInverse(), zeros);
     }
@@ -132,7 +135,7 @@ class ChainReader {
     const bool transposed = attribute_or(node, "transB", std::int64_t{0}) != 0;
     RAVENCAL_ASSIGN_OR_RETURN(const int other, other_input(node));
     if (other != 1 || attribute_or(node, "transA", std::int64_t{0}) != 0) {
-      return bad(
+      return core::data_error(
           fmt::format("{} multiplies from the left; rows of inputs are [rows, features] "
                       "times a constant",
                       where_));
@@ -143,8 +146,8 @@ class ChainReader {
     Eigen::MatrixXd weights = alpha * factor->values;
     if (!transposed) weights.transposeInPlace();
     if (factor->rank != 2 || weights.cols() != builder_.width()) {
-      return bad(fmt::format("{} has weights for {} inputs where {} arrive", where_, weights.cols(),
-                             builder_.width()));
+      return core::data_error(fmt::format("{} has weights for {} inputs where {} arrive", where_,
+                                          weights.cols(), builder_.width()));
     }
     if (is_gemm && node.input_size() > 2 && !node.input(2).empty()) {
       RAVENCAL_ASSIGN_OR_RETURN(const OnnxTensor* addend, constant(node, 2));

@@ -28,11 +28,9 @@ const std::set<std::string> kKeys = {"profile",        "arm",
                                      "window",         "stride_rows",
                                      "newest_rows_ago"};
 
-core::Error bad(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-
 core::Result<NamedLists> lists_from_json(const std::string& text) {
   const json object = json::parse(text, nullptr, false);
-  if (!object.is_object()) return bad("is not a JSON object");
+  if (!object.is_object()) return core::data_error("is not a JSON object");
   NamedLists lists;
   for (const auto& [key, value] : object.items()) {
     for (const json& item : value.is_array() ? value : json::array({value})) {
@@ -41,8 +39,8 @@ core::Result<NamedLists> lists_from_json(const std::string& text) {
       } else if (item.is_string()) {
         lists.texts[key].push_back(item.get<std::string>());
       } else {
-        return bad(fmt::format("'{}' holds {}; it must be a number, a text or a list of these", key,
-                               item.dump()));
+        return core::data_error(fmt::format(
+            "'{}' holds {}; it must be a number, a text or a list of these", key, item.dump()));
       }
     }
   }
@@ -82,10 +80,11 @@ class Reader {
     for (const auto& [key, values] : lists_.texts) keys.push_back(key);
     for (const std::string& key : keys) {
       if (!kKeys.contains(key)) {
-        return bad(fmt::format("unknown key '{}'; known: {}", key, fmt::join(kKeys, ", ")));
+        return core::data_error(
+            fmt::format("unknown key '{}'; known: {}", key, fmt::join(kKeys, ", ")));
       }
       if (lists_.numbers.contains(key) && lists_.texts.contains(key)) {
-        return bad(fmt::format("'{}' mixes numbers and texts", key));
+        return core::data_error(fmt::format("'{}' mixes numbers and texts", key));
       }
     }
     return {};
@@ -95,7 +94,7 @@ class Reader {
     const auto* values = texts(key);
     if (values == nullptr && !lists_.numbers.contains(key)) return otherwise;
     if (values == nullptr || values->size() != 1)
-      return bad(fmt::format("'{}' is not one text", key));
+      return core::data_error(fmt::format("'{}' is not one text", key));
     return values->front();
   }
 
@@ -110,17 +109,17 @@ class Reader {
   core::Result<Eigen::VectorXd> vector(const std::string& key, Eigen::Index size) const {
     const auto it = lists_.numbers.find(key);
     if (it == lists_.numbers.end())
-      return bad(fmt::format("'{}' is missing or no list of numbers", key));
+      return core::data_error(fmt::format("'{}' is missing or no list of numbers", key));
     const std::vector<double>& values = it->second;
     const auto count = static_cast<Eigen::Index>(values.size());
     if (count != 1 && count != size) {
-      return bad(fmt::format("'{}' has {} numbers; {} are needed", key, count, size));
+      return core::data_error(fmt::format("'{}' has {} numbers; {} are needed", key, count, size));
     }
     Eigen::VectorXd result(size);
     for (Eigen::Index i = 0; i < size; ++i) {
       result[i] = values[static_cast<std::size_t>(count == 1 ? 0 : i)];
       if (!std::isfinite(result[i]))
-        return bad(fmt::format("'{}': number {} is not finite", key, i));
+        return core::data_error(fmt::format("'{}': number {} is not finite", key, i));
     }
     return result;
   }
@@ -137,7 +136,7 @@ class Reader {
     } else if (const auto* names = texts("features")) {
       RAVENCAL_RETURN_IF_ERROR(features_by_name(*names));
     } else {
-      return bad(
+      return core::data_error(
           "'features' is missing: column numbers of the profile, channel names, or one of "
           "paper112, notebook208, light and light-open");
     }
@@ -151,7 +150,7 @@ class Reader {
         if (channel.index && static_cast<double>(*channel.index) == value) found = &channel;
       }
       if (found == nullptr || found->channel.role == record::Role::kJointTruth) {
-        return bad(
+        return core::data_error(
             fmt::format("'features': column {} of profile {} is no input", value, profile_.name));
       }
       file_.features.push_back({found->channel.name});
@@ -182,8 +181,8 @@ class Reader {
     const bool is_listed =
         units != nullptr && !is_si && *units != std::vector<std::string>{"profile"};
     if (is_listed && units->size() != file_.features.size()) {
-      return bad(fmt::format("'feature_units' has {} units for {} features", units->size(),
-                             file_.features.size()));
+      return core::data_error(fmt::format("'feature_units' has {} units for {} features",
+                                          units->size(), file_.features.size()));
     }
     file_.feature_to_si = Eigen::VectorXd::Ones(features_count());
     for (std::size_t i = 0; i < file_.features.size() && !is_si; ++i) {
@@ -194,11 +193,11 @@ class Reader {
       }
       const auto unit = core::find_unit(name);
       if (!unit) {
-        return bad(name.empty()
-                       ? fmt::format("profile {} has no channel '{}'; give 'feature_units', "
-                                     "\"si\" or one for each feature",
-                                     profile_.name, feature.channel)
-                       : fmt::format("'feature_units': unknown unit '{}'", name));
+        return core::data_error(
+            name.empty() ? fmt::format("profile {} has no channel '{}'; give 'feature_units', "
+                                       "\"si\" or one for each feature",
+                                       profile_.name, feature.channel)
+                         : fmt::format("'feature_units': unknown unit '{}'", name));
       }
       file_.feature_to_si[static_cast<Eigen::Index>(i)] = unit->to_si;
     }
@@ -211,7 +210,7 @@ class Reader {
     const auto* estimates = texts("output_estimates");
     if (joints == nullptr || units == nullptr || joints->size() != units->size() ||
         (estimates != nullptr && estimates->size() != joints->size())) {
-      return bad(
+      return core::data_error(
           "'output_joints' and 'output_units' (and 'output_estimates', if given) must be "
           "lists of texts, one for each output, as [\"shoulder\", \"elbow\", \"insertion\"] and "
           "[\"deg\", \"deg\", \"m\"]");
@@ -220,7 +219,8 @@ class Reader {
     for (std::size_t k = 0; k < joints->size(); ++k) {
       const auto unit = core::find_unit((*units)[k]);
       if (!unit || (unit->si_name != "rad" && unit->si_name != "m")) {
-        return bad(fmt::format("'output_units': '{}' is no unit of a joint", (*units)[k]));
+        return core::data_error(
+            fmt::format("'output_units': '{}' is no unit of a joint", (*units)[k]));
       }
       const std::string estimate = estimates != nullptr ? (*estimates)[k] : "jpos." + (*joints)[k];
       file_.outputs.push_back({(*joints)[k], estimate, std::string(unit->si_name)});
@@ -240,8 +240,8 @@ class Reader {
     RAVENCAL_ASSIGN_OR_RETURN(result.mean, vector(mean, size));
     RAVENCAL_ASSIGN_OR_RETURN(result.scale, vector(scale, size));
     if (!(result.scale.minCoeff() > 0.0)) {
-      return bad(fmt::format("'{}' has a value that is not above 0; a constant column has scale 1",
-                             scale));
+      return core::data_error(fmt::format(
+          "'{}' has a value that is not above 0; a constant column has scale 1", scale));
     }
     return std::optional(result);
   }
@@ -251,7 +251,7 @@ class Reader {
     RAVENCAL_ASSIGN_OR_RETURN(file_.input_min, vector("input_min", features_count()));
     RAVENCAL_ASSIGN_OR_RETURN(file_.input_max, vector("input_max", features_count()));
     if (((file_.input_max - file_.input_min).array() < 0.0).any()) {
-      return bad("'input_max' is below 'input_min'");
+      return core::data_error("'input_max' is below 'input_min'");
     }
     return {};
   }
@@ -260,14 +260,15 @@ class Reader {
                                     double most) const {
     RAVENCAL_ASSIGN_OR_RETURN(const double value, number(key, otherwise));
     if (!(value >= 0.0 && value <= most) || value != std::floor(value)) {
-      return bad(fmt::format("'{}' is {}; it must be a whole number up to {}", key, value, most));
+      return core::data_error(
+          fmt::format("'{}' is {}; it must be a whole number up to {}", key, value, most));
     }
     return static_cast<std::uint32_t>(value);
   }
 
   core::Result<ScalingFile> read_times() {
     RAVENCAL_ASSIGN_OR_RETURN(file_.row_period_s, number("row_period_s", file_.row_period_s));
-    if (!(file_.row_period_s > 0.0)) return bad("'row_period_s' is not above 0");
+    if (!(file_.row_period_s > 0.0)) return core::data_error("'row_period_s' is not above 0");
     RAVENCAL_ASSIGN_OR_RETURN(file_.window, count("window", 0, model::packed::kMaxWindow));
     RAVENCAL_ASSIGN_OR_RETURN(
         file_.stride_rows, count("stride_rows", file_.stride_rows, model::packed::kMaxStrideRows));
@@ -276,8 +277,8 @@ class Reader {
     for (model::FeatureSpec& feature : file_.features) {
       if (ago == 0) break;
       if (feature.transform == model::Transform::kPlay) {
-        return bad(fmt::format("'newest_rows_ago' cannot be had together with play ('{}')",
-                               feature.text()));
+        return core::data_error(fmt::format(
+            "'newest_rows_ago' cannot be had together with play ('{}')", feature.text()));
       }
       feature.transform = model::Transform::kLag;
       feature.lag_rows += ago;
@@ -299,11 +300,12 @@ core::Result<ScalingFile> read_scaling_file(const std::string& path) {
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
     auto from_json = lists_from_json(text);
-    if (!from_json.ok()) return bad(fmt::format("{}: {}", path, from_json.error().message));
+    if (!from_json.ok())
+      return core::data_error(fmt::format("{}: {}", path, from_json.error().message));
     lists = std::move(*from_json);
   }
   auto file = Reader(std::move(lists)).read();
-  if (!file.ok()) return bad(fmt::format("{}: {}", path, file.error().message));
+  if (!file.ok()) return core::data_error(fmt::format("{}: {}", path, file.error().message));
   return file;
 }
 

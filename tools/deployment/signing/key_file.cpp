@@ -21,9 +21,6 @@ constexpr std::string_view kSecretLabel = "ravencal-secret-key-ed25519 ";
 constexpr std::string_view kPublicLabel = "ravencal-public-key-ed25519 ";
 using Bytes32 = std::array<std::uint8_t, 32>;
 
-core::Error data_error(std::string message) { return {core::ErrorCode::kData, std::move(message)}; }
-core::Error io_error(std::string message) { return {core::ErrorCode::kIo, std::move(message)}; }
-
 std::string hex_of(const Bytes32& bytes) {
   std::string text;
   for (const std::uint8_t byte : bytes) text += fmt::format("{:02x}", byte);
@@ -34,7 +31,7 @@ std::string hex_of(const Bytes32& bytes) {
 core::Status create_file(const std::filesystem::path& path, const std::string& text, mode_t mode) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (file < 0) {
-    return io_error(fmt::format(
+    return core::io_error(fmt::format(
         "{}: {}", path.string(),
         errno == EEXIST ? "exists already; a key is never overwritten" : std::strerror(errno)));
   }
@@ -45,7 +42,8 @@ core::Status create_file(const std::filesystem::path& path, const std::string& t
   ::close(file);
   if (written) return {};
   ::unlink(path.c_str());
-  return io_error(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
+  return core::io_error(
+      fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
 }
 
 core::Result<Bytes32> parse(const std::filesystem::path& path, std::string_view label) {
@@ -59,8 +57,8 @@ core::Result<Bytes32> parse(const std::filesystem::path& path, std::string_view 
       sodium_hex2bin(key.data(), key.size(), text.data() + label.size(), 2 * key.size(), nullptr,
                      &length, nullptr) != 0 ||
       length != key.size()) {
-    return data_error(fmt::format("{}: is not a key: one line '{}' and 64 hexadecimal digits",
-                                  path.string(), label));
+    return core::data_error(fmt::format("{}: is not a key: one line '{}' and 64 hexadecimal digits",
+                                        path.string(), label));
   }
   return key;
 }
@@ -89,7 +87,7 @@ SecretKey::Seed SecretKey::seed() const {
 std::string hex(const PublicKey& key) { return hex_of(key); }
 
 core::Result<PublicKey> generate_key(const std::filesystem::path& path) {
-  if (sodium_init() < 0) return io_error("the system gives no random numbers");
+  if (sodium_init() < 0) return core::io_error("the system gives no random numbers");
   SecretKey::Seed seed{};
   randombytes_buf(seed.data(), seed.size());
   const SecretKey key(seed);
@@ -108,11 +106,11 @@ core::Result<PublicKey> generate_key(const std::filesystem::path& path) {
 core::Result<SecretKey> read_secret_key(const std::filesystem::path& path) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
-    return io_error(fmt::format("{}: {}", path.string(), std::strerror(errno)));
+    return core::io_error(fmt::format("{}: {}", path.string(), std::strerror(errno)));
   }
   const unsigned mode = static_cast<unsigned>(status.st_mode) & 07777U;
   if ((mode & 077U) != 0) {
-    return data_error(
+    return core::data_error(
         fmt::format("{}: mode {:04o} lets others use this secret key; if nobody did: chmod 600 {}",
                     path.string(), mode, path.string()));
   }

@@ -14,7 +14,7 @@ namespace ravencal::robot {
 namespace {
 
 namespace fs = std::filesystem;
-using Command = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
 // The authors' random motion goes faster than their follower.
 constexpr const char* kRandomSpeed = "3,4,7";
@@ -50,23 +50,23 @@ class Steps {
                       with_robot({"run", "--await-homed"}), "", false});
   }
 
-  void motion(const std::string& name, const std::string& title, Command trajectory,
+  void motion(const std::string& name, const std::string& title, Arguments trajectory,
               const char* speed) {
     const std::string csv = path(name + ".csv");
     trajectory.insert(trajectory.end(), {"--out", csv, "--force"});
     steps_.push_back({name + "_path", title + ": the path", "", std::move(trajectory), csv, false});
-    Command run = with_robot({"run", "--trajectory", csv, "--out", path(name + ".db")});
+    Arguments run = with_robot({"run", "--trajectory", csv, "--out", path(name + ".db")});
     if (speed != nullptr) run.insert(run.end(), {"--max-speed", speed});
     steps_.push_back({name, title, kSafety, std::move(run), path(name + ".db"), true});
   }
 
-  void calculation(const std::string& id, const std::string& title, Command command,
+  void calculation(const std::string& id, const std::string& title, Arguments command,
                    const std::string& output) {
     steps_.push_back({id, title, "", std::move(command), path(output), false});
   }
 
  private:
-  [[nodiscard]] Command with_robot(Command command) const {
+  [[nodiscard]] Arguments with_robot(Arguments command) const {
     command.insert(command.end(),
                    {"--arm", options_.arm, "--stale-s", fmt::format("{}", options_.stale_s),
                     "--wait-s", fmt::format("{}", options_.wait_s)});
@@ -105,7 +105,7 @@ core::Status write_session(const fs::path& file, const std::string& settings,
 std::vector<CalibrationStep> calibration_steps(const CalibrationOptions& options) {
   Steps steps(options);
   steps.look();
-  Command train = {"train"};
+  Arguments train = {"train"};
   for (const std::string& sparsity : options.sparsities) {
     const std::string name = "zigzag_" + underscored(sparsity);
     steps.motion(name, "zig-zag with sparsity " + sparsity,
@@ -133,10 +133,10 @@ std::vector<CalibrationStep> calibration_steps(const CalibrationOptions& options
                     {"evaluate", model, steps.path("test.db"), "--json",
                      steps.path("evaluate.json"), "--report", steps.path("report.html")},
                     "report.html");
-  Command convert = {"convert",     model,
-                     "--out",       steps.path("weights.blob"),
-                     "--precision", options.precision,
-                     "--check",     steps.path("test.db")};
+  Arguments convert = {"convert",     model,
+                       "--out",       steps.path("weights.blob"),
+                       "--precision", options.precision,
+                       "--check",     steps.path("test.db")};
   if (options.precision == "int8") {  // needs rows to choose its scales by
     convert.insert(convert.end(), {"--calibrate", steps.path("validate.db")});
   }

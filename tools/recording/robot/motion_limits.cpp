@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "core/joint_layout.hpp"
 
 namespace ravencal::robot {
@@ -14,21 +15,20 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr std::size_t kHeaderLines = 1;  // of a trajectory's CSV
 
 }  // namespace
 
 MotionLimits authors_limits() {
-  return {.low_ji = {15.0 * kDeg, 50.0 * kDeg, 0.32},
-          .high_ji = {70.0 * kDeg, 115.0 * kDeg, 0.43},
-          .max_speed_ji_per_s = {2.182 * kDeg, 3.0 * kDeg, 0.005},
+  return {.low_ji = {15.0 * core::kRadPerDeg, 50.0 * core::kRadPerDeg, 0.32},
+          .high_ji = {70.0 * core::kRadPerDeg, 115.0 * core::kRadPerDeg, 0.43},
+          .max_speed_ji_per_s = {2.182 * core::kRadPerDeg, 3.0 * core::kRadPerDeg, 0.005},
           .max_increment_ji = {0.0025, 0.0025, 5e-5}};
 }
 
 std::string joint_text(Index joint, double value_ji) {
   return joint == 2 ? fmt::format("{:.4f} m", value_ji)
-                    : fmt::format("{:.2f} deg", value_ji / kDeg);
+                    : fmt::format("{:.2f} deg", value_ji / core::kRadPerDeg);
 }
 
 core::Status check_positions(const trajectory::Trajectory& trajectory, const MotionLimits& limits,

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "core/joint_layout.hpp"
 
 namespace ravencal::robot {
@@ -15,8 +16,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
-const Vector3d kShown(kDeg, kDeg, 1e-3);  // deg, deg, mm
+const Vector3d kShown(core::kRadPerDeg, core::kRadPerDeg, 1e-3);  // deg, deg, mm
 constexpr std::array<const char*, 3> kShownUnits = {"deg", "deg", "mm"};
 
 Vector3d low_of(const trajectory::Trajectory& trajectory) {
@@ -36,8 +36,6 @@ std::string topic_text(const RunArguments& arguments) {
   return arm ? command_topic_of(*arm, arguments.mode)
              : fmt::format("servo_{} of the CRTK arm that a probe finds", arguments.mode);
 }
-
-core::Error usage(const std::string& why) { return {core::ErrorCode::kUsage, why}; }
 
 }  // namespace
 
@@ -108,8 +106,8 @@ void add_run_arguments(CLI::App& command, RunArguments& arguments) {
 }
 
 core::Result<RunPlan> make_plan(const RunArguments& arguments) {
-  if (arguments.trajectory.empty()) return usage("--trajectory is missing");
-  if (arguments.out.empty() && !arguments.dry_run) return usage("--out is missing");
+  if (arguments.trajectory.empty()) return core::usage_error("--trajectory is missing");
+  if (arguments.out.empty() && !arguments.dry_run) return core::usage_error("--out is missing");
   RunPlan plan;
   RAVENCAL_ASSIGN_OR_RETURN(plan.trajectory, trajectory::read_csv(arguments.trajectory));
   for (Index joint = 0; joint < 3; ++joint) {

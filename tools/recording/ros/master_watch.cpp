@@ -14,11 +14,12 @@ namespace ravencal::ros_io {
 namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(500);
-constexpr auto kPoll = std::chrono::milliseconds(10);
+constexpr auto kStopPoll = std::chrono::milliseconds(10);
 
 void sleep_unless(const std::atomic<bool>& stop) {
-  for (auto slept = std::chrono::milliseconds(0); slept < kPeriod && !stop.load(); slept += kPoll)
-    std::this_thread::sleep_for(kPoll);
+  for (auto slept = std::chrono::milliseconds(0); slept < kPeriod && !stop.load();
+       slept += kStopPoll)
+    std::this_thread::sleep_for(kStopPoll);
 }
 
 bool ask_master(const std::string& method, const XmlRpc::XmlRpcValue& arguments,

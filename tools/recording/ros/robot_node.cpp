@@ -25,7 +25,7 @@ using robot::RobotInput;
 
 constexpr std::uint32_t kCommandQueue = 1000;
 constexpr std::uint32_t kServoQueue = 1;  // local_io.cpp: of a burst, the last message is heard
-constexpr auto kPoll = std::chrono::microseconds(300);
+constexpr auto kTickPoll = std::chrono::microseconds(300);
 constexpr double kPublishPeriodS = 0.01;  // of robot time, faster than real time
 
 std::int64_t wall_ns() {
@@ -188,7 +188,7 @@ core::Status run_robot_node(const robot::RobotArguments& arguments,
     while (keep_going() && ros::ok() &&
            (arguments.duration_s <= 0.0 || seconds() < arguments.duration_s)) {
       while (loop.receive(output)) topics.publish(output);
-      std::this_thread::sleep_for(kPoll);
+      std::this_thread::sleep_for(kTickPoll);
     }
     spinner.stop();
     loop.stop();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 #include "core/joint_layout.hpp"
 #include "ros/messages.hpp"
 
@@ -17,9 +18,8 @@ namespace {
 
 using core::RavenField;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMetresPerMicrometre = 1e-6;
-constexpr std::uint32_t kQueue = 1000;
+constexpr std::uint32_t kStateQueue = 1000;
 constexpr std::array<std::size_t, 7> kCrtkSlots = {0, 1, 2, 4, 5, 6, 7};
 constexpr std::size_t kArms = 2;
 // CRTK's base frames by mechanism, not by arm (crtk_motion_api.cpp, T_crtk_in_r0_gold and _green),
@@ -55,8 +55,8 @@ record::JointStateMessage joints_of(const robot::CycleOutput& output, std::size_
   record::JointStateMessage message = joints_at_zero(topic, stamp_ns);
   for (std::size_t i = 0; i < kCrtkSlots.size(); ++i) {
     const std::size_t slot = kCrtkSlots[i];
-    message.positions[i] = value_of(output, RavenField::kJpos, slot, other) * kRadPerDeg;
-    message.velocities[i] = value_of(output, RavenField::kJvel, slot, other) * kRadPerDeg;
+    message.positions[i] = value_of(output, RavenField::kJpos, slot, other) * core::kRadPerDeg;
+    message.velocities[i] = value_of(output, RavenField::kJvel, slot, other) * core::kRadPerDeg;
   }
   return message;
 }
@@ -115,7 +115,7 @@ RobotTopics::RobotTopics(ros::NodeHandle& node, MasterWatch& watch, const physic
 ros::Publisher RobotTopics::make(ros::NodeHandle& node, MasterWatch& watch,
                                  const std::string& topic, const record::RosMessageType& type) {
   watch.add_publication(topic, std::string(type.name));
-  return advertise(node, topic, type, kQueue);
+  return advertise(node, topic, type, kStateQueue);
 }
 
 void RobotTopics::publish(const robot::CycleOutput& output) {

@@ -27,8 +27,6 @@ constexpr std::int64_t kEnoughStates = 20;
 constexpr double kSilentWaitS = 2.0;                         // before it says what it waits for
 constexpr auto kLastWords = std::chrono::milliseconds(100);  // for the last message to leave
 
-core::Error device(const std::string& why) { return {core::ErrorCode::kDevice, why}; }
-
 class Run {
  public:
   Run(const robot::RunArguments& arguments, const std::function<bool()>& keep_going)
@@ -77,7 +75,7 @@ core::Status Run::connect() {
     return may_wait();
   };
   if (!wait_for_master(keep_waiting)) {
-    return device(
+    return core::device_error(
         fmt::format("no ROS master at {}; start roscore and the robot, or set "
                     "ROS_MASTER_URI",
                     ros::master::getURI()));
@@ -112,7 +110,7 @@ core::Status Run::wait_for_messages() {
     const Heard heard = watch_->heard();
     const std::string why = missing(heard);
     if (why.empty()) return {};
-    if (!heard.refused.empty() || !may_wait()) return device(why);
+    if (!heard.refused.empty() || !may_wait()) return core::device_error(why);
     if (waited_s() > kSilentWaitS && why != shown_) {
       fmt::print(stderr, "ravencal run: {}; waiting\n", why);
       shown_ = why;
@@ -139,7 +137,7 @@ core::Status Run::refuse_other_senders() const {
     for (int k = 0; k < publishers[i][1].size(); ++k) {
       const std::string sender = static_cast<std::string>(publishers[i][1][k]);
       if (sender == ros::this_node::getName()) continue;
-      return device(fmt::format("{} sends {} already; end it first", sender, topic));
+      return core::device_error(fmt::format("{} sends {} already; end it first", sender, topic));
     }
   }
   return {};
@@ -148,9 +146,9 @@ core::Status Run::refuse_other_senders() const {
 core::Result<cli::ExitCode> Run::look() {
   Heard heard = watch_->heard();
   while (arguments_.await_homed && !heard.homed) {
-    if (!may_wait()) return device("the robot is not homed");
+    if (!may_wait()) return core::device_error("the robot is not homed");
     if (heard.silent_s > std::max(1.0, arguments_.stale_s))
-      return device("the robot's control process has fallen silent");
+      return core::device_error("the robot's control process has fallen silent");
     std::this_thread::sleep_for(kPoll);
     heard = watch_->heard();
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 
 namespace ravencal::ros_io {
 namespace {
@@ -17,7 +18,6 @@ using Eigen::Vector3d;
 using robot::Phase;
 using robot::StopReason;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr std::uint32_t kQueue = 10'000;  // 10 s of the controller: bursts are late, not lost
 constexpr std::array<std::size_t, 4> kToolSlots = {4, 5, 6, 7};
 // Below this, measured_js and ravenstate show the same joints.
@@ -27,7 +27,7 @@ Vector3d joints_of(const record::RavenStateMessage& state, RavenField field, boo
   Vector3d joints;
   for (std::size_t j = 0; j < 3; ++j) {
     joints[static_cast<Eigen::Index>(j)] =
-        state.values[core::catalogue_index(field, j, other)] * kRadPerDeg;
+        state.values[core::catalogue_index(field, j, other)] * core::kRadPerDeg;
   }
   return joints;
 }
@@ -192,8 +192,9 @@ void RunWatch::send(const robot::Command& command, const record::RavenStateMessa
   // The tool stays as it is.
   for (const std::size_t slot : kToolSlots) {
     message.positions.push_back(
-        relative ? 0.0
-                 : state.values[core::catalogue_index(RavenField::kJposD, slot)] * kRadPerDeg);
+        relative
+            ? 0.0
+            : state.values[core::catalogue_index(RavenField::kJposD, slot)] * core::kRadPerDeg);
   }
   const auto arm = static_cast<std::size_t>(command.arm);
   publish(relative ? increments_[arm] : positions_[arm], record::joint_state_type(),

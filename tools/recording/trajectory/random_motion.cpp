@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "physics/random_source.hpp"
 #include "trajectory/trajectory.hpp"
 
@@ -14,7 +15,6 @@ namespace {
 
 using physics::RandomSource;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kLongestS = 24.0 * 3600.0;
 
 /// run_r2_random_joint_movement.py: bands of the turning points and of the speed, per joint.
@@ -24,8 +24,10 @@ struct Band {
   double slowest;                               // the script's floor of the command
 };
 constexpr std::array<Band, 3> kBands = {{
-    {20 * kDeg, 25 * kDeg, 55 * kDeg, 60 * kDeg, 1.091 * kDeg, 3.0 * kDeg, 0.2 * kDeg},
-    {55 * kDeg, 65 * kDeg, 100 * kDeg, 110 * kDeg, 1.5 * kDeg, 4.0 * kDeg, 0.2 * kDeg},
+    {20 * core::kRadPerDeg, 25 * core::kRadPerDeg, 55 * core::kRadPerDeg, 60 * core::kRadPerDeg,
+     1.091 * core::kRadPerDeg, 3.0 * core::kRadPerDeg, 0.2 * core::kRadPerDeg},
+    {55 * core::kRadPerDeg, 65 * core::kRadPerDeg, 100 * core::kRadPerDeg, 110 * core::kRadPerDeg,
+     1.5 * core::kRadPerDeg, 4.0 * core::kRadPerDeg, 0.2 * core::kRadPerDeg},
     {0.33, 0.35, 0.40, 0.42, 0.0025, 0.007, 0.001},
 }};
 constexpr int kScriptRateHz = 1000;

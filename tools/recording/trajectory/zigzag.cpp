@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "trajectory/trajectory.hpp"
 
 namespace ravencal::trajectory {
@@ -16,11 +17,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 7> kKindNames = {"x", "y", "z", "xy", "yz", "xz", "xyz"};
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 /// Speed limits of the authors' follower (run_r2_trajectory_follow.py): 2.182 deg/s, 3 deg/s, 5
 /// mm/s.
-const Vector3d kSpeedLimit(2.182 * kDeg, 3.0 * kDeg, 0.005);
+const Vector3d kSpeedLimit(2.182 * core::kRadPerDeg, 3.0 * core::kRadPerDeg, 0.005);
 
 /// The follower aims ahead of itself and cuts corners; a moving average over this time does the
 /// same.
@@ -114,7 +114,8 @@ std::vector<Vector3d> round_corners(const std::vector<Vector3d>& samples) {
 }  // namespace
 
 JointLimits default_limits() {
-  return {Vector3d(20.0 * kDeg, 55.0 * kDeg, 0.33), Vector3d(60.0 * kDeg, 110.0 * kDeg, 0.42)};
+  return {Vector3d(20.0 * core::kRadPerDeg, 55.0 * core::kRadPerDeg, 0.33),
+          Vector3d(60.0 * core::kRadPerDeg, 110.0 * core::kRadPerDeg, 0.42)};
 }
 
 std::string_view name_of(ZigzagKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
