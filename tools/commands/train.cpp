@@ -5,8 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,7 +15,6 @@
 #include "commands/commands.hpp"
 #include "commands/loop_margins.hpp"
 #include "commands/origin_options.hpp"
-#include "commands/physics_features.hpp"
 #include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/ensemble.hpp"
@@ -115,52 +112,21 @@ void print_origin(const model::Origin& origin) {
   }
 }
 
-core::Result<std::string> text_of_plant(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (file)
-    return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return core::Error{core::ErrorCode::kIo,
-                     fmt::format("--physics {}: cannot be opened; give the plant_improved.toml of "
-                                 "`ravencal diagnose`",
-                                 path)};
-}
-
-/// What the plant knows: recordings of its simulation where the twin can run it, else channels of
-/// its predictions in the recordings.
-struct Physics {
-  std::vector<record::Recording> simulated;
-  std::string said;         ///< for the model's provenance
-  std::string as_features;  ///< the plant's text, if its predictions became features
-};
-
-core::Result<Physics> take_physics(Arguments& arguments, std::vector<record::Recording>& training,
-                                   std::vector<record::Recording>& held_out) {
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, text_of_plant(arguments.physics));
-  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
-                            physics::parse_plant(text, arguments.physics));
-  Physics physics;
-  if (simulation_runs(plant)) {
-    cli::Progress progress("simulate");
-    RAVENCAL_ASSIGN_OR_RETURN(
-        physics.simulated,
-        simulated_over_workspace(plant, model::row_period_s(training.front()), [&](double done) {
-          progress.update(done, arguments.physics);
-          return !cli::interrupted();
-        }));
-    physics.said = fmt::format("base: {}, simulated over the workspace under {} loads",
-                               arguments.physics, physics.simulated.size());
-    return physics;
+/// What the plant knows: recordings of its simulation over the workspace.
+core::Result<std::vector<record::Recording>> simulated(const std::string& plant_file,
+                                                       double row_period_s) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(plant_file));
+  if (!simulation_runs(plant)) {
+    return usage(fmt::format(
+        "--physics {}: the twin cannot run this plant: it takes three joints, each with "
+        "controller and homing",
+        plant_file));
   }
-  fmt::print(stderr,
-             "ravencal: warning: {}: the twin cannot run this plant, so its predictions become "
-             "features and the model runs in `evaluate` only\n",
-             arguments.physics);
-  RAVENCAL_RETURN_IF_ERROR(add_physics(training, text, arguments.physics));
-  RAVENCAL_RETURN_IF_ERROR(add_physics(held_out, text, arguments.physics));
-  std::string& features = arguments.train.features;
-  features = (features.empty() ? "paper112" : features) + "," + kPhysicsPrefix + "*";
-  physics.as_features = text;
-  return physics;
+  cli::Progress progress("simulate");
+  return simulated_over_workspace(plant, row_period_s, [&](double done) {
+    progress.update(done, plant_file);
+    return !cli::interrupted();
+  });
 }
 
 core::Status run(Arguments arguments) {
@@ -168,15 +134,16 @@ core::Status run(Arguments arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
   cli::catch_interrupts();
-  Physics physics;
+  std::vector<record::Recording> simulation;
   if (!arguments.physics.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(physics, take_physics(arguments, training, held_out));
+    RAVENCAL_ASSIGN_OR_RETURN(simulation,
+                              simulated(arguments.physics, model::row_period_s(training.front())));
   }
-  arguments.train.simulated = pointers_to(physics.simulated);
+  arguments.train.simulated = pointers_to(simulation);
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
     std::uint32_t each = arguments.train.trainer.epochs;
-    if (!physics.simulated.empty()) each += arguments.train.simulated_trainer.epochs;
+    if (!simulation.empty()) each += arguments.train.simulated_trainer.epochs;
     const double epochs = static_cast<double>(each) * arguments.networks;
     double finished = 0.0;
     return learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
@@ -187,8 +154,11 @@ core::Status run(Arguments arguments) {
   }();
   if (!trained.ok()) return trained.error();
   learn::TrainResult& result = *trained;
-  if (!physics.as_features.empty()) result.model.provenance[kPhysicsPlant] = physics.as_features;
-  if (!physics.said.empty()) result.model.provenance["physics"] = physics.said;
+  if (!simulation.empty()) {
+    result.model.provenance["physics"] =
+        fmt::format("base: {}, simulated over the workspace under {} loads", arguments.physics,
+                    simulation.size());
+  }
   for (const std::string& warning : result.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
@@ -236,9 +206,7 @@ void add_physics_option(CLI::App& command, Arguments& arguments) {
       "--physics", arguments.physics,
       "A plant (plant_improved.toml of `ravencal diagnose`). It is simulated over the whole "
       "workspace with 0, 250 and 500 g; a first network learns that, the one of --hidden what it "
-      "leaves of the recorded error, and their sum is one model that converts and runs as any. "
-      "Where the twin cannot run the plant, its predictions become features physics.JOINT and the "
-      "model runs in `evaluate` only");
+      "leaves of the recorded error, and their sum is one model that converts and runs as any");
 }
 
 void add_network_options(CLI::App& command, Arguments& arguments) {
