@@ -2,7 +2,6 @@
 #include "learn/train.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <map>
@@ -14,6 +13,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/loop_margins.hpp"
+#include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
 #include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
@@ -37,8 +37,6 @@ struct Arguments {
   std::string physics;
   std::string plant;
   std::uint32_t networks = 1;
-  std::string hidden = "600,500,400";
-  std::string activation = "sigmoid";
   std::string isa;
   OriginOptions origin;
   record::LoadOptions load;
@@ -47,26 +45,7 @@ struct Arguments {
 
 core::Error usage(std::string message) { return {core::ErrorCode::kUsage, std::move(message)}; }
 
-core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
-  std::vector<std::uint32_t> hidden;
-  if (text == "none") return hidden;
-  constexpr std::uint32_t kWidest = 16384;
-  for (const std::string& word : CLI::detail::split(text, ',')) {
-    std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
-      return usage(fmt::format(
-          "--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32 or none", text,
-          word, kWidest));
-    }
-    hidden.push_back(width);
-  }
-  return hidden;
-}
-
 core::Status complete(Arguments& arguments) {
-  RAVENCAL_ASSIGN_OR_RETURN(arguments.train.hidden, hidden_from(arguments.hidden));
-  if (arguments.activation == "tanh") arguments.train.activation = model::Activation::kTanh;
-  if (arguments.activation == "relu") arguments.train.activation = model::Activation::kRelu;
   if (!arguments.isa.empty()) {
     const auto isa = learn::isa_from(arguments.isa);
     if (!isa || !learn::is_supported(*isa)) {
@@ -195,10 +174,7 @@ void add_data_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--report", arguments.report, "HTML page to write");
   add_load_options(command, arguments.load);
   add_origin_options(command, arguments.origin);
-  command
-      .add_option("--joints", arguments.train.joints,
-                  "Joints to correct; without it all that have a truth")
-      ->delimiter(',');
+  add_joints_option(command, arguments.train.joints);
 }
 
 void add_physics_option(CLI::App& command, Arguments& arguments) {
@@ -233,11 +209,8 @@ void add_network_options(CLI::App& command, Arguments& arguments) {
           std::map<std::string, learn::Latched>{{"auto", learn::Latched::kAuto},
                                                 {"on", learn::Latched::kOn},
                                                 {"off", learn::Latched::kOff}}));
-  command.add_option("--hidden", arguments.hidden, "Hidden layers; none: linear regression")
-      ->capture_default_str();
-  command.add_option("--activation", arguments.activation, "Of the hidden layers")
-      ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
-      ->capture_default_str();
+  add_hidden_or_none_option(command, train.hidden);
+  add_activation_option(command, train.activation);
   command
       .add_option("--loop-noise", train.loop_noise,
                   "Noise in training, in spreads of each input, on inputs that answer to the motor "
@@ -252,15 +225,8 @@ void add_network_options(CLI::App& command, Arguments& arguments) {
 }
 
 void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
-  command.add_option("--epochs", trainer.epochs, "Passes over the recordings")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--batch", trainer.batch, "Rows per step")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--learning-rate", trainer.adam.learning_rate, "Adam's step size")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_epoch_options(command, trainer.epochs, trainer.batch);
+  add_learning_rate_option(command, trainer.adam.learning_rate);
   command
       .add_option_function<double>(
           "--penalty-scale",
@@ -287,11 +253,7 @@ void add_train(CLI::App& app, int& exit_code) {
   add_network_options(*command, *arguments);
   add_physics_option(*command, *arguments);
   add_optimiser_options(*command, arguments->train.trainer);
-  command
-      ->add_option("--networks", arguments->networks,
-                   "Networks of different seeds, averaged into one that is as many times wider")
-      ->check(CLI::Range(1U, 100U))
-      ->capture_default_str();
+  add_networks_option(*command, arguments->networks);
   command
       ->add_option("--isa", arguments->isa,
                    "Instruction set of the kernels; pins the last bits of the result")
