@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/run_level.hpp"
 #include "ravencal/plugin.h"
 #include "rt_plugin/joint_vector.hpp"
 
@@ -26,7 +27,7 @@ class StateGuards {
   /// Whether the motors follow the desired joints, and with them the correction: the pedal is down.
   /// Otherwise the brakes hold, and the desired joints are set to the measured ones each cycle.
   [[nodiscard]] static bool motors_follow(const ravencal_state& state) noexcept {
-    return state.runlevel == kPedalDown;
+    return state.runlevel == core::kPedalDown;
   }
 
   /// RAVENCAL_DOUBT_* of this cycle; remembers it as the one before the next.
@@ -41,11 +42,8 @@ class StateGuards {
   }
 
  private:
-  static constexpr std::int32_t kPedalUp = 2;
-  static constexpr std::int32_t kPedalDown = 3;
-
   [[nodiscard]] static bool is_running(std::int32_t runlevel) noexcept {
-    return runlevel == kPedalUp || runlevel == kPedalDown;
+    return runlevel == core::kPedalUp || runlevel == core::kPedalDown;
   }
   [[nodiscard]] std::uint32_t inspect_robot(const ravencal_state& state) const noexcept;
   std::uint32_t inspect_pedal(const ravencal_state& state) noexcept;

@@ -2,8 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # The main job on the digital twin, from zig-zags to corrected joints in the running 1 kHz loop.
-# Called by tools/run demo, which builds and puts `ravencal` and `ravencal-encoders` in the PATH.
+# Called by tools/run demo, which builds and puts `ravencal` and `ravencal-encoders` in the PATH, and by
+# ravencal-demo of the packages.
 set -euo pipefail
+
+usage() {
+  cat <<'END'
+usage: ravencal-demo [--paper] [--out DIR]   calibrate the digital twin, print table and report
+
+--paper runs the paper's network and all of its 600 epochs (hours); without it a light network.
+Results go to out/demo, or to DIR.
+END
+}
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 plant=$root/tools/plants/raven2.toml
@@ -22,6 +32,7 @@ while [ $# -gt 0 ]; do
       test_s=1200
       shift
       ;;
+    -h | --help) usage; exit 0 ;;
     *) echo "demo: unknown argument '$1'" >&2; exit 2 ;;
   esac
 done

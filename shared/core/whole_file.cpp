@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/whole_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -9,6 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <random>
+#include <system_error>
 #include <utility>
 
 namespace ravencal::core {
@@ -22,6 +26,13 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 Error read_error(const std::filesystem::path& path, int reason) {
   return {ErrorCode::kIo,
           fmt::format("{}: cannot be read: {}", path.string(), std::strerror(reason))};
+}
+
+/// What the path leads to, through links; the path itself where nothing is there yet.
+std::filesystem::path target_of(const std::filesystem::path& path) {
+  std::error_code absent;
+  std::filesystem::path target = std::filesystem::canonical(path, absent);
+  return absent ? path : target;
 }
 
 }  // namespace
@@ -40,29 +51,65 @@ Result<std::string> read_whole_file(const std::filesystem::path& path) {
 }
 
 Status write_whole_file(const std::filesystem::path& path, std::string_view bytes) {
-  PartialFile target(path);
-  const File file(std::fopen(target.partial().c_str(), "wbe"));
+  RAVENCAL_ASSIGN_OR_RETURN(PartialFile target, PartialFile::create(path));
+  File file(std::fopen(target.partial().c_str(), "wbe"));
   if (!file) return write_error(path, errno);
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
-                       std::fflush(file.get()) == 0 && fsync(fileno(file.get())) == 0;
-  if (!written) return write_error(path, errno);
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+  if (!written || std::fclose(file.release()) != 0) return write_error(path, errno);
   return target.publish();
 }
 
-PartialFile::PartialFile(std::filesystem::path path)
-    : path_(std::move(path)), partial_(path_.string() + ".partial") {}
+PartialFile::PartialFile(const std::filesystem::path& path)
+    : path_(path), target_(target_of(path)), partial_(target_) {}
+
+PartialFile::PartialFile(PartialFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      partial_(std::move(other.partial_)),
+      mode_(other.mode_),
+      owned_(std::exchange(other.owned_, false)) {}
 
 PartialFile::~PartialFile() {
-  if (partial_.empty()) return;
-  std::error_code ignored;
-  std::filesystem::remove(partial_, ignored);
+  if (owned_) (void)::unlink(partial_.c_str());
+}
+
+Result<PartialFile> PartialFile::create(const std::filesystem::path& path) {
+  PartialFile file(path);
+  struct stat old = {};
+  const bool exists = ::stat(file.target_.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) return write_error(path, EISDIR);
+  if (exists && !S_ISREG(old.st_mode)) return file;
+  if (exists) file.mode_ = old.st_mode & 0777U;
+  RAVENCAL_RETURN_IF_ERROR(file.open_beside());
+  return file;
+}
+
+Status PartialFile::open_beside() {
+  constexpr int kNewFile = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  // What replaces a file is nobody else's before it has that file's mode.
+  const mode_t mode = mode_ ? S_IRUSR | S_IWUSR : 0666;
+  std::random_device random;
+  int file = -1;
+  do {
+    partial_ = fmt::format("{}.{:08x}.partial", target_.string(), random());
+    file = ::open(partial_.c_str(), kNewFile, mode);
+  } while (file < 0 && errno == EEXIST);
+  if (file < 0) return write_error(path_, errno);
+  owned_ = true;
+  ::close(file);
+  return {};
 }
 
 Status PartialFile::publish() {
-  std::error_code error;
-  std::filesystem::rename(partial_, path_, error);
-  if (error) return write_error(path_, error.value());
-  partial_.clear();
+  if (!owned_) return {};
+  const int file = ::open(partial_.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (file < 0) return write_error(path_, errno);
+  const bool whole = (!mode_ || ::fchmod(file, *mode_) == 0) && ::fsync(file) == 0;
+  const int reason = errno;
+  ::close(file);
+  if (!whole) return write_error(path_, reason);
+  if (std::rename(partial_.c_str(), target_.c_str()) != 0) return write_error(path_, errno);
+  owned_ = false;
   return {};
 }
 

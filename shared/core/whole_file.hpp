@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Files that are read or written whole. What is written appears under its name only when all of it
-// is on the disk; until then it is `NAME.partial`, and whatever fails, NAME is as it was and no
-// partial file stays. Any thread, one per path.
+// is on the disk; until then it lies beside it as `NAME.xxxxxxxx.partial`, and whatever fails, NAME
+// is as it was and no partial file stays. A link stays a link, a replaced file keeps its mode; a
+// device or a pipe is written to and never replaced. Any thread.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,19 +26,31 @@ Status write_whole_file(const std::filesystem::path& path, std::string_view byte
 /// The same for what is written bit by bit: write to partial(), then publish().
 class PartialFile {
  public:
-  explicit PartialFile(std::filesystem::path path);
+  /// An empty file that no other writer has, unless `path` is a device or a pipe: then that itself.
+  /// Errors: kIo.
+  static Result<PartialFile> create(const std::filesystem::path& path);
+  PartialFile(PartialFile&& other) noexcept;
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
+  PartialFile& operator=(PartialFile&&) = delete;
   /// Removes the partial file, unless it has been published.
   ~PartialFile();
 
   [[nodiscard]] const std::filesystem::path& partial() const { return partial_; }
-  /// Gives the file its name. Errors: kIo.
+  /// What the file becomes: `path`, or what it links to.
+  [[nodiscard]] const std::filesystem::path& target() const { return target_; }
+  /// Waits for the disk, then gives the file its name. Errors: kIo.
   Status publish();
 
  private:
-  std::filesystem::path path_;
+  explicit PartialFile(const std::filesystem::path& path);
+  Status open_beside();
+
+  std::filesystem::path path_;  ///< as the user wrote it, for messages
+  std::filesystem::path target_;
   std::filesystem::path partial_;
+  std::optional<mode_t> mode_;  ///< of the file that is replaced
+  bool owned_ = false;          ///< partial() is to be removed
 };
 
 /// `PATH: cannot be written: reason; remedy`, with the reason that errno gives. kIo.

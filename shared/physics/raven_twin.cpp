@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/constants.hpp"
+#include "core/run_level.hpp"
 #include "physics/arm_physics.hpp"
 #include "physics/effects/quantisation.hpp"
 #include "physics/random_source.hpp"
@@ -125,7 +126,7 @@ struct RavenTwin::Impl {
     motors_before_rad = physics.motors_rad();
     physics.restart_disturbances(run_random);
     read_encoders();
-    write_status_fields(0.0, 3, 0, published);
+    write_status_fields(0.0, core::kPedalDown, 0, published);
     write_sensor_fields(other, true, published);
     write_control_fields(other, true, published);
     if (plant.robot.controller.green_arm_first) swap_mechanism_fields(published);
@@ -174,7 +175,8 @@ struct RavenTwin::Impl {
   }
 
   void publish() {
-    write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, sublevel(), published);
+    write_status_fields(static_cast<double>(t_ns()) * 1e-9, core::kPedalDown, sublevel(),
+                        published);
     write_sensor_fields(controller.state(), false, published);
     write_control_fields(controller.state(), false, published);
     write_sensor_fields(other, true, published);
@@ -272,7 +274,8 @@ const RavenMessage& RavenTwin::begin_cycle() {
   Impl& twin = *impl_;
   twin.read_encoders();
   twin.at_hook = twin.published;
-  write_status_fields(static_cast<double>(t_ns()) * 1e-9, 3, twin.sublevel(), twin.at_hook);
+  write_status_fields(static_cast<double>(t_ns()) * 1e-9, core::kPedalDown, twin.sublevel(),
+                      twin.at_hook);
   write_sensor_fields(twin.controller.state(), false, twin.at_hook);
   write_sensor_fields(twin.other, true, twin.at_hook);
   clear_dac_fields(twin.at_hook);

@@ -133,7 +133,7 @@ core::Status export_bag(const Recording& recording, const Profile& profile,
                         const std::filesystem::path& path) {
   BagExporter exporter(recording, profile);
   RAVENCAL_RETURN_IF_ERROR(exporter.plan());
-  core::PartialFile target(path);
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
   RAVENCAL_RETURN_IF_ERROR(exporter.write(target.partial()));
   return target.publish();
 }

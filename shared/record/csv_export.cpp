@@ -188,7 +188,7 @@ core::Status write_rows(const Recording& recording, const ExportColumns& columns
 core::Status export_csv(const Recording& recording, const Profile& profile,
                         const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const ExportColumns columns, plan(recording, profile));
-  core::PartialFile target(path);
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
   RAVENCAL_RETURN_IF_ERROR(write_rows(recording, columns, profile.header, target.partial()));
   return target.publish();
 }

@@ -11,15 +11,22 @@
 #include <cstring>
 #include <utility>
 
-#include "core/system_error.hpp"
 #include "record/csv_number.hpp"
 
 namespace ravencal::record {
+namespace {
+
+core::Error io_error(const std::filesystem::path& path, std::string_view doing) {
+  return core::io_error(fmt::format("{}: {}: {}", path.string(), doing, std::strerror(errno)));
+}
+
+}  // namespace
+
 core::Result<CsvFile> CsvFile::open(const std::filesystem::path& path) {
   CsvFile file(path, ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.file_ < 0) return core::system_error(path, "cannot open");
+  if (file.file_ < 0) return io_error(path, "cannot open");
   struct stat status = {};
-  if (::fstat(file.file_, &status) != 0) return core::system_error(path, "cannot read");
+  if (::fstat(file.file_, &status) != 0) return io_error(path, "cannot read");
   if (!S_ISREG(status.st_mode)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("{}: not a file", path.string())};
   }
@@ -55,7 +62,7 @@ core::Status CsvFile::read(std::uint64_t offset, char* buffer, std::size_t count
   while (count > 0) {
     const ssize_t got = ::pread(file_, buffer, count, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return core::system_error(path_, "cannot read");
+    if (got < 0) return io_error(path_, "cannot read");
     if (got == 0) {
       return core::Error{
           core::ErrorCode::kIo,

@@ -47,6 +47,14 @@ std::string lower(std::string text) {
   return text;
 }
 
+core::Status remove_file(const fs::path& file) {
+  std::error_code failure;
+  fs::remove(file, failure);
+  if (!failure) return {};
+  return core::Error{core::ErrorCode::kIo,
+                     fmt::format("{}: cannot remove it: {}", file.string(), failure.message())};
+}
+
 }  // namespace
 
 core::Status check_channels(std::span<const Channel> channels, const fs::path& path) {
@@ -73,17 +81,16 @@ core::Status check_channels(std::span<const Channel> channels, const fs::path& p
   return {};
 }
 
-core::Status remove_recording(const fs::path& path) {
-  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
-    const std::string file = path.string() + suffix;
-    std::error_code failure;
-    fs::remove(file, failure);
-    if (failure) {
-      return core::Error{core::ErrorCode::kIo,
-                         fmt::format("{}: cannot remove it: {}", file, failure.message())};
-    }
+core::Status remove_side_files(const fs::path& path) {
+  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
+    RAVENCAL_RETURN_IF_ERROR(remove_file(path.string() + suffix));
   }
   return {};
+}
+
+core::Status remove_recording(const fs::path& path) {
+  RAVENCAL_RETURN_IF_ERROR(remove_file(path));
+  return remove_side_files(path);
 }
 
 RecordingFile::RecordingFile(fs::path path, WriteMode mode, std::size_t channel_count)

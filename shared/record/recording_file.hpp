@@ -73,6 +73,9 @@ class RecordingFile {
 /// become SQL columns) and not reserved, units known, at most 1999.
 core::Status check_channels(std::span<const Channel> channels, const std::filesystem::path& path);
 
+/// Removes SQLite's files beside a recording, if they exist: what a killed writer left.
+core::Status remove_side_files(const std::filesystem::path& path);
+
 /// Removes a recording and SQLite's files beside it, if they exist.
 core::Status remove_recording(const std::filesystem::path& path);
 

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/recording_writer.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <condition_variable>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <system_error>
 #include <thread>
 #include <utility>
 
-#include "core/system_error.hpp"
+#include "core/whole_file.hpp"
 #include "record/recording_file.hpp"
 
 namespace ravencal::record {
@@ -27,24 +23,16 @@ constexpr std::chrono::milliseconds kCommitPeriod{50};
 
 core::Status check_free(const fs::path& path, bool overwrite) {
   std::error_code failure;
-  if (fs::is_directory(path, failure)) {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: is a folder; give the name of a file", path.string())};
+  const bool exists = fs::exists(path, failure);
+  if (exists && !fs::is_regular_file(path, failure)) {
+    return core::Error{
+        core::ErrorCode::kIo,
+        fmt::format("{}: is a folder or a device; give the name of a file", path.string())};
   }
-  if (overwrite || !fs::exists(path, failure)) return {};
+  if (overwrite || !exists) return {};
   return core::Error{
       core::ErrorCode::kUsage,
       fmt::format("{}: exists already; remove it or choose another name", path.string())};
-}
-
-core::Status sync_to_disk(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return core::system_error(path, "cannot open");
-  const bool synced = ::fsync(file) == 0;
-  const core::Error error =
-      synced ? core::Error() : core::system_error(path, "cannot write to the disk");
-  ::close(file);
-  return synced ? core::Status() : core::Status(error);
 }
 
 core::Status write_all(RecordingFile& file, const Recording& recording) {
@@ -59,12 +47,11 @@ core::Status write_all(RecordingFile& file, const Recording& recording) {
   return file.close();
 }
 
-core::Status write_and_sync(const Recording& recording, const fs::path& path) {
+core::Status write_to(const fs::path& path, const Recording& recording) {
   RAVENCAL_ASSIGN_OR_RETURN(
       RecordingFile file,
       RecordingFile::create(path, WriteMode::kWhole, recording.meta, recording.channels));
-  RAVENCAL_RETURN_IF_ERROR(write_all(file, recording));
-  return sync_to_disk(path);
+  return write_all(file, recording);
 }
 
 }  // namespace
@@ -160,18 +147,12 @@ core::Status RecordingWriter::finish() { return impl_->finish(); }
 core::Status write_recording(const Recording& recording, const fs::path& path, bool overwrite) {
   RAVENCAL_RETURN_IF_ERROR(check_channels(recording.channels, path));
   RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
-  const fs::path partial = path.string() + ".partial";
-  RAVENCAL_RETURN_IF_ERROR(remove_recording(partial));
-  if (core::Status status = write_and_sync(recording, partial); !status.ok()) {
-    (void)remove_recording(partial);
-    return status;
-  }
-  if (std::rename(partial.c_str(), path.c_str()) != 0) {
-    const core::Error error = core::system_error(path, "cannot replace it");
-    (void)remove_recording(partial);
-    return error;
-  }
-  return {};
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
+  RAVENCAL_RETURN_IF_ERROR(write_to(target.partial(), recording));
+  // SQLite would read the rows of a killed writer's -wal instead of the new ones. It goes first:
+  // the other order leaves, for a moment, a new file beside an old -wal.
+  RAVENCAL_RETURN_IF_ERROR(remove_side_files(target.target()));
+  return target.publish();
 }
 
 }  // namespace ravencal::record

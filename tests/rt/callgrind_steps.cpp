@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/run_level.hpp"
 #include "rt/rig.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/kernels/forward.hpp"
@@ -117,7 +118,7 @@ class Situations {
     rig.load(model_, precision_);
     rig.tick();  // takes the weights
     count_step(rig, "state_off");
-    rig.state.runlevel = 0;
+    rig.state.runlevel = core::kEmergencyStop;
     rig.enable();
     rig.tick();
     count_step(rig, "state_armed");

@@ -17,6 +17,7 @@
 #include <shared_mutex>
 #include <string>
 
+#include "core/run_level.hpp"
 #include "rt/alarm.hpp"
 #include "rt/rig.hpp"
 #include "rt/system_call_alarm.hpp"
@@ -109,7 +110,7 @@ void disturb(Rig& rig, std::int64_t tick) {
       rig.state.arm[0].jpos_ji[0] = std::numeric_limits<float>::quiet_NaN();
       break;
     case 1:
-      rig.state.runlevel = 0;
+      rig.state.runlevel = core::kEmergencyStop;
       break;
     case 2:
       rig.state.t_ns += 50'000'000;

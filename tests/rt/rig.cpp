@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/catalogue.hpp"
+#include "core/run_level.hpp"
 #include "host/robot_state.hpp"
 #include "model/blob_writer.hpp"
 
@@ -104,9 +105,6 @@ model::CalibrationModel make_model(std::uint32_t inputs, const std::vector<std::
   return make_model(features, hidden, seed);
 }
 
-constexpr std::int32_t kPedalUp = 2;
-constexpr std::int32_t kPedalDown = 3;
-
 ravencal_state healthy_state(std::int64_t t_ns) {
   host::CatalogueValues values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -114,7 +112,7 @@ ravencal_state healthy_state(std::int64_t t_ns) {
   }
   ravencal_state state{};
   host::fill_state(values, t_ns, true, state);
-  state.runlevel = kPedalUp;
+  state.runlevel = core::kPedalUp;
   return state;
 }
 
@@ -207,7 +205,7 @@ std::int32_t Rig::tick() {
 }
 
 void Rig::set_pedal(bool down) {
-  state.runlevel = down ? kPedalDown : kPedalUp;
+  state.runlevel = down ? core::kPedalDown : core::kPedalUp;
   do tick();
   while ((output.doubts & RAVENCAL_DOUBT_PEDAL) != 0);
 }

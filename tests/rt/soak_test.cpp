@@ -12,6 +12,7 @@
 #include <numeric>
 #include <random>
 
+#include "core/run_level.hpp"
 #include "host/robot_state.hpp"
 #include "physics/plant.hpp"
 #include "physics/raven_twin.hpp"
@@ -134,7 +135,7 @@ class Soak {
     twin_.home([&] {
       ravencal_state state = rig.state;
       state.t_ns = twin_.t_ns();
-      state.runlevel = 1;
+      state.runlevel = core::kInit;
       for (ravencal_arm& arm : state.arm) arm.joints_ready = 0;
       step(state);
     });
@@ -151,9 +152,9 @@ class Soak {
 
   void cycle() {
     host::fill_state(host::to_si(twin_.begin_cycle()), twin_.t_ns(), true, rig.state);
-    rig.state.runlevel = trouble_ == Trouble::kEmergencyStop ? 0
-                         : trouble_ == Trouble::kPedalUp     ? 2
-                                                             : 3;
+    rig.state.runlevel = trouble_ == Trouble::kEmergencyStop ? core::kEmergencyStop
+                         : trouble_ == Trouble::kPedalUp     ? core::kPedalUp
+                                                             : core::kPedalDown;
     ravencal_state state = rig.state;
     disturb(state);
     step(state);

@@ -14,6 +14,7 @@
 #include <limits>
 #include <thread>
 
+#include "core/run_level.hpp"
 #include "rt/instruction_count.hpp"
 #include "rt/rig.hpp"
 #include "rt/system_call_alarm.hpp"
@@ -136,7 +137,7 @@ TEST(Tick, TakesTheSameInstructionsWhateverHappensInIt) {
         rig.state.t_ns += 5'000'000'000;
         break;
       case 6:
-        rig.state.runlevel = 0;
+        rig.state.runlevel = core::kEmergencyStop;
         break;
       case 7:
         rig.state.arm[0].enc_counts[0] += 1 << 24;

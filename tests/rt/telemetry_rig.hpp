@@ -15,6 +15,7 @@
 #include <string>
 #include <utility>
 
+#include "core/run_level.hpp"
 #include "monitor/telemetry_reader.hpp"
 #include "rt/rig.hpp"
 
@@ -58,7 +59,7 @@ inline void disturb(ravencal_state& state, std::mt19937& random, int number) {
       state.arm[0].jpos_ji[random() % 8] = std::numeric_limits<float>::quiet_NaN();
       break;
     case 1:
-      state.runlevel = 0;
+      state.runlevel = core::kEmergencyStop;
       break;
     case 2:
       state.t_ns += 40'000'000;

@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+#include "core/run_level.hpp"
 #include "host/robot_state.hpp"
 #include "physics/plant.hpp"
 #include "physics/raven_controller.hpp"
@@ -29,7 +30,8 @@ enum class Plugin { kNone, kBothWays, kForwardOnly };
 
 constexpr float kFollowShare = 0.1F;  // the plugin's default
 
-enum RunLevel : std::int32_t { kEmergencyStop = 0, kInit = 1, kPedalUp = 2, kPedalDown = 3 };
+using core::RunLevel;
+using enum core::RunLevel;
 
 /// Corrections as large as the authors' robot needs them (7.5 deg, 10.5 mm between the zeros of
 /// controller and external encoders), changing with the joints' positions.

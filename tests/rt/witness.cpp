@@ -7,12 +7,11 @@
 #include <bit>
 #include <cmath>
 
+#include "core/run_level.hpp"
 #include "host/plugin_library.hpp"
 
 namespace ravencal::test {
 namespace {
-
-constexpr std::int32_t kPedalDown = 3;
 
 bool is_at_zero(std::int32_t state) {
   return state == RAVENCAL_STATE_OFF || state == RAVENCAL_STATE_ARMED ||
@@ -67,11 +66,11 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
   if (step > rate * tick_s * 1.0001 + 1e-8)
     return fmt::format("the correction stepped by {}", step);
   if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
-  if (state.runlevel == kPedalDown && !follows_prediction(output.state) && step != 0.0) {
+  if (state.runlevel == core::kPedalDown && !follows_prediction(output.state) && step != 0.0) {
     return "the correction moved by itself with the pedal down";
   }
   const double share = static_cast<double>(config_.follow_share) * commanded_ji(joint);
-  if (knows_commands_ && state.runlevel == kPedalDown && step > share * 1.0001 + 1e-7) {
+  if (knows_commands_ && state.runlevel == core::kPedalDown && step > share * 1.0001 + 1e-7) {
     return fmt::format("the correction moved by {} where {} were commanded", step,
                        commanded_ji(joint));
   }
@@ -111,7 +110,7 @@ std::string Witness::see(const ravencal_state& state, const ravencal_output& out
   }
   state_before_ = output.state;
   desired_[1] = desired_[0];
-  desired_[0].pedal_down = state.runlevel == kPedalDown;
+  desired_[0].pedal_down = state.runlevel == core::kPedalDown;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     desired_[0].ji[j] = static_cast<double>(state.arm[0].jpos_d_ji[j]) +
                         static_cast<double>(output.correction_ji[j]);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -81,7 +82,10 @@ class Convert : public ::testing::Test {
     return run_command(command);
   }
   [[nodiscard]] bool written() const {
-    return fs::exists(folder_ / "w.blob") || fs::exists(folder_ / "w.blob.partial");
+    const auto files = fs::directory_iterator(folder_);
+    return std::any_of(begin(files), end(files), [](const fs::directory_entry& file) {
+      return file.path().filename().string().starts_with("w.blob");
+    });
   }
 
   fs::path folder_ =

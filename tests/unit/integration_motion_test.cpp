@@ -26,7 +26,7 @@ TEST_P(IntegrationMotion, DropsTheCorrectionInASoftEmergencyStopOnEitherArm) {
   controller.run(kPedalDown, 300);
   EXPECT_EQ(controller.output().state, RAVENCAL_STATE_FADING_OUT);
   EXPECT_EQ(controller.output().correction_ji[1], frozen) << "the pedal is still down";
-  controller.run(kEStop, 1000);
+  controller.run(kEmergencyStop, 1000);
   EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ARMED);
   controller.run(kPedalUp, 1000);
   EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ARMED) << "until it is homed again";
@@ -38,7 +38,7 @@ TEST_P(IntegrationMotion, DropsTheCorrectionInASoftEmergencyStopOnEitherArm) {
 TEST_P(IntegrationMotion, LeavesTheUnhomingToTheController) {
   for (const bool with_plugin : {false, true}) {
     Controller controller = made(with_plugin ? CONTROLLER_WITH : CONTROLLER_WITHOUT, with_plugin);
-    controller.run(kEStop, 20);
+    controller.run(kEmergencyStop, 20);
     controller.home();
     controller.run(kPedalUp, 500);
     EXPECT_EQ(api.is_homed(controller.get()), 1);
@@ -96,7 +96,7 @@ TEST_P(IntegrationMotion, MovesNoMotorThatNobodyCommandsWhateverBecomesOfTheCorr
   for (const auto& [name, act] : transitions) {
     Controller controller = made(CONTROLLER_WITH);
     api.command(controller.get(), 0);
-    controller.run(kEStop, 20);
+    controller.run(kEmergencyStop, 20);
     controller.home();
     controller.run(kPedalUp, 1000);
     controller.run(kPedalDown, 2000);  // friction and weight have settled
@@ -110,7 +110,7 @@ TEST_P(IntegrationMotion, MovesNoMotorThatNobodyCommandsWhateverBecomesOfTheCorr
   // A pedal pressed while the correction fades in.
   Controller early = made(CONTROLLER_WITH);
   api.command(early.get(), 0);
-  early.run(kEStop, 20);
+  early.run(kEmergencyStop, 20);
   early.home();
   early.run(kPedalUp, 115);
   ASSERT_EQ(early.output().state, RAVENCAL_STATE_FADING_IN);
@@ -123,7 +123,7 @@ TEST_P(IntegrationMotion, MovesNoMotorThatNobodyCommandsWhateverBecomesOfTheCorr
 TEST_P(IntegrationMotion, BlendsAnOffsetAwayWithTheMotionThatTheOperatorCommands) {
   Controller early = made(CONTROLLER_WITH);
   api.command(early.get(), 0);
-  early.run(kEStop, 20);
+  early.run(kEmergencyStop, 20);
   early.home();
   early.run(kPedalUp, 115);
   early.run(kPedalDown, 500);
@@ -138,7 +138,7 @@ TEST_P(IntegrationMotion, BlendsAnOffsetAwayWithTheMotionThatTheOperatorCommands
 
 TEST_P(IntegrationMotion, CorrectsTheCalibratedArmOnlyAndFromHomingToEStop) {
   Controller with = made(CONTROLLER_WITH);
-  with.run(kEStop, 20);
+  with.run(kEmergencyStop, 20);
   EXPECT_EQ(with.output().state, RAVENCAL_STATE_ARMED);
   with.home();
   for (const float correction : with.output().correction_ji) EXPECT_EQ(correction, 0.0F);
@@ -155,7 +155,7 @@ TEST_P(IntegrationMotion, CorrectsTheCalibratedArmOnlyAndFromHomingToEStop) {
   }
   EXPECT_NEAR(with.output().correction_ji[1], -0.03, 0.005);
 
-  with.run(kEStop, 1000);
+  with.run(kEmergencyStop, 1000);
   EXPECT_EQ(with.output().state, RAVENCAL_STATE_ARMED);
   for (const float correction : with.output().correction_ji) EXPECT_EQ(correction, 0.0F);
   with.home();
@@ -167,7 +167,7 @@ TEST_P(IntegrationMotion, LeavesTheOtherArmAlone) {
   Controller with = made(CONTROLLER_WITH);
   Controller without = made(CONTROLLER_WITHOUT, false);
   for (Controller* controller : {&with, &without}) {
-    controller->run(kEStop, 20);
+    controller->run(kEmergencyStop, 20);
     controller->home();
     controller->run(kPedalUp, 3000);
     controller->run(kPedalDown, 500);
@@ -209,7 +209,7 @@ TEST_P(IntegrationMotion, ReseedsDesiredFromActualWithinOneEncoderCountOfTheMoto
   }
   // The same controller without the lines in the inverse path: what the pair is there for.
   Controller one_way = made(CONTROLLER_ONE_WAY);
-  one_way.run(kEStop, 20);
+  one_way.run(kEmergencyStop, 20);
   one_way.home();
   one_way.run(kPedalUp, 3000);
   ASSERT_EQ(one_way.output().state, RAVENCAL_STATE_ACTIVE);
@@ -240,7 +240,7 @@ TEST_P(IntegrationMotion, IsBitForBitTheControllerBeforeWhereItIsUndoneOrOff) {
     EXPECT_TRUE(without_weights.bytes() == wanted);
   };
   for (int round = 0; round < 2; ++round) {
-    all([](Controller& c) { c.run(kEStop, 20); });
+    all([](Controller& c) { c.run(kEmergencyStop, 20); });
     all([&](Controller& c) { api.begin_homing(c.get()); });
     for (int i = 0; i < 1500; ++i) all([](Controller& c) { c.run(kInit, 1); });
     for (int i = 0; i < 300; ++i) all([](Controller& c) { c.run(kPedalUp, 1); });

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "core/run_level.hpp"
 #include "rt/rig.hpp"
 #include "unit/integration_controller.h"
 
@@ -23,10 +24,7 @@ const controller_api* controller_crtk_17(void);
 
 namespace ravencal::test {
 
-inline constexpr int kEStop = 0;
-inline constexpr int kInit = 1;
-inline constexpr int kPedalUp = 2;
-inline constexpr int kPedalDown = 3;
+using enum core::RunLevel;
 inline constexpr double kRadPerCount = 2.0 * 3.14159265358979 / 4000.0;
 inline constexpr std::array<double, 3> kReduction = {136.196, 121.522, 2158.59};
 
@@ -98,7 +96,7 @@ class Integration : public ::testing::TestWithParam<Case> {
     return {api, chosen};
   }
   void go_active(Controller& controller) {
-    controller.run(kEStop, 20);
+    controller.run(kEmergencyStop, 20);
     controller.home();
     controller.run(kPedalUp, 1000);
     ASSERT_EQ(controller.output().state, RAVENCAL_STATE_ACTIVE);

@@ -131,7 +131,7 @@ TEST_P(Integration, RefusesWeightsOfTheOtherArm) {
   Controller controller(api, chosen);
   EXPECT_NE(std::string(api.error(controller.get())).find("was trained for the"), std::string::npos)
       << api.error(controller.get());
-  controller.run(kEStop, 20);
+  controller.run(kEmergencyStop, 20);
   controller.home();
   controller.run(kPedalUp, 1000);
   EXPECT_EQ(controller.output().state, RAVENCAL_STATE_OFF) << "the plugin was not opened";
@@ -139,7 +139,7 @@ TEST_P(Integration, RefusesWeightsOfTheOtherArm) {
 
 TEST_P(Integration, ReadsNoJacobianBeforeTheControllerHasComputedOne) {
   Controller controller = made(CONTROLLER_WITH);
-  controller.run(kEStop, 5);
+  controller.run(kEmergencyStop, 5);
   EXPECT_EQ(api.early_reads(controller.get()), 0);
 }
 
@@ -170,7 +170,7 @@ TEST_P(CrtkIntegration, RefusesATypeThatTwoArmsShare) {
 
 TEST_P(Integration, SeesJointsReadyOneByOneWithTheirState) {
   Controller controller = made(CONTROLLER_WITH);
-  controller.run(kEStop, 20);
+  controller.run(kEmergencyStop, 20);
   EXPECT_EQ(controller.seen().arm[0].joints_ready, 0U);
   api.begin_homing(controller.get());
   controller.run(kInit, 1100);

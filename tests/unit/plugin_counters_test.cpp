@@ -7,6 +7,7 @@
 #include <numeric>
 #include <thread>
 
+#include "core/run_level.hpp"
 #include "rt/rig.hpp"
 #include "rt_plugin/overruns.hpp"
 
@@ -29,7 +30,7 @@ TEST(Counters, CountEveryTickOnceAndEveryTransitionWithItsReason) {
   rig.tick();
   const std::int64_t jump_ns = rig.state.t_ns;
   rig.tick();
-  rig.state.runlevel = 0;
+  rig.state.runlevel = core::kEmergencyStop;
   rig.tick();
   ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ARMED));
 

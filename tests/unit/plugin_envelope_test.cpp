@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/run_level.hpp"
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
@@ -100,12 +101,12 @@ TEST_F(Envelope, FadesOutWhenDisabled) {
 }
 
 TEST_F(Envelope, FadesOutInEmergencyStop) {
-  expect_fade_out([&] { rig.state.runlevel = 0; }, RAVENCAL_STATE_ARMED,
+  expect_fade_out([&] { rig.state.runlevel = core::kEmergencyStop; }, RAVENCAL_STATE_ARMED,
                   RAVENCAL_DOUBT_ROBOT_STATE);
 }
 
 TEST_F(Envelope, FadesOutWhileHoming) {
-  expect_fade_out([&] { rig.state.runlevel = 1; }, RAVENCAL_STATE_ARMED,
+  expect_fade_out([&] { rig.state.runlevel = core::kInit; }, RAVENCAL_STATE_ARMED,
                   RAVENCAL_DOUBT_ROBOT_STATE);
 }
 
@@ -233,7 +234,7 @@ TEST_F(Envelope, EndsAHoldAtOnceInEmergencyStop) {
   rig.state.arm[0].jpos_ji[5] = kNan;
   rig.tick();
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_HOLD);
-  rig.state.runlevel = 0;
+  rig.state.runlevel = core::kEmergencyStop;
   rig.tick();
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_OUT);
 }

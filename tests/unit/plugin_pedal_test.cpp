@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/run_level.hpp"
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
@@ -57,7 +58,7 @@ TEST_F(PedalDown, KeepsTheCorrectionInEveryDoubtAndLosesItOnceThePedalIsUp) {
     expect_still(1000);
     EXPECT_NE(rig.output.correction_ji[0], rig.instance.info().constant_ji[0]);
     rig.state = healthy_state(rig.state.t_ns);
-    rig.state.runlevel = 3;
+    rig.state.runlevel = core::kPedalDown;
     expect_still(10);
   }
 }
@@ -72,10 +73,10 @@ TEST_F(PedalDown, FreezesTheLastCorrectionInAFaultUntilThePedalIsUp) {
   EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
   EXPECT_EQ(rig.output.doubts & RAVENCAL_DOUBT_NETWORK, RAVENCAL_DOUBT_NETWORK);
   rig.state = healthy_state(rig.state.t_ns);
-  rig.state.runlevel = 3;
+  rig.state.runlevel = core::kPedalDown;
   expect_still(1000);
   EXPECT_EQ(rig.output.correction_ji[0], before);
-  rig.state.runlevel = 2;
+  rig.state.runlevel = core::kPedalUp;
   ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_FAULT));
   EXPECT_EQ(rig.output.correction_ji[0], 0.0F);
 }

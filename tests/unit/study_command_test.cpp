@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// `ravencal ablate` and `compare` as a user runs them.
+// `ravencal train`, `ablate` and `compare` as a user runs them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,6 +29,15 @@ class StudyCommand : public testing::Test {
     return test::run_command(
         fmt::format("{} ablate {} --out {} 2>&1", RAVENCAL_PROGRAM, arguments, out().string()));
   }
+  [[nodiscard]] Outcome compare(const std::string& arguments) const {
+    return test::run_command(
+        fmt::format("{} compare {} --out {} 2>&1", RAVENCAL_PROGRAM, arguments, out().string()));
+  }
+  [[nodiscard]] Outcome train(const std::string& arguments) const {
+    return test::run_command(fmt::format("{} train {} --out {} {} 2>&1", RAVENCAL_PROGRAM, train_,
+                                         model().string(), arguments));
+  }
+  [[nodiscard]] fs::path model() const { return folder_.path() / "model.onnx"; }
   [[nodiscard]] fs::path out() const { return folder_.path() / "out"; }
   [[nodiscard]] std::string data() const {
     return fmt::format("--train {} --test {} --hidden 4 --epochs 1 --seeds 1 --workers 1", train_,
@@ -99,13 +108,34 @@ TEST_F(StudyCommand, UsageErrorsSayWhatToWrite) {
 }
 
 TEST_F(StudyCommand, CompareRefusesToTestOnWhatItTrains) {
-  const Outcome both =
-      test::run_command(fmt::format("{} compare --train {} {} --test {} --out {} 2>&1",
-                                    RAVENCAL_PROGRAM, train_, test_, test_, out().string()));
+  const Outcome both = compare(fmt::format("--train {} {} --test {}", train_, test_, test_));
   EXPECT_EQ(both.exit_code, 2) << both.text;
   EXPECT_NE(both.text.find("test.db: is both trained on and tested on"), std::string::npos)
       << both.text;
   EXPECT_FALSE(fs::exists(out()));
+}
+
+TEST_F(StudyCommand, HiddenLayersAreReadAlikeByEveryCommand) {
+  const std::string compared = fmt::format("--train {} --test {}", train_, test_);
+  for (const char* wrong : {"--hidden 4,x", "--hidden 4,0", "--hidden 20000", "--hidden 4,"}) {
+    for (const Outcome& refused : {train(wrong), compare(compared + " " + wrong),
+                                   ablate("torque " + data() + " " + wrong)}) {
+      EXPECT_EQ(refused.exit_code, 2) << refused.text;
+      EXPECT_NE(refused.text.find("--hidden"), std::string::npos) << refused.text;
+    }
+  }
+  EXPECT_EQ(compare(compared + " --hidden none").exit_code, 2);
+  EXPECT_FALSE(fs::exists(model()));
+  EXPECT_EQ(train("--hidden none").exit_code, 0);
+  EXPECT_TRUE(fs::exists(model()));
+}
+
+TEST_F(StudyCommand, TrainSaysWhichPlantsPhysicsTheTwinCannotSimulate) {
+  const Outcome refused =
+      train("--hidden 4 --physics " RAVENCAL_SOURCE_DIR "/tools/plants/emps.toml");
+  EXPECT_EQ(refused.exit_code, 2) << refused.text;
+  EXPECT_NE(refused.text.find("the twin cannot run this plant"), std::string::npos) << refused.text;
+  EXPECT_FALSE(fs::exists(model()));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/network_options.hpp"
 #include "study/ablation_report.hpp"
 #include "study/pool.hpp"
 
@@ -25,7 +26,6 @@ struct AblateArguments {
   std::string study;
   std::vector<std::string> train, test, train_loaded, test_loaded, train_rehomed, test_homing;
   std::string out;
-  std::string hidden = "600,500,400";
   study::Settings settings;
   record::LoadOptions load;
   study::PoolOptions pool;
@@ -36,21 +36,6 @@ struct AblateArguments {
   bool check = false;
   bool json = false;
 };
-
-core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
-  std::vector<std::uint32_t> hidden;
-  constexpr std::uint32_t kWidest = 16384;
-  for (const std::string& word : CLI::detail::split(text, ',')) {
-    std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
-      return core::usage_error(
-          fmt::format("--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32",
-                      text, word, kWidest));
-    }
-    hidden.push_back(width);
-  }
-  return hidden;
-}
 
 std::vector<std::string> absolute(const std::vector<std::string>& paths) {
   std::vector<std::string> result;
@@ -105,7 +90,6 @@ core::Result<study::Plan> planned(AblateArguments& arguments, study::RecordingSt
     return core::usage_error(
         "--train and --test: name the recordings (only --job and --collect go by the plan)");
   }
-  RAVENCAL_ASSIGN_OR_RETURN(arguments.settings.hidden, hidden_from(arguments.hidden));
   RAVENCAL_ASSIGN_OR_RETURN(study::Plan plan,
                             study::make_plan(arguments.study, arguments.settings, arguments.load,
                                              conditions_of(arguments), recordings));
@@ -255,13 +239,8 @@ void add_network_options(CLI::App& command, AblateArguments& arguments) {
   command.add_option(
       "--homing-features", settings.homing_features,
       fmt::format("All features of the homing study; without it {}", study::kHomingFeatures));
-  command.add_option("--hidden", arguments.hidden, "Hidden layers")->capture_default_str();
-  command.add_option("--epochs", settings.epochs, "Passes over the recordings")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--batch", settings.batch, "Rows per step")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
+  add_hidden_option(command, settings.hidden);
+  add_epoch_options(command, settings.epochs, settings.batch);
   command.add_option("--seeds", settings.seeds, "Networks per row")
       ->check(CLI::Range(1U, 1000U))
       ->capture_default_str();

@@ -13,6 +13,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/network_options.hpp"
 #include "core/version.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
@@ -30,8 +31,6 @@ struct CompareArguments {
   std::map<std::string, std::vector<std::string>> sets = {{"test", {}}};
   std::string test_profile;
   std::vector<std::string> features_of;
-  std::string hidden = "128,64,32";
-  std::string activation = "sigmoid";
   std::string plugin;
   std::int64_t ticks = 10000;
   record::LoadOptions load;
@@ -39,16 +38,6 @@ struct CompareArguments {
 };
 
 core::Status complete(CompareArguments& a) {
-  a.options.settings.hidden.clear();
-  for (const std::string& word : CLI::detail::split(a.hidden, ',')) {
-    std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > 16384)
-      return core::usage_error(
-          fmt::format("--hidden {}: '{}' is no layer width of 1 to 16384", a.hidden, word));
-    a.options.settings.hidden.push_back(width);
-  }
-  if (a.activation == "tanh") a.options.settings.activation = model::Activation::kTanh;
-  if (a.activation == "relu") a.options.settings.activation = model::Activation::kRelu;
   for (const std::string& text : a.features_of) {
     const auto at = text.find('=');
     if (at == std::string::npos || at == 0)
@@ -207,9 +196,7 @@ void add_data_options(CLI::App& command, CompareArguments& a) {
   command.add_option("--test-profile", a.test_profile, "Profile of the test files, if another");
   add_load_options(command, a.load);
   command.add_option("--title", a.options.title, "Of the page");
-  command
-      .add_option("--joints", a.options.joints, "Joints to correct; without it all with a truth")
-      ->delimiter(',');
+  add_joints_option(command, a.options.joints);
   command.add_option("--features", a.options.features, "Inputs of all methods, as for train");
   command.add_option("--features-of", a.features_of,
                      "JOINT=FEATURES: inputs of one joint's own models; may be repeated");
@@ -244,26 +231,15 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
       .add_option("--step-budget-us", a.options.loop_budget_us, "Longest step that fits the loop")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command.add_option("--hidden", a.hidden, "Hidden layers of the network")->capture_default_str();
-  command.add_option("--activation", a.activation, "Of the hidden layers")
-      ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
-      ->capture_default_str();
-  command.add_option("--epochs", s.epochs, "Of the network")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--batch", s.batch, "Of the network")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--learning-rate", s.learning_rate, "Of the network")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_hidden_option(command, s.hidden);
+  add_activation_option(command, s.activation);
+  add_epoch_options(command, s.epochs, s.batch);
+  add_learning_rate_option(command, s.learning_rate);
   command
       .add_option("--penalty-scale", s.penalty_scale,
                   "Of the network; 0: chosen by blocked validation where rows are few")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--networks", s.networks, "Networks of different seeds, averaged")
-      ->check(CLI::Range(1U, 100U))
-      ->capture_default_str();
+  add_networks_option(command, s.networks);
   command.add_option("--gru-units", s.gru_units, "Units of the GRU (the authors': 300)")
       ->check(CLI::Range(1U, 4096U))
       ->capture_default_str();

@@ -13,7 +13,6 @@
 #include "commands/commands.hpp"
 #include "commands/convert.hpp"
 #include "commands/origin_options.hpp"
-#include "commands/physics_features.hpp"
 #include "conversion/assemble.hpp"
 #include "conversion/window.hpp"
 #include "learn/file_hash.hpp"
@@ -222,12 +221,6 @@ core::Status run(const Arguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(outcome.calibrate,
                             load_recordings(arguments.calibrate, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(read_model(arguments, outcome));
-  if (outcome.model.provenance.contains(kPhysicsPlant)) {
-    return core::usage_error(
-        fmt::format("{}: was trained with --physics; the plugin has no plant to predict "
-                    "with, so train one without it for the robot",
-                    arguments.model));
-  }
   RAVENCAL_RETURN_IF_ERROR(complete_origin(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(make_blob(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check_source(arguments, outcome));

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "cli/exit_code.hpp"
@@ -15,6 +14,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/version.hpp"
+#include "core/whole_file.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {
@@ -63,18 +63,6 @@ void print_summary(const diagnose::Report& report, const std::string& out) {
                h.after, h.unit, h.floor);
   }
   fmt::print("report: {}/report.html\n", out);
-}
-
-core::Status write_json(const diagnose::Report& report, const std::string& path) {
-  const std::string partial = path + ".partial";
-  std::ofstream file(partial, std::ios::binary);
-  file << diagnose::report_json(report);
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (file && !error) return {};
-  std::filesystem::remove(partial, error);
-  return core::Error{core::ErrorCode::kIo, fmt::format("{}: cannot be written", path)};
 }
 
 /// File names only: the same recordings give the same report wherever they lie.
@@ -151,7 +139,9 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
       diagnose::diagnose(std::move(training), std::move(held_out), plant, std::move(options)));
   add_provenance(arguments, plant, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
-  if (!arguments.json.empty()) RAVENCAL_RETURN_IF_ERROR(write_json(report, arguments.json));
+  if (!arguments.json.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, diagnose::report_json(report)));
+  }
   print_summary(report, arguments.out);
   return report.verdict.kind != "nothing_left_out" && report.verdict.kind != "not_testable";
 }

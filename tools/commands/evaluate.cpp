@@ -7,7 +7,6 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
-#include "commands/physics_features.hpp"
 #include "core/whole_file.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/onnx_file.hpp"
@@ -27,9 +26,8 @@ struct EvaluateArguments {
 
 core::Status run(const EvaluateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
-  RAVENCAL_ASSIGN_OR_RETURN(std::vector<record::Recording> recordings,
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
                             load_recordings(arguments.recordings, arguments.load));
-  RAVENCAL_RETURN_IF_ERROR(add_physics_of(model, recordings));
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
                             learn::evaluate(model, pointers_to(recordings)));
   if (evaluation.rows_without_feature > 0) {

@@ -2,11 +2,8 @@
 #include "learn/train.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,8 +13,8 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/loop_margins.hpp"
+#include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
-#include "commands/physics_features.hpp"
 #include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/ensemble.hpp"
@@ -40,34 +37,13 @@ struct TrainArguments {
   std::string physics;
   std::string plant;
   std::uint32_t networks = 1;
-  std::string hidden = "600,500,400";
-  std::string activation = "sigmoid";
   std::string isa;
   OriginOptions origin;
   record::LoadOptions load;
   learn::TrainOptions train;
 };
 
-core::Result<std::vector<std::uint32_t>> hidden_from(const std::string& text) {
-  std::vector<std::uint32_t> hidden;
-  if (text == "none") return hidden;
-  constexpr std::uint32_t kWidest = 16384;
-  for (const std::string& word : CLI::detail::split(text, ',')) {
-    std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
-      return core::usage_error(fmt::format(
-          "--hidden {}: '{}' is not a layer width of 1 to {}; write e.g. 128,64,32 or none", text,
-          word, kWidest));
-    }
-    hidden.push_back(width);
-  }
-  return hidden;
-}
-
 core::Status complete(TrainArguments& arguments) {
-  RAVENCAL_ASSIGN_OR_RETURN(arguments.train.hidden, hidden_from(arguments.hidden));
-  if (arguments.activation == "tanh") arguments.train.activation = model::Activation::kTanh;
-  if (arguments.activation == "relu") arguments.train.activation = model::Activation::kRelu;
   if (!arguments.isa.empty()) {
     const auto isa = learn::isa_from(arguments.isa);
     if (!isa || !learn::is_supported(*isa)) {
@@ -114,53 +90,21 @@ void print_origin(const model::Origin& origin) {
   }
 }
 
-core::Result<std::string> text_of_plant(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (file)
-    return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return core::Error{core::ErrorCode::kIo,
-                     fmt::format("--physics {}: cannot be opened; give the plant_improved.toml of "
-                                 "`ravencal diagnose`",
-                                 path)};
-}
-
-/// What the plant knows: recordings of its simulation where the twin can run it, else channels of
-/// its predictions in the recordings.
-struct Physics {
-  std::vector<record::Recording> simulated;
-  std::string said;         ///< for the model's provenance
-  std::string as_features;  ///< the plant's text, if its predictions became features
-};
-
-core::Result<Physics> take_physics(TrainArguments& arguments,
-                                   std::vector<record::Recording>& training,
-                                   std::vector<record::Recording>& held_out) {
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, text_of_plant(arguments.physics));
-  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
-                            physics::parse_plant(text, arguments.physics));
-  Physics physics;
-  if (simulation_runs(plant)) {
-    cli::Progress progress("simulate");
-    RAVENCAL_ASSIGN_OR_RETURN(
-        physics.simulated,
-        simulated_over_workspace(plant, model::row_period_s(training.front()), [&](double done) {
-          progress.update(done, arguments.physics);
-          return !cli::interrupted();
-        }));
-    physics.said = fmt::format("base: {}, simulated over the workspace under {} loads",
-                               arguments.physics, physics.simulated.size());
-    return physics;
+/// What the plant knows: recordings of its simulation over the workspace.
+core::Result<std::vector<record::Recording>> simulated(const std::string& plant_file,
+                                                       double row_period_s) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(plant_file));
+  if (!simulation_runs(plant)) {
+    return core::usage_error(fmt::format(
+        "--physics {}: the twin cannot run this plant: it takes three joints, each with "
+        "controller and homing",
+        plant_file));
   }
-  fmt::print(stderr,
-             "ravencal: warning: {}: the twin cannot run this plant, so its predictions become "
-             "features and the model runs in `evaluate` only\n",
-             arguments.physics);
-  RAVENCAL_RETURN_IF_ERROR(add_physics(training, text, arguments.physics));
-  RAVENCAL_RETURN_IF_ERROR(add_physics(held_out, text, arguments.physics));
-  std::string& features = arguments.train.features;
-  features = (features.empty() ? "paper112" : features) + "," + kPhysicsPrefix + "*";
-  physics.as_features = text;
-  return physics;
+  cli::Progress progress("simulate");
+  return simulated_over_workspace(plant, row_period_s, [&](double done) {
+    progress.update(done, plant_file);
+    return !cli::interrupted();
+  });
 }
 
 core::Status run(TrainArguments arguments) {
@@ -168,15 +112,16 @@ core::Status run(TrainArguments arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
   cli::catch_interrupts();
-  Physics physics;
+  std::vector<record::Recording> simulation;
   if (!arguments.physics.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(physics, take_physics(arguments, training, held_out));
+    RAVENCAL_ASSIGN_OR_RETURN(simulation,
+                              simulated(arguments.physics, model::row_period_s(training.front())));
   }
-  arguments.train.simulated = pointers_to(physics.simulated);
+  arguments.train.simulated = pointers_to(simulation);
   core::Result<learn::TrainResult> trained = [&] {
     cli::Progress progress("train");
     std::uint32_t each = arguments.train.trainer.epochs;
-    if (!physics.simulated.empty()) each += arguments.train.simulated_trainer.epochs;
+    if (!simulation.empty()) each += arguments.train.simulated_trainer.epochs;
     const double epochs = static_cast<double>(each) * arguments.networks;
     double finished = 0.0;
     return learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
@@ -187,8 +132,11 @@ core::Status run(TrainArguments arguments) {
   }();
   if (!trained.ok()) return trained.error();
   learn::TrainResult& result = *trained;
-  if (!physics.as_features.empty()) result.model.provenance[kPhysicsPlant] = physics.as_features;
-  if (!physics.said.empty()) result.model.provenance["physics"] = physics.said;
+  if (!simulation.empty()) {
+    result.model.provenance["physics"] =
+        fmt::format("base: {}, simulated over the workspace under {} loads", arguments.physics,
+                    simulation.size());
+  }
   for (const std::string& warning : result.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
@@ -225,10 +173,7 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
   command.add_option("--report", arguments.report, "HTML page to write");
   add_load_options(command, arguments.load);
   add_origin_options(command, arguments.origin);
-  command
-      .add_option("--joints", arguments.train.joints,
-                  "Joints to correct; without it all that have a truth")
-      ->delimiter(',');
+  add_joints_option(command, arguments.train.joints);
 }
 
 void add_physics_option(CLI::App& command, TrainArguments& arguments) {
@@ -236,9 +181,7 @@ void add_physics_option(CLI::App& command, TrainArguments& arguments) {
       "--physics", arguments.physics,
       "A plant (plant_improved.toml of `ravencal diagnose`). It is simulated over the whole "
       "workspace with 0, 250 and 500 g; a first network learns that, the one of --hidden what it "
-      "leaves of the recorded error, and their sum is one model that converts and runs as any. "
-      "Where the twin cannot run the plant, its predictions become features physics.JOINT and the "
-      "model runs in `evaluate` only");
+      "leaves of the recorded error, and their sum is one model that converts and runs as any");
 }
 
 void add_network_options(CLI::App& command, TrainArguments& arguments) {
@@ -265,11 +208,8 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
           std::map<std::string, learn::Latched>{{"auto", learn::Latched::kAuto},
                                                 {"on", learn::Latched::kOn},
                                                 {"off", learn::Latched::kOff}}));
-  command.add_option("--hidden", arguments.hidden, "Hidden layers; none: linear regression")
-      ->capture_default_str();
-  command.add_option("--activation", arguments.activation, "Of the hidden layers")
-      ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
-      ->capture_default_str();
+  add_hidden_or_none_option(command, train.hidden);
+  add_activation_option(command, train.activation);
   command
       .add_option("--loop-noise", train.loop_noise,
                   "Noise in training, in spreads of each input, on inputs that answer to the motor "
@@ -284,15 +224,8 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
 }
 
 void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
-  command.add_option("--epochs", trainer.epochs, "Passes over the recordings")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--batch", trainer.batch, "Rows per step")
-      ->check(CLI::Range(1U, 1000000U))
-      ->capture_default_str();
-  command.add_option("--learning-rate", trainer.adam.learning_rate, "Adam's step size")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_epoch_options(command, trainer.epochs, trainer.batch);
+  add_learning_rate_option(command, trainer.adam.learning_rate);
   command
       .add_option_function<double>(
           "--penalty-scale",
@@ -319,11 +252,7 @@ void add_train(CLI::App& app, int& exit_code) {
   add_network_options(*command, *arguments);
   add_physics_option(*command, *arguments);
   add_optimiser_options(*command, arguments->train.trainer);
-  command
-      ->add_option("--networks", arguments->networks,
-                   "Networks of different seeds, averaged into one that is as many times wider")
-      ->check(CLI::Range(1U, 100U))
-      ->capture_default_str();
+  add_networks_option(*command, arguments->networks);
   command
       ->add_option("--isa", arguments->isa,
                    "Instruction set of the kernels; pins the last bits of the result")

@@ -229,26 +229,12 @@ TEST_F(OnnxFile, RefusesEveryTruncationWithoutCrashing) {
   }
 }
 
-TEST_F(OnnxFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
-  const std::filesystem::path path = write();
-  const std::string before = proto_of(path).SerializeAsString();
-  std::filesystem::create_directory(path.string() + ".partial");  // in the way
-  const core::Status status = write_onnx(sample_model(), path);
-  EXPECT_FALSE(status.ok());
-  EXPECT_EQ(status.error().code, core::ErrorCode::kIo);
-  EXPECT_EQ(proto_of(path).SerializeAsString(), before);
-}
-
-TEST_F(OnnxFile, LeavesNothingBehindOnAFullDisk) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
-  const std::filesystem::path path = folder_ / "full.onnx";
-  std::filesystem::create_symlink("/dev/full", path.string() + ".partial");
-  const core::Status status = write_onnx(sample_model(), path);
+TEST_F(OnnxFile, SaysWhyItCannotBeWritten) {
+  const core::Status status = write_onnx(sample_model(), folder_ / "none" / "m.onnx");
   ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().message.find("No space left"), std::string::npos)
+  EXPECT_EQ(status.error().code, core::ErrorCode::kIo);
+  EXPECT_NE(status.error().message.find("No such file"), std::string::npos)
       << status.error().message;
-  EXPECT_FALSE(std::filesystem::exists(path));
-  EXPECT_FALSE(std::filesystem::exists(path.string() + ".partial"));
 }
 
 TEST_F(OnnxFile, IsDescribedInWords) {

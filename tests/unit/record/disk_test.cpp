@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <functional>
@@ -97,10 +98,20 @@ TEST(Permission, IsAskedForWithTheNameOfTheFile) {
   std::filesystem::create_directory(scratch / "folder.db");
   EXPECT_TRUE(says(write_recording(recording, scratch / "folder.db"), "is a folder"));
   EXPECT_TRUE(says(write_recording(recording, "/proc/r.db"), "/proc/r.db"));
-  EXPECT_TRUE(says(write_recording(recording, scratch / "no/such/r.db"), "check that the folder"));
+  EXPECT_TRUE(says(write_recording(recording, scratch / "no/such/r.db"), "choose a folder"));
   const auto writer = RecordingWriter::create("/proc/r.db", {}, recording.channels);
   ASSERT_FALSE(writer.ok());
   EXPECT_NE(writer.error().message.find("/proc/r.db"), std::string::npos);
+}
+
+TEST(Permission, NoRecordingReplacesWhatIsNoFile) {
+  const Scratch scratch;
+  const auto pipe = scratch / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const Recording recording = large_recording();
+  EXPECT_TRUE(says(write_recording(recording, pipe, true), "device"));
+  EXPECT_FALSE(RecordingWriter::create(pipe, {}, recording.channels, true).ok());
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 }  // namespace

@@ -234,6 +234,29 @@ std::vector<Progress> run_and_kill(const std::filesystem::path& path,
   return reports;
 }
 
+TEST(RecordingWriter, NoRowOfAKilledWriterOutlivesTheFileThatReplacesIt) {
+  Recording whole;
+  whole.channels = two_channels();
+  whole.channels[0].unit = "rad";
+  whole.t_ns = {-5};
+  whole.samples = SampleMatrix::Constant(1, 2, 3.0);
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  for (const bool file_stays : {true, false}) {
+    ASSERT_GT(run_and_kill(path, std::chrono::milliseconds(200)).size(), 1U);
+    ASSERT_TRUE(std::filesystem::exists(path.string() + "-wal"));
+    if (!file_stays) std::filesystem::remove(path);
+    const core::Status written = write_recording(whole, path, file_stays);
+    ASSERT_TRUE(written.ok()) << written.error().message;
+    EXPECT_EQ(ask(path, "SELECT count(*) FROM sample"), "1");
+    const auto read = read_recording(path);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->t_ns, whole.t_ns);
+    EXPECT_EQ(scratch.file_count(), 1U);
+    std::filesystem::remove(path);
+  }
+}
+
 // How much a kill may cost is a matter of time, which no test on a shared machine can judge; it is
 // measured and reported. What is judged: the file is whole, its rows are the first ones without a
 // gap, and nothing is lost that was flushed.

@@ -14,7 +14,7 @@
 
 namespace ravencal::learn {
 
-/// Writes through `path`.partial and renames. Errors: kIo; then `path` is as it was.
+/// Errors: kIo; then `path` is as it was.
 core::Status write_onnx(const model::CalibrationModel& model, const std::filesystem::path& path);
 
 /// Whether the file says of itself that ravencal wrote it. Errors: kIo; kData: no ONNX file.

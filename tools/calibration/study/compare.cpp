@@ -311,8 +311,9 @@ core::Result<std::vector<const Method*>> wanted_methods(const CompareOptions& op
 }
 
 /// Best of ours against the best of the others, joint by joint.
-std::vector<Verdict> verdicts_of(const std::vector<MethodResult>& results, std::uint64_t seed) {
-  std::vector<Verdict> verdicts;
+std::vector<RivalVerdict> verdicts_of(const std::vector<MethodResult>& results,
+                                      std::uint64_t seed) {
+  std::vector<RivalVerdict> verdicts;
   const auto joints = [&]() -> std::size_t {
     for (const MethodResult& m : results) {
       if (!m.joints.empty()) return m.joints.size();

@@ -165,7 +165,7 @@ double MethodResult::minutes_needed() const {
   return curve.back().minutes;
 }
 
-std::string Verdict::text() const {
+std::string RivalVerdict::text() const {
   if (ratio_high < 1.0) return "better";
   return ratio_low > 1.0 ? "worse" : "not told apart";
 }
@@ -196,7 +196,7 @@ std::string comparison_json(const Comparison& c) {
   j["facts"] = json::object();
   for (const auto& [name, value] : c.facts) j["facts"][name] = value;
   j["verdicts"] = json::array();
-  for (const Verdict& v : c.verdicts) {
+  for (const RivalVerdict& v : c.verdicts) {
     j["verdicts"].push_back({{"joint", v.joint},
                              {"unit", v.unit},
                              {"ours", v.ours},

@@ -90,7 +90,7 @@ struct MethodResult {
 /// Geometric mean over joints, as one figure of merit for joints of different units.
 double overall(const std::vector<double>& rmse);
 
-struct Verdict {
+struct RivalVerdict {
   std::string joint, unit;
   std::string ours, rival;  ///< ids of the best
   double ours_rmse = 0.0, rival_rmse = 0.0;
@@ -104,7 +104,7 @@ struct Comparison {
   double training_minutes = 0.0;
   std::string order;
   std::vector<MethodResult> methods;
-  std::vector<Verdict> verdicts;
+  std::vector<RivalVerdict> verdicts;
   std::string map_x, map_y;  ///< joints of the maps; empty: none
   std::size_t map_cells = 0;
   double loop_budget_us = 500.0;

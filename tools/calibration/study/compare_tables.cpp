@@ -169,7 +169,7 @@ Table verdict_table(const Comparison& c) {
               {}};
   table.columns = {{"ours", "", "", -1},      {"RMSE", "", "ours", -1}, {"rival", "", "", -1},
                    {"RMSE", "", "rival", -1}, {"ratio", "", "", 3},     {"verdict", "", "", -1}};
-  for (const Verdict& v : c.verdicts) {
+  for (const RivalVerdict& v : c.verdicts) {
     Row row;
     row.title = v.joint + " [" + v.unit + "]";
     Cell ratio = figure(v.ratio);
@@ -198,7 +198,7 @@ std::string loop_words(const MethodResult& m, double budget_us) {
 
 std::string verdict_text(const Comparison& c) {
   std::vector<std::string> better, equal, worse;
-  for (const Verdict& v : c.verdicts) {
+  for (const RivalVerdict& v : c.verdicts) {
     const std::string words = fmt::format("{} ({} {:.3g} {}, {} {:.3g})", v.joint, v.ours,
                                           v.ours_rmse, v.unit, v.rival, v.rival_rmse);
     (v.text() == "better" ? better : v.text() == "worse" ? worse : equal).push_back(words);

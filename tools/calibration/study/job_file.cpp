@@ -5,7 +5,6 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <stdexcept>
 
 #include "core/whole_file.hpp"
@@ -127,15 +126,8 @@ JobResult result_from(const Json& json) {
 }  // namespace
 
 core::Status write_result(const JobResult& result, const std::filesystem::path& path) {
-  // Under a name of its own first: a requeued job may run while its ghost still writes.
-  std::random_device random;
-  std::filesystem::path own = path;
-  own += fmt::format(".{:08x}", random());
-  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(own, json_of(result).dump() + "\n"));
-  std::error_code failed;
-  std::filesystem::rename(own, path, failed);
-  if (failed) return core::write_error(path, failed.value());
-  return {};
+  // A requeued job may run while its ghost still writes: each has a partial file of its own.
+  return core::write_whole_file(path, json_of(result).dump() + "\n");
 }
 
 core::Result<std::optional<JobResult>> read_result(const Plan& plan, const Job& job,

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "core/monotonic_clock.hpp"
+#include "core/run_level.hpp"
 
 namespace ravencal::host {
 namespace {
@@ -61,11 +62,10 @@ Tick run_cycle(Work& work, ravencal_state& state, ravencal_output& output) {
 void rest_with_pedal_up(Work& work, ravencal_state& state, ravencal_output& output) {
   constexpr std::int64_t kCycles = 1000;
   constexpr std::int64_t kCycleNs = 1'000'000;
-  constexpr std::int32_t kPedalUp = 2;
   for (std::int64_t i = -kCycles; i < 0; ++i) {
     work.source.rest(state);
     state.t_ns += i * kCycleNs;
-    state.runlevel = kPedalUp;
+    state.runlevel = core::kPedalUp;
     work.plugin.api().step(work.plugin.get(), &state, &output);
     work.plugin.api().observe_cycle_end(work.plugin.get(), &state);
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/joint_layout.hpp"
+#include "core/run_level.hpp"
 #include "host/robot_source.hpp"
 #include "host/robot_state.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 using record::Recording;
 
 constexpr std::int64_t kTickNs = 1'000'000;
-constexpr double kPedalDown = 3.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class RecordingSource final : public RobotSource {
@@ -69,7 +69,7 @@ class RecordingSource final : public RobotSource {
     constexpr std::size_t kRunlevel = core::catalogue_index(core::RavenField::kRunlevel, 0);
     CatalogueValues values;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = value(columns_[i], i == kRunlevel ? kPedalDown : 0.0);
+      values[i] = value(columns_[i], i == kRunlevel ? static_cast<double>(core::kPedalDown) : 0.0);
     }
     fill_state(values, t_ns_, true, state);
   }

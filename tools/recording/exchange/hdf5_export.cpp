@@ -128,7 +128,7 @@ core::Status export_hdf5(const record::Recording& recording, const std::filesyst
                     "HDF5; export to .mat or .csv",
                     recording.source, channel.name)};
   }
-  core::PartialFile file(path);
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile file, core::PartialFile::create(path));
   Hdf5Handle handle(H5Fcreate(file.partial().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT),
                     H5Fclose);
   const bool written = handle.ok() && write(recording, handle.get());

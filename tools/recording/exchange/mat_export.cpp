@@ -122,19 +122,19 @@ core::Status export_mat(const record::Recording& recording, const std::filesyste
                     "of level 5 can hold; export to .h5, which MATLAB reads with h5read",
                     recording.source, recording.rows(), recording.channels.size())};
   }
-  core::PartialFile partial(path);
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
   const std::string header =
       fmt::format("MATLAB 5.0 MAT-file, written by ravencal {}", core::kVersion);
-  mat_t* const file = Mat_CreateVer(partial.partial().c_str(), header.c_str(), MAT_FT_MAT5);
+  mat_t* const file = Mat_CreateVer(target.partial().c_str(), header.c_str(), MAT_FT_MAT5);
   const bool written = file != nullptr && write(recording, file);
   if (file == nullptr || Mat_Close(file) != 0 || !written ||
-      !reads_back(recording, partial.partial())) {
+      !reads_back(recording, target.partial())) {
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: cannot be written; is the disk full, or the folder missing "
                                    "or read-only?",
                                    path.string())};
   }
-  return partial.publish();
+  return target.publish();
 }
 
 }  // namespace ravencal::exchange

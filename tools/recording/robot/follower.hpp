@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "core/run_level.hpp"
 #include "robot/arm_probe.hpp"
 #include "robot/idle_arm.hpp"
 #include "robot/joint_commands.hpp"
@@ -23,8 +24,7 @@ enum class OperatingState { kUnknown, kDisabled, kEnabled, kPaused, kFault };
 OperatingState operating_state_from(const std::string& name);
 const char* name_of(OperatingState state);
 
-/// Run levels of the controller.
-enum RunLevel : std::int32_t { kEmergencyStop = 0, kInit = 1, kPedalUp = 2, kPedalDown = 3 };
+using enum core::RunLevel;
 
 /// What the robot said last.
 struct RobotView {
