@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/constants.hpp"
 #include "report/charts.hpp"
 #include "report/vega_spec.hpp"
 
@@ -74,7 +75,6 @@ json kept_mark() {
 
 constexpr double kDurationWidth = 460;
 constexpr double kDurationHeight = 180;
-constexpr double kNsPerUs = 1e3;
 
 json duration_bars() {
   const char* tooltip =
@@ -142,14 +142,14 @@ json duration_chart(std::span<const DurationBin> bins, const std::string& what, 
   for (const DurationBin& bin : bins) {
     if (bin.count == 0) continue;
     // A logarithmic axis has no zero: a bin that starts there is drawn from a tenth of its end.
-    const double begin_us = std::max(bin.from_ns, bin.to_ns / 10) / kNsPerUs;
-    const double end_us = bin.to_ns / kNsPerUs;
+    const double begin_us = std::max(bin.from_ns, bin.to_ns / 10) / core::kNsPerUs;
+    const double end_us = bin.to_ns / core::kNsPerUs;
     rows.push_back({{"begin", begin_us}, {"end", end_us}, {"count", bin.count}});
     range = {std::min(range.from, begin_us), std::max(range.to, end_us)};
     most = std::max(most, static_cast<double>(bin.count));
   }
   if (!(range.to > range.from)) range = {1.0, 10.0};
-  const double period_us = period_ns / kNsPerUs;
+  const double period_us = period_ns / core::kNsPerUs;
   if (range.to > period_us / 10) range.to = std::max(range.to, 1.1 * period_us);
   spec["data"] = json::array({{{"name", "bins"}, {"values", std::move(rows)}}});
   spec["scales"] = {scale("x", "log", range, 0, kDurationWidth),

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/constants.hpp"
 #include "report/escape.hpp"
 
 namespace ravencal::report {
@@ -58,8 +59,7 @@ std::string note_html(const std::string& text) {
 }
 
 std::string microseconds(double duration_ns) {
-  constexpr double kNsPerUs = 1e3;
-  return std::isfinite(duration_ns) ? fmt::format("{:.2f}", duration_ns / kNsPerUs) : kDash;
+  return std::isfinite(duration_ns) ? fmt::format("{:.2f}", duration_ns / core::kNsPerUs) : kDash;
 }
 
 std::string duration_row_html(const char* name, const DurationFigures& figures) {

@@ -303,15 +303,16 @@ class Gru final : public Recurrent {
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> series,
                                                const Settings& settings) const override {
-    constexpr double kStepS = 0.05;
+    constexpr double kWindowStepS = 0.05;
     Plan plan;
     plan.shape.cell = Cell::kGru;
     plan.shape.units = settings.gru_units;
     plan.shape.dense = settings.gru_dense;
     plan.shape.window = 8;
-    plan.stride_rows = problem.order == Order::kTime && problem.row_period_s > 0.0
-                           ? std::max<Eigen::Index>(1, std::lround(kStepS / problem.row_period_s))
-                           : 1;
+    plan.stride_rows =
+        problem.order == Order::kTime && problem.row_period_s > 0.0
+            ? std::max<Eigen::Index>(1, std::lround(kWindowStepS / problem.row_period_s))
+            : 1;
     plan.batch = count_rows(series) > 20000 ? 256 : 64;
     plan.iterations = settings.gru_iterations;
     plan.seed = settings.seed;

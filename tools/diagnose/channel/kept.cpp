@@ -14,12 +14,12 @@ namespace {
 
 constexpr std::size_t kMostKept = 4;
 /// Least gain in held-out error over its standard error: chance one-sided 5 %.
-constexpr double kLeastGain_z = 1.645;
+constexpr double kLeastKeptGain_z = 1.645;
 
 /// The last effect's gain is repeated where blocks are held out in turn, and beyond what it was
 /// fitted to.
 bool predicts_better(const ChannelModel& with, const ChannelModel& without) {
-  return z_score(held_out_errors(without) - held_out_errors(with)) >= kLeastGain_z &&
+  return z_score(held_out_errors(without) - held_out_errors(with)) >= kLeastKeptGain_z &&
          predicts_beyond(with, without);
 }
 

@@ -14,11 +14,11 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kGross = 8.0;         ///< deviations
-constexpr double kTempered = 2.0;      ///< deviations that are left of it
-constexpr double kLeastShare = 0.15;   ///< of the error's energy that gross rows must hold
-constexpr double kMostRows = 0.015;    ///< of all training rows
-constexpr std::size_t kStretches = 4;  ///< more of them are something that repeats
+constexpr double kGross = 8.0;             ///< deviations
+constexpr double kTempered = 2.0;          ///< deviations that are left of it
+constexpr double kLeastGrossShare = 0.15;  ///< of the error's energy that gross rows must hold
+constexpr double kMostRows = 0.015;        ///< of all training rows
+constexpr std::size_t kStretches = 4;      ///< more of them are something that repeats
 
 bool is_friction(std::string_view id) {
   constexpr std::array<std::string_view, 5> kFriction = {"coulomb_friction", "presliding",
@@ -105,7 +105,7 @@ std::string temper_gross_rows(ChannelModel& model) {
     const double deviation = deviation_of(model.noise);
     const Gross gross = gross_rows(model, deviation);
     const auto most = kMostRows * static_cast<double>(model.noise.size());
-    if (gross.rows.empty() || gross.stretches > kStretches || gross.share < kLeastShare ||
+    if (gross.rows.empty() || gross.stretches > kStretches || gross.share < kLeastGrossShare ||
         static_cast<double>(gross.rows.size()) > most)
       return sentence;
     if (sentence.empty()) {

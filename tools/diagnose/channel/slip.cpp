@@ -105,7 +105,6 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const V
 
 std::optional<double> least_step(const Series& series, const Blocks& blocks,
                                  const VectorXd& residual, double correlation_rows) {
-  constexpr double kNineInTen = 1.28;
   const Index window = window_of(residual.size(), correlation_rows);
   if (residual.size() < 12 * window) return std::nullopt;
   const auto peak =

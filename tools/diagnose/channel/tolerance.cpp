@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kResamples = 100;
+constexpr int kToleranceResamples = 100;
 
 }  // namespace
 
@@ -24,14 +24,14 @@ VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed) {
   const VectorXd precision = fit.model.column_precision(columns.cols());
   std::mt19937_64 engine(seed);
   VectorXd square = VectorXd::Zero(count);
-  for (int r = 0; r < kResamples; ++r) {
+  for (int r = 0; r < kToleranceResamples; ++r) {
     MatrixXd sum = MatrixXd::Zero(columns.cols() + 1, columns.cols() + 1);
     for (std::size_t n = 0; n < moments.block.size(); ++n)
       sum += moments.block[engine() % moments.block.size()];
     const VectorXd drawn = solve(sum, precision, 1e-6);
     square += (drawn - fit.coefficients).segment(1, count).array().square().matrix();
   }
-  return (square / kResamples).cwiseSqrt();
+  return (square / kToleranceResamples).cwiseSqrt();
 }
 
 }  // namespace ravencal::diagnose

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 /// A shape must take this share off the error that is left: simulators of friction and cables all
 /// leave some percent of structure.
-constexpr double kLeastShare = 0.2;
+constexpr double kLeastUnnamedShare = 0.2;
 constexpr double kLeastTimeShare = 0.5;
 /// Tolerance of plants that state none, with the margin that their numbers have.
 constexpr double kWeightTolerance = 0.125;
@@ -65,8 +65,8 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
   // a curve of a few knots that halves the error of blocks that it never saw is no chance.
   if (form.from() == "time") return e.share >= kLeastTimeShare && large;
-  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha && e.share >= kLeastShare &&
-         large;
+  return repeats(gates, e.z, e.block_p) && e.p_value <= gates.alpha &&
+         e.share >= kLeastUnnamedShare && large;
 }
 
 /// True if the shape says what the effect said, and much more.
@@ -160,7 +160,7 @@ void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
     if (asked && std::isfinite(s.tracking_error[rows[n]])) motion[i] += s.tracking_error[rows[n]];
   }
   const auto line = find_line(t_s, rest, motion, options.gates.alpha);
-  if (!line || line->share < kLeastShare) return;
+  if (!line || line->share < kLeastUnnamedShare) return;
   const double left = line->rms * std::sqrt(std::max(0.0, 1.0 / line->share - 1.0));
   if (line->rms < std::max(options.gates.unnamed_per_floor * left, least_remainder(fit))) return;
   findings.unexplained.push_back({findings.joint,

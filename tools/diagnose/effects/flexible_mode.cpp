@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/constants.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -14,11 +15,10 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kTurn = 2.0 * 3.14159265358979323846;
 /// Bolted and cabled arms damp their modes by 1 to 5 % of critical (Rivin, Mechanical Design of
 /// Robots, 1988).
 constexpr double kDamping = 0.03;
-constexpr double kLowest_hz = 1.5;
+constexpr double kLowestMode_hz = 1.5;
 
 double row_period_s(const Series& s) {
   std::vector<double> steps;
@@ -42,19 +42,19 @@ class FlexibleMode final : public EffectForm {
  public:
   FlexibleMode() : EffectForm("flexible_mode") {}
   std::string untestable(const Series& s) const override {
-    if (highest_hz(s) > 1.3 * kLowest_hz) return {};
+    if (highest_hz(s) > 1.3 * kLowestMode_hz) return {};
     return "this recording's rate, or the averaging that its noise asks for, hides oscillations of "
            "more than " +
            std::to_string(highest_hz(s)).substr(0, 4) +
            " Hz: record at 500 Hz or more, with sharp edges of the motion";
   }
   std::vector<Shape> grid(const Series& s) const override {
-    return log_grid(kLowest_hz, highest_hz(s), 16);
+    return log_grid(kLowestMode_hz, highest_hz(s), 16);
   }
   bool continuous() const override { return true; }
   /// Free oscillator x'' = w^2 (q - x) + 2 d w (q' - x'), exact between rows of straight motion.
   Eigen::MatrixXd columns(const Series& s, const Shape& shape) const override {
-    const double w = kTurn * shape[0];
+    const double w = core::kRadPerTurn * shape[0];
     const double decay = kDamping * w;
     const double wd = w * std::sqrt(1.0 - kDamping * kDamping);
     Eigen::VectorXd force(s.rows());

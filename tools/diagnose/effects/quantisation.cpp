@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// Steps below this share of the range are counts of an encoder and no mismatch.
-constexpr double kLeastShare = 1e-3;
+constexpr double kLeastStepShare = 1e-3;
 /// Share of the rows that repeat the value before, or leave it by whole steps.
 constexpr double kLeastOnSteps = 0.95;
 
@@ -48,7 +48,7 @@ class Quantisation final : public EffectForm {
   std::string untestable(const Series& s) const override {
     const double step = step_of(s);
     if (step == 0.0) return "the recorded position has no steps of one width";
-    return step > kLeastShare * range_of(s, s.motion.q)
+    return step > kLeastStepShare * range_of(s, s.motion.q)
                ? ""
                : "the recorded position's steps are below a thousandth of its range";
   }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/constants.hpp"
 #include "diagnose/effects/effect_form.hpp"
 #include "diagnose/series/operators.hpp"
 
@@ -85,9 +86,9 @@ inline std::vector<Shape> log_grid(double from, double to, int count) {
 /// Orders of waves over the joint's position, from so many periods over the range to so many.
 inline std::vector<Shape> wave_orders(const Series& s, double least_periods, double most_periods,
                                       int count) {
-  constexpr double kTurn = 2.0 * 3.14159265358979323846;
   const double range = range_of(s, s.motion.q);
-  return log_grid(least_periods * kTurn / range, most_periods * kTurn / range, count);
+  return log_grid(least_periods * core::kRadPerTurn / range,
+                  most_periods * core::kRadPerTurn / range, count);
 }
 
 inline double middle_of(const Series& s) {

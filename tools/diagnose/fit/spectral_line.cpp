@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/fit/spectral_line.hpp"
+#include "core/constants.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2.0 * 3.14159265358979323846;
 constexpr double kLowest_hz = 0.1;
 constexpr double kHighest_hz = 5.0;
 /// Rows are averaged over this time: nothing up to the highest frequency is lost by more than 10 %.
@@ -53,7 +53,7 @@ Thinned thinned(const VectorXd& t_s, const VectorXd& x) {
 double power_at(const Thinned& s, double hz, std::size_t first, std::size_t last) {
   std::complex<double> sum = 0.0;
   for (std::size_t i = first; i < last; ++i)
-    sum += s.x[i] * std::polar(1.0, -kTurn * hz * s.t_s[i]);
+    sum += s.x[i] * std::polar(1.0, -core::kRadPerTurn * hz * s.t_s[i]);
   const double scale = 2.0 / static_cast<double>(std::max<std::size_t>(1, last - first));
   return std::norm(sum) * scale * scale;
 }
@@ -85,15 +85,16 @@ std::vector<double> spectrum_of(const Thinned& s, const Frequencies& at) {
   const auto modes = static_cast<double>(at.count);
   const auto cells = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(2 * at.count)));
   const double over = static_cast<double>(cells) / modes;
-  const double width = kTurn / 2.0 * static_cast<double>(kSpread) /
+  const double width = core::kRadPerTurn / 2.0 * static_cast<double>(kSpread) /
                        (modes * modes * over * (over - 0.5));  // tau of the source
-  const double cell = kTurn / static_cast<double>(cells);
+  const double cell = core::kRadPerTurn / static_cast<double>(cells);
   const Index middle = at.count / 2;
   const double middle_hz = at.lowest_hz + static_cast<double>(middle) * at.step_hz;
   std::vector<std::complex<double>> grid(static_cast<std::size_t>(cells));
   for (std::size_t i = 0; i < s.x.size(); ++i) {
-    const double phase = kTurn * at.step_hz * (s.t_s[i] - s.t_s.front());
-    const std::complex<double> value = s.x[i] * std::polar(1.0, -kTurn * middle_hz * s.t_s[i]);
+    const double phase = core::kRadPerTurn * at.step_hz * (s.t_s[i] - s.t_s.front());
+    const std::complex<double> value =
+        s.x[i] * std::polar(1.0, -core::kRadPerTurn * middle_hz * s.t_s[i]);
     const auto nearest = static_cast<Index>(phase / cell);
     for (Index c = nearest - kSpread + 1; c <= nearest + kSpread; ++c) {
       const double distance = phase - static_cast<double>(c) * cell;
@@ -104,7 +105,7 @@ std::vector<double> spectrum_of(const Thinned& s, const Frequencies& at) {
   std::vector<std::complex<double>> transform;
   Eigen::FFT<double>().fwd(transform, grid);
   const double scale = 2.0 / static_cast<double>(s.x.size()) / static_cast<double>(cells) *
-                       std::sqrt(kTurn / 2.0 / width);
+                       std::sqrt(core::kRadPerTurn / 2.0 / width);
   std::vector<double> power;
   for (Index k = -middle; k < at.count - middle; ++k) {
     const double blur = std::exp(static_cast<double>(k) * static_cast<double>(k) * width);

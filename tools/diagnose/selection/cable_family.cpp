@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostMembers = 3;
 /// Sets whose whole fit is worth a look at held-out blocks.
-constexpr std::size_t kShortList = 7;
+constexpr std::size_t kFamilyShortList = 7;
 
 struct Judged {
   CableSubset subset;
@@ -95,7 +95,7 @@ std::vector<Judged> short_list(const ChannelModel& rest, const std::vector<Cable
             [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Judged> list;
   for (auto& [score, subset] : fitted) {
-    if (list.size() >= kShortList) break;
+    if (list.size() >= kFamilyShortList) break;
     if (auto one = judged(rest, std::move(subset), unit)) list.push_back(std::move(*one));
   }
   return list;
