@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/sources/gpio_source.hpp"
+#include "core/constants.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +17,6 @@ namespace {
 // fills in this time at 32 000 edges/s per line.
 constexpr auto kBatchTime = std::chrono::microseconds(500);
 constexpr std::int64_t kLevelCheckPeriodNs = 1'000'000'000;
-constexpr std::int64_t kNsPerMs = 1'000'000;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ core::Status GpioSource::read(std::vector<Reading>& out, std::chrono::millisecon
   if (moving_) std::this_thread::sleep_for(kBatchTime);
   // Shorter than the reorder horizon, so that edges do not wait for the next edge.
   const auto wait_ms = std::min<std::int64_t>(
-      timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / kNsPerMs));
+      timeout.count(), std::max<std::int64_t>(1, settings_.reorder_ns / core::kNsPerMs));
   if (poll(polls_.data(), polls_.size(), static_cast<int>(wait_ms)) < 0 && errno != EINTR) {
     return gpio_error(fmt::format("waiting for {} failed", settings_.device));
   }

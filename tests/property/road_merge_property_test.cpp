@@ -10,12 +10,12 @@
 #include <random>
 #include <set>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/alignment.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kRadPerCount = 7.853981633974483e-05;
 constexpr double kSeconds = 60.0;
 
@@ -62,7 +62,7 @@ record::Recording robot_of(const Motion& motion, double error_rad, std::mt19937&
   robot.samples.resize(rows, 1);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const double x = motion(0.01 * static_cast<double>(row));
-    robot.t_ns.push_back(row * 10 * kMs);
+    robot.t_ns.push_back(row * 10 * core::kNsPerMs);
     robot.samples(row, 0) = 0.97 * x + error_rad * std::sin(3.0 * x) + noise(generator);
   }
   return robot;
@@ -100,9 +100,9 @@ RC_GTEST_PROP(MergeProperty, RecoversAnyDelayAndSaysHowWell, ()) {
   const double error_s = std::abs(merged->estimate->delay_s - delay_s);
   RC_LOG() << "delay " << delay_s << " error " << error_s << " sigma " << merged->estimate->sigma_s
            << " slow " << slow;
-  // Noise is in the stated error: eight of it, and 0.02 ms for interpolation. An error that depends on
-  // the position is not, where the frequencies of the motion are near whole ratios: it repeats alike
-  // in every stretch of the recording, and only its size bounds it.
+  // Noise is in the stated error: eight of it, and 0.02 ms for interpolation. An error that depends
+  // on the position is not, where the frequencies of the motion are near whole ratios: it repeats
+  // alike in every stretch of the recording, and only its size bounds it.
   if (robot_error_rad == 0.0) RC_ASSERT(error_s < 8.0 * merged->estimate->sigma_s + 2e-5);
   RC_ASSERT(error_s < 2e-4 + 0.1 * robot_error_rad);
   RC_ASSERT(merged->delay_s == merged->estimate->delay_s);

@@ -25,7 +25,7 @@ using Bytes = std::vector<std::byte>;
 
 constexpr const char* kGolden = "weights_v2_1.blob";
 
-void put(Bytes& bytes, std::size_t at, std::initializer_list<unsigned> values) {
+void put_at(Bytes& bytes, std::size_t at, std::initializer_list<unsigned> values) {
   for (const unsigned value : values) bytes[at++] = static_cast<std::byte>(value);
 }
 
@@ -36,7 +36,7 @@ Bytes with_longer_header(std::size_t more) {
   const auto put_u32 = [&](std::size_t at, std::size_t value) {
     for (std::size_t i = 0; i < 4; ++i) newer[at + i] = static_cast<std::byte>(value >> (8 * i));
   };
-  put(newer, blob::kMinorAt, {2});
+  put_at(newer, blob::kMinorAt, {2});
   put_u32(blob::kHeaderBytesAt, blob::kHeaderBytes + more);
   put_u32(blob::kFileBytesAt, newer.size());
   for (std::size_t s = 0; s < blob::kSectionCount; ++s) {
@@ -179,7 +179,7 @@ TEST(BlobAppended, NamesEveryRuleThatAWrongWriterBreaks) {
   };
   for (const Case& test : cases) {
     Bytes bad = good;
-    put(bad, test.at, test.bytes);
+    put_at(bad, test.at, test.bytes);
     repair_checksum(bad);
     BlobView view;
     const BlobCheck result = BlobView::open(bad, view);

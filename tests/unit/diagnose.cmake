@@ -10,3 +10,4 @@ ravencal_test(NAME diagnose_test
   LIBS ravencal_diagnose fmt::fmt LABELS unit)
 target_include_directories(diagnose_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(diagnose_test PRIVATE nlohmann_json::nlohmann_json)
+set_target_properties(diagnose_test PROPERTIES UNITY_BUILD OFF)  # its sources name diagnose() and the namespace

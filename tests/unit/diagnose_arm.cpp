@@ -124,7 +124,7 @@ ArmTruth off_by(ArmTruth truth, double deviation, Draw& draw) {
 }
 
 /// First-order coloured noise of unit deviation.
-struct Coloured {
+struct ColouredNoise {
   double state = 0.0;
   double step(Draw& draw, double dt_s, double time_s) {
     const double keep = std::exp(-dt_s / time_s);
@@ -151,7 +151,7 @@ record::Recording record_arm(const ArmTruth& nominal, const ArmScene& scene) {
   recording.samples.resize(static_cast<Eigen::Index>(rows), 4);
   Arm arm;
   if (scene.rest_s > 0.0) arm.rest_on_one_side(truth, scene.mount_rad);
-  Coloured fast, slow, torque;
+  ColouredNoise fast, slow, torque;
   std::vector<double> past;
   double last = 0.0;
   for (std::size_t i = 0; i < rows * stride; ++i) {

@@ -19,14 +19,14 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr Index kRows = 6000;
-constexpr double kStep_s = 0.01;
+constexpr double kFactorStep_s = 0.01;
 
 diagnose::Series drive() {
   diagnose::Series s;
   s.joint = "one";
   s.stage = diagnose::Stage::kDrive;
   s.unit = "N_m";
-  s.t_s = VectorXd::LinSpaced(kRows, 0.0, kStep_s * static_cast<double>(kRows - 1));
+  s.t_s = VectorXd::LinSpaced(kRows, 0.0, kFactorStep_s * static_cast<double>(kRows - 1));
   s.recording.assign(kRows, 0);
   s.fresh.assign(kRows, 0);
   s.fresh.front() = 1;

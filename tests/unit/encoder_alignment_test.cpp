@@ -7,12 +7,12 @@
 #include <limits>
 #include <random>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/alignment.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRadPerCount = 7.853981633974483e-05;
 
@@ -43,7 +43,7 @@ record::Recording one_joint(record::Role role, const std::string& name, std::int
 
 /// The robot's belief: motion with noise and an error that depends on position and direction.
 record::Recording robot_of(double (*motion)(double), unsigned seed,
-                           std::int64_t period_ns = 10 * kMs) {
+                           std::int64_t period_ns = 10 * core::kNsPerMs) {
   auto noise = [generator = std::mt19937(seed),
                 normal = std::normal_distribution<double>(0.0, 1e-4)](double t) mutable {
     (void)t;
@@ -57,7 +57,7 @@ record::Recording robot_of(double (*motion)(double), unsigned seed,
 
 /// The encoder at 1 kHz, quantised, with stamps that are `delay_s` late.
 record::Recording truth_of(double (*motion)(double), double delay_s) {
-  return one_joint(record::Role::kJointTruth, "truth", kMs, 60.0, [=](double t) {
+  return one_joint(record::Role::kJointTruth, "truth", core::kNsPerMs, 60.0, [=](double t) {
     return kRadPerCount * std::round(motion(t - delay_s) / kRadPerCount);
   });
 }
@@ -78,7 +78,7 @@ TEST(Alignment, RecoversADelayOf7300MicrosecondsTo200) {
 
 TEST(Alignment, RecoversNegativeDelaysAndWorksAtAKilohertz) {
   const auto merged =
-      merge_truth(robot_of(smooth_motion, 1, kMs), truth_of(smooth_motion, -31.7e-3));
+      merge_truth(robot_of(smooth_motion, 1, core::kNsPerMs), truth_of(smooth_motion, -31.7e-3));
   ASSERT_TRUE(merged.ok()) << merged.error().message;
   EXPECT_NEAR(merged->estimate->delay_s, -31.7e-3, 0.2e-3);
 }
@@ -127,7 +127,7 @@ TEST(Alignment, RelatesTheClocksWithTheirDrift) {
   // The wall clock is far off and runs 40 ppm fast: 2.4 ms over the minute.
   const std::int64_t offset = 1'795'000'000'000'000'000;
   for (int i = 0; i <= 6; ++i) {
-    const std::int64_t t = truth.t_ns.front() + i * 10'000 * kMs;
+    const std::int64_t t = truth.t_ns.front() + i * 10'000 * core::kNsPerMs;
     truth.events.push_back(
         {t, "clock_offset",
          "{\"minus_monotonic_ns\":" + std::to_string(offset + i * 400'000) + "}"});
@@ -146,8 +146,8 @@ TEST(Alignment, RefusesAClockThatWasStepped) {
   auto truth = truth_of(smooth_motion, 0.0);
   for (int i = 0; i <= 6; ++i) {
     truth.events.push_back(
-        {truth.t_ns.front() + i * 10'000 * kMs, "clock_offset",
-         "{\"minus_monotonic_ns\":" + std::to_string(i < 3 ? 0 : 50 * kMs) + "}"});
+        {truth.t_ns.front() + i * 10'000 * core::kNsPerMs, "clock_offset",
+         "{\"minus_monotonic_ns\":" + std::to_string(i < 3 ? 0 : 50 * core::kNsPerMs) + "}"});
   }
   const auto relation = clock_relation(truth);
   ASSERT_FALSE(relation.ok());
@@ -170,7 +170,7 @@ TEST(Alignment, NamesWhatIsWrong) {
   ASSERT_FALSE(error.ok()) << "a joint at rest tells no delay";
 
   auto elsewhere = truth_of(smooth_motion, 0.0);
-  for (auto& t : elsewhere.t_ns) t += 3'600'000 * kMs;
+  for (auto& t : elsewhere.t_ns) t += 3'600'000 * core::kNsPerMs;
   error = merge_truth(robot, elsewhere);
   ASSERT_FALSE(error.ok());
   EXPECT_NE(error.error().message.find("overlap"), std::string::npos);
@@ -182,8 +182,8 @@ TEST(Alignment, NamesWhatIsWrong) {
 TEST(Alignment, CarriesTheTruthsEventsToTheRobotsTime) {
   const auto robot = robot_of(smooth_motion, 3);
   auto truth = truth_of(smooth_motion, 0.0);
-  const std::int64_t shift = 3'600'000 * kMs;
-  const auto at = truth.t_ns.front() + 2000 * kMs;
+  const std::int64_t shift = 3'600'000 * core::kNsPerMs;
+  const auto at = truth.t_ns.front() + 2000 * core::kNsPerMs;
   truth.events = {{at + shift, "rehoming",
                    R"({"joint":"shoulder","from_ns":)" + std::to_string(at + shift - 5) +
                        R"(,"to_ns":)" + std::to_string(at + shift) + "}"},
@@ -202,8 +202,9 @@ TEST(Alignment, CarriesTheTruthsEventsToTheRobotsTime) {
   EXPECT_EQ(events[0].kind, "merge");
   EXPECT_NE(events[0].detail.find("\"delay\":\"given\""), std::string::npos);
   EXPECT_EQ(events[1].kind, "rehoming");
-  EXPECT_EQ(events[1].t_ns, at - 7 * kMs);
-  EXPECT_NE(events[1].detail.find("\"to_ns\":" + std::to_string(at - 7 * kMs)), std::string::npos)
+  EXPECT_EQ(events[1].t_ns, at - 7 * core::kNsPerMs);
+  EXPECT_NE(events[1].detail.find("\"to_ns\":" + std::to_string(at - 7 * core::kNsPerMs)),
+            std::string::npos)
       << events[1].detail;
   EXPECT_EQ(events[2].detail, "words");
   EXPECT_EQ(merged->recording.meta.at("merge.delay"), "given");

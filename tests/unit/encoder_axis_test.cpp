@@ -8,13 +8,13 @@
 #include <numbers>
 #include <vector>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/axis.hpp"
 #include "quadrature_reader/encode.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kRadPerCount = 2.0 * std::numbers::pi / 80'000.0;
 
 AxisSettings shoulder() {
@@ -30,7 +30,8 @@ struct Swing {
   std::vector<std::int64_t> t_ns;
   std::vector<double> position_rad;
   explicit Swing(double seconds) {
-    for (std::int64_t t = 0; t <= static_cast<std::int64_t>(seconds * 1e9); t += kMs / 10) {
+    for (std::int64_t t = 0; t <= static_cast<std::int64_t>(seconds * 1e9);
+         t += core::kNsPerMs / 10) {
       t_ns.push_back(t);
       position_rad.push_back(position_at(t));
     }
@@ -70,7 +71,7 @@ TEST(Axis, GivesThePositionAtAnyInstantToHalfACount) {
   double worst_counts = 0.0;
   double sum_squares = 0.0;
   int samples = 0;
-  for (std::int64_t t = 0; t <= 3900 * kMs; t += kMs) {
+  for (std::int64_t t = 0; t <= 3900 * core::kNsPerMs; t += core::kNsPerMs) {
     const AxisSample sample = axis.sample(t);
     ASSERT_TRUE(sample.position_valid) << t;
     const double error = (sample.position_si - Swing::position_at(t)) / kRadPerCount;
@@ -89,17 +90,18 @@ TEST(Axis, TakesTheVelocityFromTheTimingOfEdges) {
   Axis axis(shoulder());
   feed(axis, edges_of(swing));
   // 0.33 rad/s, 4200 edges/s; differencing counts over 1 ms would be off by up to 0.08 rad/s.
-  for (std::int64_t t = 20 * kMs; t <= 400 * kMs; t += kMs) {
+  for (std::int64_t t = 20 * core::kNsPerMs; t <= 400 * core::kNsPerMs; t += core::kNsPerMs) {
     EXPECT_NEAR(axis.sample(t).velocity_si, Swing::velocity_at(t), 0.002) << t;
   }
 }
 
 TEST(Axis, RestsAtTheCountAndHasNoVelocityThere) {
   Axis axis(shoulder());
-  const std::vector<std::int64_t> t_ns = {0, 100 * kMs, 1000 * kMs, 1100 * kMs};
+  const std::vector<std::int64_t> t_ns = {0, 100 * core::kNsPerMs, 1000 * core::kNsPerMs,
+                                          1100 * core::kNsPerMs};
   const std::vector<double> counts = {0.0, 10.0, 10.0, 20.0};
   feed(axis, encode_motion(t_ns, counts, {}));
-  const AxisSample sample = axis.sample(500 * kMs);
+  const AxisSample sample = axis.sample(500 * core::kNsPerMs);
   EXPECT_TRUE(sample.counts_valid);
   EXPECT_EQ(sample.counts, 10.0);
   EXPECT_EQ(sample.velocity_si, 0.0);
@@ -111,9 +113,9 @@ TEST(Axis, AppliesSignAndZero) {
   settings.zero_counts = 4;
   settings.zero_position_si = 1.5;
   Axis axis(settings);
-  feed(axis,
-       encode_motion(std::vector<std::int64_t>{0, 100 * kMs}, std::vector<double>{0.0, 10.0}, {}));
-  EXPECT_NEAR(axis.sample(200 * kMs).position_si, 1.5 - 6.0 * kRadPerCount, 1e-15);
+  feed(axis, encode_motion(std::vector<std::int64_t>{0, 100 * core::kNsPerMs},
+                           std::vector<double>{0.0, 10.0}, {}));
+  EXPECT_NEAR(axis.sample(200 * core::kNsPerMs).position_si, 1.5 - 6.0 * kRadPerCount, 1e-15);
 }
 
 TEST(Axis, WithholdsThePositionUntilTheZeroIsKnown) {
@@ -121,10 +123,10 @@ TEST(Axis, WithholdsThePositionUntilTheZeroIsKnown) {
   settings.zero_counts.reset();
   Axis axis(settings);
   feed(axis, edges_of(Swing(0.2)));
-  EXPECT_TRUE(axis.sample(50 * kMs).counts_valid);
-  EXPECT_FALSE(axis.sample(60 * kMs).position_valid);
+  EXPECT_TRUE(axis.sample(50 * core::kNsPerMs).counts_valid);
+  EXPECT_FALSE(axis.sample(60 * core::kNsPerMs).position_valid);
   axis.set_zero(0, 0.0);
-  EXPECT_TRUE(axis.sample(70 * kMs).position_valid);
+  EXPECT_TRUE(axis.sample(70 * core::kNsPerMs).position_valid);
 }
 
 TEST(Axis, BlanksTheGapOfALostEdgeAndGoesOnRight) {
@@ -137,9 +139,9 @@ TEST(Axis, BlanksTheGapOfALostEdgeAndGoesOnRight) {
   feed(axis, readings);
   EXPECT_EQ(events_of_kind(axis, AxisEventKind::kEdgeRepaired), 1);
   EXPECT_FALSE(axis.sample(t_lost).counts_valid);
-  const AxisSample later = axis.sample(t_lost + 10 * kMs);
+  const AxisSample later = axis.sample(t_lost + 10 * core::kNsPerMs);
   ASSERT_TRUE(later.position_valid);
-  EXPECT_NEAR(later.position_si, Swing::position_at(t_lost + 10 * kMs), kRadPerCount);
+  EXPECT_NEAR(later.position_si, Swing::position_at(t_lost + 10 * core::kNsPerMs), kRadPerCount);
 }
 
 TEST(Axis, WithholdsThePositionAfterAnUncountedLoss) {
@@ -151,7 +153,7 @@ TEST(Axis, WithholdsThePositionAfterAnUncountedLoss) {
   Axis axis(shoulder());
   feed(axis, readings);
   EXPECT_EQ(events_of_kind(axis, AxisEventKind::kEdgesLost), 1);
-  const AxisSample later = axis.sample(t_lost + 50 * kMs);
+  const AxisSample later = axis.sample(t_lost + 50 * core::kNsPerMs);
   EXPECT_TRUE(later.counts_valid);
   EXPECT_FALSE(later.position_valid);
 }
@@ -190,9 +192,9 @@ TEST(Axis, GivesThePositionAgainOnceTheIndexHasToldTheLoss) {
     if (!lost) kept.push_back(readings[i]);
   }
   feed(axis, kept);
-  const AxisSample last = axis.sample(780 * kMs);
+  const AxisSample last = axis.sample(780 * core::kNsPerMs);
   ASSERT_TRUE(last.position_valid);
-  EXPECT_NEAR(last.position_si, Swing::position_at(780 * kMs), kRadPerCount);
+  EXPECT_NEAR(last.position_si, Swing::position_at(780 * core::kNsPerMs), kRadPerCount);
 }
 
 TEST(Axis, BlanksAnOutageOfTheDevice) {
@@ -202,46 +204,49 @@ TEST(Axis, BlanksAnOutageOfTheDevice) {
   std::vector<Reading> before;
   std::vector<Reading> after;
   for (const auto& reading : readings) {
-    if (reading.t_ns < 300 * kMs) before.push_back(reading);
-    if (reading.t_ns > 600 * kMs) after.push_back(reading);
+    if (reading.t_ns < 300 * core::kNsPerMs) before.push_back(reading);
+    if (reading.t_ns > 600 * core::kNsPerMs) after.push_back(reading);
   }
   feed(axis, before);
-  feed(axis, {{300 * kMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone},
-              {599 * kMs, 0, kEveryAxis, ReadingKind::kRecovered, Line::kA, Fault::kDeviceGone}});
+  feed(axis,
+       {{300 * core::kNsPerMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone},
+        {599 * core::kNsPerMs, 0, kEveryAxis, ReadingKind::kRecovered, Line::kA,
+         Fault::kDeviceGone}});
   feed(axis, after);
   EXPECT_EQ(events_of_kind(axis, AxisEventKind::kOutage), 1);
-  EXPECT_TRUE(axis.sample(299 * kMs).position_valid);
-  EXPECT_FALSE(axis.sample(400 * kMs).counts_valid);
-  const AxisSample later = axis.sample(700 * kMs);
+  EXPECT_TRUE(axis.sample(299 * core::kNsPerMs).position_valid);
+  EXPECT_FALSE(axis.sample(400 * core::kNsPerMs).counts_valid);
+  const AxisSample later = axis.sample(700 * core::kNsPerMs);
   EXPECT_TRUE(later.counts_valid);
   EXPECT_FALSE(later.position_valid) << "nobody knows how far it moved meanwhile";
 }
 
 TEST(Axis, TakesCountsOfADeviceAsTheyAreAndBlanksSilence) {
   AxisSettings settings = shoulder();
-  settings.stale_ns = 50 * kMs;
+  settings.stale_ns = 50 * core::kNsPerMs;
   Axis axis(settings);
   std::vector<Reading> readings;
-  for (std::int64_t t = 0; t <= 1000 * kMs; t += 10 * kMs) {
-    if (t > 300 * kMs && t < 600 * kMs) continue;
-    readings.push_back({t, t / kMs, 0, ReadingKind::kCount, Line::kA, Fault::kNone});
+  for (std::int64_t t = 0; t <= 1000 * core::kNsPerMs; t += 10 * core::kNsPerMs) {
+    if (t > 300 * core::kNsPerMs && t < 600 * core::kNsPerMs) continue;
+    readings.push_back({t, t / core::kNsPerMs, 0, ReadingKind::kCount, Line::kA, Fault::kNone});
   }
   feed(axis, readings);
-  EXPECT_NEAR(axis.sample(105 * kMs).counts, 105.0, 1e-9);
-  EXPECT_NEAR(axis.sample(106 * kMs).velocity_si, 1000.0 * kRadPerCount, 1e-9);
-  EXPECT_FALSE(axis.sample(450 * kMs).counts_valid);
-  EXPECT_TRUE(axis.sample(650 * kMs).position_valid) << "the device went on counting by itself";
+  EXPECT_NEAR(axis.sample(105 * core::kNsPerMs).counts, 105.0, 1e-9);
+  EXPECT_NEAR(axis.sample(106 * core::kNsPerMs).velocity_si, 1000.0 * kRadPerCount, 1e-9);
+  EXPECT_FALSE(axis.sample(450 * core::kNsPerMs).counts_valid);
+  EXPECT_TRUE(axis.sample(650 * core::kNsPerMs).position_valid)
+      << "the device went on counting by itself";
 }
 
 TEST(Axis, WithholdsThePositionAfterADeviceBeganAgain) {
   AxisSettings settings = shoulder();
-  settings.stale_ns = 50 * kMs;
+  settings.stale_ns = 50 * core::kNsPerMs;
   Axis axis(settings);
   feed(axis, {{0, 100, 0, ReadingKind::kCount, Line::kA, Fault::kNone},
-              {10 * kMs, 0, 0, ReadingKind::kRestarted, Line::kA, Fault::kNone},
-              {20 * kMs, 100, 0, ReadingKind::kCount, Line::kA, Fault::kNone}});
+              {10 * core::kNsPerMs, 0, 0, ReadingKind::kRestarted, Line::kA, Fault::kNone},
+              {20 * core::kNsPerMs, 100, 0, ReadingKind::kCount, Line::kA, Fault::kNone}});
   EXPECT_EQ(events_of_kind(axis, AxisEventKind::kRestarted), 1);
-  const AxisSample sample = axis.sample(25 * kMs);
+  const AxisSample sample = axis.sample(25 * core::kNsPerMs);
   EXPECT_TRUE(sample.counts_valid);
   EXPECT_FALSE(sample.position_valid);
 }

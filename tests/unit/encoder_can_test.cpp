@@ -7,13 +7,12 @@
 #include <initializer_list>
 #include <vector>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/sources/can_clock.hpp"
 #include "quadrature_reader/sources/can_decoder.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 CanFrame frame(std::int64_t t_ns, std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
   CanFrame result;
@@ -113,40 +112,40 @@ TEST(CanDecoder, TellsANodeThatIsNotOperational) {
 
 TEST(CanDecoder, TellsASilentNodeOnceAndItsReturn) {
   SourceSettings settings = canopen_node_5();
-  settings.position_timeout_ns = 50 * kMs;
+  settings.position_timeout_ns = 50 * core::kNsPerMs;
   CanDecoder decoder(settings);
-  EXPECT_TRUE(watch(decoder, 1000 * kMs).empty());
-  take(decoder, frame(1010 * kMs, 0x185, {1, 0, 0, 0}));
-  EXPECT_TRUE(watch(decoder, 1050 * kMs).empty());
-  const auto silent = watch(decoder, 1061 * kMs);
+  EXPECT_TRUE(watch(decoder, 1000 * core::kNsPerMs).empty());
+  take(decoder, frame(1010 * core::kNsPerMs, 0x185, {1, 0, 0, 0}));
+  EXPECT_TRUE(watch(decoder, 1050 * core::kNsPerMs).empty());
+  const auto silent = watch(decoder, 1061 * core::kNsPerMs);
   ASSERT_EQ(silent.size(), 1U);
   EXPECT_EQ(silent[0].kind, ReadingKind::kFault);
   EXPECT_EQ(silent[0].fault, Fault::kNodeSilent);
-  EXPECT_TRUE(watch(decoder, 1100 * kMs).empty());
-  const auto back = take(decoder, frame(1200 * kMs, 0x185, {2, 0, 0, 0}));
+  EXPECT_TRUE(watch(decoder, 1100 * core::kNsPerMs).empty());
+  const auto back = take(decoder, frame(1200 * core::kNsPerMs, 0x185, {2, 0, 0, 0}));
   ASSERT_EQ(back.size(), 2U);
   EXPECT_EQ(back[0].kind, ReadingKind::kRecovered);
 }
 
 TEST(CanDecoder, TellsAMissingHeartbeat) {
   SourceSettings settings = canopen_node_5();
-  settings.heartbeat_timeout_ns = 500 * kMs;
+  settings.heartbeat_timeout_ns = 500 * core::kNsPerMs;
   CanDecoder decoder(settings);
   EXPECT_TRUE(watch(decoder, 0).empty());
-  take(decoder, frame(400 * kMs, 0x705, {0x05}));
-  EXPECT_TRUE(watch(decoder, 800 * kMs).empty());
-  EXPECT_EQ(watch(decoder, 901 * kMs).size(), 1U);
+  take(decoder, frame(400 * core::kNsPerMs, 0x705, {0x05}));
+  EXPECT_TRUE(watch(decoder, 800 * core::kNsPerMs).empty());
+  EXPECT_EQ(watch(decoder, 901 * core::kNsPerMs).size(), 1U);
 }
 
 TEST(CanDecoder, TellsAMissingHeartbeatOnceWhilePositionsGoOn) {
   SourceSettings settings = canopen_node_5();
-  settings.heartbeat_timeout_ns = 500 * kMs;
-  settings.position_timeout_ns = 50 * kMs;
+  settings.heartbeat_timeout_ns = 500 * core::kNsPerMs;
+  settings.position_timeout_ns = 50 * core::kNsPerMs;
   CanDecoder decoder(settings);
   int faults = 0;
   for (std::int64_t t_ms = 0; t_ms < 2000; t_ms += 10) {
-    for (const auto& out :
-         {take(decoder, frame(t_ms * kMs, 0x185, {1, 0, 0, 0})), watch(decoder, t_ms * kMs)}) {
+    for (const auto& out : {take(decoder, frame(t_ms * core::kNsPerMs, 0x185, {1, 0, 0, 0})),
+                            watch(decoder, t_ms * core::kNsPerMs)}) {
       for (const auto& reading : out) {
         if (reading.kind == ReadingKind::kCount) continue;
         EXPECT_EQ(reading.fault, Fault::kHeartbeatLate);
@@ -155,7 +154,7 @@ TEST(CanDecoder, TellsAMissingHeartbeatOnceWhilePositionsGoOn) {
     }
   }
   EXPECT_EQ(faults, 1);
-  const auto back = take(decoder, frame(2000 * kMs, 0x705, {0x05}));
+  const auto back = take(decoder, frame(2000 * core::kNsPerMs, 0x705, {0x05}));
   ASSERT_EQ(back.size(), 1U);
   EXPECT_EQ(back[0].kind, ReadingKind::kRecovered);
   EXPECT_EQ(back[0].fault, Fault::kHeartbeatLate);
@@ -170,11 +169,11 @@ SourceSettings limited_node_5() {
 TEST(CanDecoder, MakesACorruptPositionAnEventAndNotAJump) {
   CanDecoder decoder(limited_node_5());
   take(decoder, frame(0, 0x185, {100, 0, 0, 0}));
-  const auto corrupt = take(decoder, frame(10 * kMs, 0x185, {100, 0, 64, 0}));
+  const auto corrupt = take(decoder, frame(10 * core::kNsPerMs, 0x185, {100, 0, 64, 0}));
   ASSERT_EQ(corrupt.size(), 1U);
   EXPECT_EQ(corrupt[0].kind, ReadingKind::kLost);
   EXPECT_EQ(corrupt[0].fault, Fault::kImplausibleCount);
-  const auto next = take(decoder, frame(20 * kMs, 0x185, {120, 0, 0, 0}));
+  const auto next = take(decoder, frame(20 * core::kNsPerMs, 0x185, {120, 0, 0, 0}));
   ASSERT_EQ(next.size(), 1U);
   EXPECT_EQ(next[0].kind, ReadingKind::kCount);
   EXPECT_EQ(next[0].value, 120);
@@ -184,7 +183,7 @@ TEST(CanDecoder, BelievesTheFastestMotionThatItsLimitAllows) {
   CanDecoder decoder(limited_node_5());
   for (std::uint8_t i = 0; i < 20; ++i) {
     const unsigned count = 100U * i;  // 10 000 counts/s
-    const auto out = take(decoder, frame(i * 10 * kMs, 0x185,
+    const auto out = take(decoder, frame(i * 10 * core::kNsPerMs, 0x185,
                                          {static_cast<std::uint8_t>(count),
                                           static_cast<std::uint8_t>(count >> 8U), 0, 0}));
     ASSERT_EQ(out.size(), 1U);
@@ -195,29 +194,32 @@ TEST(CanDecoder, BelievesTheFastestMotionThatItsLimitAllows) {
 TEST(CanDecoder, RecognisesANodeThatBeganAgainWithoutSayingSo) {
   CanDecoder decoder(limited_node_5());
   take(decoder, frame(0, 0x185, {0, 0, 64, 0}));
-  EXPECT_EQ(take(decoder, frame(10 * kMs, 0x185, {7, 0, 0, 0}))[0].kind, ReadingKind::kLost);
-  EXPECT_EQ(take(decoder, frame(20 * kMs, 0x185, {8, 0, 0, 0}))[0].kind, ReadingKind::kLost);
-  const auto out = take(decoder, frame(30 * kMs, 0x185, {9, 0, 0, 0}));
+  EXPECT_EQ(take(decoder, frame(10 * core::kNsPerMs, 0x185, {7, 0, 0, 0}))[0].kind,
+            ReadingKind::kLost);
+  EXPECT_EQ(take(decoder, frame(20 * core::kNsPerMs, 0x185, {8, 0, 0, 0}))[0].kind,
+            ReadingKind::kLost);
+  const auto out = take(decoder, frame(30 * core::kNsPerMs, 0x185, {9, 0, 0, 0}));
   ASSERT_EQ(out.size(), 2U);
   EXPECT_EQ(out[0].kind, ReadingKind::kRestarted);
   EXPECT_EQ(out[1].value, 64 << 16) << "the count goes on from where it was";
-  EXPECT_EQ(take(decoder, frame(40 * kMs, 0x185, {12, 0, 0, 0}))[0].value, (64 << 16) + 3);
+  EXPECT_EQ(take(decoder, frame(40 * core::kNsPerMs, 0x185, {12, 0, 0, 0}))[0].value,
+            (64 << 16) + 3);
 }
 
 TEST(CanDecoder, SaysSoWhenASmallCounterMayHaveWrappedInASilence) {
   SourceSettings settings = limited_node_5();
-  settings.position_timeout_ns = 50 * kMs;
+  settings.position_timeout_ns = 50 * core::kNsPerMs;
   settings.can[0].byte_count = 2;
   settings.can[0].counter_bits = 16;  // half of its range is 3.3 s of the fastest motion
   CanDecoder decoder(settings);
   watch(decoder, 0);
   take(decoder, frame(0, 0x185, {1, 0}));
-  watch(decoder, 1000 * kMs);
-  const auto soon = take(decoder, frame(1000 * kMs, 0x185, {2, 0}));
+  watch(decoder, 1000 * core::kNsPerMs);
+  const auto soon = take(decoder, frame(1000 * core::kNsPerMs, 0x185, {2, 0}));
   ASSERT_EQ(soon.size(), 2U);
   EXPECT_EQ(soon[0].kind, ReadingKind::kRecovered);
-  watch(decoder, 5000 * kMs);
-  const auto late = take(decoder, frame(5000 * kMs, 0x185, {3, 0}));
+  watch(decoder, 5000 * core::kNsPerMs);
+  const auto late = take(decoder, frame(5000 * core::kNsPerMs, 0x185, {3, 0}));
   ASSERT_EQ(late.size(), 3U);
   EXPECT_EQ(late[1].kind, ReadingKind::kRestarted);
   EXPECT_EQ(late[2].kind, ReadingKind::kCount);
@@ -249,7 +251,7 @@ TEST(CanClock, TakesTheKernelsVaryingDelayOutOfTheStamps) {
   std::uint32_t noise = 1;
   for (std::int64_t i = 0; i < 5000; ++i) {
     noise = noise * 1664525U + 1013904223U;
-    const std::int64_t adapter_ns = i * kMs;
+    const std::int64_t adapter_ns = i * core::kNsPerMs;
     const std::int64_t true_ns = adapter_ns + kOffset + i * 50;  // the adapter's clock: 50 ppm slow
     const std::int64_t kernel_ns = true_ns + kShortest + noise % 400'000;
     const std::int64_t t_ns = clock.to_monotonic(adapter_ns, kernel_ns);
@@ -263,10 +265,13 @@ TEST(CanClock, TakesTheKernelsVaryingDelayOutOfTheStamps) {
 
 TEST(CanClock, StartsAgainWhenTheAdaptersClockDoes) {
   CanClock clock;
-  clock.to_monotonic(5'000 * kMs, 10'000 * kMs);
-  EXPECT_EQ(clock.to_monotonic(1 * kMs, 10'001 * kMs), 10'001 * kMs);
-  EXPECT_EQ(clock.to_monotonic(2 * kMs, 10'003 * kMs), 10'002 * kMs);
-  EXPECT_EQ(clock.to_monotonic(9'000 * kMs, 10'004 * kMs), 10'004 * kMs);
+  clock.to_monotonic(5'000 * core::kNsPerMs, 10'000 * core::kNsPerMs);
+  EXPECT_EQ(clock.to_monotonic(1 * core::kNsPerMs, 10'001 * core::kNsPerMs),
+            10'001 * core::kNsPerMs);
+  EXPECT_EQ(clock.to_monotonic(2 * core::kNsPerMs, 10'003 * core::kNsPerMs),
+            10'002 * core::kNsPerMs);
+  EXPECT_EQ(clock.to_monotonic(9'000 * core::kNsPerMs, 10'004 * core::kNsPerMs),
+            10'004 * core::kNsPerMs);
 }
 
 TEST(CanDecoder, TellsBusOffItsEndAndErrorFrames) {

@@ -16,6 +16,7 @@
 #include <random>
 #include <thread>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/recorder.hpp"
 #include "quadrature_reader/sources/source.hpp"
 #include "record/load.hpp"
@@ -24,7 +25,6 @@ namespace ravencal::quadrature_reader {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::int64_t kMs = 1'000'000;
 
 class Scratch {
  public:
@@ -50,7 +50,7 @@ Config one_joint() {
   encoder.axis.si_per_count = 1e-4;
   encoder.axis.zero_counts = 0;
   encoder.axis.stale_ns = 1'000'000'000;
-  encoder.axis.latency_ns = 2 * kMs;
+  encoder.axis.latency_ns = 2 * core::kNsPerMs;
   config.encoders.push_back(encoder);
   return config;
 }
@@ -115,7 +115,7 @@ TEST(EncoderFailure, AKillAtAnyOf200MomentsLeavesAFileThatLacksTheLastMomentOnly
               1e-6 * static_cast<double>(worst));
   // The contract is 100 ms; a machine that does not run the committing thread for longer is not the
   // recorder's fault, so the gate is wider.
-  EXPECT_LT(worst, 1000 * kMs);
+  EXPECT_LT(worst, 1000 * core::kNsPerMs);
 }
 
 /// No file may grow beyond `bytes`, as on a full disk, while this lives.
@@ -140,18 +140,18 @@ TEST(EncoderFailure, AFullDiskCostsRowsAndAnEventButNotTheRun) {
   const Scratch scratch;
   auto recorder = Recorder::create(one_joint(), scratch / "r.db", {});
   ASSERT_TRUE(recorder.ok());
-  std::int64_t t_ns = kMs;
+  std::int64_t t_ns = core::kNsPerMs;
   std::int64_t count = 0;
   {
     const SmallDisk disk(400'000);
     for (int i = 0; i < 200'000 && !recorder->sink().lost_rows(); ++i)
-      feed(*recorder, t_ns += kMs, ++count);
+      feed(*recorder, t_ns += core::kNsPerMs, ++count);
     ASSERT_TRUE(recorder->sink().lost_rows());
-    for (int i = 0; i < 1000; ++i) feed(*recorder, t_ns += kMs, ++count);
+    for (int i = 0; i < 1000; ++i) feed(*recorder, t_ns += core::kNsPerMs, ++count);
     EXPECT_EQ(recorder->axes()[0].count(), count) << "counting goes on";
   }
   recorder->sink().maintain(t_ns);
-  for (int i = 0; i < 1000; ++i) feed(*recorder, t_ns += kMs, ++count);
+  for (int i = 0; i < 1000; ++i) feed(*recorder, t_ns += core::kNsPerMs, ++count);
   EXPECT_TRUE(recorder->finish().ok());
   const auto first = record::load_recording(scratch / "r.db", {});
   ASSERT_TRUE(first.ok()) << first.error().message;

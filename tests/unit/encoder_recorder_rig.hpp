@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/constants.hpp"
 #include "quadrature_reader/encode.hpp"
 #include "quadrature_reader/recorder.hpp"
 #include "record/load.hpp"
@@ -17,7 +18,6 @@
 namespace ravencal::quadrature_reader {
 
 namespace fs = std::filesystem;
-inline constexpr std::int64_t kMs = 1'000'000;
 inline constexpr double kRadPerCount = 2.0 * std::numbers::pi / 80'000.0;
 
 class RecorderTest : public testing::Test {
@@ -60,7 +60,7 @@ class RecorderTest : public testing::Test {
     std::vector<std::int64_t> t_ns;
     std::vector<double> shoulder;
     std::vector<double> elbow;
-    for (std::int64_t t = 0; t <= 1000 * kMs; t += kMs / 5) {
+    for (std::int64_t t = 0; t <= 1000 * core::kNsPerMs; t += core::kNsPerMs / 5) {
       t_ns.push_back(t);
       shoulder.push_back(shoulder_at(t));
       elbow.push_back(elbow_at(t));

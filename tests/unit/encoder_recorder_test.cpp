@@ -28,7 +28,7 @@ TEST_F(RecorderTest, WritesTheTrueJointOnAFixedGrid) {
   ASSERT_TRUE(shoulder && elbow);
   for (Eigen::Index row = 0; row < recording.rows(); ++row) {
     const std::int64_t t = recording.t_ns[static_cast<std::size_t>(row)];
-    ASSERT_EQ(t % kMs, 0);
+    ASSERT_EQ(t % core::kNsPerMs, 0);
     EXPECT_NEAR(recording.samples(row, *shoulder), shoulder_at(t), 0.51 * kRadPerCount);
     EXPECT_NEAR(recording.samples(row, *elbow), elbow_at(t), 0.51 * kRadPerCount);
   }
@@ -50,25 +50,26 @@ TEST_F(RecorderTest, ReplayOfEveryEdgeGivesTheSameRecordingAsTheLiveRun) {
 TEST_F(RecorderTest, LeavesANullAndAnEventWhereEdgesWereLost) {
   auto readings = motion();
   // The reader is stopped for 100 ms, and the shoulder's kernel queue overflows meanwhile.
-  stalled_from_ns_ = 100 * kMs;
-  stalled_to_ns_ = 200 * kMs;
+  stalled_from_ns_ = 100 * core::kNsPerMs;
+  stalled_to_ns_ = 200 * core::kNsPerMs;
   std::erase_if(readings, [](const Reading& r) {
-    return r.axis == 0 && r.t_ns > 100 * kMs && r.t_ns < 200 * kMs;
+    return r.axis == 0 && r.t_ns > 100 * core::kNsPerMs && r.t_ns < 200 * core::kNsPerMs;
   });
   // As the libgpiod 1 source says it: after the last edge that the full queue had kept.
   const auto at = std::find_if(readings.begin(), readings.end(),
-                               [](const Reading& r) { return r.t_ns > 100 * kMs; });
-  readings.insert(at, {100 * kMs, 0, 0, ReadingKind::kLost, Line::kA, Fault::kQueueOverflow});
+                               [](const Reading& r) { return r.t_ns > 100 * core::kNsPerMs; });
+  readings.insert(
+      at, {100 * core::kNsPerMs, 0, 0, ReadingKind::kLost, Line::kA, Fault::kQueueOverflow});
   const auto recording = record(readings, {}, folder_ / "r.db");
   const auto shoulder = *recording.column("shoulder.counts");
   const auto truth = *recording.column("shoulder.joint_truth");
   const auto elbow = *recording.column("elbow.joint_truth");
   for (Eigen::Index row = 0; row < recording.rows(); ++row) {
     const std::int64_t t = recording.t_ns[static_cast<std::size_t>(row)];
-    if (t > 101 * kMs && t < 199 * kMs) {
+    if (t > 101 * core::kNsPerMs && t < 199 * core::kNsPerMs) {
       EXPECT_TRUE(std::isnan(recording.samples(row, shoulder))) << t;
     }
-    if (t > 203 * kMs) {
+    if (t > 203 * core::kNsPerMs) {
       EXPECT_FALSE(std::isnan(recording.samples(row, shoulder))) << t;
       EXPECT_TRUE(std::isnan(recording.samples(row, truth))) << "nobody counted what was lost";
     }
@@ -93,7 +94,8 @@ TEST_F(RecorderTest, ReplayOfEveryEdgeKnowsOfTheLossesOfTheLiveRun) {
 TEST_F(RecorderTest, TellsAnOutageOfEverythingWhileItLasts) {
   auto recorder = Recorder::create(two_joints(), folder_ / "r.db", {});
   ASSERT_TRUE(recorder.ok());
-  recorder->take(0, {kMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone});
+  recorder->take(
+      0, {core::kNsPerMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone});
   recorder->write_due();
   // The writer commits by itself, when the machine lets it.
   std::size_t events = 0;
@@ -117,12 +119,12 @@ TEST_F(RecorderTest, GoesOnInANewFileWhenTheFolderDisappears) {
     recorder->take(0, reading);
     recorder->take(0, alive(reading.t_ns));
     recorder->write_due();
-    if (!removed && reading.t_ns > 500 * kMs) {
+    if (!removed && reading.t_ns > 500 * core::kNsPerMs) {
       removed = true;
       fs::remove_all(path.parent_path());
       recorder->sink().maintain(reading.t_ns);  // finds it gone
     }
-    if (removed && reading.t_ns > 600 * kMs) recorder->sink().maintain(reading.t_ns);
+    if (removed && reading.t_ns > 600 * core::kNsPerMs) recorder->sink().maintain(reading.t_ns);
   }
   EXPECT_TRUE(recorder->sink().lost_rows());
   EXPECT_TRUE(recorder->finish().ok());
@@ -145,13 +147,13 @@ TEST_F(RecorderTest, HomesFromTheHardStopAndNeverJumpsAtASecondHoming) {
       position = std::abs(target - position) <= step
                      ? target
                      : position + std::copysign(step, target - position);
-      t_ns.push_back(now += kMs);
+      t_ns.push_back(now += core::kNsPerMs);
       shoulder.push_back(position);
     }
   };
   const auto rest = [&](int ms) {
     for (int i = 0; i < ms; ++i) {
-      t_ns.push_back(now += kMs);
+      t_ns.push_back(now += core::kNsPerMs);
       shoulder.push_back(position);
     }
   };
@@ -201,7 +203,7 @@ TEST_F(RecorderTest, HomesFromTheHardStopAndNeverJumpsAtASecondHoming) {
       ASSERT_TRUE(std::isnan(recording.samples(row, truth))) << "no zero yet";
       continue;
     }
-    const auto at = static_cast<std::size_t>(t / kMs) - 1;
+    const auto at = static_cast<std::size_t>(t / core::kNsPerMs) - 1;
     if (at >= shoulder.size()) break;
     ASSERT_NEAR(recording.samples(row, truth), shoulder[at] - kStop + 0.25, 1.1 * kRadPerCount)
         << t;
@@ -211,7 +213,7 @@ TEST_F(RecorderTest, HomesFromTheHardStopAndNeverJumpsAtASecondHoming) {
 TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
   (void)record(motion(), {true}, folder_ / "edges.db");
   auto edges = written(folder_ / "edges.db");
-  edges.events.push_back({7 * kMs, "clock_offset", R"({"minus_monotonic_ns":5})"});
+  edges.events.push_back({7 * core::kNsPerMs, "clock_offset", R"({"minus_monotonic_ns":5})"});
   ASSERT_TRUE(record::write_recording(edges, folder_ / "edges.db", true).ok());
   Config config = two_joints();
   replay_instead(config, folder_ / "edges.db", 0.0);
@@ -223,13 +225,14 @@ TEST_F(RecorderTest, LoggerRecordsAReplayFromEndToEnd) {
   const auto replayed = written(folder_ / "out.db");
   EXPECT_EQ(replayed.samples, live.samples);
   ASSERT_EQ(replayed.events.size(), 1U);
-  EXPECT_EQ(replayed.events[0].t_ns, 7 * kMs) << "the clocks of the recording, not of this machine";
+  EXPECT_EQ(replayed.events[0].t_ns, 7 * core::kNsPerMs)
+      << "the clocks of the recording, not of this machine";
   EXPECT_EQ(replayed.events[0].kind, "clock_offset");
 }
 
 TEST_F(RecorderTest, TakesTheZeroFromTheRestingRobotsPose) {
   // At rest for 100 ms, then away.
-  std::vector<std::int64_t> t_ns = {0, 100 * kMs, 1100 * kMs};
+  std::vector<std::int64_t> t_ns = {0, 100 * core::kNsPerMs, 1100 * core::kNsPerMs};
   std::vector<double> x = {0.3, 0.3, 0.4};
   auto readings = encode_motion(t_ns, x, {1.0 / kRadPerCount, 0, 0});
   (void)record(readings, {true}, folder_ / "edges.db");
@@ -249,7 +252,8 @@ TEST_F(RecorderTest, TakesTheZeroFromTheRestingRobotsPose) {
   EXPECT_TRUE(recording.meta.contains("shoulder.zero_counts"));
   const auto truth = *recording.column("shoulder.joint_truth");
   const auto last = recording.rows() - 1;
-  const double moved = 0.1 * static_cast<double>(recording.t_ns.back() - 100 * kMs) * 1e-9;
+  const double moved =
+      0.1 * static_cast<double>(recording.t_ns.back() - 100 * core::kNsPerMs) * 1e-9;
   EXPECT_NEAR(recording.samples(last, truth), 0.5 - moved, 1.1 * kRadPerCount);
   EXPECT_TRUE(std::isnan(recording.samples(last, *recording.column("elbow.joint_truth"))))
       << "nobody said where the elbow was";
@@ -262,7 +266,7 @@ TEST_F(RecorderTest, TellsByTheIndexHowFarTheStopMovedSinceTheLastProgram) {
   const auto go = [&](double to, int ms) {
     const double from = x.empty() ? to : x.back();
     for (int i = 1; i <= ms; ++i) {
-      t_ns.push_back(static_cast<std::int64_t>(t_ns.size()) * kMs);
+      t_ns.push_back(static_cast<std::int64_t>(t_ns.size()) * core::kNsPerMs);
       x.push_back(from + (to - from) * i / ms);
     }
   };

@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kTicksPerRow = 2;
 constexpr GruShape kSmall = {37, 21, 5, 3, 19};  // no width is a multiple of a vector
 
-std::vector<kernels::Isa> isas() {
+std::vector<kernels::Isa> supported_isas() {
   std::vector<kernels::Isa> found;
   for (std::uint8_t i = 0; i < kernels::kIsaCount; ++i) {
     const auto isa = static_cast<kernels::Isa>(i);
@@ -75,7 +75,7 @@ TEST(Gru, AgreesWithTheWindowInDoubleInEveryPrecisionAndInstructionSet) {
       {Precision::kFloat32, 1e-5}, {Precision::kBfloat16, 0.04}, {Precision::kInt8, 0.08}};
   const GruNetwork network = random_gru(kSmall, 1);
   for (const auto& [precision, tolerance] : tolerances) {
-    for (const kernels::Isa isa : isas()) {
+    for (const kernels::Isa isa : supported_isas()) {
       const double error = worst_error(network, precision, isa);
       EXPECT_LT(error, tolerance) << kernels::name_of(isa);
       EXPECT_GT(error, 0.0) << "compared with itself?";
@@ -114,7 +114,7 @@ TEST(Gru, ForgetsANanWithTheWindow) {
 
 TEST(Gru, GivesTheSameBitsAgain) {
   const GruNetwork network = random_gru(kSmall, 3);
-  for (const kernels::Isa isa : isas()) {
+  for (const kernels::Isa isa : supported_isas()) {
     PackedGru one(network, Precision::kInt8, 1);
     PackedGru two(network, Precision::kInt8, 1);
     Inputs inputs(kSmall.inputs, 5);

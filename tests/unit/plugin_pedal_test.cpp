@@ -17,7 +17,7 @@
 namespace ravencal::test {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 class PedalDown : public ::testing::Test {
  protected:
@@ -44,7 +44,7 @@ class PedalDown : public ::testing::Test {
 TEST_F(PedalDown, KeepsTheCorrectionInEveryDoubtAndLosesItOnceThePedalIsUp) {
   const std::vector<std::pair<const char*, std::function<void()>>> troubles = {
       {"disabled", [&] { rig.enable(false); }},
-      {"not a number", [&] { rig.state.arm[0].jpos_ji[5] = kNan; }},
+      {"not a number", [&] { rig.state.arm[0].jpos_ji[5] = kNotANumber; }},
       {"out of range", [&] { rig.state.arm[0].jpos_ji[0] += 1.05F; }},
       {"joint not ready", [&] { rig.state.arm[0].joints_ready = 0xFB; }},
       {"time stands still", [&] { rig.state.t_ns -= 1'000'000; }}};

@@ -11,9 +11,9 @@
 namespace ravencal::learn {
 namespace {
 
-bool keep_going(const EpochReport& /*epoch*/) { return true; }
+bool never_stop(const EpochReport& /*epoch*/) { return true; }
 
-TrainOptions small_network() {
+TrainOptions tiny_network() {
   TrainOptions options;
   options.hidden = {8, 6};
   options.trainer.epochs = 2;
@@ -32,10 +32,10 @@ double rmse(const model::CalibrationModel& model, const record::Recording& recor
 TEST(Simulated, SumPredictsWhatBothPredict) {
   const record::Recording arm = sample_arm(300, 1);
   const record::Recording* const training[] = {&arm};
-  TrainOptions options = small_network();
-  const auto a = train_model(training, {}, options, keep_going);
+  TrainOptions options = tiny_network();
+  const auto a = train_model(training, {}, options, never_stop);
   options.trainer.seed = 99;
-  const auto b = train_model(training, {}, options, keep_going);
+  const auto b = train_model(training, {}, options, never_stop);
   ASSERT_TRUE(a.ok() && b.ok());
   model::CalibrationModel sum = a->model;
   sum.layers = sum_of(a->model.layers, b->model.layers);
@@ -53,13 +53,13 @@ TEST(Simulated, ServesMotionThatTheRecordingLacks) {
   record::Recording simulation = sample_arm(4000, 2);
   const record::Recording test = sample_arm(1000, 3);
   const record::Recording* const training[] = {&arm};
-  TrainOptions options = small_network();
+  TrainOptions options = tiny_network();
   options.trainer.epochs = 20;
-  const auto plain = train_model(training, {}, options, keep_going);
+  const auto plain = train_model(training, {}, options, never_stop);
   options.simulated = {&simulation};
   options.simulated_trainer.epochs = 100;
   options.simulated_trainer.adam.learning_rate = 5e-3;
-  const auto with = train_model(training, {}, options, keep_going);
+  const auto with = train_model(training, {}, options, never_stop);
   ASSERT_TRUE(plain.ok() && with.ok());
   EXPECT_LT(rmse(with->model, test), 0.7 * rmse(plain->model, test));
   EXPECT_EQ(with->model.layers.size(), plain->model.layers.size());
