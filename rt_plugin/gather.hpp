@@ -3,7 +3,7 @@
 // From ravencal_state to the channels that training saw, as SI floats. At the hook the positions
 // are those of this cycle, but torque, desired values and pose are one cycle old and the DAC
 // commands already cleared; those are read from the state that was latched where the controller
-// published it (facts: controller order clearDACs -> hook -> control law -> publish).
+// published it (the controller's order: clearDACs -> hook -> control law -> publish).
 #pragma once
 
 #include <cstddef>

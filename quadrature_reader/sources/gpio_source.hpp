@@ -58,9 +58,6 @@ class GpioSource final : public Source {
 
 std::unique_ptr<GpioBackend> make_gpio_backend();
 
-/// "libgpiod 1" or "libgpiod 2".
-std::string_view gpio_library();
-
 /// What failed and errno in words.
 core::Error gpio_error(std::string_view what);
 

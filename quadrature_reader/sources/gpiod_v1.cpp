@@ -138,6 +138,4 @@ core::Result<std::int64_t> GpiodV1::read_levels(std::size_t encoder) {
 
 std::unique_ptr<GpioBackend> make_gpio_backend() { return std::make_unique<GpiodV1>(); }
 
-std::string_view gpio_library() { return "libgpiod 1"; }
-
 }  // namespace ravencal::quadrature_reader

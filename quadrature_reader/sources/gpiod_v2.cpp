@@ -175,6 +175,4 @@ core::Result<std::int64_t> GpiodV2::read_levels(std::size_t encoder) {
 
 std::unique_ptr<GpioBackend> make_gpio_backend() { return std::make_unique<GpiodV2>(); }
 
-std::string_view gpio_library() { return "libgpiod 2"; }
-
 }  // namespace ravencal::quadrature_reader

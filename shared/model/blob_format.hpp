@@ -88,7 +88,6 @@ inline constexpr std::size_t kTrustNoneAt = 8;
 inline constexpr std::size_t kTrustHeadEnd = 12;
 inline constexpr std::size_t kTrustVariancesAt = 64;
 inline constexpr std::size_t kTrustDirectionsAt = 128;
-inline constexpr std::size_t kTrustLanes = 16;
 
 // Offsets within the trailer.
 inline constexpr std::size_t kTrailerBytes = 128;

@@ -265,7 +265,6 @@ void ArmPhysics::advance(const Vector3d& torque_n_m, RandomSource& random) {
 
 const Vector3d& ArmPhysics::motors_rad() const { return impl_->motors_rad; }
 const Vector3d& ArmPhysics::joints_ji() const { return impl_->joint; }
-const Vector3d& ArmPhysics::velocities_ji() const { return impl_->joint_velocity; }
 
 double ArmPhysics::kinetic_energy_j() const {
   const Vector3d& v = impl_->joint_velocity;

@@ -33,9 +33,8 @@ class ArmPhysics {
   /// One control cycle under constant torques at the gearbox outputs, [3] N m.
   void advance(const Eigen::Vector3d& torque_n_m, RandomSource& random);
 
-  [[nodiscard]] const Eigen::Vector3d& motors_rad() const;     ///< motor shafts, [3]
-  [[nodiscard]] const Eigen::Vector3d& joints_ji() const;      ///< true joints, rad rad m
-  [[nodiscard]] const Eigen::Vector3d& velocities_ji() const;  ///< of the joints, per second
+  [[nodiscard]] const Eigen::Vector3d& motors_rad() const;  ///< motor shafts, [3]
+  [[nodiscard]] const Eigen::Vector3d& joints_ji() const;   ///< true joints, rad rad m
   /// Kinetic energy of motors and links, J.
   [[nodiscard]] double kinetic_energy_j() const;
 

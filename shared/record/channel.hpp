@@ -7,7 +7,7 @@
 
 namespace ravencal::record {
 
-/// What a channel means to the programs that read it (DESIGN: profiles).
+/// What a channel means to the programs that read it.
 enum class Role {
   kDesiredPosition,
   kDesiredVelocity,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A profile says which column of a foreign file is which channel (DESIGN: profiles).
+// A profile says which column of a foreign file is which channel (shared/FORMATS.md).
 #pragma once
 
 #include <cstddef>

@@ -5,7 +5,7 @@
 
 namespace ravencal::cli {
 
-/// Exit codes of every program of the project (DESIGN, part A).
+/// Exit codes of every program of the project.
 enum ExitCode : int { kOk = 0, kFinding = 1, kUsage = 2, kData = 3, kDevice = 4 };
 
 constexpr ExitCode exit_code_of(core::ErrorCode code) {

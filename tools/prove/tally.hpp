@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// From scored cases to figures with intervals, and to the targets, met or not.
+// From scored cases to figures with intervals, and to the proof's targets, met or not.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -37,8 +37,6 @@ class BristleFriction {
     return stiffness * deflection_ + parameters_.damping * (deflection_ - before) / dt_s;
   }
 
-  [[nodiscard]] double deflection() const { return deflection_; }
-
  private:
   Parameters parameters_;
   double deflection_ = 0.0;

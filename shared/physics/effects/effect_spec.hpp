@@ -39,7 +39,7 @@ struct EffectSpec {
   std::span<const ParameterSpec> parameters;
 };
 
-/// Effects that can be simulated today, in the order of DESIGN's vocabulary.
+/// Effects that can be simulated.
 std::span<const EffectSpec> effect_specs();
 const EffectSpec* find_effect_spec(std::string_view id);
 

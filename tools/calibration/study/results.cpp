@@ -87,14 +87,14 @@ const ConditionResults::Sampled& ConditionResults::sampled(const Tested& row,
 }
 
 ConditionResults::Sampled ConditionResults::mean_ratio(const Tested& row, const Tested& reference,
-                                                       std::size_t from, std::size_t to) const {
+                                                       std::size_t from) const {
   const auto divide = [](double a, double b) { return a / b; };
   const auto add = [](double a, double b) { return a + b; };
   Sampled sum = combine(sampled(row, from), sampled(reference, from), divide);
-  for (std::size_t joint = from + 1; joint < to; ++joint) {
+  for (std::size_t joint = from + 1; joint < joints_.size(); ++joint) {
     sum = combine(sum, combine(sampled(row, joint), sampled(reference, joint), divide), add);
   }
-  const auto joints = static_cast<double>(to - from);
+  const auto joints = static_cast<double>(joints_.size() - from);
   for (auto* values : {&sum.seeds, &sum.resamples}) {
     for (double& value : *values) value /= joints;
   }
@@ -106,19 +106,14 @@ Figure ConditionResults::rmse(const Tested& row, std::size_t joint) const {
 }
 
 Figure ConditionResults::ratio(const Tested& row, const Tested& reference, std::size_t from) const {
-  return figure_of(mean_ratio(row, reference, from, joints_.size()));
-}
-
-Figure ConditionResults::joint_ratio(const Tested& row, const Tested& reference,
-                                     std::size_t joint) const {
-  return figure_of(mean_ratio(row, reference, joint, joint + 1));
+  return figure_of(mean_ratio(row, reference, from));
 }
 
 Figure ConditionResults::ratio_difference(const Tested& row, const Tested& other,
                                           const Tested& reference, std::size_t from) const {
   const auto subtract = [](double a, double b) { return a - b; };
-  return figure_of(combine(mean_ratio(row, reference, from, joints_.size()),
-                           mean_ratio(other, reference, from, joints_.size()), subtract));
+  return figure_of(
+      combine(mean_ratio(row, reference, from), mean_ratio(other, reference, from), subtract));
 }
 
 const ErrorBlocks& ConditionResults::first_seed(const RowId& row, std::size_t joint,

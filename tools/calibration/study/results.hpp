@@ -57,9 +57,6 @@ class ConditionResults {
   /// RMSE of `row` over that of `reference`, mean of joints `from` and after; paired.
   [[nodiscard]] Figure ratio(const Tested& row, const Tested& reference,
                              std::size_t from = 0) const;
-  /// The same of one joint.
-  [[nodiscard]] Figure joint_ratio(const Tested& row, const Tested& reference,
-                                   std::size_t joint) const;
   /// ratio(row) - ratio(other), paired.
   [[nodiscard]] Figure ratio_difference(const Tested& row, const Tested& other,
                                         const Tested& reference, std::size_t from = 0) const;
@@ -82,8 +79,8 @@ class ConditionResults {
 
   [[nodiscard]] const Resamples& resamples(std::optional<std::size_t> recording) const;
   [[nodiscard]] const Sampled& sampled(const Tested& row, std::size_t joint) const;
-  [[nodiscard]] Sampled mean_ratio(const Tested& row, const Tested& reference, std::size_t from,
-                                   std::size_t to) const;
+  [[nodiscard]] Sampled mean_ratio(const Tested& row, const Tested& reference,
+                                   std::size_t from) const;
 
   const Condition* condition_;
   std::vector<JointName> joints_;

@@ -78,12 +78,6 @@ PublicKey SecretKey::public_key() const {
   return key;
 }
 
-SecretKey::Seed SecretKey::seed() const {
-  Seed seed{};
-  crypto_sign_ed25519_sk_to_seed(seed.data(), bytes_.data());
-  return seed;
-}
-
 std::string hex(const PublicKey& key) { return hex_of(key); }
 
 core::Result<PublicKey> generate_key(const std::filesystem::path& path) {

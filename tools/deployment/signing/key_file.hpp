@@ -26,7 +26,6 @@ class SecretKey {
 
   [[nodiscard]] const std::array<std::uint8_t, 64>& bytes() const { return bytes_; }
   [[nodiscard]] PublicKey public_key() const;
-  [[nodiscard]] Seed seed() const;
 
  private:
   std::array<std::uint8_t, 64> bytes_{};

@@ -342,10 +342,4 @@ double Mechanics::energy() const {
   return energy;
 }
 
-long long Mechanics::steps() const {
-  long int steps = 0;
-  ERKStepGetNumSteps(impl_->solver, &steps);
-  return steps;
-}
-
 }  // namespace ravencal::prove

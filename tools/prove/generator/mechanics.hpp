@@ -60,7 +60,6 @@ class Mechanics {
   [[nodiscard]] Vector3d motor_frictions() const;
   /// Kinetic energy of motors, links and flexible masses, and what springs hold (straight cables).
   [[nodiscard]] double energy() const;
-  [[nodiscard]] long long steps() const;
 
  private:
   struct Impl;

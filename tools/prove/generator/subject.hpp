@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a sealed case hides: effects of the vocabulary (DESIGN, effect ids), some that are outside
+// What a sealed case hides: effects of the vocabulary (vocabulary_kinds), some that are outside
 // of it, and how each enters the truth and leaves the plant.
 #pragma once
 

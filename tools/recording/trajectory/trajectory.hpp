@@ -39,7 +39,6 @@ JointLimits default_limits();
 /// Direction of the zig-zag's long sweeps, in joint space.
 enum class ZigzagKind { kX, kY, kZ, kXy, kYz, kXz, kXyz };
 core::Result<ZigzagKind> zigzag_kind_from(std::string_view name);
-std::string_view name_of(ZigzagKind kind);
 
 /// A snake through a cube: full sweeps along one edge, a step of `sparsity` along the second edge
 /// after each, a step along the third after each layer. The cube has 1/sqrt(3) of the joint ranges

@@ -118,8 +118,6 @@ JointLimits default_limits() {
           Vector3d(60.0 * core::kRadPerDeg, 110.0 * core::kRadPerDeg, 0.42)};
 }
 
-std::string_view name_of(ZigzagKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
-
 core::Result<ZigzagKind> zigzag_kind_from(std::string_view name) {
   for (std::size_t i = 0; i < kKindNames.size(); ++i) {
     if (kKindNames[i] == name) return static_cast<ZigzagKind>(i);
