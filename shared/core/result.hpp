@@ -31,16 +31,28 @@ struct Error {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::move(value)) {}        // NOLINT(google-explicit-constructor)
-  Result(Error error) : state_(std::move(error)) {}    // NOLINT(google-explicit-constructor)
+  Result(T value) : state_(std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : state_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool ok() const { return std::holds_alternative<T>(state_); }
   explicit operator bool() const { return ok(); }
 
-  [[nodiscard]] T& value() & { assert(ok()); return std::get<T>(state_); }
-  [[nodiscard]] const T& value() const& { assert(ok()); return std::get<T>(state_); }
-  [[nodiscard]] T&& value() && { assert(ok()); return std::get<T>(std::move(state_)); }
-  [[nodiscard]] const Error& error() const { assert(!ok()); return std::get<Error>(state_); }
+  [[nodiscard]] T& value() & {
+    assert(ok());
+    return std::get<T>(state_);
+  }
+  [[nodiscard]] const T& value() const& {
+    assert(ok());
+    return std::get<T>(state_);
+  }
+  [[nodiscard]] T&& value() && {
+    assert(ok());
+    return std::get<T>(std::move(state_));
+  }
+  [[nodiscard]] const Error& error() const {
+    assert(!ok());
+    return std::get<Error>(state_);
+  }
 
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
@@ -55,11 +67,15 @@ class [[nodiscard]] Result {
 class [[nodiscard]] Status {
  public:
   Status() = default;
-  Status(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT(google-explicit-constructor)
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  Status(Error error) : error_(std::move(error)), ok_(false) {}
 
   [[nodiscard]] bool ok() const { return ok_; }
   explicit operator bool() const { return ok_; }
-  [[nodiscard]] const Error& error() const { assert(!ok_); return error_; }
+  [[nodiscard]] const Error& error() const {
+    assert(!ok_);
+    return error_;
+  }
 
  private:
   Error error_;
@@ -72,10 +88,10 @@ class [[nodiscard]] Status {
 #define RAVENCAL_CONCAT(a, b) RAVENCAL_CONCAT_INNER(a, b)
 
 /// Returns the error of `expr` (a Status or a Result) from the enclosing function, if it has one.
-#define RAVENCAL_RETURN_IF_ERROR(expr)                            \
-  if (auto ravencal_status = (expr); !ravencal_status.ok()) {     \
-    return ravencal_status.error();                               \
-  }                                                               \
+#define RAVENCAL_RETURN_IF_ERROR(expr)                        \
+  if (auto ravencal_status = (expr); !ravencal_status.ok()) { \
+    return ravencal_status.error();                           \
+  }                                                           \
   static_assert(true)
 
 /// Declares `decl` with the value of `expr` (a Result), or returns its error.

@@ -100,9 +100,9 @@ RC_GTEST_PROP(MergeProperty, RecoversAnyDelayAndSaysHowWell, ()) {
   const double error_s = std::abs(merged->estimate->delay_s - delay_s);
   RC_LOG() << "delay " << delay_s << " error " << error_s << " sigma " << merged->estimate->sigma_s
            << " slow " << slow;
-  // Noise is in the stated error: eight of it, and 0.02 ms for interpolation. An error that depends on
-  // the position is not, where the frequencies of the motion are near whole ratios: it repeats alike
-  // in every stretch of the recording, and only its size bounds it.
+  // Noise is in the stated error: eight of it, and 0.02 ms for interpolation. An error that depends
+  // on the position is not, where the frequencies of the motion are near whole ratios: it repeats
+  // alike in every stretch of the recording, and only its size bounds it.
   if (robot_error_rad == 0.0) RC_ASSERT(error_s < 8.0 * merged->estimate->sigma_s + 2e-5);
   RC_ASSERT(error_s < 2e-4 + 0.1 * robot_error_rad);
   RC_ASSERT(merged->delay_s == merged->estimate->delay_s);
