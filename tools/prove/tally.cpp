@@ -31,8 +31,10 @@ Json json_of(const Share& share) {
 
 Json json_of(const std::vector<double>& values) {
   const auto [low, high] = bootstrap_median(values);
-  if (values.empty())
-    return {{"of", 0}, {"median", nullptr}, {"ci95", nullptr}, {"worst", nullptr}};
+  if (values.empty()) {
+    const Json none;
+    return {{"of", 0}, {"median", none}, {"ci95", none}, {"least", none}, {"greatest", none}};
+  }
   return {{"of", values.size()},
           {"median", median_of(values)},
           {"ci95", {low, high}},

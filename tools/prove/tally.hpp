@@ -11,7 +11,7 @@
 
 namespace ravencal::prove {
 
-/// proof.json: see README of the folder that `ravencal prove` writes, in the key "reading".
+/// proof.json without `seal` and `leak_test`; shared/schemas/proof.schema.json has its fields.
 nlohmann::ordered_json tally(const std::vector<CaseScore>& scores);
 
 /// The targets as lines for a terminal.
