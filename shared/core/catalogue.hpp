@@ -19,8 +19,8 @@
 
 namespace ravencal::core {
 
-/// Ablation groups. The first seven are the paper's feature groups; the last three are the
-/// culprits of its re-homing study.
+/// Ablation groups. The first seven are the paper's feature groups; its re-homing study found that
+/// the last three break the calibration.
 enum class FeatureGroup : std::uint8_t {
   kTimeAndState,     ///< time, run level, sub level, last_seq, board type
   kJointPose,        ///< jpos, jpos_d

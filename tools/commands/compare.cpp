@@ -59,8 +59,8 @@ core::Status complete(Arguments& a) {
   }
   for (const double share : a.options.shares) {
     if (!(share > 0.0) || share >= 1.0)
-      return usage(
-          fmt::format("--shares {}: a share lies between 0 and 1; all is always there", share));
+      return usage(fmt::format(
+          "--shares {}: a share lies between 0 and 1; the whole training is always added", share));
   }
   std::sort(a.options.shares.begin(), a.options.shares.end());
   return {};
@@ -187,7 +187,7 @@ core::Status run(Arguments a) {
   fmt::print("{}\n", study::verdict_text(outcome.comparison));
   if (outcome.interrupted)
     fmt::print(
-        "interrupted: {} method(s) are done and kept; the same command goes on behind them\n",
+        "interrupted: {} method(s) are done and kept; the same command continues with the others\n",
         outcome.comparison.methods.size());
   fmt::print("report: {}\n", (a.options.out / "compare.html").string());
   return {};
@@ -200,23 +200,24 @@ void add_data_options(CLI::App& command, Arguments& a) {
       .add_option("--test", a.sets["test"], "Recordings to test on; no setting is chosen on them")
       ->required();
   command.add_option("--test-load", a.sets["load"],
-                     "The same under a load that training never saw");
-  command.add_option("--test-homing", a.sets["homing"], "The same after homing again");
+                     "Test recordings under a load that training never saw");
+  command.add_option("--test-homing", a.sets["homing"], "Test recordings after another homing");
   command
       .add_option("--out", a.options.out, "Folder for compare.json, .html, .csv, .md, .tex, models")
       ->required();
   command.add_option("--test-profile", a.test_profile, "Profile of the test files, if another");
   add_load_options(command, a.load);
-  command.add_option("--title", a.options.title, "Of the page");
+  command.add_option("--title", a.options.title, "Title of the page");
   command
-      .add_option("--joints", a.options.joints, "Joints to correct; without it all with a truth")
+      .add_option("--joints", a.options.joints,
+                  "Joints to correct; default: all with a true position")
       ->delimiter(',');
   command.add_option("--features", a.options.features, "Inputs of all methods, as for train");
   command.add_option("--features-of", a.features_of,
                      "JOINT=FEATURES: inputs of one joint's own models; may be repeated");
   command
       .add_option("--play", a.options.play,
-                  "Half-widths (SI units) of play operators for ours; rivals keep to their papers")
+                  "Half-widths (SI units) of play operators, for our methods only")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
   command.add_flag("--poses", a.options.poses, "Rows are poses in no order of time");
@@ -236,7 +237,7 @@ void add_study_options(CLI::App& command, Arguments& a) {
       ->delimiter(',')
       ->capture_default_str();
   command.add_flag_callback(
-      "--no-curve", [&a] { a.options.shares.clear(); }, "Train on everything only");
+      "--no-curve", [&a] { a.options.shares.clear(); }, "Leave out the learning curve");
   command.add_option("--plugin", a.plugin, "libravencal_plugin.so: times models in the 1 kHz loop");
   command.add_option("--ticks", a.ticks, "Cycles of that loop")
       ->check(CLI::Range(std::int64_t{100}, std::int64_t{10'000'000}))
@@ -246,21 +247,22 @@ void add_study_options(CLI::App& command, Arguments& a) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command.add_option("--hidden", a.hidden, "Hidden layers of the network")->capture_default_str();
-  command.add_option("--activation", a.activation, "Of the hidden layers")
+  command.add_option("--activation", a.activation, "Activation of the hidden layers")
       ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
       ->capture_default_str();
-  command.add_option("--epochs", s.epochs, "Of the network")
+  command.add_option("--epochs", s.epochs, "Epochs of the network")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
-  command.add_option("--batch", s.batch, "Of the network")
+  command.add_option("--batch", s.batch, "Rows per step of the network")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
-  command.add_option("--learning-rate", s.learning_rate, "Of the network")
+  command.add_option("--learning-rate", s.learning_rate, "Learning rate of the network")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command
-      .add_option("--penalty-scale", s.penalty_scale,
-                  "Of the network; 0: chosen by blocked validation where rows are few")
+      .add_option(
+          "--penalty-scale", s.penalty_scale,
+          "Factor of the network's penalties; 0: blocked validation chooses it where rows are few")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--networks", s.networks, "Networks of different seeds, averaged")
       ->check(CLI::Range(1U, 100U))
@@ -268,10 +270,11 @@ void add_study_options(CLI::App& command, Arguments& a) {
   command.add_option("--gru-units", s.gru_units, "Units of the GRU (the authors': 300)")
       ->check(CLI::Range(1U, 4096U))
       ->capture_default_str();
-  command.add_option("--gru-dense", s.gru_dense, "Units of the layer behind it; 0: none")
+  command
+      .add_option("--gru-dense", s.gru_dense, "Units of the dense layer behind the GRU; 0: none")
       ->check(CLI::Range(0U, 4096U))
       ->capture_default_str();
-  command.add_option("--gru-epochs", s.gru_epochs, "Of the GRU")
+  command.add_option("--gru-epochs", s.gru_epochs, "Epochs of the GRU")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
   command.add_option("--lstm-iterations", s.lstm_iterations, "Batches of 100 for the LSTM")
@@ -280,11 +283,11 @@ void add_study_options(CLI::App& command, Arguments& a) {
   command.add_option("--inducing", s.inducing, "Points of the sparse Gaussian process")
       ->check(CLI::Range(2U, 4096U))
       ->capture_default_str();
-  command.add_option("--trees", s.trees, "Of the random forest")
+  command.add_option("--trees", s.trees, "Trees of the random forest")
       ->check(CLI::Range(1U, 10000U))
       ->capture_default_str();
-  command.add_option("--seed", s.seed, "Of everything random")->capture_default_str();
-  command.add_option("--threads", s.threads, "Of the network's training")
+  command.add_option("--seed", s.seed, "Seed of every random draw")->capture_default_str();
+  command.add_option("--threads", s.threads, "Threads of the network's training")
       ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
 }
@@ -294,7 +297,7 @@ void add_study_options(CLI::App& command, Arguments& a) {
 void add_compare(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("compare", "Every calibration method on the same split, in one table");
+      app.add_subcommand("compare", "Compare calibration methods on one split, in one table");
   add_data_options(*command, *arguments);
   add_study_options(*command, *arguments);
   command->footer(
@@ -302,8 +305,8 @@ void add_compare(CLI::App& app, int& exit_code) {
       "         ravencal compare --train run1.db run2.db --test run3.db --features light --play "
       "0.001,0.003 "
       "--physics physics --plugin libravencal_plugin.so --out comparison\n"
-      "Finished methods are kept in OUT/methods: after Ctrl-C the same command goes on behind "
-      "them.");
+      "Finished methods are kept in OUT/methods: after Ctrl-C the same command continues with the "
+      "others.");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 
