@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// From scored cases to figures with intervals, and to the targets, met or not.
+// Computes figures with intervals from scored cases, and whether the targets are met.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -127,7 +127,8 @@ JobResult result_from(const Json& json) {
 }  // namespace
 
 core::Status write_result(const JobResult& result, const std::filesystem::path& path) {
-  // Under a name of its own first: a requeued job may run while its ghost still writes.
+  // Written under a name of its own first: a requeued job may run while the earlier process still
+  // writes.
   std::random_device random;
   std::filesystem::path own = path;
   own += fmt::format(".{:08x}", random());
