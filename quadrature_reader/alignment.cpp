@@ -161,7 +161,7 @@ void add_events(Merged& merged, const record::Recording& truth, const TruthTime&
                    [](const auto& x, const auto& y) { return x.t_ns < y.t_ns; });
 }
 
-/// What the merge did, for whoever reads the recording later.
+/// The event that describes the merge.
 void describe(Merged& merged, const record::Recording& truth, bool delay_given) {
   nlohmann::ordered_json detail = {{"truth", truth.source},
                                    {"delay_s", merged.delay_s},

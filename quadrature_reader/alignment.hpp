@@ -35,10 +35,10 @@ struct DelayOptions {
 };
 
 /// The delay at which the increments of both tracks fit best, all joints together: maximum
-/// likelihood with a gain and a noise of its own for each joint. Play and friction that make the
-/// joint lag behind the robot's estimate are part of the result and cannot be told apart: some
-/// milliseconds on a cable-driven arm at a few degrees per second, and outside sigma_s.
-/// Errors: too little motion, opposite sign, unrelated motion, best fit at the edge of the search.
+/// likelihood with a gain and a noise of its own for each joint. The result contains the lag of the
+/// joint behind the robot's estimate by play and friction, which cannot be told apart: some
+/// milliseconds on a cable-driven arm at a few degrees per second, and outside sigma_s. Errors: too
+/// little motion, opposite sign, unrelated motion, best fit at the edge of the search.
 core::Result<DelayEstimate> estimate_delay(const Track& robot, const Track& truth,
                                            std::span<const std::string> joints,
                                            const DelayOptions& options = {});
@@ -86,9 +86,9 @@ struct Merged {
 };
 
 /// The robot's recording with a channel `truth.JOINT` for each joint that has an estimate there and
-/// a truth in `truth`, replacing what truth it had. The truth is interpolated at each row's own
-/// time; where it has a gap the row has none. Its events come along, at the robot's times; what the
-/// merge did is in the event `merge` and in meta. Errors: no joint in common; the recordings do not
+/// a truth in `truth`, replacing any truth that it had. The truth is interpolated at each row's own
+/// time; where it has a gap the row has none. The truth's events are added at the robot's times;
+/// the event `merge` and meta describe the merge. Errors: no joint in common; the recordings do not
 /// overlap; the delay cannot be estimated; no row has any truth.
 core::Result<Merged> merge_truth(const record::Recording& robot, const record::Recording& truth,
                                  const MergeOptions& options = {});

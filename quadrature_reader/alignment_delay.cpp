@@ -11,8 +11,9 @@
 namespace ravencal::quadrature_reader {
 namespace {
 
-// Increments over this long are the velocity in the band of a joint's motion: shorter ones drown in
-// quantisation and noise, longer ones let hysteresis in, which looks like delay at steady speed.
+// Increments over this time are the velocity in the band of a joint's motion. Quantisation and
+// noise dominate shorter ones; longer ones contain hysteresis, which looks like delay at steady
+// speed.
 constexpr std::int64_t kIncrementNs = 100'000'000;
 constexpr std::int64_t kLongestGapNs = 50'000'000;
 constexpr double kMeanHalfNs = 5e6;              // truth is averaged over 10 ms

@@ -87,7 +87,7 @@ class Axis {
   explicit Axis(const AxisSettings& settings);
 
   void push(const Reading& reading);
-  /// Works off the next reading that is through the glitch filter; false if there is none.
+  /// Processes the next reading that has passed the glitch filter; false if there is none.
   bool pop(AxisUpdate& update);
 
   /// State at `t_ns`; call with increasing times, `latency_ns` or more behind the readings.

@@ -83,7 +83,7 @@ void read_can_layout(TomlTable& table, CanEncoder& encoder) {
   }
 }
 
-// A joint of a surgical robot is far slower: what a count says beyond it is not motion.
+// A joint of a surgical robot is far slower; a faster count is an error.
 constexpr double kLargestRadPerS = 4.0 * std::numbers::pi;
 constexpr double kLargestMPerS = 1.0;
 

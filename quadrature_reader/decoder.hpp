@@ -3,8 +3,8 @@
 // x4 quadrature decoding of edges: every edge of A and B is one count, its sign follows from the
 // level of the other line. Forward is A before B: (A,B) = 00 10 11 01 00.
 //
-// What can be known about lost edges from A and B alone:
-//  - one lost or repeated edge shows itself at the next edge of the same line, which then has the
+// What A and B alone show of lost edges:
+//  - one lost or repeated edge shows at the next edge of the same line, which then has the
 //    polarity that the line already had; at a steady speed the true count follows too;
 //  - an even number of lost edges on each line leaves consistent levels. Nothing in A and B shows
 //    it: the count is wrong by a multiple of 4. The kernel's sequence numbers (libgpiod 2), a full

@@ -15,7 +15,7 @@ void GlitchFilter::push(const Reading& reading) {
   for (std::size_t i = waiting_.size(); i > ready_; --i) {
     const Reading& earlier = waiting_[i - 1];
     if (earlier.line != reading.line) continue;
-    if (earlier.value == reading.value) break;  // a repeated edge is the decoder's business
+    if (earlier.value == reading.value) break;  // the decoder handles repeated edges
     waiting_.erase(std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(i - 1)));
     ++removed_pulses_;
     return;

@@ -5,10 +5,10 @@
 //
 // For a distance d from the extreme, let N(d) be the samples of that visit within d. A parabola has
 // N(d) ~ sqrt(d), so N(d) / N(9d) = 1/3 at every d, and a sharp turn gives less; a plateau of width
-// below d gives 1. The
-// plateau is the narrowest d whose binomial likelihood ratio against the parabola is beyond doubt,
-// grown to that ratio's maximum. No width, speed or time is fixed beforehand. A motion that was
-// planned to pause at its extreme looks the same: home only where the robot homes.
+// below d gives 1. The plateau is the narrowest d whose binomial likelihood ratio against the
+// parabola is beyond doubt, grown to that ratio's maximum. No width, speed or time is fixed
+// beforehand. A motion that was planned to pause at its extreme looks the same: home only where the
+// robot homes.
 #pragma once
 
 #include <cstdint>

@@ -219,8 +219,7 @@ bool Logger::is_replay() const {
 }
 
 core::Status Logger::carry_clock_offsets() {
-  // A replay's times are those of its recording; what this machine's clocks say now is beside the
-  // point.
+  // A replay has the times of its recording, not those of this machine's clocks.
   for (const auto& source : config_.sources) {
     if (source.device.empty()) continue;
     RAVENCAL_ASSIGN_OR_RETURN(const auto events, record::read_events(source.device));

@@ -47,7 +47,7 @@ int complain(const core::Error& error) {
   return cli::exit_code_of(error.code);
 }
 
-/// Shows the state where there is somebody to see it: a table redrawn on a terminal, JSON lines.
+/// Shows the state: a table that is redrawn on a terminal, or JSON lines.
 class Display {
  public:
   explicit Display(bool json) : json_(json), terminal_(!json && isatty(STDERR_FILENO) != 0) {}
@@ -136,7 +136,7 @@ core::Result<std::unique_ptr<qr::Logger>> open_logger(const qr::Config& config,
   }
 }
 
-/// The way to ROS, if it is wanted; rows go to it through `options`.
+/// The ROS bridge, if it is wanted; it gets rows through `options`.
 core::Result<std::unique_ptr<qr::RosBridge>> open_ros(const qr::Config& config,
                                                       const Arguments& arguments,
                                                       qr::LoggerOptions& options) {
@@ -152,7 +152,7 @@ core::Result<std::unique_ptr<qr::RosBridge>> open_ros(const qr::Config& config,
   return bridge;
 }
 
-/// Closes the robot's recording and says what came of it; false if data was lost.
+/// Closes the robot's recording and prints its totals; false if data was lost.
 bool close_ros(qr::RosBridge& bridge, const Arguments& arguments) {
   const core::Status closed = bridge.finish();
   const qr::RosBridgeStatus status = bridge.status();
@@ -221,7 +221,7 @@ int check_setup(const Arguments& arguments) {
     fmt::print("{}{}\n", mark, finding.text);
     (void)std::fflush(stdout);
   };
-  // Somebody who can move a joint sits at a terminal.
+  // The wiggle test needs a person at a terminal.
   const qr::SetupOptions options{isatty(STDIN_FILENO) != 0};
   const bool good = qr::check_setup(*config, options, say, cli::interrupted);
   if (!options.wiggle) fmt::print(" note the wiggle test was left out: it needs a terminal\n");

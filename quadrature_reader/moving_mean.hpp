@@ -56,7 +56,7 @@ class MovingMean {
     const double since_ns = static_cast<double>(origin_ns - t_ns_[i]) + offset_ns;
     const double slope =
         (values_[i + 1] - values_[i]) / static_cast<double>(t_ns_[i + 1] - t_ns_[i]);
-    // The segment's own breakage belongs to whoever starts or ends in it.
+    // A window that starts or ends in a broken segment is unknown.
     if (broken_[i + 1] != broken_[i]) return {};
     return {true, broken_[i], integral_[i] + (values_[i] + 0.5 * slope * since_ns) * since_ns};
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A RecordingWriter that goes on: when the disk is full or the folder disappears, rows are counted
-// instead of written, and as soon as writing works again a continuation file (NAME.2.db, ...)
-// takes over, which begins with an event that says what is missing. One thread owns it.
+// A RecordingWriter that survives a full disk or a lost folder: it counts the rows that it cannot
+// write. When writing works again, it begins a continuation file (NAME.2.db, ...) whose first event
+// says what is missing. One thread owns it.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// --check-setup: goes through what must be right before a recording, in words and with remedies.
+// --check-setup: checks the set-up before a recording and reports each finding with its remedy.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ struct SetupOptions {
 };
 
 /// Looks at device files, permissions, real-time limits, line levels and CAN interfaces, then at
-/// each joint's movement. `say` gets each finding as it is made; `stop` ends it early. True:
-/// nothing bad.
+/// each joint's movement. `say` receives each finding; `stop` ends the check early. True: no
+/// finding is bad.
 bool check_setup(const Config& config, const SetupOptions& options,
                  const std::function<void(const SetupFinding&)>& say,
                  const std::function<bool()>& stop);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Wait-free queue from one producer thread to one consumer thread. A full ring refuses; what
-// becomes of the refused item is the producer's business.
+// Wait-free queue from one producer thread to one consumer thread. A full ring refuses items; the
+// producer decides what happens to them.
 #pragma once
 
 #include <atomic>

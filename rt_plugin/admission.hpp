@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whether a valid blob may correct this robot: who signed it, for which arm it was trained and in
-// which coordinates, and which joints it corrects. Nothing of this is real-time.
+// which coordinates, and which joints it corrects. Not for the real-time thread.
 #pragma once
 
 #include "model/blob_view.hpp"

@@ -64,7 +64,7 @@ std::byte* map_touched(std::size_t bytes) noexcept {
 }  // namespace
 
 BlobMemory::Status BlobMemory::read(const char* path, std::span<char> why) noexcept {
-  // Not waiting for the other end of what turns out to be a pipe.
+  // Does not wait for the other end of a pipe.
   const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return Status::kUnreadable;
   if (!only_owners_write(file, path, why)) {

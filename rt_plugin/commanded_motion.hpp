@@ -24,7 +24,7 @@ class CommandedMotion {
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
       const float desired_ji = published.arm[0].jpos_d_ji[j] + correction_ji[j];
       const float moved_ji = std::fabs(desired_ji - desired_ji_[j]);
-      // A desired joint that is no number moved nowhere, nor did one that was only rounded.
+      // A desired joint that is not finite, or that only rounding changed, did not move.
       const bool moved =
           moved_ji > kRounding * std::fabs(desired_ji) && moved_ji - moved_ji == 0.0F;
       moved_ji_[j] = follows && follows_ && moved ? moved_ji : 0.0F;

@@ -2,7 +2,7 @@
 //
 // The last ticks before a FAULT. Two buffers: the real-time thread writes one in a ring, and at a
 // FAULT leaves it as it is and goes on in the other. Nothing is copied, so the tick of a FAULT
-// costs what every tick costs, and a record stays until the next FAULT.
+// takes no more time than any other, and a record stays until the next FAULT.
 #pragma once
 
 #include <array>

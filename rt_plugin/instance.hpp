@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// All that one plugin instance knows, in the host's memory. Beside each group: which thread.
+// State of one plugin instance, in the host's memory. Each group says which thread uses it.
 #pragma once
 
 #include <array>

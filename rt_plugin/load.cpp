@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From a blob file to a LoadedModel: read the file, check every byte, choose the kernels, lay
-// everything else out in one mapping, run the blob's self-test. Nothing of this is real-time.
+// everything else out in one mapping, run the blob's self-test. Not for the real-time thread.
 #include <sys/mman.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ constexpr std::size_t kMaxMappingBytes = std::size_t{1} << 28U;
 // How far beyond its trained range, in widths of that range, an input may go before the model is
 // not believed. Positions: as far as the network may extrapolate (model/input_limits.hpp); farther
 // out the error was never measured. Speeds, torques and commands: a whole width, because their
-// peaks in unseen motion exceed those of a zig-zag without telling of a new place.
+// peaks in unseen motion exceed those of a zig-zag within the same workspace.
 constexpr double kPositionMargin = 0.5;
 constexpr double kOtherMargin = 1.0;
 
@@ -317,8 +317,8 @@ class ModelLoader {
     return outputs;
   }
 
-  /// The kernels must reproduce the blob's own vectors: catches a wrong compiler, a wrong
-  /// instruction set and a wrong layout before they move a robot.
+  /// The kernels must reproduce the blob's own vectors. This test finds a wrong compiler,
+  /// instruction set or layout before it moves a robot.
   bool self_test(const char* path) noexcept {
     const FlushDenormals flush_denormals;
     for (std::size_t row = 0; row < view_.self_test_count(); ++row) {

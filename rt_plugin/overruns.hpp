@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whether the plugin keeps to its own time budget. Steps that are too long now and then are the
-// machine's doing (an interrupt, a firmware trap) and pass; too many of them within a second mean
-// that the robot's loop cannot carry this network, and end the correction until reset.
-// Real-time thread only.
+// Whether the plugin keeps to its own time budget. An interrupt or a firmware trap makes a single
+// step too long; such steps are tolerated. Too many of them within a second mean that the network
+// is too large for the robot's loop; they end the correction until reset. Real-time thread only.
 #pragma once
 
 #include <array>

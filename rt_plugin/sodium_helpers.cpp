@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The three helpers of libsodium that its Ed25519 verification calls, by their own names, so that
-// the linker takes verification and SHA-512 alone from libsodium.a. Its own file of helpers brings
-// its random numbers and locked memory along, and with them malloc, mutexes and symbols of glibc
-// 2.25 and 2.33, which old robot computers lack. Verification has no secrets: none of these guards
-// one here; they have the contracts of libsodium's utils.h.
+// the linker takes verification and SHA-512 alone from libsodium.a. Its own file of helpers also
+// links random numbers and locked memory, and with them malloc, mutexes and symbols of glibc 2.25
+// and 2.33, which old robot computers lack. Verification has no secrets, so these need not be
+// constant-time; they have the contracts of libsodium's utils.h.
 #include <cstddef>
 
 extern "C" {

@@ -119,7 +119,8 @@ void count(ravencal_instance& self, const ravencal_state& state, std::int32_t st
   self.shared_counters.publish(counters);
 }
 
-/// In the caller's floating-point mode: the robot's own value leaves as it came, denormal or not.
+/// Runs in the caller's floating-point mode, so the robot's own value is returned bit for bit,
+/// denormal or not.
 void write(const ravencal_instance& self, const ravencal_state& state, const Decision& decision,
            ravencal_output& output) noexcept {
   const JointVector& correction_ji = self.envelope.correction_ji();
@@ -128,8 +129,8 @@ void write(const ravencal_instance& self, const ravencal_state& state, const Dec
   output.confidence = decision.prediction.confidence;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const float own_ji = state.arm[0].jpos_ji[j];
-    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0. And where it is
-    // no number: a sum would be another one.
+    // Bit for bit the robot's own value without a correction: -0 + 0 would be +0. The same holds
+    // where it is not a number: a sum would be another one.
     const bool corrected = correction_ji[j] != 0.0F && own_ji - own_ji == 0.0F;
     output.jpos_ji[j] = corrected ? own_ji + correction_ji[j] : own_ji;
     output.correction_ji[j] = correction_ji[j];

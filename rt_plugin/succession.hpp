@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which weights run. New ones first fill their memory of past cycles beside those in use, then
-// replace them; the ones before are kept until the new ones have proven themselves, and come back
-// if those ask for what is no number. Real-time thread only; everything old goes back through the
-// swap, to be freed elsewhere.
+// replace them; the ones before are kept until the new ones have proven themselves, and return if
+// the new ones give a result that is not finite. Real-time thread only; old weights go back through
+// the swap and are freed elsewhere.
 #pragma once
 
 #include <cstdint>

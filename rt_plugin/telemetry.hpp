@@ -2,7 +2,7 @@
 //
 // Writes every tick and the counters to a ring in shared memory (ravencal/telemetry.h says how it
 // is laid out and read). One writer; it never waits, and never reads what it wrote, so no reader
-// can slow it down or lead it astray.
+// can slow it down or change what it does.
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bumpless transfer (K. J. Astrom and T. Hagglund, Advanced PID Control, 2006): while the motors
-// follow the correction, whatever would make it step (weights that change, a confidence that
-// changes, a correction that begins or goes on) becomes an offset instead. The correction is then
-// what is wanted plus the offset, so it moves only as the prediction moves. The offset shrinks with
-// the motion that the operator commands, and is dropped when the motors are free. Real-time thread
-// only.
+// follow the correction, a change that would make it step (new weights, another confidence, a
+// correction that begins or resumes) becomes an offset instead. The correction is the wanted one
+// plus the offset, so it moves only with the prediction. The offset shrinks with the motion that
+// the operator commands, and is dropped when the motors are free. Real-time thread only.
 #pragma once
 
 #include <cstddef>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The encoder driver's place among ROS 1 nodes: publishes `joint_enc` (counts) and `ext_jpos`
-// (rad, rad, m) as sensor_msgs/JointState, and records `ravenstate` beside the truth. ROS has
-// threads of its own, which get rows through a wait-free ring: whatever the master or a subscriber
-// does, neither reader nor writer waits for it. Rows that ROS takes too slowly are counted and not
-// published; the recording has them.
+// (rad, rad, m) as sensor_msgs/JointState, and records `ravenstate` beside the truth. ROS runs in
+// threads of its own, which get rows through a wait-free ring, so neither reader nor writer waits
+// for the master or a subscriber. Rows that ROS takes too slowly are counted and not published; the
+// recording has them.
 #pragma once
 
 #include <cstdint>

@@ -166,7 +166,7 @@ core::Status CanSource::read(std::vector<Reading>& out, std::chrono::millisecond
     if (frame) decoder_.take(*frame, out);
   }
   if (emptied) look_for_silent_drops(std::max(now_ns, last_t_ns_), out);
-  // With frames left in the queue, nobody knows who is silent up to now.
+  // While frames wait in the queue, silence cannot be judged.
   decoder_.watch(emptied ? std::max(now_ns, last_t_ns_) : last_t_ns_, out);
   keep_nodes_going(now_ns);
   const std::int64_t complete_ns =
@@ -263,7 +263,7 @@ void CanSource::send(std::uint32_t id, std::span<const std::uint8_t> data) const
   frame.can_id = id;
   frame.can_dlc = static_cast<std::uint8_t>(data.size());
   std::copy(data.begin(), data.end(), frame.data);
-  // A full transmit queue or an absent bus shows itself as silence of the node, which is watched.
+  // A full transmit queue or an absent bus makes the node silent, which is supervised.
   (void)!::write(socket_, &frame, sizeof(frame));
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 // Values are stamped on arrival: two that were measured a period apart may bear nearly one stamp.
 constexpr std::int64_t kStampJitterNs = 2'000'000;
-// A corrupt value stands alone; this many that agree are a device that counts from elsewhere.
+// A corrupt value is alone; this many values that agree mean that the device restarted its count.
 constexpr int kAgreeingSuspects = 3;
 
 /// The value of `bits` bits as a two's complement number.

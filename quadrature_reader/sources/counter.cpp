@@ -24,8 +24,8 @@ namespace {
 
 // The kernel queues an event at the instant of its stamp; this much for the scheduler.
 constexpr std::int64_t kEventDeliveryNs = 1'000'000;
-// The kernel drops events that find its queue full without a word, so the count itself is asked
-// now and then.
+// The kernel drops events silently when its queue is full, so the source reads the count itself now
+// and then.
 constexpr std::int64_t kCheckPeriodNs = 100'000'000;
 constexpr const char* kQueueSize = "1024";
 constexpr unsigned kDefaultBits = 32;
@@ -63,7 +63,7 @@ core::Status CounterSource::open() {
   device_ = error ? -1 : ::open(node.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (device_ < 0) return device_error("cannot be opened (udev/README.md)");
   const fs::path folder = sysfs_ / node.filename();
-  // Only root may make the kernel's queue larger; its own 64 events do where we are not.
+  // Only root may enlarge the kernel's queue; for others its 64 events have to do.
   std::ofstream(folder / "events_queue_size") << kQueueSize;
   for (const auto& encoder : settings_.counters) {
     RAVENCAL_RETURN_IF_ERROR(open_count(encoder, folder));
@@ -176,7 +176,8 @@ core::Status CounterSource::look_for_lost_events(std::vector<Reading>& out) {
     const std::uint64_t last_event = count.last_raw;
     RAVENCAL_ASSIGN_OR_RETURN(const std::uint64_t raw, ask(count));
     RAVENCAL_RETURN_IF_ERROR(read_events(out));
-    // Once may be an event on its way; twice with no event in between is one that was dropped.
+    // A first difference may be an event on its way; a second one without an event in between is a
+    // dropped event.
     const bool differs = raw != last_event && count.last_raw == last_event;
     if (differs && count.differed) {
       last_t_ns_ = std::max(last_t_ns_, monotonic_now_ns());

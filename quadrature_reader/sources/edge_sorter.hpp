@@ -23,7 +23,7 @@ class EdgeSorter {
   /// An edge; `sequence` counts the edges of its axis from 1 (modulo 2^32), where the kernel
   /// counts.
   void add_edge(const Reading& edge, std::optional<std::uint32_t> sequence = std::nullopt);
-  /// Edges of `axis` are missing after `t_ns`, nobody knows how many.
+  /// An unknown number of edges of `axis` is missing after `t_ns`.
   void add_loss(std::uint8_t axis, std::int64_t t_ns);
   /// All lines of `axis` were read at `t_ns` (A | B << 1 | Z << 2) with no edge waiting.
   void add_levels(std::uint8_t axis, std::int64_t t_ns, std::int64_t levels);

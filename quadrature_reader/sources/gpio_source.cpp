@@ -45,7 +45,7 @@ core::Status GpioSource::read(std::vector<Reading>& out, std::chrono::millisecon
   const std::int64_t now_ns = monotonic_now_ns();
   moving_ = false;
   core::Status status = collect(now_ns);
-  // A chip that vanishes takes nothing with it that has been read.
+  // Readings from before the chip vanished are kept.
   sorter_.release(status.ok() ? now_ns : now_ns + settings_.reorder_ns, out);
   return status;
 }

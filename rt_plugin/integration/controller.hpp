@@ -172,8 +172,8 @@ class ControllerAdapter {
   void observe(Device& device, int runlevel, int sublevel, int last_sequence) {
     if (instance_ == 0) return;
     fill(device, runlevel, sublevel, last_sequence, state_.t_ns);
-    // Only here: the controller computes its Jacobian after the hook, for the first time in its
-    // first cycle, and a velocity that was never computed cannot be read.
+    // Reads the Jacobian here only: the controller computes it after the hook, for the first time
+    // in its first cycle.
     for (int a = 0; a < FoundArms::kCount; ++a) {
       if (Mechanism* posed = arms_.posed(device, a)) fill_jacobian(*posed, state_.arm[a]);
     }

@@ -83,8 +83,7 @@ std::pair<std::string, std::string> units_of(RavenField field, std::size_t eleme
 
 CatalogueEntry make_entry(RavenField field, std::size_t element, bool other_arm) {
   const RavenFieldInfo& info = info_of(field);
-  const bool is_void =
-      info.per_joint && element == static_cast<std::size_t>(JointSlot::kVoid);
+  const bool is_void = info.per_joint && element == static_cast<std::size_t>(JointSlot::kVoid);
   auto [message_unit, si_unit] = units_of(field, info.per_joint ? element : kNoJoint);
   std::string name = other_arm ? "other." : "";
   name += info.name;

@@ -4,9 +4,9 @@
 // paper (arXiv 2302.04999) names 112 per arm. Order = columns 12..251 of the authors' training CSV,
 // with "this arm" (the calibrated one) in place of the first and "other" in place of the second.
 // Used by the built-in profiles (which column is which), by the features (what a network sees), by
-// the simulator (what it writes) and by the plugin (which field of the controller's state is which).
-// Real-time code uses the constexpr part only (kRavenFields, catalogue_index); catalogue() owns
-// strings and is for everything else.
+// the simulator (what it writes) and by the plugin (which field of the controller's state is
+// which). Real-time code uses the constexpr part only (kRavenFields, catalogue_index); catalogue()
+// owns strings and is for everything else.
 #pragma once
 
 #include <array>
@@ -19,19 +19,19 @@
 
 namespace ravencal::core {
 
-/// Ablation groups. The first seven are the paper's feature groups; the last three are the
-/// culprits of its re-homing study.
+/// Ablation groups. The first seven are the paper's feature groups; its re-homing study found that
+/// the last three break the calibration.
 enum class FeatureGroup : std::uint8_t {
-  kTimeAndState,      ///< time, run level, sub level, last_seq, board type
-  kJointPose,         ///< jpos, jpos_d
-  kMotorPose,         ///< mpos, mpos_d
-  kEndEffectorPose,   ///< pos, ori, pos_d, ori_d, grasp_d
-  kVelocity,          ///< mvel, jvel, jac_vel
-  kTorque,            ///< tau, jac_f
-  kCurrent,           ///< dac_val (commanded current)
-  kEncoderValue,      ///< encVals
-  kEncoderOffset,     ///< encoffsets
-  kVoid,              ///< every value of the unconnected slot 3
+  kTimeAndState,     ///< time, run level, sub level, last_seq, board type
+  kJointPose,        ///< jpos, jpos_d
+  kMotorPose,        ///< mpos, mpos_d
+  kEndEffectorPose,  ///< pos, ori, pos_d, ori_d, grasp_d
+  kVelocity,         ///< mvel, jvel, jac_vel
+  kTorque,           ///< tau, jac_f
+  kCurrent,          ///< dac_val (commanded current)
+  kEncoderValue,     ///< encVals
+  kEncoderOffset,    ///< encoffsets
+  kVoid,             ///< every value of the unconnected slot 3
 };
 inline constexpr std::size_t kFeatureGroupCount = 10;
 
@@ -44,8 +44,28 @@ inline constexpr std::size_t kNoJoint = 8;
 
 /// raven_state fields, in catalogue order.
 enum class RavenField : std::uint8_t {
-  kTime, kJpos, kRunlevel, kSublevel, kLastSeq, kType, kPos, kOri, kOriD, kPosD, kEncVals, kDac, kTau,
-  kMpos, kMvel, kJvel, kMposD, kJposD, kGraspD, kEncOffsets, kJacVel, kJacF,
+  kTime,
+  kJpos,
+  kRunlevel,
+  kSublevel,
+  kLastSeq,
+  kType,
+  kPos,
+  kOri,
+  kOriD,
+  kPosD,
+  kEncVals,
+  kDac,
+  kTau,
+  kMpos,
+  kMvel,
+  kJvel,
+  kMposD,
+  kJposD,
+  kGraspD,
+  kEncOffsets,
+  kJacVel,
+  kJacF,
 };
 inline constexpr std::size_t kRavenFieldCount = 22;
 
@@ -56,33 +76,22 @@ struct RavenFieldInfo {
   std::size_t first;              ///< catalogue index of this arm's first value
   std::size_t count;              ///< values per arm
   bool per_arm;
-  bool per_joint;                 ///< count == 8, one per joint slot
+  bool per_joint;  ///< count == 8, one per joint slot
 };
 
 /// One row per RavenField. `first` is the column of the authors' 252-column CSV minus 12.
 inline constexpr std::array<RavenFieldInfo, kRavenFieldCount> kRavenFields = {{
-    {"time", "s", 0, 1, false, false},
-    {"jpos", "deg", 1, 8, true, true},
-    {"runlevel", "1", 17, 1, false, false},
-    {"sublevel", "1", 18, 1, false, false},
-    {"last_seq", "1", 19, 1, false, false},
-    {"type", "1", 20, 1, true, false},
-    {"pos", "um", 22, 3, true, false},
-    {"ori", "1", 28, 9, true, false},
-    {"ori_d", "1", 46, 9, true, false},
-    {"pos_d", "um", 64, 3, true, false},
-    {"enc", "counts", 70, 8, true, true},
-    {"dac", "dac_counts", 86, 8, true, true},
-    {"tau", "N_m", 102, 8, true, true},
-    {"mpos", "deg", 118, 8, true, true},
-    {"mvel", "deg_per_s", 134, 8, true, true},
-    {"jvel", "deg_per_s", 150, 8, true, true},
-    {"mpos_d", "deg", 166, 8, true, true},
-    {"jpos_d", "deg", 182, 8, true, true},
-    {"grasp_d", "rad", 198, 1, true, false},
-    {"enc_offset", "counts", 200, 8, true, true},
-    {"jac_vel", "1", 216, 6, true, false},
-    {"jac_f", "1", 228, 6, true, false},
+    {"time", "s", 0, 1, false, false},         {"jpos", "deg", 1, 8, true, true},
+    {"runlevel", "1", 17, 1, false, false},    {"sublevel", "1", 18, 1, false, false},
+    {"last_seq", "1", 19, 1, false, false},    {"type", "1", 20, 1, true, false},
+    {"pos", "um", 22, 3, true, false},         {"ori", "1", 28, 9, true, false},
+    {"ori_d", "1", 46, 9, true, false},        {"pos_d", "um", 64, 3, true, false},
+    {"enc", "counts", 70, 8, true, true},      {"dac", "dac_counts", 86, 8, true, true},
+    {"tau", "N_m", 102, 8, true, true},        {"mpos", "deg", 118, 8, true, true},
+    {"mvel", "deg_per_s", 134, 8, true, true}, {"jvel", "deg_per_s", 150, 8, true, true},
+    {"mpos_d", "deg", 166, 8, true, true},     {"jpos_d", "deg", 182, 8, true, true},
+    {"grasp_d", "rad", 198, 1, true, false},   {"enc_offset", "counts", 200, 8, true, true},
+    {"jac_vel", "1", 216, 6, true, false},     {"jac_f", "1", 228, 6, true, false},
 }};
 
 constexpr const RavenFieldInfo& info_of(RavenField field) {
@@ -111,19 +120,20 @@ constexpr bool is_cycle_old_at_hook(RavenField field) {
 }
 
 /// Catalogue index of element `element` of `field`; `other_arm` selects the second arm.
-constexpr std::size_t catalogue_index(RavenField field, std::size_t element, bool other_arm = false) {
+constexpr std::size_t catalogue_index(RavenField field, std::size_t element,
+                                      bool other_arm = false) {
   const RavenFieldInfo& info = info_of(field);
   return info.first + element + (other_arm && info.per_arm ? info.count : 0);
 }
 
 struct CatalogueEntry {
-  std::string name;           ///< channel name: "jpos.elbow", "other.tau.wrist", "runlevel", "pos.x"
+  std::string name;  ///< channel name: "jpos.elbow", "other.tau.wrist", "runlevel", "pos.x"
   RavenField field = RavenField::kTime;
   FeatureGroup group = FeatureGroup::kTimeAndState;
-  std::size_t element = 0;    ///< position within the field
+  std::size_t element = 0;            ///< position within the field
   std::size_t joint_slot = kNoJoint;  ///< JointSlot as number, or kNoJoint
   bool other_arm = false;
-  std::string message_unit;   ///< as published; insertion positions are metres x 180/pi
+  std::string message_unit;  ///< as published; insertion positions are metres x 180/pi
   std::string si_unit;
   bool in_paper_table = false;  ///< one of the paper's 112 features of this arm
 };

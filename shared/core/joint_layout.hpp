@@ -13,7 +13,14 @@ namespace ravencal::core {
 /// Slots of every per-joint array in raven_state (uw-biorobotics/raven2 include/raven/defines.h).
 /// Slot 3 is not connected and is called the void slot.
 enum class JointSlot : std::size_t {
-  kShoulder = 0, kElbow = 1, kInsertion = 2, kVoid = 3, kRoll = 4, kWrist = 5, kGrasp1 = 6, kGrasp2 = 7,
+  kShoulder = 0,
+  kElbow = 1,
+  kInsertion = 2,
+  kVoid = 3,
+  kRoll = 4,
+  kWrist = 5,
+  kGrasp1 = 6,
+  kGrasp2 = 7,
 };
 
 inline constexpr std::size_t kSlotCount = 8;
@@ -25,7 +32,7 @@ inline constexpr std::array<std::string_view, kSlotCount> kSlotNames = {
     "shoulder", "elbow", "insertion", "void", "roll", "wrist", "grasp1", "grasp2"};
 
 /// SI unit of each slot's joint position: only the insertion is prismatic.
-inline constexpr std::array<std::string_view, kSlotCount> kSlotUnits = {
-    "rad", "rad", "m", "rad", "rad", "rad", "rad", "rad"};
+inline constexpr std::array<std::string_view, kSlotCount> kSlotUnits = {"rad", "rad", "m",   "rad",
+                                                                        "rad", "rad", "rad", "rad"};
 
 }  // namespace ravencal::core

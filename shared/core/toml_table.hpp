@@ -19,7 +19,7 @@
 
 namespace ravencal::core {
 
-/// Where a number may lie, ends included. Without a range every finite number will do.
+/// Where a number may lie, ends included. Without a range every finite number is accepted.
 struct NumberRange {
   double low = std::numeric_limits<double>::lowest();
   double high = std::numeric_limits<double>::max();

@@ -12,7 +12,7 @@ namespace ravencal::core {
 
 /// A named unit: value_si = value * to_si.
 struct Unit {
-  std::string_view name;     ///< as written in profiles and recordings, e.g. "deg", "mm", "um", "N_m"
+  std::string_view name;  ///< as written in profiles and recordings, e.g. "deg", "mm", "um", "N_m"
   std::string_view si_name;  ///< e.g. "rad", "m", "N_m"
   double to_si;
 };

@@ -2,9 +2,8 @@
 //
 // A trained calibration as data: which features, how scaled, which layers, what comes out. Training
 // makes it, ONNX and blob files store it, evaluation runs it. The real-time form of the same model
-// is model/blob_view.hpp + model/packed_network.hpp; tests hold the kernels to this
-// arithmetic, and both use the feature state of model/feature_state.hpp, so that they cannot drift
-// apart.
+// is model/blob_view.hpp + model/packed_network.hpp; tests compare the kernels with this
+// arithmetic, and both use the feature state of model/feature_state.hpp.
 #pragma once
 
 #include <Eigen/Core>

@@ -13,12 +13,12 @@
 namespace ravencal::model {
 namespace {
 
-/// Rows that judge a removal, spread evenly over those given: enough for the statistics of 600
-/// units, few enough that the paper's network takes seconds.
+/// Rows on which a removal is judged, spread evenly over those given: enough for the statistics of
+/// 600 units, and few enough for the paper's network to take seconds.
 constexpr Eigen::Index kMostRows = 8192;
 
-/// What stays, and the value that stands for what goes, per layer and input of that layer (input 0
-/// of layer 0 is the first feature; input i of layer l is unit i of layer l - 1).
+/// What stays, and the constant that replaces what is removed, per layer and input of that layer
+/// (input 0 of layer 0 is the first feature; input i of layer l is unit i of layer l - 1).
 struct Selection {
   std::vector<std::vector<bool>> keep;
   std::vector<Eigen::VectorXd> value;
@@ -86,7 +86,7 @@ bool is_constant(const CalibrationModel& model, std::size_t layer, Eigen::Index 
   return before.weights.row(i).isZero(0.0F);
 }
 
-/// Drops what no input can make matter, once.
+/// Drops once what no input can influence.
 bool drop_exact(CalibrationModel& model, std::vector<std::size_t>& inputs) {
   Selection selection = keep_all(model);
   bool dropped = false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Makes a trained network smaller: inputs and units that change nothing go, and within a budget
-// those that others can stand in for. Fewer weights are fewer bytes per tick. Not real time.
+// Makes a trained network smaller: removes inputs and units that change nothing, and within a
+// budget those that others can replace. Fewer weights are fewer bytes per tick. Not real time.
 #pragma once
 
 #include <cstddef>
@@ -31,12 +31,12 @@ struct Compacted {
 };
 
 /// `features_si` [rows x features] are what the network sees, SI units: the training data. A
-/// constant goes into the biases of the next layer. Within a budget every layer keeps the fewest of
-/// its inputs that can still say what the layer takes from them, and its weights are fitted anew
-/// (unit_reduction.hpp); all layers give up equally much of the outputs. At least one input and one
-/// unit of each hidden layer stay. The trust region becomes that of the inputs that stay; its
-/// distances are measured anew on the rows, if there are any. Fails on a feature matrix of another
-/// width, and on a positive budget without rows.
+/// constant goes into the biases of the next layer. Within a budget every layer keeps the fewest
+/// inputs that reproduce its sums, and its weights are fitted anew (unit_reduction.hpp); all layers
+/// give up equally much of the outputs. At least one input and one unit of each hidden layer stay.
+/// The trust region becomes that of the inputs that stay; its distances are measured anew on the
+/// rows, if there are any. Fails on a feature matrix of another width, and on a positive budget
+/// without rows.
 core::Result<Compacted> compact(const CalibrationModel& model, const FeatureMatrix& features_si,
                                 const CompactOptions& options);
 

@@ -69,8 +69,8 @@ bool matches(std::string_view pattern, std::string_view name) {
 }
 
 /// The light network's inputs: position (joint, motor, desired), velocity and torque of the three
-/// calibrated joints. They are what the cable's stretch depends on, and none of them counts from
-/// where the robot was switched on, so that the network survives another homing.
+/// calibrated joints. The stretch of the cable depends on them, and none of them counts from the
+/// position at power-on, so that the network stays valid after another homing.
 bool is_light(const core::CatalogueEntry& entry) {
   constexpr std::array kFields = {RavenField::kJpos, RavenField::kJposD, RavenField::kJvel,
                                   RavenField::kMpos, RavenField::kMposD, RavenField::kMvel,

@@ -4,7 +4,8 @@
 // correction: the one list of them. The correction is subtracted from the desired joints; the servo
 // (PD on motor position) turns that into torque in the same cycle, the torque into velocity in the
 // next, and the desired positions themselves contain the correction. Measured positions answer as
-// well, but only as fast as the servo moves the arm; tools/deployment/loop counts them in the whole loop.
+// well, but only as fast as the servo moves the arm; tools/deployment/loop counts them in the whole
+// loop.
 #pragma once
 
 #include <optional>

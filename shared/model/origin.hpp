@@ -31,8 +31,8 @@ std::optional<Coordinates> coordinates_from(std::string_view name);
 /// In words, e.g. "gold arm of RAVEN-II, controller crtk, inputs in motor coordinates".
 std::string describe(const Origin& origin);
 
-/// What `known` says, and where it is silent what `more` says. Errors (kData): both say something
-/// else; the sentence begins with `source`, who says what `more` holds, e.g. "run2.db".
+/// The values of `known`, completed by those of `more`. Errors (kData): the two disagree; the
+/// sentence begins with `source`, where `more` comes from, e.g. "run2.db".
 core::Result<Origin> joined(const Origin& known, const Origin& more, std::string_view source);
 
 }  // namespace ravencal::model

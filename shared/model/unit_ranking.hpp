@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which few of a layer's inputs say nearly all that the layer takes from them. Not real time.
+// Which few of a layer's inputs reproduce nearly all of the layer's sums. Not real time.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A network with fewer inputs and units that does nearly what a large one does: each layer keeps
-// the few inputs that say nearly all it takes from them, and its weights are fitted anew to give
-// what the large layer gave. Works where the units of a layer repeat each other, as those of a
+// the few inputs that reproduce nearly all of its sums, and its weights are fitted anew to give the
+// outputs of the large layer. Works where the units of a layer repeat each other, as those of a
 // regularised network do. Not real time.
 #pragma once
 

@@ -45,7 +45,7 @@ Wander variation_of(const Joint& joint, std::string_view effect) {
 
 Friction motor_friction(const Joint& joint) {
   BristleFriction::Parameters p;
-  // Friction by load alone still needs a bristle: a level too small to matter carries it.
+  // Friction that depends on the load alone still needs a bristle, so it gets a negligible level.
   const double load_share = joint.parameter("load_dependent_friction", "load_share");
   p.level = std::max(joint.parameter("coulomb_friction", "level"), load_share > 0.0 ? 1e-6 : 0.0);
   p.stribeck_extra = joint.parameter("stribeck_friction", "extra");

@@ -2,8 +2,8 @@
 //
 // The traits in which the published branches of the RAVEN-II's control program (uw-biorobotics/
 // raven2: master d2307c5, here `main`; branch crtk 0d10caf) differ from each other and from an
-// idealised controller. Whoever behaves differently for a branch asks for a trait, never for the
-// name. Files below are those of src/raven.
+// idealised controller. Code that differs between branches asks for a trait, never for the name.
+// Files below are those of src/raven.
 #pragma once
 
 #include <array>

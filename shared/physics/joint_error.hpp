@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a joint goes when its drive, or its command, is somewhere: the plant's transmission effects
-// as far as positions and recorded loads alone decide them. Cables that need an effort through them
+// Position of a joint, given that of its drive or its command: the plant's transmission effects, as
+// far as they depend on positions and recorded loads alone. Cables that need an effort through them
 // belong to the arm's physics (physics/cable.hpp).
 #pragma once
 

@@ -19,9 +19,9 @@ std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
 double coupling_of(const Plant& plant, std::size_t to, std::size_t from);
 
 /// Efforts of the joints ([joints][samples], N m or N; empty where unknown) as the motors feel
-/// them, at the plant's nominal reductions. By virtual work: a joint that others' motors move loads
-/// those, and a joint that moves further than its motor says asks more of it (effects gain_error
-/// and coupling).
+/// them, at the plant's nominal reductions. By virtual work: a joint that other motors move loads
+/// these motors, and a joint that moves further than its motor angle says loads its motor more
+/// (effects gain_error and coupling).
 std::vector<Eigen::VectorXd> motor_efforts(const Plant& plant,
                                            const std::vector<Eigen::VectorXd>& joint_efforts);
 

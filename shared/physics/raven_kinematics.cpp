@@ -13,8 +13,8 @@ namespace {
 using core::JointSlot;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kToolLength = 0.013;    // Lw: RAVEN tool, wrist to jaws, m
-constexpr double kShaftLength = -0.47;   // d4, m
+constexpr double kToolLength = 0.013;   // Lw: RAVEN tool, wrist to jaws, m
+constexpr double kShaftLength = -0.47;  // d4, m
 
 constexpr DhTable with_tool(const core::ArmGeometry& arm) {
   return {{arm.twist_rad[0], arm.twist_rad[1], arm.twist_rad[2], 0.0, kPi / 2, kPi / 2},

@@ -68,7 +68,7 @@ RAVENCAL_AVX512_INLINE bool parse_exponent(const char* first, std::uint32_t digi
   const auto plus = static_cast<int>(first[1] == '+');
   const auto minus = static_cast<int>(first[1] == '-');
   const int value = (first[2] - '0') * 10 + (first[3] - '0');
-  exponent = (value ^ -minus) + minus;  // without a branch: signs come as they like
+  exponent = (value ^ -minus) + minus;  // no branch, because signs are unpredictable
   const int common = static_cast<int>((first[0] | 0x20) == 'e') & static_cast<int>(length == 4) &
                      static_cast<int>(digits == 0xcU) & (plus | minus);
   return common != 0;

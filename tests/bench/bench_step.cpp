@@ -78,7 +78,8 @@ std::vector<Peer> all_peers(const Task& task, bool paper) {
   return peers;
 }
 
-/// The plugin on what `ravencal convert --compact` left of a network: its time hangs on the shape.
+/// The plugin on what `ravencal convert --compact` left of a network: its time depends on the
+/// shape.
 Peer compacted_peer(const std::vector<std::uint32_t>& shape) {
   Peer peer = plugin_peer(make_task(shape), kernels::Precision::kFloat32, RAVENCAL_ISA_BEST);
   peer.name = fmt::format("ravencal f32 compacted {}", fmt::join(shape, "-"));
@@ -216,7 +217,7 @@ nlohmann::json run_network(bool paper, const Options& options) {
   return report;
 }
 
-/// What a control process does for itself; says what it may not.
+/// Asks for real-time scheduling as a control process does; prints what is refused.
 void settle(unsigned core) {
   cpu_set_t cores;
   CPU_ZERO(&cores);

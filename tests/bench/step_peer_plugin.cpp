@@ -12,7 +12,7 @@
 namespace ravencal::bench {
 namespace {
 
-/// Small enough that the plugin believes it.
+/// Small enough for the plugin to accept it.
 constexpr double kOutputScale_ji = 1e-4;
 
 /// The task's weights in a model that reads a robot's state, so centred that the state of

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // `ravencal run` against the virtual RAVEN among Debian's own ROS programs: to the end, with
-// pauses, and through every fault that an evening has.
+// pauses, and through faults of robot, network and operator.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Harness of the blob reader for libFuzzer and AFL++ (which runs the same entry in persistent
-// mode): the bytes as they are, and again with right sizes and checksums, or nothing behind those
-// would ever be reached. Whatever opens is read to the last byte; one in 64 also goes through the
+// mode): the bytes as they are, and again with right sizes and checksums, so that the checks behind
+// those are reached. Whatever opens is read to the last byte; one in 64 also goes through the
 // tools' decoder and encoder, which are a hundred times slower.
 #include <cmath>
 #include <cstddef>

@@ -8,11 +8,16 @@ add_test(NAME Package.ThePublicHeadersAreDocumentedWithoutAWarning
   COMMAND ${package_tests}/doxygen_test ${PROJECT_SOURCE_DIR})
 add_test(NAME Package.LintianFindsNoFaultInThePackages
   COMMAND ${package_tests}/lintian_test ${PROJECT_BINARY_DIR})
+add_test(NAME Package.EveryCxxFileIsFormatted
+  COMMAND ${package_tests}/format_test ${PROJECT_SOURCE_DIR})
+add_test(NAME Package.EveryLinkOfADocumentLeadsSomewhere
+  COMMAND ${package_tests}/links_test ${PROJECT_SOURCE_DIR})
 add_test(NAME Package.TheDemoRunsInAFreshDebian
   COMMAND ${package_tests}/chroot_test ${PROJECT_BINARY_DIR})
 set_tests_properties(
   Package.AHostOfTenLinesFindsThePluginThatWasInstalled Package.EveryCommandHasAManPageAndCompletion
   Package.ThePublicHeadersAreDocumentedWithoutAWarning Package.LintianFindsNoFaultInThePackages
+  Package.EveryCxxFileIsFormatted Package.EveryLinkOfADocumentLeadsSomewhere
   PROPERTIES LABELS package TIMEOUT 300 SKIP_RETURN_CODE 77)
 set_tests_properties(Package.TheDemoRunsInAFreshDebian
   PROPERTIES LABELS package-chroot TIMEOUT 3600 SKIP_RETURN_CODE 77)

@@ -22,7 +22,8 @@ fs::path run_demo() {
   fs::remove_all(out);
   const std::string command =
       fmt::format("cd '{}' && PATH='{}:{}':\"$PATH\" tools/demo.sh --plugin '{}' --out '{}'",
-                  RAVENCAL_SOURCE_DIR, RAVENCAL_PROGRAM_DIR, RAVENCAL_DRIVER_DIR, RAVENCAL_PLUGIN, out.string());
+                  RAVENCAL_SOURCE_DIR, RAVENCAL_PROGRAM_DIR, RAVENCAL_DRIVER_DIR, RAVENCAL_PLUGIN,
+                  out.string());
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   return out;
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// README's rows of real arms, made with the shipped program. Limits: what others reached on the same
-// split without a network (READMEs of the recordings: offset, coupling and play; compliance), where
-// we are below it; where we are not, 5 % above what we reach, so that it cannot get worse unseen.
+// Rows of real arms in FIGURES.md, made with the shipped program. Limits: what others reached on
+// the same split without a network (READMEs of the recordings: offset, coupling and play;
+// compliance), where we are below it; where we are not, 5 % above what we reach, so that it cannot
+// get worse unseen.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

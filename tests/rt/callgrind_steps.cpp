@@ -41,7 +41,7 @@ void count_step(Rig& rig, const char* situation) {
   count(situation, [&] { rig.api().step(rig.instance.get(), &rig.state, &rig.output); });
 }
 
-/// What the test of the test needs: instructions that depend on the data.
+/// Instructions that depend on the data, for the test of the counter itself.
 void count_loops(const char* situation, int loops) {
   count(situation, [loops] {
     for (int i = 0; i < loops; ++i) asm volatile("" ::: "memory");

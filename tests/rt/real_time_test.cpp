@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A step uses no heap, no lock and no system call, in any state and on any input; and the alarms
-// that say so ring.
+// A step uses no heap, no lock and no system call, in any state and on any input. The alarms that
+// check this are shown to trip.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <pthread.h>

@@ -35,8 +35,8 @@ model::FeatureSpec with_play(const std::string& channel, float half_width);
 /// Homed, pedal up, every value in the middle of make_model's trained ranges.
 ravencal_state healthy_state(std::int64_t t_ns = 0);
 
-/// A model of joints 1 and 2 that passes its self-test, but answers a state so provoked, which is
-/// within the trained ranges, with what is no number.
+/// A model of joints 1 and 2 that passes its self-test, but gives a result that is not finite for a
+/// state so provoked, which is within the trained ranges.
 model::CalibrationModel make_model_with_a_flaw();
 void provoke_flaw(ravencal_state& state);
 

@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> write_four() {
   return files;
 }
 
-/// What the child of the test below has to say.
+/// Result of the child of the test below.
 struct Report {
   std::uint64_t swaps = 0;
   std::uint64_t ticks = 0;

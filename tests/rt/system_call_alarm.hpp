@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ends a process at the first system call that a thread of it makes: Linux seccomp, strict but for
-// the exit. Used in a child process, so that the test lives to tell.
+// the exit. Used in a child process, so that the test survives.
 #pragma once
 
 #include <sys/syscall.h>
@@ -12,7 +12,7 @@
 namespace ravencal::test {
 
 /// From here on, any system call of this thread ends the process with SIGSYS, but for exit_group
-/// and `allowed` (SYS_*). There is no way back. False if the kernel has no seccomp filters.
+/// and `allowed` (SYS_*). It cannot be undone. False if the kernel has no seccomp filters.
 [[nodiscard]] bool forbid_system_calls(std::uint32_t allowed = SYS_exit_group);
 
 struct ChildEnd {

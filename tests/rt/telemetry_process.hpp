@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A child process of a test: what a reader or a writer is in life, and can be stopped and killed.
+// A child process of a test, which acts as a reader or a writer and can be stopped and killed.
 #pragma once
 
 #include <signal.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whoever reads the telemetry of the loaded plugin, and whatever becomes of him or of the writer:
-// nobody but he notices.
+// Readers of the loaded plugin's telemetry, of which any may stop or die, as may the writer: no
+// other process notices.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The house rules that a reader relies on: which room may include which, and how long a file gets.
+// Rules of the source tree: which folder may include which, and how long a file may be.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

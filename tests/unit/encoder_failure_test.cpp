@@ -113,8 +113,8 @@ TEST(EncoderFailure, AKillAtAnyOf200MomentsLeavesAFileThatLacksTheLastMomentOnly
   const std::int64_t worst = *std::max_element(lacking_ns.begin(), lacking_ns.end());
   std::printf("200 kills: every file opens; at most %.1f ms of rows missing\n",
               1e-6 * static_cast<double>(worst));
-  // The contract is 100 ms; a machine that does not run the committing thread for longer is not the
-  // recorder's fault, so the gate is wider.
+  // The contract is 100 ms; a busy machine may hold up the committing thread for longer, so the
+  // test allows more.
   EXPECT_LT(worst, 1000 * core::kNsPerMs);
 }
 

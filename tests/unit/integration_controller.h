@@ -12,18 +12,18 @@
 extern "C" {
 #endif
 
-#define CONTROLLER_WITHOUT 0  /* as it was before any line was added */
-#define CONTROLLER_WITH 1     /* with the lines */
-#define CONTROLLER_ONE_WAY 2  /* with the lines but those of the inverse path */
+#define CONTROLLER_WITHOUT 0 /* as it was before any line was added */
+#define CONTROLLER_WITH 1    /* with the lines */
+#define CONTROLLER_ONE_WAY 2 /* with the lines but those of the inverse path */
 
 typedef struct controller_setup {
-  int lines;             /* CONTROLLER_* */
-  const char* plugin;    /* null: the plugin is not opened */
+  int lines;          /* CONTROLLER_* */
+  const char* plugin; /* null: the plugin is not opened */
   const char* weights;
   const char* telemetry;
-  int green;             /* 1: the green arm is the calibrated one */
-  int absent_arm;        /* 1: the settings name an arm that the robot lacks */
-  int by_type;           /* 1: arms are told apart by type, also where types are not unique */
+  int green;      /* 1: the green arm is the calibrated one */
+  int absent_arm; /* 1: the settings name an arm that the robot lacks */
+  int by_type;    /* 1: arms are told apart by type, also where types are not unique */
 } controller_setup;
 
 typedef struct controller controller;

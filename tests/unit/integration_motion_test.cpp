@@ -207,7 +207,7 @@ TEST_P(IntegrationMotion, ReseedsDesiredFromActualWithinOneEncoderCountOfTheMoto
   for (const double error : motor_error_while_pedal_is_up(api, both_ways)) {
     EXPECT_LT(error, kRadPerCount);
   }
-  // The same controller without the lines in the inverse path: what the pair is there for.
+  // The same controller without the lines in the inverse path, which shows why the pair is needed.
   Controller one_way = made(CONTROLLER_ONE_WAY);
   one_way.run(kEmergencyStop, 20);
   one_way.home();

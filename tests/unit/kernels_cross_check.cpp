@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// kernels_cross_check: the kernels' promises without a test library, for processors that only a
-// cross compiler and an emulator know. 0: kept; 1: a sentence says which one was not.
+// kernels_cross_check: checks the kernels without a test library, for processors that only a cross
+// compiler and an emulator have. 0: all checks pass; 1: a sentence names the failed one.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>

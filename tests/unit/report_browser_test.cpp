@@ -156,7 +156,7 @@ TEST_F(ReportInBrowser, DrawsASingleSampleAndASeriesOfGaps) {
 }
 
 TEST_F(ReportInBrowser, RingsWhenAScriptFails) {
-  // The test's own alarm: a page that is broken on purpose must be seen as broken.
+  // Check of the test: it must see a page that is broken on purpose as broken.
   const fs::path page = folder_ / "report.html";
   ASSERT_TRUE(write_html(sample_report(3000), page).ok());
   std::ifstream file(page, std::ios::binary);

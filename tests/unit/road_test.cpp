@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The road from edge to label on the digital twin: its encoder edges, replayed through the driver,
-// homed from the hard stops, merged with what its controller said.
+// From edge to label on the digital twin: its encoder edges are replayed through the driver, homed
+// from the hard stops and merged with the controller's states.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The controller's CRTK messages as bytes: what is written is read back, whatever it says, and
-// bytes from a network are read or refused, never trusted.
+// The controller's CRTK messages as bytes: written messages read back unchanged, and bytes from a
+// network are checked, then read or refused.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>

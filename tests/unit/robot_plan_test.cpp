@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be said before a robot is there: the plan of a run, and an evening's list of steps that
-// can be continued.
+// Checks that need no robot: the plan of a run, and the list of calibration steps that can be
+// continued.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -48,7 +48,8 @@ record::Recording study_arm(int rows, unsigned seed, double encoder_shift) {
       const core::CatalogueEntry& entry = catalogue[c];
       const double slot = static_cast<double>(entry.joint_slot);
       double value = std::sin(0.013 * row * (1.0 + 0.3 * slot) + phase + 0.5 * slot);
-      // Torques of their own, so that they say what no pose says; all else follows the pose.
+      // Independent torques, so that they hold information that no pose has; all else follows the
+      // pose.
       if (entry.group == core::FeatureGroup::kTorque || entry.group == core::FeatureGroup::kCurrent)
         value = std::sin(0.031 * row * (1.0 + 0.2 * slot) + 2.0 * phase);
       if (entry.field == core::RavenField::kEncVals) value = 1000.0 * value + encoder_shift;

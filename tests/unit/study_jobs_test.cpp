@@ -86,7 +86,7 @@ TEST_F(StudyJobs, TheRemovalPlanHasOneNetworkPerRowAndSeed) {
 TEST_F(StudyJobs, InaccurateAndTorqueTrainNothingBeyondTheBaseline) {
   EXPECT_EQ(plan("inaccurate").jobs.size(), 2U);
   EXPECT_EQ(plan("torque").jobs.size(), 2U);
-  // And it is the same network as removal's first row: whoever ran one has the others.
+  // It is the same network as removal's first row, so one result serves both.
   EXPECT_EQ(plan("torque").jobs[0].key, plan("removal").jobs[0].key);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Man pages and bash completion, written by a program about itself: from the same tree of commands
-// and options that --help prints, so that neither can fall behind.
+// Man pages and bash completion, made by a program from the same tree of commands and options that
+// --help prints, so that all agree.
 #pragma once
 
 #include <string>

@@ -24,13 +24,15 @@ Progress::~Progress() {
 
 void Progress::update(double done, std::string_view detail) {
   const auto now = Clock::now();
-  const auto interval = terminal_ ? Clock::duration(kTerminalInterval) : Clock::duration(kLogInterval);
+  const auto interval =
+      terminal_ ? Clock::duration(kTerminalInterval) : Clock::duration(kLogInterval);
   const bool due = now - last_ >= interval || (done >= 1.0 && drawn_);
   if (now - start_ < kSilence || !due) return;
   last_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const double left_s = done > 0.0 ? elapsed_s * (1.0 - done) / done : 0.0;
-  const std::string line = fmt::format("{} {:3.0f} %  {}  {:.0f} s left", task_, 100.0 * done, detail, left_s);
+  const std::string line =
+      fmt::format("{} {:3.0f} %  {}  {:.0f} s left", task_, 100.0 * done, detail, left_s);
   if (terminal_) {
     fmt::print(stderr, "\r\033[K{}", line);
   } else {

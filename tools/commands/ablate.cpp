@@ -188,10 +188,10 @@ core::Status run_jobs(const study::Plan& plan, const AblateArguments& arguments,
                summary.wall_s, summary.there_already);
     return {};
   }
-  return core::Error{core::ErrorCode::kIo,
-                     fmt::format("interrupted: {} of {} networks are done; the same command goes "
-                                 "on from there",
-                                 summary.there_already + summary.ran, plan.jobs.size())};
+  return core::Error{
+      core::ErrorCode::kIo,
+      fmt::format("interrupted: {} of {} networks are done; the same command continues",
+                  summary.there_already + summary.ran, plan.jobs.size())};
 }
 
 core::Status run(AblateArguments arguments, int& exit_code) {
@@ -235,16 +235,18 @@ void add_data_options(CLI::App& command, AblateArguments& arguments) {
 void add_network_options(CLI::App& command, AblateArguments& arguments) {
   study::Settings& settings = arguments.settings;
   command.add_option("--features", settings.features,
-                     fmt::format("What is ablated; without it {}", study::kBaseFeatures));
+                     fmt::format("Features that are ablated; default: {}", study::kBaseFeatures));
   command.add_option(
       "--homing-features", settings.homing_features,
-      fmt::format("All features of the homing study; without it {}", study::kHomingFeatures));
+      fmt::format("All features of the homing study; default: {}", study::kHomingFeatures));
   add_hidden_option(command, settings.hidden);
   add_epoch_options(command, settings.epochs, settings.batch);
   command.add_option("--seeds", settings.seeds, "Networks per row")
       ->check(CLI::Range(1U, 1000U))
       ->capture_default_str();
-  command.add_option("--seed", settings.first_seed, "Of the first; the others follow every 10")
+  command
+      .add_option("--seed", settings.first_seed,
+                  "Seed of the first network; each further one adds 10")
       ->capture_default_str();
 }
 
@@ -255,12 +257,13 @@ void add_run_options(CLI::App& command, AblateArguments& arguments) {
       "in --out");
   command.add_option("--job", arguments.job, "Run this job of the plan in --out, and no other");
   command.add_flag("--collect", arguments.collect, "Make tables and report of the plan's results");
-  command.add_flag("--partial", arguments.partial, "With gaps where jobs have no result");
+  command.add_flag("--partial", arguments.partial,
+                   "With --collect: leave gaps where jobs have no result");
   command
       .add_option("--workers", arguments.pool.workers,
                   "Networks at the same time; 0: one per core. Changes no result")
       ->check(CLI::Range(0U, 1024U));
-  command.add_option("--threads", arguments.pool.threads, "Per network; changes no result")
+  command.add_option("--threads", arguments.pool.threads, "Threads per network; changes no result")
       ->check(CLI::Range(1U, 1024U))
       ->capture_default_str();
   command.add_flag("--check", arguments.check, "Exit with 1 unless every tested finding holds");
@@ -272,7 +275,7 @@ void add_run_options(CLI::App& command, AblateArguments& arguments) {
 void add_ablate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<AblateArguments>();
   CLI::App* command =
-      app.add_subcommand("ablate", "Which features carry the calibration: the paper's study");
+      app.add_subcommand("ablate", "Find which features the calibration needs: the paper's study");
   command->add_option("study", arguments->study, "removal, inaccurate, torque, homing or all")
       ->required()
       ->check(CLI::IsMember({"removal", "inaccurate", "torque", "homing", "all"}));
@@ -282,7 +285,7 @@ void add_ablate(CLI::App& app, int& exit_code) {
   add_network_options(*command, *arguments);
   add_run_options(*command, *arguments);
   command->footer(
-      "The same command goes on where it was interrupted. On a cluster: --plan, then\n"
+      "The same command continues an interrupted study. On a cluster: --plan, then\n"
       "tools/calibration/slurm/ablate.sbatch, then --collect.\n"
       "Example: ravencal ablate removal --train zigzag*.db --test random1.db --hidden 128,64,32 "
       "--epochs 60 --out study");

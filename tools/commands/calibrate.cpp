@@ -47,17 +47,17 @@ core::Result<int> run_command(std::vector<std::string> arguments) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-/// Waits for Enter; an error if nobody is there.
+/// Waits for Enter. Error: standard input has ended.
 core::Status ask(const robot::CalibrationStep& step, bool yes) {
   if (step.instruction.empty()) return {};
   fmt::print("  {}\n", step.instruction);
   std::fflush(stdout);
   if (yes) return {};
-  fmt::print("  Enter goes on, Ctrl-C ends: ");
+  fmt::print("  Enter continues, Ctrl-C ends: ");
   std::fflush(stdout);
   std::string line;
   if (std::getline(std::cin, line)) return {};
-  return core::Error{core::ErrorCode::kUsage, "nobody answered; --yes asks nothing"};
+  return core::Error{core::ErrorCode::kUsage, "no answer; --yes skips the questions"};
 }
 
 core::Status run_step(const robot::CalibrationStep& step, bool yes, int& exit_code) {
@@ -87,10 +87,10 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
     if (done) continue;
     RAVENCAL_RETURN_IF_ERROR(run_step(step, arguments.yes, exit_code));
     if (exit_code != cli::kOk) {
-      fmt::print(stderr,
-                 "ravencal calibrate: '{}' did not end well (exit {}); the same command "
-                 "goes on from here\n",
-                 step.title, exit_code);
+      fmt::print(
+          stderr,
+          "ravencal calibrate: '{}' failed (exit {}); the same command continues from here\n",
+          step.title, exit_code);
       return {};
     }
     RAVENCAL_RETURN_IF_ERROR(session.mark_done(step));
@@ -108,10 +108,10 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
 void add_calibrate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
   robot::CalibrationOptions& options = arguments->options;
-  CLI::App* command =
-      app.add_subcommand("calibrate", "A calibration evening, step by step, on a robot (ROS)");
+  CLI::App* command = app.add_subcommand("calibrate", "Calibrate a robot step by step (ROS)");
   command
-      ->add_option("--out", arguments->folder, "Folder of the session; the same one continues it")
+      ->add_option("--out", arguments->folder,
+                   "Folder of the session; the same folder continues it")
       ->required();
   command->add_option("--arm", options.arm, "The arm with the external encoders")
       ->check(CLI::IsMember({"gold", "green"}))
@@ -141,10 +141,11 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--stale-s", options.stale_s, "As in `ravencal run`")->capture_default_str();
   command->add_option("--wait-s", options.wait_s, "As in `ravencal run`")->capture_default_str();
-  command->add_flag("--yes", arguments->yes, "Ask nothing: for the virtual robot and for tests");
+  command->add_flag("--yes", arguments->yes,
+                    "Skip the questions: for the virtual robot and for tests");
   command->footer(
-      "Check, home, zig-zags, random motion, training, report, weights, what to load. An evening\n"
-      "that was stopped goes on with the same command.\n"
+      "Check, home, zig-zags, random motion, training, report, weights, what to load.\n"
+      "The same command continues a session that was stopped.\n"
       "Example: ravencal calibrate --out evening1");
   on_call(*command, exit_code, [arguments, &exit_code] {
     arguments->options.folder = arguments->folder;

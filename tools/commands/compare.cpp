@@ -46,8 +46,8 @@ core::Status complete(CompareArguments& a) {
   }
   for (const double share : a.options.shares) {
     if (!(share > 0.0) || share >= 1.0)
-      return core::usage_error(
-          fmt::format("--shares {}: a share lies between 0 and 1; all is always there", share));
+      return core::usage_error(fmt::format(
+          "--shares {}: a share lies between 0 and 1; the whole training is always added", share));
   }
   std::sort(a.options.shares.begin(), a.options.shares.end());
   return {};
@@ -175,7 +175,7 @@ core::Status run(CompareArguments a) {
   fmt::print("{}\n", study::verdict_text(outcome.comparison));
   if (outcome.interrupted)
     fmt::print(
-        "interrupted: {} method(s) are done and kept; the same command goes on behind them\n",
+        "interrupted: {} method(s) are done and kept; the same command continues with the others\n",
         outcome.comparison.methods.size());
   fmt::print("report: {}\n", (a.options.out / "compare.html").string());
   return {};
@@ -188,21 +188,21 @@ void add_data_options(CLI::App& command, CompareArguments& a) {
       .add_option("--test", a.sets["test"], "Recordings to test on; no setting is chosen on them")
       ->required();
   command.add_option("--test-load", a.sets["load"],
-                     "The same under a load that training never saw");
-  command.add_option("--test-homing", a.sets["homing"], "The same after homing again");
+                     "Test recordings under a load that training never saw");
+  command.add_option("--test-homing", a.sets["homing"], "Test recordings after another homing");
   command
       .add_option("--out", a.options.out, "Folder for compare.json, .html, .csv, .md, .tex, models")
       ->required();
   command.add_option("--test-profile", a.test_profile, "Profile of the test files, if another");
   add_load_options(command, a.load);
-  command.add_option("--title", a.options.title, "Of the page");
+  command.add_option("--title", a.options.title, "Title of the page");
   add_joints_option(command, a.options.joints);
   command.add_option("--features", a.options.features, "Inputs of all methods, as for train");
   command.add_option("--features-of", a.features_of,
                      "JOINT=FEATURES: inputs of one joint's own models; may be repeated");
   command
       .add_option("--play", a.options.play,
-                  "Half-widths (SI units) of play operators for ours; rivals keep to their papers")
+                  "Half-widths (SI units) of play operators, for our methods only")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
   command.add_flag("--poses", a.options.poses, "Rows are poses in no order of time");
@@ -222,7 +222,7 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
       ->delimiter(',')
       ->capture_default_str();
   command.add_flag_callback(
-      "--no-curve", [&a] { a.options.shares.clear(); }, "Train on everything only");
+      "--no-curve", [&a] { a.options.shares.clear(); }, "Leave out the learning curve");
   command.add_option("--plugin", a.plugin, "libravencal_plugin.so: times models in the 1 kHz loop");
   command.add_option("--ticks", a.ticks, "Cycles of that loop")
       ->check(CLI::Range(std::int64_t{100}, std::int64_t{10'000'000}))
@@ -236,17 +236,19 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
   add_epoch_options(command, s.epochs, s.batch);
   add_learning_rate_option(command, s.learning_rate);
   command
-      .add_option("--penalty-scale", s.penalty_scale,
-                  "Of the network; 0: chosen by blocked validation where rows are few")
+      .add_option(
+          "--penalty-scale", s.penalty_scale,
+          "Factor of the network's penalties; 0: blocked validation chooses it where rows are few")
       ->check(CLI::NonNegativeNumber);
   add_networks_option(command, s.networks);
   command.add_option("--gru-units", s.gru_units, "Units of the GRU (the authors': 300)")
       ->check(CLI::Range(1U, 4096U))
       ->capture_default_str();
-  command.add_option("--gru-dense", s.gru_dense, "Units of the layer behind it; 0: none")
+  command
+      .add_option("--gru-dense", s.gru_dense, "Units of the dense layer behind the GRU; 0: none")
       ->check(CLI::Range(0U, 4096U))
       ->capture_default_str();
-  command.add_option("--gru-epochs", s.gru_epochs, "Of the GRU")
+  command.add_option("--gru-epochs", s.gru_epochs, "Epochs of the GRU")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
   command.add_option("--lstm-iterations", s.lstm_iterations, "Batches of 100 for the LSTM")
@@ -255,11 +257,11 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
   command.add_option("--inducing", s.inducing, "Points of the sparse Gaussian process")
       ->check(CLI::Range(2U, 4096U))
       ->capture_default_str();
-  command.add_option("--trees", s.trees, "Of the random forest")
+  command.add_option("--trees", s.trees, "Trees of the random forest")
       ->check(CLI::Range(1U, 10000U))
       ->capture_default_str();
-  command.add_option("--seed", s.seed, "Of everything random")->capture_default_str();
-  command.add_option("--threads", s.threads, "Of the network's training")
+  command.add_option("--seed", s.seed, "Seed of every random draw")->capture_default_str();
+  command.add_option("--threads", s.threads, "Threads of the network's training")
       ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
 }
@@ -269,7 +271,7 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
 void add_compare(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command =
-      app.add_subcommand("compare", "Every calibration method on the same split, in one table");
+      app.add_subcommand("compare", "Compare calibration methods on one split, in one table");
   add_data_options(*command, *arguments);
   add_study_options(*command, *arguments);
   command->footer(
@@ -277,8 +279,8 @@ void add_compare(CLI::App& app, int& exit_code) {
       "         ravencal compare --train run1.db run2.db --test run3.db --features light --play "
       "0.001,0.003 "
       "--physics physics --plugin libravencal_plugin.so --out comparison\n"
-      "Finished methods are kept in OUT/methods: after Ctrl-C the same command goes on behind "
-      "them.");
+      "Finished methods are kept in OUT/methods: after Ctrl-C the same command continues with the "
+      "others.");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

@@ -71,7 +71,7 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
     RAVENCAL_ASSIGN_OR_RETURN(const bool is_own, learn::is_ravencal_onnx(arguments.model));
     if (is_own && !arguments.scaling.empty()) {
       return core::usage_error(
-          fmt::format("{}: knows its own scaling; leave out --scaling", arguments.model));
+          fmt::format("{}: contains its scaling; leave out --scaling", arguments.model));
     }
     if (is_own) {
       RAVENCAL_ASSIGN_OR_RETURN(outcome.model, learn::read_onnx(arguments.model));
@@ -124,10 +124,11 @@ core::Status make_blob(const Arguments& arguments, Outcome& outcome) {
   const bool is_int8 = packing.precision == model::packed::Precision::kInt8;
   const bool needs_rows = is_int8 || (arguments.compact && arguments.budget > 0.0);
   if (needs_rows && convert::calibration_files(arguments).empty()) {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{} is calibrated by what the layers see: give recordings of "
-                                   "the training with --calibrate (or one with --check)",
-                                   is_int8 ? "--precision int8" : "--compact with a budget")};
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format(
+            "{} needs recordings of the training: give them with --calibrate (or one with --check)",
+            is_int8 ? "--precision int8" : "--compact with a budget")};
   }
   model::FeatureMatrix rows;
   if (is_int8 || arguments.compact) {
@@ -180,7 +181,7 @@ core::Status check(const Arguments& arguments, Outcome& outcome) {
   if (files.empty()) return {};
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             record::load_recording(files.front(), arguments.load));
-  // The bytes are read back: the check compares what is written, not the intention.
+  // The check reads the written bytes back.
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel weights,
                             model::decode_blob(outcome.blob, arguments.out));
   RAVENCAL_ASSIGN_OR_RETURN(outcome.check,
@@ -199,7 +200,7 @@ core::Status check(const Arguments& arguments, Outcome& outcome) {
   return {};
 }
 
-/// Against the file that another program wrote.
+/// Compares the weights with the file that another program wrote.
 core::Status check_source(const Arguments& arguments, Outcome& outcome) {
   if (!outcome.foreign) return {};
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel weights,
@@ -238,7 +239,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
 
 void add_convert(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("convert", "Turn a model into weights for the plugin");
+  CLI::App* command = app.add_subcommand("convert", "Convert a model into weights for the plugin");
   command
       ->add_option("model", arguments->model,
                    "Model of `ravencal train` (.onnx), of Keras (.h5), or of "
@@ -253,19 +254,18 @@ void add_convert(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   CLI::Option* compact = command->add_option(
       "--compact", arguments->budget,
-      "Leave out inputs and units that change nothing, or, with a budget such as 0.02, all without "
-      "which the outputs change by less than that share of their spread");
+      "Remove inputs and units that change nothing; with a budget such as 0.02, also those whose "
+      "removal changes the outputs by less than that share of their spread");
   compact->expected(0, 1)->check(CLI::Range(0.0, 1.0))->type_name("BUDGET");
-  command->add_option(
-      "--calibrate", arguments->calibrate,
-      "Recordings of the training: for int8 and --compact (default: that of --check), "
-      "for the trained range of a model of another program, and for the gains of the loop that "
-      "inputs close which answer to the motor command (torque, velocity, desired position)");
+  command->add_option("--calibrate", arguments->calibrate,
+                      "Recordings of the training. int8 and --compact need them (default: that of "
+                      "--check), so does the trained range of a model of another program, and so "
+                      "do the gains of the loop that torque, velocity and desired positions close");
   command->add_option("--plant", arguments->plant,
-                      "With the servo of this plant (.toml): refuse (exit 1) a loop with less "
-                      "than a gain margin of 2 and a phase margin of 45 deg");
+                      "Plant (.toml) with the servo of the loop: refuse (exit 1) a gain margin "
+                      "below 2 or a phase margin below 45 deg");
   command->add_flag("--unbounded-loop", arguments->unbounded_loop,
-                    "Write weights also where the loop's gains are unknown or its margins too "
+                    "Write weights although the gains of the loop are unknown or its margins too "
                     "small; the arm may oscillate");
   command->add_option("--check", arguments->check,
                       "Recording on which to compare the weights with the model");
@@ -274,7 +274,7 @@ void add_convert(CLI::App& app, int& exit_code) {
                    "Refuse (exit 1) weights that raise a joint's RMSE by more than this, percent")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_flag("--json", arguments->json, "For programs");
+  command->add_flag("--json", arguments->json, "Print JSON");
   add_load_options(*command, arguments->load);
   auto origin = std::make_shared<OriginOptions>();
   add_origin_options(*command, *origin);

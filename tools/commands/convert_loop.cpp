@@ -53,8 +53,8 @@ core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
   }
   if (arguments.unbounded_loop) return {};
   return core::usage_error(fmt::format(
-      "{}: the inputs {} answer to the motor command and close a loop through the correction, and "
-      "nobody has computed its gains: give recordings of the training with --calibrate, train "
+      "{}: the inputs {} answer to the motor command and close a loop through the correction. Its "
+      "gains are unknown: give recordings of the training with --calibrate, train "
       "anew, or write the weights all the same with --unbounded-loop",
       arguments.model, names_of_answering(model)));
 }

@@ -64,7 +64,7 @@ void print(const Arguments& arguments, const Outcome& outcome) {
     print(*outcome.source_check, outcome.foreign->model.origin);
     if (!outcome.model.trust) {
       fmt::print(
-          "no joint trust region (inputs are still judged one by one): --calibrate with the "
+          "no joint trust region (the plugin judges inputs one by one only): --calibrate with the "
           "recordings of the training fits one\n");
     }
   }
@@ -78,8 +78,9 @@ void print(const Arguments& arguments, const Outcome& outcome) {
   if (outcome.margins) fmt::print("{}", loop::describe(*outcome.margins));
   if (outcome.is_unstable) {
     fmt::print(
-        "{} is not written: the loop through correction and servo has too small margins, the arm "
-        "may oscillate; train with --features light-open or --loop-noise (--unbounded-loop writes "
+        "{} is not written: the margins of the loop through correction and servo are too small, so "
+        "the arm may oscillate; train with --features light-open or --loop-noise (--unbounded-loop "
+        "writes "
         "it all the same)\n",
         arguments.out);
     return;

@@ -89,16 +89,16 @@ void add_provenance(const DiagnoseArguments& arguments, const physics::Plant& pl
   made_from.emplace_back("ravencal", core::kVersion);
 }
 
-/// Blocks and folds follow the recordings' order, a verdict must not: they are taken by name.
-/// Another simulator's come in the order of theirs.
+/// Blocks and folds follow the order of the recordings. The verdict must not, so they are sorted by
+/// name. With --simulated the given order pairs the files and stays.
 void put_in_order(DiagnoseArguments& arguments) {
   if (!arguments.simulated.empty()) return;
   std::sort(arguments.recordings.begin(), arguments.recordings.end());
   std::sort(arguments.held_out.begin(), arguments.held_out.end());
 }
 
-/// Figures on a recording that the fit saw are no held-out figures; a profile of its own may take
-/// other rows of the same file.
+/// Held-out figures need recordings that the fit did not see. Another profile may take other rows
+/// of the same file.
 core::Status held_out_is_unseen(const DiagnoseArguments& arguments) {
   const bool same_rows =
       arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.profile;
@@ -151,7 +151,8 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
 void add_diagnose(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command = app.add_subcommand(
-      "diagnose", "Find where simulation and recording part, and what physics is left out");
+      "diagnose",
+      "Find where simulation and recording differ, and which physics the simulation lacks");
   command
       ->add_option("recordings", arguments->recordings, "Recordings (.db, or .csv with --profile)")
       ->required();
@@ -164,14 +165,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--json", arguments->json, "Also write report.json here");
   command->add_option("--held-out", arguments->held_out,
-                      "Recordings that no fit sees; figures are on them");
+                      "Recordings that no fit sees; the figures come from them");
   command->add_option("--held-out-profile", arguments->held_out_profile,
                       "Profile of the held-out recordings, if another");
   command->add_option("--simulated", arguments->simulated,
                       "Another simulator's recordings of the same motion, one per recording, "
-                      "held-out ones last: the baseline instead of the plant's own simulation. The "
-                      "plant then says what that simulator contains and how far its numbers may be "
-                      "off");
+                      "held-out ones last. They replace the plant's own simulation; the plant then "
+                      "states what that simulator contains and the tolerance of its numbers");
   command->add_option("--simulated-profile", arguments->simulated_profile,
                       "Profile of the simulations, if another");
   command->add_option("--held-out-from", arguments->held_out_from_s,
@@ -180,10 +180,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-4, 0.5))
       ->capture_default_str();
   command
-      ->add_option(
-          "--placebo", arguments->options.placebo_twins,
-          "Twins with nothing left out, to measure this recording's false alarms; 0 takes a "
-          "third of the time")
+      ->add_option("--placebo", arguments->options.placebo_twins,
+                   "Placebo twins, with nothing left out, that measure this recording's false "
+                   "alarms; 0: none, in a third of the time")
       ->check(CLI::Range(0, 10000))
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "Seed of every random draw")

@@ -52,11 +52,11 @@ core::Status run(const EvaluateArguments& arguments) {
 void add_evaluate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand(
-      "evaluate", "RMSE and peak error per joint: raw, bias removed, calibrated");
+      "evaluate", "Print RMSE and peak error per joint: raw, bias removed, calibrated");
   command->add_option("model", arguments->model, "Model (.onnx)")->required();
   command->add_option("recordings", arguments->recordings, "Recordings (.db, .csv)")->required();
   command->add_option("--json", arguments->json, "Write the figures as JSON");
-  command->add_option("--report", arguments->report, "Write a page to look at (.html)");
+  command->add_option("--report", arguments->report, "Write an HTML page");
   add_load_options(*command, arguments->load);
   command->footer("Example: ravencal evaluate arm.onnx test.db --json test.json");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });

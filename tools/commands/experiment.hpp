@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a suggested recording would show, tried on the digital twin before anyone makes it: the
-// motion is simulated with the improved plant and with the plant as it is, and diagnosed by the
-// same statistic.
+// Tries a suggested recording on the digital twin: simulates the motion with the improved plant and
+// with the plant as it is, and diagnoses both.
 #pragma once
 
 #include <cstdint>

@@ -112,11 +112,11 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
   return summary;
 }
 
-/// Prints the figures; a correction that was never in is a finding.
+/// Prints the figures. A correction that was never applied is a finding.
 cli::ExitCode report(const host::Summary& summary) {
   fmt::print("{}", host::summary_text(summary));
   if (summary.corrected_ticks > 0) return cli::kOk;
-  fmt::print("the correction was never fully in: see the doubts above\n");
+  fmt::print("the correction was never applied in full: see the doubts above\n");
   return cli::kFinding;
 }
 
@@ -125,10 +125,10 @@ cli::ExitCode report(const host::Summary& summary) {
 void add_host(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<HostArguments>();
   CLI::App* command =
-      app.add_subcommand("host", "Run the plugin in a stand-in for the robot's 1 kHz loop");
+      app.add_subcommand("host", "Run the plugin in a simulated 1 kHz loop of the robot");
   command->add_option("--plugin", arguments->plugin, "libravencal_plugin.so")->required();
   command->add_option("--weights", arguments->weights, "Weights (.blob)")->required();
-  auto* source = command->add_option_group("robot", "What stands in for the robot");
+  auto* source = command->add_option_group("robot", "Source of the robot's states");
   source->add_option("--plant", arguments->plant, "The digital twin of this plant (.toml), live");
   source->add_option("--recording", arguments->recording,
                      "A recording, each row held until the next");
@@ -152,8 +152,8 @@ void add_host(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{100'000'000}));
   command
       ->add_option("--step-budget-us", arguments->step_budget_us,
-                   "Longest step; more than two longer ones within 1000 end the correction. 0: no "
-                   "limit, because this machine is not the robot's (there it is 500)")
+                   "Longest step; more than two longer ones within 1000 end the correction (500 on "
+                   "a robot). 0: no limit, because this machine is not the robot's")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command->add_option("--telemetry", arguments->telemetry,
@@ -164,8 +164,8 @@ void add_host(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->footer(
-      "The table counts the cycles in which the correction was fully in.\n"
-      "Exit 1 if it never was. Example:\n"
+      "The table counts the cycles in which the correction was applied in full.\n"
+      "Exit 1 if there are none. Example:\n"
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
   on_call(*command, exit_code, [arguments, &exit_code]() -> core::Status {

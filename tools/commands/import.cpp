@@ -44,7 +44,7 @@ core::Status run(const ImportArguments& arguments) {
 
 void add_import(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ImportArguments>();
-  CLI::App* command = app.add_subcommand("import", "Turn a foreign file into a recording");
+  CLI::App* command = app.add_subcommand("import", "Import a CSV file or a bag as a recording");
   command->add_option("source", arguments->source, "File to read (.csv or .bag)")->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   add_load_options(*command, arguments->load);
@@ -52,8 +52,8 @@ void add_import(CLI::App& app, int& exit_code) {
   add_origin_options(*command, arguments->origin);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->footer(
-      "A bag's truth is taken as it was stamped; `ravencal merge run3.bag run3.bag` takes out its\n"
-      "transport delay too.\n"
+      "The truth of a bag keeps its stamps; `ravencal merge run3.bag run3.bag` also removes its\n"
+      "transport delay.\n"
       "Examples: ravencal import run3.csv --profile raven2 --arm gold --coordinates motor --out "
       "run3.db\n"
       "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db");

@@ -74,9 +74,10 @@ core::Result<std::string> describe(const InfoArguments& arguments) {
 
 void add_info(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "Say what a file holds, in words");
+  CLI::App* command =
+      app.add_subcommand("info", "Describe a recording, model, weights or plant in words");
   command->add_option("file", arguments->file, "File to describe")->required();
-  command->add_flag("--json", arguments->json, "For programs");
+  command->add_flag("--json", arguments->json, "Print JSON");
   add_load_options(*command, arguments->load);
   command->footer(
       "Files: recording, model (.onnx), weights (.blob), plant (.toml).\n"

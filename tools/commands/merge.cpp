@@ -115,8 +115,7 @@ core::Status run(const MergeArguments& arguments) {
 
 void add_merge(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<MergeArguments>();
-  CLI::App* command =
-      app.add_subcommand("merge", "Put true joint positions beside a robot's states");
+  CLI::App* command = app.add_subcommand("merge", "Add true joint positions to a robot's states");
   command->add_option("robot", arguments->robot, "Recording of the robot's states")->required();
   command
       ->add_option("truth", arguments->truth,
@@ -125,8 +124,8 @@ void add_merge(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   command
       ->add_option("--clock", arguments->clock,
-                   "What stamped the robot: the truth's clock (same), the wall clock as in ROS "
-                   "(wall), or whichever lets the two overlap (find)")
+                   "Clock of the robot's stamps: the truth's (same), the wall clock as in ROS "
+                   "(wall), or the one under which both overlap (find)")
       ->check(CLI::IsMember({"find", "same", "wall"}))
       ->capture_default_str();
   command->add_option(
@@ -147,8 +146,8 @@ void add_merge(CLI::App& app, int& exit_code) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->footer(
-      "The estimate contains how far the cables let the joint lag behind the motor, some ms; a\n"
-      "delay that is known is better given.\n"
+      "The estimate contains the lag of the joint behind the motor, some ms.\n"
+      "Give the delay if you know it.\n"
       "Example: ravencal merge run3.robot.db run3.db --out run3.merged.db");
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }

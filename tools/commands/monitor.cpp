@@ -29,21 +29,21 @@ void add_monitor(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<monitor::Options>();
   CLI::App* command = app.add_subcommand("monitor", "Watch the plugin in a running controller");
   command->add_option("--name", options->name,
-                      "Its telemetry_name, like /ravencal-left; default: the only one there is");
+                      "Name of the telemetry, like /ravencal-left; default: the only one");
   command->add_flag("--json", options->json, "For programs: one JSON object per line, SI units");
   command->add_option("--record", options->recording, "Store every tick in this recording (.db)");
   command->add_option("--duration-s", options->duration_s, "Stop after so long; default: Ctrl-C")
       ->check(CLI::Range(0.0, 1e7));
-  command->add_option("--rate-hz", options->rate_hz, "Pictures or JSON lines per second")
+  command->add_option("--rate-hz", options->rate_hz, "Screens or JSON lines per second")
       ->check(CLI::Range(0.1, 50.0))
       ->capture_default_str();
   command->footer(
-      "Reads only; the controller does not notice. A controller that ends or dies is said so, and\n"
-      "the next one under the same name is followed. Without a terminal: one line per second.\n"
+      "Reads only; the controller does not notice. monitor reports a controller that ends or dies\n"
+      "and follows the next one of the same name. Without a terminal: one line per second.\n"
       "Example: ravencal monitor --name /ravencal-left --record evening.db");
   on_call(*command, exit_code, [options, &exit_code]() -> core::Status {
     cli::catch_interrupts();
-    std::signal(SIGPIPE, SIG_IGN);  // who reads the lines may stop: the recording must be whole
+    std::signal(SIGPIPE, SIG_IGN);  // the lines may lose their reader; the recording goes on
     RAVENCAL_ASSIGN_OR_RETURN(const monitor::Outcome outcome,
                               monitor::run(*options, [] { return !cli::interrupted(); }));
     report(*options, outcome);

@@ -5,12 +5,13 @@ namespace ravencal::commands {
 
 void add_origin_options(CLI::App& command, OriginOptions& options) {
   command.add_option("--robot", options.robot, "The robot's name, where the file has none");
-  command.add_option("--controller", options.controller,
-                     "Branch or control mode in which was recorded, e.g. main or crtk");
+  command.add_option(
+      "--controller", options.controller,
+      "Branch or control mode of the controller during the recording, e.g. main or crtk");
   command
       .add_option("--coordinates", options.coordinates,
                   "motor: recorded without the plugin, or while it was off; corrected: recorded "
-                  "while it corrected. Only you know this of a file from a robot")
+                  "while it corrected. A file from a robot does not say this")
       ->check(CLI::IsMember({"motor", "corrected"}));
 }
 

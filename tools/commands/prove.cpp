@@ -64,14 +64,15 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
   fmt::print("{}", prove::targets_text(proof));
   if (proof.contains("leak_test")) {
     const auto& leak = proof["leak_test"];
-    fmt::print("leak test: {:.1f} % of {} pairs told apart (95 % between {:.1f} and {:.1f}): {}\n",
-               100.0 * leak["accuracy"].get<double>(), leak["pairs"].get<int>(),
-               100.0 * leak["ci95"][0].get<double>(), 100.0 * leak["ci95"][1].get<double>(),
-               leak["at_chance"].get<bool>() ? "chance" : "the cases give themselves away");
+    fmt::print(
+        "leak test: {:.1f} % of {} pairs told apart (95 % between {:.1f} and {:.1f}): {}\n",
+        100.0 * leak["accuracy"].get<double>(), leak["pairs"].get<int>(),
+        100.0 * leak["ci95"][0].get<double>(), 100.0 * leak["ci95"][1].get<double>(),
+        leak["at_chance"].get<bool>() ? "chance" : "the form of the cases reveals their content");
   }
   const auto& cost = proof["cpu_minutes_per_hundred_on_two_cores"];
   fmt::print(
-      "{} cases, {} without a report; processor time per hundred over two cores {:.1f} min to "
+      "{} cases, {} without a report; processor time per hundred cases on two cores: {:.1f} min to "
       "make, {:.1f} min to diagnose\n{}proof: {}/proof.html\n",
       proof["cases"].get<int>(), proof["without_report"].get<int>(), cost["generate"].get<double>(),
       cost["diagnose"].get<double>(),
@@ -90,10 +91,9 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
 void add_prove(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ProveArguments>();
   prove::ProofOptions& proof = arguments->proof;
-  CLI::App* command =
-      app.add_subcommand("prove", "Try diagnose blind: sealed before the run, scored after it");
-  command
-      ->add_option("--out", arguments->out, "Folder of the proof; the same command goes on in it")
+  CLI::App* command = app.add_subcommand(
+      "prove", "Test diagnose blind: cases sealed before the run, scored after it");
+  command->add_option("--out", arguments->out, "Folder of the proof; the same command continues it")
       ->required();
   command->add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
       ->check(CLI::Range(1, 9999))
@@ -102,13 +102,15 @@ void add_prove(CLI::App& app, int& exit_code) {
   command->add_option("--duration-s", proof.duration_s, "Length of a recording")
       ->check(CLI::Range(20.0, 7200.0))
       ->capture_default_str();
-  command->add_option("--held-out-s", proof.held_out_s, "Length of the one whose figures count")
+  command
+      ->add_option("--held-out-s", proof.held_out_s,
+                   "Length of the held-out recording, which gives the figures")
       ->check(CLI::Range(10.0, 7200.0))
       ->capture_default_str();
   command->add_option("--jobs", proof.jobs, "Cases at the same time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command->add_option("--limit-s", proof.limit_s, "Ends a diagnosis that takes longer")
+  command->add_option("--limit-s", proof.limit_s, "Longest time of one diagnosis")
       ->capture_default_str();
   command
       ->add_option("--data", arguments->data,
@@ -118,19 +120,23 @@ void add_prove(CLI::App& app, int& exit_code) {
       ->add_option("--house", arguments->house,
                    "Folder with plants/ and profiles/ of the real recordings")
       ->default_val("tools");
-  command->add_option("--tool", arguments->tool, "Program to try instead of this one");
+  command->add_option("--tool", arguments->tool, "Program to test instead of this one");
   command->add_option("--until", arguments->until, "Stop after this stage")
       ->check(CLI::IsMember({"seal", "run", "score"}))
       ->capture_default_str();
-  command->add_flag("--keep-recordings", proof.keep_recordings, "Else removed once diagnosed");
-  command->add_option("--leak-pairs", arguments->leak.pairs, "Recordings of either kind in it")
+  command->add_flag("--keep-recordings", proof.keep_recordings,
+                    "Keep the recordings after the diagnosis");
+  command
+      ->add_option("--leak-pairs", arguments->leak.pairs,
+                   "Recordings of either kind in the leak test")
       ->check(CLI::Range(10, 9999))
       ->capture_default_str();
-  command->add_flag("--no-leak-test", arguments->no_leak_test, "Skip it where it was not done yet");
+  command->add_flag("--no-leak-test", arguments->no_leak_test,
+                    "Skip the leak test unless it was done before");
   command->add_flag("--check", arguments->check, "Exit with 1 if a target is not met");
   command->footer(
-      "What the cases hide is committed to (seal.json) before the first run, the verdicts\n"
-      "(verdicts.json) before the first manifest is opened; scoring checks every hash.\n"
+      "seal.json commits to the concealed effects before the first run, verdicts.json to the\n"
+      "verdicts before the first manifest is opened. Scoring checks every hash.\n"
       "Example: ravencal prove --out proof --cases 300 --seed 7");
   on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
 }

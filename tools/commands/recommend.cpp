@@ -38,7 +38,7 @@ core::Status run(const RecommendArguments& arguments) {
 void add_recommend(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RecommendArguments>();
   CLI::App* command =
-      app.add_subcommand("recommend", "Which of the compared models to load, and why");
+      app.add_subcommand("recommend", "Recommend one of the compared models, with reasons");
   command->add_option("folder", arguments->folder, "Folder that `ravencal compare --out` made")
       ->required();
   command
@@ -48,7 +48,7 @@ void add_recommend(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--minutes", arguments->minutes,
-                   "Minutes of zig-zag that you will record; without it as many as were compared")
+                   "Minutes of zig-zag that you will record; default: as many as were compared")
       ->check(CLI::PositiveNumber);
   command->add_option("--json", arguments->json, "Write the recommendation to this file");
   command->footer("Example: ravencal recommend comparison --step-budget-us 100 --minutes 10");

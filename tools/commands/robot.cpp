@@ -11,7 +11,7 @@ namespace ravencal::commands {
 
 void add_robot(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<robot::RobotArguments>();
-  CLI::App* command = app.add_subcommand("robot", "A virtual RAVEN-II on ROS: the twin, live");
+  CLI::App* command = app.add_subcommand("robot", "Run a virtual RAVEN-II on ROS: the twin, live");
   robot::add_robot_arguments(*command, *arguments);
   on_call(*command, exit_code, [arguments] {
     (void)arguments;  // the options write into it until here

@@ -11,7 +11,7 @@
 namespace ravencal::commands {
 namespace {
 
-/// What needs no robot is done here, so that a wrong trajectory is refused where there is no ROS.
+/// Checks the trajectory here, so that a wrong one is refused without ROS.
 core::Status run(const robot::RunArguments& arguments) {
   if (!arguments.looks_only()) {
     RAVENCAL_ASSIGN_OR_RETURN(const robot::RunPlan plan, robot::make_plan(arguments));

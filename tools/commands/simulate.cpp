@@ -137,23 +137,26 @@ void add_simulate(CLI::App& app, int& exit_code) {
   command->add_option("--profile", arguments->profile, "Which column of a .csv is which channel")
       ->needs(recording);
   command
-      ->add_option("--restart-s", arguments->following.restart_s,
-                   "A drive under recorded efforts starts from the recording so often")
+      ->add_option(
+          "--restart-s", arguments->following.restart_s,
+          "Time after which a drive under recorded efforts restarts from the recorded state")
       ->check(CLI::Range(0.01, 1e6))
       ->needs(recording)
       ->capture_default_str();
   command
       ->add_flag("--open-loop", arguments->following.open_loop,
-                 "Recorded efforts even where the plant's controller could close the loop")
+                 "Apply recorded efforts although the plant's controller could close the loop")
       ->needs(recording);
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
-  command->add_option("--edges", arguments->edges,
-                      "Every edge of the external encoders (.db) for `ravencal-encoders --replay`, "
-                      "on a clock of its own; OUT then holds no truth: `ravencal merge` adds it");
-  command->add_option("--seed", session.seed, "Disturbances during the run")->capture_default_str();
+  command->add_option(
+      "--edges", arguments->edges,
+      "File (.db) for every edge of the external encoders, on a clock of its own, for "
+      "`ravencal-encoders --replay`. OUT then holds no truth; `ravencal merge` adds it");
+  command->add_option("--seed", session.seed, "Seed of the disturbances during the run")
+      ->capture_default_str();
   command
       ->add_option("--homing-seed", session.homing_seed,
-                   "Power-on and homing; equal numbers are one session without re-homing")
+                   "Seed of power-on and homing; equal numbers are one session without re-homing")
       ->capture_default_str();
   command
       ->add_option("--payload-g", arguments->payload_g,
@@ -163,13 +166,15 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->add_option("--rate-hz", arguments->rate_hz,
                    "Rows per second; default: the plant's logger (100)")
       ->check(CLI::Range(0.001, 1e6));
-  command->add_option("--rehome-every-s", session.rehome_every_s, "Home again after so long")
+  command
+      ->add_option("--rehome-every-s", session.rehome_every_s,
+                   "Time between homings; 0: only at the start")
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--rehomings", session.rehomings,
-                   "Home so many times more before recording starts, in the same session")
+                   "Further homings in the same session before recording starts")
       ->check(CLI::Range(0U, 1000U));
-  command->add_flag("--drift", session.drift, "Hours of warm-up: add the slow thermal drift");
+  command->add_flag("--drift", session.drift, "Add the slow thermal drift of hours of warm-up");
   command->add_flag("--force", session.overwrite, "Replace an existing recording");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(

@@ -120,7 +120,8 @@ core::Result<std::vector<Entry>> entries_of(const SuggestArguments& arguments,
 void print_power(const PredictedPower& p) {
   if (p.with_effect) {
     fmt::print(
-        "   on the twin: parted in {} of {} such recordings; named although absent in {} of {}\n",
+        "   on the twin: told apart in {} of {} such recordings; named although absent in {} of "
+        "{}\n",
         p.parted, p.repetitions, p.named_anyway, p.repetitions);
   } else {
     fmt::print("   on the twin: testable in {} of {} such recordings\n", p.testable, p.repetitions);
@@ -157,7 +158,7 @@ core::Status run(const SuggestArguments& arguments) {
     return {};
   }
   if (entries.empty()) {
-    fmt::print("Nothing to part and nothing untested: no further recording is worth making.\n");
+    fmt::print("Nothing is left to tell apart or to test: no further recording would help.\n");
     return {};
   }
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -181,15 +182,14 @@ core::Status run(const SuggestArguments& arguments) {
 
 void add_suggest(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SuggestArguments>();
-  CLI::App* command =
-      app.add_subcommand("suggest", "Print the next recording worth making, from a diagnosis");
+  CLI::App* command = app.add_subcommand("suggest", "Suggest the next recording from a diagnosis");
   command
       ->add_option("source", arguments->source,
                    "Folder or report.json of `ravencal diagnose`, or a recording to diagnose first")
       ->required();
   command->add_option("--plant", arguments->plant,
-                      "The plant that was diagnosed: predicts by simulation how likely the first "
-                      "suggestions answer; uses plant_improved.toml beside the report");
+                      "The plant that was diagnosed. With it and plant_improved.toml beside the "
+                      "report, the twin simulates how likely the first suggestions give an answer");
   command->add_option("--profile", arguments->profile, "Profile of a recording that is no .db");
   command->add_option("--try", arguments->tried, "Suggestions to try on the twin")
       ->check(CLI::Range(0, 20))

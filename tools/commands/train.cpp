@@ -53,7 +53,7 @@ core::Status complete(TrainArguments& arguments) {
     }
     arguments.train.trainer.isa = *isa;
   }
-  // Find out now, not after an hour of training.
+  // A missing folder is an error now, not after an hour of training.
   const std::filesystem::path folder = std::filesystem::absolute(arguments.out).parent_path();
   if (!std::filesystem::is_directory(folder)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("--out {}: there is no folder {}",
@@ -85,8 +85,9 @@ void print_origin(const model::Origin& origin) {
   fmt::print("origin: {}\n", describe(origin));
   if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
     fmt::print(
-        "        say what is unknown, so that no other arm loads these weights: --arm gold|green, "
-        "--coordinates motor (recorded without the plugin) or corrected (while it corrected)\n");
+        "        state what is unknown, so that no other arm loads these weights: --arm "
+        "gold|green, --coordinates motor (recorded without the plugin) or corrected (while it "
+        "corrected)\n");
   }
 }
 
@@ -179,25 +180,25 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
 void add_physics_option(CLI::App& command, TrainArguments& arguments) {
   command.add_option(
       "--physics", arguments.physics,
-      "A plant (plant_improved.toml of `ravencal diagnose`). It is simulated over the whole "
-      "workspace with 0, 250 and 500 g; a first network learns that, the one of --hidden what it "
-      "leaves of the recorded error, and their sum is one model that converts and runs as any");
+      "A plant (plant_improved.toml of `ravencal diagnose`). The twin simulates it over the whole "
+      "workspace with 0, 250 and 500 g. A first network learns the simulated error, the network of "
+      "--hidden learns the recorded error that remains, and their sum is one ordinary model");
 }
 
 void add_network_options(CLI::App& command, TrainArguments& arguments) {
   learn::TrainOptions& train = arguments.train;
   command.add_option("--features", train.features,
-                     "paper112, notebook208, light, light-open (nothing that answers to the motor "
-                     "command: closes no loop), group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
+                     "paper112, notebook208, light, light-open (no input answers to the motor "
+                     "command, so no loop is closed), group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
                      "NAME~HALF_WIDTH, -TERM; separated by commas");
   command.add_option("--history", train.history, "Past copies of each feature")
       ->check(CLI::Range(0, 1000));
-  command.add_option("--history-step", train.history_step, "Rows between them")
+  command.add_option("--history-step", train.history_step, "Rows between past copies")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command
       .add_option("--play", train.play,
-                  "Adds play operators of these half-widths (SI units) of every position")
+                  "Add play operators of these half-widths (SI units) of every position")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
   command
@@ -212,13 +213,13 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
   add_activation_option(command, train.activation);
   command
       .add_option("--loop-noise", train.loop_noise,
-                  "Noise in training, in spreads of each input, on inputs that answer to the motor "
-                  "command (torque, velocity, desired position): keeps the gain of the loop small "
-                  "that they close through the correction")
+                  "Training noise, in standard deviations of each input, on inputs that answer to "
+                  "the motor command (torque, velocity, desired position). It keeps the gain of "
+                  "the loop through the correction small")
       ->check(CLI::Range(0.0, 100.0));
   command.add_option("--plant", arguments.plant,
-                     "A plant (.toml) with whose servo to compute the loop's margins; `convert "
-                     "--plant` refuses less than a gain margin of 2 and a phase margin of 45 deg");
+                     "Plant (.toml) with the servo for the margins of the loop; `convert --plant` "
+                     "refuses a gain margin below 2 or a phase margin below 45 deg");
   command.add_option("--ridge", train.ridge, "Linear regression: penalty on squared weights")
       ->check(CLI::NonNegativeNumber);
 }
@@ -238,8 +239,10 @@ void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
           },
           "Multiplies the paper's L1 and L2 penalties")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--seed", trainer.seed, "Of weights and shuffles")->capture_default_str();
-  command.add_option("--threads", trainer.threads, "0: as many as pay off; changes no result")
+  command.add_option("--seed", trainer.seed, "Seed of weights and shuffles")->capture_default_str();
+  command
+      .add_option("--threads", trainer.threads,
+                  "Threads; 0: as many as are useful; changes no result")
       ->check(CLI::Range(0U, 1024U));
 }
 
@@ -255,7 +258,7 @@ void add_train(CLI::App& app, int& exit_code) {
   add_networks_option(*command, arguments->networks);
   command
       ->add_option("--isa", arguments->isa,
-                   "Instruction set of the kernels; pins the last bits of the result")
+                   "Instruction set of the kernels; it decides the last bits of the result")
       ->check(CLI::IsMember({"baseline", "avx2", "avx512"}));
   command->footer(
       "Example: ravencal train run1.db run2.db --validate run3.db --features light "

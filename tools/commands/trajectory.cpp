@@ -87,9 +87,9 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   command->require_subcommand(1);
 
   CLI::App* zigzag =
-      command->add_subcommand("zigzag", "Calibration: a snake through the workspace");
+      command->add_subcommand("zigzag", "Calibration: a zig-zag through the workspace");
   add_common(*zigzag, *options);
-  zigzag->add_option("--sparsity", options->sparsity, "Step between sweeps, as a part of the edge")
+  zigzag->add_option("--sparsity", options->sparsity, "Step between sweeps, as a share of the edge")
       ->capture_default_str();
   zigzag->add_option("--kind", options->kind, "Direction of the sweeps: x, y, z, xy, yz, xz or xyz")
       ->capture_default_str();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What others would do with the same recordings: the usual selections over a library of terms, with
-// the usual statistics that take neighbouring samples for independent, and a network that explains
-// nothing. They see what the tool sees: recordings and plant.
+// Common methods on the same recordings: selections over a library of terms, with statistics that
+// take neighbouring samples for independent, and a network. They get the same input as the tool:
+// recordings and plant.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

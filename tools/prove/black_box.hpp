@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a black box would do with the same recordings: a small network learns the residual from
-// position, speed, acceleration, direction and the other joints. It names nothing; how much error
-// it takes off the held-out run is its only figure.
+// A black box on the same recordings: a small network learns the residual from position, speed,
+// acceleration, direction and the other joints. It names nothing; the error that it removes on the
+// held-out run is its only figure.
 #pragma once
 
 #include "prove/generator/term_library.hpp"

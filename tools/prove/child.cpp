@@ -49,7 +49,7 @@ core::Result<pid_t> spawn(const ChildOptions& options, const fs::path& folder,
   for (const std::string& word : options.command)
     arguments.push_back(const_cast<char*>(word.c_str()));  // posix_spawn does not write there
   arguments.push_back(nullptr);
-  // Nothing of the caller's environment but what locale and loader may need.
+  // The child gets only the environment that locale and loader may need.
   std::string path = "PATH=/usr/bin:/bin", locale = "LC_ALL=C.UTF-8";
   char* environment[] = {path.data(), locale.data(), nullptr};
   posix_spawn_file_actions_t actions;
@@ -75,7 +75,7 @@ core::Result<pid_t> spawn(const ChildOptions& options, const fs::path& folder,
 
 core::Result<ChildResult> run_child(const ChildOptions& options) {
   const Folder folder;
-  const Folder outside;  // the log's place, so that the child's own folder holds what it is given
+  const Folder outside;  // holds the log, so that the child's own folder contains only its input
   if (folder.path().empty() || outside.path().empty())
     return io("no temporary folder can be made", errno);
   for (const auto& [source, name] : options.given) {
@@ -104,7 +104,7 @@ core::Result<ChildResult> run_child(const ChildOptions& options) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(elapsed_s() < 1.0 ? 5 : 50));
   }
-  if (stopped) return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+  if (stopped) return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
   result.wall_s = elapsed_s();
   for (const timeval& part : {usage.ru_utime, usage.ru_stime})
     result.cpu_s += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);

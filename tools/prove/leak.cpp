@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr double kVanishing = 1e-3;  // times the floor
 
-/// Ranks in [-1, 1]: no feature's unit or outlier rules the classifier.
+/// Ranks in [-1, 1]: no unit or outlier dominates the classifier.
 MatrixXd ranks(const std::vector<std::vector<double>>& features) {
   const auto rows = static_cast<Index>(features.size());
   const auto columns = static_cast<Index>(features.front().size());
@@ -37,7 +37,7 @@ MatrixXd ranks(const std::vector<std::vector<double>>& features) {
   return out;
 }
 
-/// What a guesser could read off: form of the plant and the recording, moments of every signal.
+/// Features of the classifier: form of the plant and the recording, moments of every signal.
 std::vector<double> features_of(const CaseFiles& files, int signals) {
   const auto occurrences = [&files](std::string_view word) {
     double count = 0.0;
@@ -95,7 +95,7 @@ Share classifier_hits(const std::vector<std::vector<double>>& features,
     kernel.diagonal().array() += 0.1 * static_cast<double>(x.cols());
     const VectorXd b = seen.transpose() * kernel.ldlt().solve(y);
     const double a = x.row(one[p]).dot(b), c = x.row(other[p]).dot(b);
-    // Equal scores are a coin's throw; alternate, so that they count for one half.
+    // Equal scores are undecided; they alternate, so that they count for one half.
     share.count(a > c || (a == c && p % 2 == 0));
   }
   return share;
@@ -123,7 +123,7 @@ core::Result<Json> leak_test(const ProofOptions& options, const LeakOptions& lea
         labels[i] = hidden ? 1 : 0;
         const double share = static_cast<double>(++done) / static_cast<double>(count);
         if (options.look && !options.look(share, fmt::format("{} of {} cases", done.load(), count)))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
         return {};
       });
   RAVENCAL_RETURN_IF_ERROR(finished);

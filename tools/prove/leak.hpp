@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Does the form of a case tell what it hides? A linear classifier on metadata and moments looks at
-// recordings with nothing hidden and at ones whose effect vanishes (a thousandth of the floor): it
-// must stay at chance.
+// Tests whether the form of a case reveals its content. A linear classifier on metadata and moments
+// compares recordings without an effect with recordings whose effect is negligible (a thousandth of
+// the floor). Its accuracy must be that of chance.
 #pragma once
 
 #include <functional>
@@ -24,11 +24,11 @@ Share classifier_hits(const std::vector<std::vector<double>>& features,
 struct LeakOptions {
   int pairs = 200;  ///< recordings of either kind
   double duration_s = 20.0;
-  std::function<void(CaseFiles&)> planted;  ///< tests: gives away what hides something
+  std::function<void(CaseFiles&)> planted;  ///< tests: marks the cases that conceal an effect
 };
 
-/// {"pairs", "accuracy", "ci95", "at_chance"}; at chance: the interval holds one half. Without any
-/// leak it does so for 95 % of the seeds. Generates, and diagnoses nothing.
+/// {"pairs", "accuracy", "ci95", "at_chance"}; at chance: the interval holds one half, which
+/// without a leak is so for 95 % of the seeds. Generates cases and diagnoses none.
 core::Result<nlohmann::ordered_json> leak_test(const ProofOptions& options,
                                                const LeakOptions& leak = {});
 

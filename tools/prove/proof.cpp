@@ -48,7 +48,7 @@ core::Status begin(const ProofOptions& options) {
                                  options.out.string(), before.dump())};
 }
 
-/// Writes what the tool gets and commits to what it does not.
+/// Writes the files that the tool gets, and a commitment to the manifest.
 core::Status seal_one(const Workspace& space, int number, CaseFiles files, double generate_s) {
   const fs::path given = space.given(number);
   std::error_code error;
@@ -113,7 +113,7 @@ core::Status write_seal(const ProofOptions& options, const Workspace& space) {
   return core::write_whole_file(path, seal.dump(1) + "\n");
 }
 
-/// Processor time of this thread: what a case costs, however busy the machine is.
+/// Processor time of this thread: the cost of a case without the machine's other work.
 double thread_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -139,7 +139,7 @@ core::Status seal_cases(const ProofOptions& options) {
         }
         const double share = static_cast<double>(++done) / static_cast<double>(count);
         if (options.look && !options.look(share, fmt::format("case {} of {}", done.load(), count)))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
         return {};
       });
   RAVENCAL_RETURN_IF_ERROR(finished);
@@ -229,7 +229,7 @@ core::Status run_cases(const ProofOptions& options) {
         const double share = static_cast<double>(++done) / static_cast<double>(open.size());
         if (options.look &&
             !options.look(share, fmt::format("{} of {} cases", done.load(), open.size())))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
         return {};
       });
   RAVENCAL_RETURN_IF_ERROR(finished);

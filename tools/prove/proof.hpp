@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The blind proof as a folder that can be stopped and gone on with: seal the cases, run the tool on
+// The blind proof as a folder, which an interrupted run continues: seal the cases, run the tool on
 // each, seal its verdicts, open, check every hash, score.
 //
 //   prove.json            seed, number of cases, durations: what makes the cases
@@ -25,7 +25,8 @@
 
 namespace ravencal::prove {
 
-/// Told how far a stage is ([0, 1]); false stops (kUsage), and the folder stays valid.
+/// Called with the share of a stage that is done ([0, 1]); false stops (kUsage), and the folder
+/// stays valid.
 using Look = std::function<bool(double done, std::string_view what)>;
 
 struct ProofOptions {

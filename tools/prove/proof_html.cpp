@@ -170,7 +170,8 @@ std::string kinds_html(const Json& proof) {
   row("outside of the vocabulary", "something without a name there", outside["flagged"]);
   row("outside of the vocabulary", "physics named", outside["called_something_known"]);
   return fmt::format(
-      "<h2>Nothing, a parameter, two effects, something unknown</h2><div class=\"scroll\"><table>"
+      "<h2>Cases with no effect, a wrong parameter, two effects, an unknown effect</h2><div "
+      "class=\"scroll\"><table>"
       "<thead><tr><th>hidden</th><th>said</th><th>cases</th></tr></thead><tbody>{}</tbody></table>"
       "</div><p class=\"quiet\">Of {} effects from outside of the vocabulary {} count: of the "
       "others, parameters and one known effect imitate all but 3 floors.</p>",
@@ -204,7 +205,7 @@ std::string confusion_html(const Json& proof) {
     }
     rows += "</tr>";
   }
-  return "<h2>Who is taken for whom</h2><p class=\"quiet\">Rows: what was hidden, at 3 times the "
+  return "<h2>Confusion of effects</h2><p class=\"quiet\">Rows: the hidden effect, at 3 times the "
          "floor and more. Columns: the strongest name; &quot;unknown&quot; is right "
          "for what is outside of the vocabulary.</p><div class=\"scroll\"><table><thead "
          "class=\"heads\"><tr><th></th>" +
@@ -226,7 +227,7 @@ std::string others_html(const Json& proof) {
   for (const auto& [name, b] : proof["baselines"].items())
     row(name, {percent(b["false_alarms"]), percent(b["right_among_names"]), percent(b["exact"]),
                percent(b["pair_recall"]), median(b["excess_removed"], 100.0, " %")});
-  return "<h2>Beside others, on the same cases</h2><div "
+  return "<h2>Other methods on the same cases</h2><div "
          "class=\"scroll\"><table><thead><tr><th>method</th><th>false alarms</th><th>right name "
          "among all</th><th>right name and no other</th><th>found of two effects</th><th>excess "
          "removed, median</th></tr></thead><tbody>" +
@@ -316,7 +317,8 @@ std::string proof_html(const Json& proof) {
         "from none in {:.0f} % of {} pairs (95 % between {:.0f} and {:.0f} %): {}.</p>",
         100.0 * leak["accuracy"].get<double>(), leak["pairs"].get<int>(),
         100.0 * leak["ci95"][0].get<double>(), 100.0 * leak["ci95"][1].get<double>(),
-        leak["at_chance"].get<bool>() ? "chance" : "NOT chance: the cases give themselves away");
+        leak["at_chance"].get<bool>() ? "chance"
+                                      : "NOT chance: the form of the cases reveals their content");
   }
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta "

@@ -144,7 +144,7 @@ core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesyst
                             record::load_recording(data / real.set / real.recording, load));
   RAVENCAL_ASSIGN_OR_RETURN(files.plant,
                             core::read_whole_file(house / "plants" / (real.set + ".toml")));
-  // Ablating what a new plant has by now would hide nothing.
+  // A term that the plant still has would conceal nothing.
   if (files.plant.find(fmt::format("id = \"{}\"", real.id)) != std::string::npos)
     return core::Error{core::ErrorCode::kData,
                        fmt::format("{}: the plant has {}, which the case wants left out",

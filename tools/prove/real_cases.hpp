@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cases from real recordings. Ablated: a term that the real robot has is not in the plant, and its
-// name and the value that others published must come back. Injected: a known effect is added to a
-// real recording's own motion and noise.
+// Cases from real recordings. Ablated: the plant lacks a term that the real robot has; diagnose
+// should find its name and the published value. Injected: a known effect is added to the motion and
+// noise of a real recording.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scores one opened case: what was hidden against what the tool said. No input but the manifest and
-// the verdict; see proof.hpp for who makes them.
+// Scores one opened case: compares the concealed effects with the tool's report. Its only input is
+// the manifest and the verdict (proof.hpp).
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct Name {
   double gain = 0.0;       ///< share of the squared held-out error that it takes
 };
 
-/// One hidden effect and how it fared.
+/// Result for one hidden effect.
 struct SubjectScore {
   std::string id, joint, stage;
   bool outside = false, testable = false;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Commitments that make the proof blind: what a case hides is fixed by a hash before the run, what
-// diagnose said by a hash before the cases are opened. Hashes are lower-case hex SHA-256.
+// Commitments that make the proof blind: a hash fixes the content of a case before the run, and
+// another one the report of diagnose before the cases are opened. Hashes are lower-case hex
+// SHA-256.
 #pragma once
 
 #include <filesystem>

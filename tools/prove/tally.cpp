@@ -31,8 +31,10 @@ Json json_of(const Share& share) {
 
 Json json_of(const std::vector<double>& values) {
   const auto [low, high] = bootstrap_median(values);
-  if (values.empty())
-    return {{"of", 0}, {"median", nullptr}, {"ci95", nullptr}, {"worst", nullptr}};
+  if (values.empty()) {
+    const Json none;
+    return {{"of", 0}, {"median", none}, {"ci95", none}, {"least", none}, {"greatest", none}};
+  }
   return {{"of", values.size()},
           {"median", median_of(values)},
           {"ci95", {low, high}},
@@ -54,8 +56,8 @@ bool fair(const CaseScore& s) {
   return s.excited && std::all_of(s.subjects.begin(), s.subjects.end(),
                                   [](const SubjectScore& e) { return e.testable; });
 }
-/// At its size, and an effect from outside of the vocabulary at the size of what nothing inside of
-/// it can imitate: below that, a known name is no mistake.
+/// Judged by its size; an effect from outside of the vocabulary by the part that no known effect
+/// imitates, because below that a known name is no mistake.
 bool clear(const CaseScore& s) {
   return fair(s) && std::all_of(s.subjects.begin(), s.subjects.end(), [](const SubjectScore& e) {
            return (e.outside ? e.own_over_floor : e.size_over_floor) >= kClear;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// From scored cases to figures with intervals, and to the proof's targets, met or not.
+// Computes figures with intervals from scored cases, and whether the targets are met.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,7 +11,7 @@
 
 namespace ravencal::prove {
 
-/// proof.json: see README of the folder that `ravencal prove` writes, in the key "reading".
+/// proof.json without `seal` and `leak_test`; shared/schemas/proof.schema.json has its fields.
 nlohmann::ordered_json tally(const std::vector<CaseScore>& scores);
 
 /// The targets as lines for a terminal.

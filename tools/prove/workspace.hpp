@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a proof keeps what; private to prove/.
+// Paths within a proof's folder; private to prove/.
 #pragma once
 
 #include <fmt/format.h>

@@ -28,10 +28,10 @@ extern "C" {
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
 
 /* What the plugin did this tick. */
-#define RAVENCAL_OK 0       /* correction (possibly fading in) applied */
-#define RAVENCAL_HELD 1     /* on a doubt: the correction is held, fading, or its constant part */
-#define RAVENCAL_BYPASS 2   /* the robot's own value, unchanged */
-#define RAVENCAL_FAULT 3    /* the robot's own value, latched until reset */
+#define RAVENCAL_OK 0     /* correction (possibly fading in) applied */
+#define RAVENCAL_HELD 1   /* on a doubt: the correction is held, fading, or its constant part */
+#define RAVENCAL_BYPASS 2 /* the robot's own value, unchanged */
+#define RAVENCAL_FAULT 3  /* the robot's own value, latched until reset */
 
 /* Results of [init] functions. Negative: refused. */
 #define RAVENCAL_SUCCESS 0
@@ -39,27 +39,28 @@ extern "C" {
 #define RAVENCAL_ERROR_IO (-2)        /* the file cannot be opened or read */
 #define RAVENCAL_ERROR_BLOB (-3)      /* the file is not a valid blob; see last_error */
 #define RAVENCAL_ERROR_TOPOLOGY (-4)  /* the blob corrects more joints than there are */
-#define RAVENCAL_ERROR_FEATURES (-5)  /* the blob asks for features that a robot state does not have */
+#define RAVENCAL_ERROR_FEATURES (-5)  /* the blob asks for features that no robot state has */
 #define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
-#define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob, or its signature is missing or wrong */
-#define RAVENCAL_ERROR_BUSY (-9)      /* another live process writes telemetry_name, or it is not telemetry */
-#define RAVENCAL_ERROR_ORIGIN (-10)   /* weights of another arm than config.arm, of no known arm, or trained
-                                         on joints that were already corrected */
+#define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob; signature missing or wrong */
+#define RAVENCAL_ERROR_BUSY (-9) /* telemetry_name has another live writer, or is no telemetry */
+/* Weights of another arm than config.arm, of an unknown arm, or trained on corrected joints. */
+#define RAVENCAL_ERROR_ORIGIN (-10)
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0
-#define RAVENCAL_STATE_ARMED 1      /* enabled, waiting for a homed, healthy robot */
+#define RAVENCAL_STATE_ARMED 1 /* enabled, waiting for a homed, healthy robot */
 #define RAVENCAL_STATE_FADING_IN 2
 #define RAVENCAL_STATE_ACTIVE 3
-#define RAVENCAL_STATE_HOLD 4       /* a doubt: the correction stays where it is, while the pedal is down or
-                                       for hold_ns at most */
-#define RAVENCAL_STATE_FADING_OUT 5 /* to CONSTANT, ARMED, OFF or FAULT; waits while the pedal is down */
-#define RAVENCAL_STATE_CONSTANT 6   /* a lasting doubt: the constant part of the correction alone; fades in
-                                       again when the doubt has passed */
+/* A doubt: the correction stays where it is, while the pedal is down or for hold_ns at most. */
+#define RAVENCAL_STATE_HOLD 4
+/* On the way to CONSTANT, ARMED, OFF or FAULT; waits while the pedal is down. */
+#define RAVENCAL_STATE_FADING_OUT 5
+/* A lasting doubt: only the constant part of the correction; the rest returns after the doubt. */
+#define RAVENCAL_STATE_CONSTANT 6
 #define RAVENCAL_STATE_FAULT 7
 #define RAVENCAL_STATE_COUNT 8
-#define RAVENCAL_STATE_CAPACITY 16  /* room in the counter block */
+#define RAVENCAL_STATE_CAPACITY 16 /* room in the counter block */
 
 /* Why a correction is not applied in full: bits of ravencal_output.doubts. */
 #define RAVENCAL_DOUBT_ROBOT_STATE 1u   /* run level or joints not ready */
@@ -71,12 +72,12 @@ extern "C" {
 #define RAVENCAL_DOUBT_WARMING_UP 64u   /* fewer cycles seen than the oldest input of the network */
 #define RAVENCAL_DOUBT_MAGNITUDE 128u   /* the network asks for more than max_correction_ji */
 #define RAVENCAL_DOUBT_NETWORK 256u     /* finite inputs, but the result is not: FAULT */
-#define RAVENCAL_DOUBT_ENCODER_JUMP 512u /* motor counts changed by more than max_encoder_step_counts */
-#define RAVENCAL_DOUBT_DISTANCE 1024u   /* inputs jointly unlike the training set: confidence is 0 */
-#define RAVENCAL_DOUBT_OVERRUN 2048u    /* steps took longer than step_budget_ns too often: until reset */
-#define RAVENCAL_DOUBT_PEDAL 4096u      /* the pedal moved less than 20 ms ago: the correction is held */
+#define RAVENCAL_DOUBT_ENCODER_JUMP 512u /* counts changed by more than max_encoder_step_counts */
+#define RAVENCAL_DOUBT_DISTANCE 1024u    /* inputs jointly unlike the training set */
+#define RAVENCAL_DOUBT_OVERRUN 2048u     /* too many steps above step_budget_ns: until reset */
+#define RAVENCAL_DOUBT_PEDAL 4096u       /* the pedal moved less than 20 ms ago */
 #define RAVENCAL_DOUBT_KINDS 13
-#define RAVENCAL_DOUBT_CAPACITY 32      /* room in the counter block */
+#define RAVENCAL_DOUBT_CAPACITY 32 /* room in the counter block */
 
 /* Instruction sets, for config.max_isa and info. */
 #define RAVENCAL_ISA_BEST 0u /* the best that the processor has */
@@ -87,14 +88,14 @@ extern "C" {
 #define RAVENCAL_ISA_NEON 5u        /* the only one on aarch64 */
 
 /* Arms of the robot, for config.arm and info. */
-#define RAVENCAL_ARM_ANY 0u   /* config: weights of any arm are taken; info: the weights do not say */
+#define RAVENCAL_ARM_ANY 0u   /* config: weights of any arm; info: the weights do not say */
 #define RAVENCAL_ARM_GOLD 1u  /* left */
 #define RAVENCAL_ARM_GREEN 2u /* right */
 
 /* Coordinates of the recordings that weights were trained on, for info. */
 #define RAVENCAL_COORDINATES_UNKNOWN 0u
 #define RAVENCAL_COORDINATES_MOTOR 1u     /* joints as the motors give them, without a correction */
-#define RAVENCAL_COORDINATES_CORRECTED 2u /* recorded while a correction was applied: load refuses them */
+#define RAVENCAL_COORDINATES_CORRECTED 2u /* recorded with a correction: refused by load */
 
 /* Precision of the weights, for info. */
 #define RAVENCAL_PRECISION_F32 0u
@@ -103,82 +104,84 @@ extern "C" {
 
 /* One arm, as the controller holds it. */
 typedef struct ravencal_arm {
-  int32_t type;                              /* USB serial or arm id, as raven_state publishes it */
-  int32_t pos_um[3];                         /* end effector, micrometres */
+  int32_t type;      /* USB serial or arm id, as raven_state publishes it */
+  int32_t pos_um[3]; /* end effector, micrometres */
   int32_t pos_d_um[3];
-  float ori[9];                              /* rotation, row-major */
+  float ori[9]; /* rotation, row-major */
   float ori_d[9];
-  int32_t enc_counts[RAVENCAL_SLOTS];        /* raw motor encoder counts */
+  int32_t enc_counts[RAVENCAL_SLOTS]; /* raw motor encoder counts */
   int32_t enc_offset_counts[RAVENCAL_SLOTS];
-  int32_t dac_counts[RAVENCAL_SLOTS];        /* commanded current, after clipping */
-  float tau_n_m[RAVENCAL_SLOTS];             /* commanded torque at the capstan */
-  float mpos_rad[RAVENCAL_SLOTS];            /* motor angle */
+  int32_t dac_counts[RAVENCAL_SLOTS]; /* commanded current, after clipping */
+  float tau_n_m[RAVENCAL_SLOTS];      /* commanded torque at the capstan */
+  float mpos_rad[RAVENCAL_SLOTS];     /* motor angle */
   float mpos_d_rad[RAVENCAL_SLOTS];
   float mvel_rad_per_s[RAVENCAL_SLOTS];
-  float jpos_ji[RAVENCAL_SLOTS];             /* joint, rad; insertion m */
+  float jpos_ji[RAVENCAL_SLOTS]; /* joint, rad; insertion m */
   float jpos_d_ji[RAVENCAL_SLOTS];
-  float jvel_ji[RAVENCAL_SLOTS];             /* rad/s; insertion m/s */
+  float jvel_ji[RAVENCAL_SLOTS]; /* rad/s; insertion m/s */
   float grasp_d_rad;
   float jac_vel[6];
   float jac_f[6];
-  uint32_t joints_ready;                     /* bit i: joint slot i is homed (jstate_ready) */
+  uint32_t joints_ready; /* bit i: joint slot i is homed (jstate_ready) */
 } ravencal_arm;
 
 /* Robot state of one control cycle. arm[0] is the calibrated arm, arm[1] the other one: the host
  * maps them from its configuration, never from slot order. */
 typedef struct ravencal_state {
-  uint32_t struct_size;   /* sizeof(ravencal_state) of the host */
-  int32_t runlevel;       /* 0 E-stop, 1 init, 2 pedal up, 3 pedal down */
+  uint32_t struct_size; /* sizeof(ravencal_state) of the host */
+  int32_t runlevel;     /* 0 E-stop, 1 init, 2 pedal up, 3 pedal down */
   int32_t sublevel;
   int32_t last_seq;
-  int64_t t_ns;           /* monotonic time of this cycle */
+  int64_t t_ns; /* monotonic time of this cycle */
   ravencal_arm arm[2];
 } ravencal_state;
 
 /* Result of one step. */
 typedef struct ravencal_output {
-  uint32_t struct_size;                  /* set by the host: sizeof(ravencal_output) */
-  int32_t state;                         /* RAVENCAL_STATE_* */
-  float jpos_ji[RAVENCAL_JOINTS];        /* corrected joints; equal to the input where not corrected */
-  float correction_ji[RAVENCAL_JOINTS];  /* what was added */
-  float predicted_ji[RAVENCAL_JOINTS];   /* what the network asked for, before fading and limits */
-  uint32_t doubts;                       /* RAVENCAL_DOUBT_* of this cycle */
-  float confidence;                      /* 0..1: share of the prediction that is asked for, by the
-                                            distance of the inputs from the training set */
-  uint32_t step_ns;                      /* what this step took, measured by itself */
-  float offset_ji[RAVENCAL_JOINTS];      /* correction minus what is wanted, because the pedal is down */
+  uint32_t struct_size;                 /* set by the host: sizeof(ravencal_output) */
+  int32_t state;                        /* RAVENCAL_STATE_* */
+  float jpos_ji[RAVENCAL_JOINTS];       /* corrected joints, else the input */
+  float correction_ji[RAVENCAL_JOINTS]; /* what was added */
+  float predicted_ji[RAVENCAL_JOINTS];  /* what the network asked for, before fading and limits */
+  uint32_t doubts;                      /* RAVENCAL_DOUBT_* of this cycle */
+  float confidence;                     /* 0..1: share of the prediction that is asked for, by the
+                                           distance of the inputs from the training set */
+  uint32_t step_ns;                     /* what this step took, measured by itself */
+  float offset_ji[RAVENCAL_JOINTS];     /* correction minus the wanted one: pedal down */
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
 typedef struct ravencal_config {
   uint32_t struct_size;
-  uint32_t tick_ns;                             /* control period; 1 000 000 */
-  float slew_ji_per_s[RAVENCAL_JOINTS];         /* fastest fade; the pedal is up in every fade */
-  float max_correction_ji[RAVENCAL_JOINTS];     /* larger predictions are refused */
-  float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* limit of the correction's rate in normal work */
-  uint32_t max_isa;                             /* RAVENCAL_ISA_*: do not go beyond this one */
-  uint32_t hold_ns;                             /* longest HOLD with the pedal up; 20 000 000; 0: none */
-  uint32_t step_budget_ns;                      /* a step that takes longer is an overrun; 500 000; 0: unlimited */
-  uint32_t max_overruns;                        /* so many (1..64) within 1000 steps: CONSTANT until reset; 3 */
-  uint32_t max_encoder_step_counts;             /* largest change of a motor's counts per tick; 512; 0: unlimited */
-  uint32_t require_signature;                   /* 1: only blobs signed by the key below are loaded */
-  uint8_t public_key[32];                       /* Ed25519 */
-  char telemetry_name[64];                      /* POSIX shared-memory name ("/ravencal-left"); "": none */
-  uint32_t arm;                                 /* RAVENCAL_ARM_*: whose weights are taken */
-  float follow_share;                           /* pedal down: the correction changes by at most this share
-                                                   (0..1) of the commanded motion of its joint; 0.1 */
-  float blend_share;                            /* pedal down: an offset shrinks by at most this share (0..1)
-                                                   of the commanded motion of its joint; 0.1 */
-  float blend_ji_per_s[RAVENCAL_JOINTS];        /* and by at most so much */
+  uint32_t tick_ns;                         /* control period; 1 000 000 */
+  float slew_ji_per_s[RAVENCAL_JOINTS];     /* fastest fade; the pedal is up in every fade */
+  float max_correction_ji[RAVENCAL_JOINTS]; /* larger predictions are refused */
+  float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* rate limit in normal work */
+  uint32_t max_isa;                 /* RAVENCAL_ISA_*: do not go beyond this one */
+  uint32_t hold_ns;                 /* longest HOLD with the pedal up; 20 000 000; 0: none */
+  uint32_t step_budget_ns;          /* longer steps are overruns; 500 000; 0: no limit */
+  uint32_t max_overruns;            /* 1..64 in 1000 steps: CONSTANT until reset; 3 */
+  uint32_t max_encoder_step_counts; /* largest change of a count per tick; 512; 0: no limit */
+  uint32_t require_signature;       /* 1: only blobs signed by the key below */
+  uint8_t public_key[32];           /* Ed25519 */
+  char telemetry_name[64];          /* POSIX shared memory ("/ravencal-left") or "" */
+  uint32_t arm;                     /* RAVENCAL_ARM_*: whose weights are taken */
+  /* Pedal down: the correction changes by at most this share (0..1) of the commanded motion of its
+   * joint; 0.1. */
+  float follow_share;
+  /* Pedal down: an offset shrinks by at most this share (0..1) of the commanded motion of its joint
+   * (0.1), and by at most this rate. */
+  float blend_share;
+  float blend_ji_per_s[RAVENCAL_JOINTS];
 } ravencal_config;
 
 /* One change of the envelope's state. */
 typedef struct ravencal_transition {
-  uint64_t tick;   /* value of counters.ticks when it happened */
-  int64_t t_ns;    /* ravencal_state.t_ns of that cycle */
-  int32_t from;    /* RAVENCAL_STATE_* */
+  uint64_t tick; /* value of counters.ticks when it happened */
+  int64_t t_ns;  /* ravencal_state.t_ns of that cycle */
+  int32_t from;  /* RAVENCAL_STATE_* */
   int32_t to;
-  uint32_t doubts; /* RAVENCAL_DOUBT_* of that cycle: the reason; 0: enable, reset or a fade that ended */
+  uint32_t doubts; /* RAVENCAL_DOUBT_*: the reason; 0: enable, reset or the end of a fade */
   uint32_t reserved;
 } ravencal_transition;
 
@@ -191,11 +194,11 @@ typedef struct ravencal_counters {
   uint64_t ticks;
   uint64_t ticks_in_state[RAVENCAL_STATE_CAPACITY];
   uint64_t ticks_in_doubt[RAVENCAL_DOUBT_CAPACITY]; /* in the order of the RAVENCAL_DOUBT_* bits */
-  uint64_t clamped_inputs;                       /* inputs too far outside their trained range, clamped */
-  uint64_t limited_rate;                         /* corrections slowed to the maximum rate, per joint */
-  uint64_t swaps;                                /* weights taken into use by step */
-  uint64_t rollbacks;                            /* returns to the weights before, after a FAULT */
-  uint64_t overruns;                             /* steps longer than step_budget_ns */
+  uint64_t clamped_inputs;                          /* inputs clamped to near their trained range */
+  uint64_t limited_rate;                            /* corrections slowed to the largest rate */
+  uint64_t swaps;                                   /* weights taken into use by step */
+  uint64_t rollbacks; /* returns to the weights before, after a FAULT */
+  uint64_t overruns;  /* steps longer than step_budget_ns */
   uint64_t longest_step_ns;
   uint64_t transitions;
   ravencal_transition last_transitions[RAVENCAL_TRANSITIONS_KEPT]; /* number k of all at k % 16 */
@@ -227,15 +230,15 @@ typedef struct ravencal_info {
 typedef struct ravencal_tick {
   uint64_t tick;
   int64_t t_ns;
-  float jpos_ji[RAVENCAL_JOINTS];       /* the robot's own value */
+  float jpos_ji[RAVENCAL_JOINTS]; /* the robot's own value */
   float correction_ji[RAVENCAL_JOINTS];
   float predicted_ji[RAVENCAL_JOINTS];
   float confidence;
-  int32_t enc_counts[RAVENCAL_JOINTS];  /* motors of the calibrated joints */
+  int32_t enc_counts[RAVENCAL_JOINTS]; /* motors of the calibrated joints */
   int32_t runlevel;
-  int32_t state;                        /* RAVENCAL_STATE_* */
+  int32_t state; /* RAVENCAL_STATE_* */
   uint32_t doubts;
-  uint32_t step_ns;                     /* of this step */
+  uint32_t step_ns; /* of this step */
   uint32_t reserved;
 } ravencal_tick;
 
@@ -244,9 +247,9 @@ typedef struct ravencal_tick {
 /* The last ticks before and with a FAULT. */
 typedef struct ravencal_flight {
   uint32_t struct_size;
-  uint32_t ticks;                              /* valid entries */
-  uint64_t faults;                             /* FAULTs so far; the record is of the last one */
-  ravencal_tick tick[RAVENCAL_FLIGHT_TICKS];   /* oldest first */
+  uint32_t ticks;                            /* valid entries */
+  uint64_t faults;                           /* FAULTs so far; the record is of the last one */
+  ravencal_tick tick[RAVENCAL_FLIGHT_TICKS]; /* oldest first */
 } ravencal_flight;
 
 typedef struct ravencal_instance ravencal_instance;
@@ -280,7 +283,7 @@ typedef struct ravencal_api {
   /* [init] Why the last load was refused; a sentence. Never null. */
   const char* (*last_error)(const ravencal_instance* instance);
 
-  /* [any] Asks the correction to fade in (1) or out (0); while the pedal is down it does neither. */
+  /* [any] Asks the correction to fade in (1) or out (0); it does neither with the pedal down. */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
   /* [init] What runs; fields beyond info->struct_size are left out.
@@ -288,20 +291,23 @@ typedef struct ravencal_api {
   int32_t (*info)(const ravencal_instance* instance, ravencal_info* info);
 
   /* [rt] One control cycle, called at the hook: after the forward cable coupling, before the
-   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT; RAVENCAL_ERROR_ARGUMENT, with
-   * nothing written, for a null pointer or a struct_size below this version's. */
-  int32_t (*step)(ravencal_instance* instance, const ravencal_state* state, ravencal_output* output);
+   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT; RAVENCAL_ERROR_ARGUMENT,
+   * with nothing written, for a null pointer or a struct_size below this version's. */
+  int32_t (*step)(ravencal_instance* instance, const ravencal_state* state,
+                  ravencal_output* output);
 
   /* [rt] The control-safe inverse: the joint position that the uncorrected cable coupling must be
-   * given so that the corrected joint arrives at desired_ji, with the correction of the last step. */
+   * given so that the corrected joint arrives at desired_ji. It uses the correction of the last
+   * step. */
   void (*uncorrect_desired)(const ravencal_instance* instance,
                             const float desired_ji[RAVENCAL_JOINTS],
                             float uncorrected_ji[RAVENCAL_JOINTS]);
 
-  /* [rt] The pose that forward kinematics gives for uncorrected joints 1 to 3, from the pose that it
-   * gave for corrected ones. position_um and rotation (row-major) are changed in place; not at all
-   * where config.arm is RAVENCAL_ARM_ANY. */
-  void (*uncorrect_pose)(const ravencal_instance* instance, const float corrected_ji[RAVENCAL_JOINTS],
+  /* [rt] The pose that forward kinematics gives for uncorrected joints 1 to 3, from the pose that
+   * it gave for corrected ones. position_um and rotation (row-major) are changed in place; not at
+   * all where config.arm is RAVENCAL_ARM_ANY. */
+  void (*uncorrect_pose)(const ravencal_instance* instance,
+                         const float corrected_ji[RAVENCAL_JOINTS],
                          const float uncorrected_ji[RAVENCAL_JOINTS], int32_t position_um[3],
                          float rotation[9]);
 
@@ -317,8 +323,8 @@ typedef struct ravencal_api {
   /* [any] Leaves FAULT for OFF at the next step; enable(1) must be called again. */
   void (*reset)(ravencal_instance* instance);
 
-  /* [any] Copies the record of the last FAULT; flight->struct_size must be set. RAVENCAL_ERROR_ARGUMENT
-   * while there was none. */
+  /* [any] Copies the record of the last FAULT; flight->struct_size must be set.
+   * RAVENCAL_ERROR_ARGUMENT while there was none. */
   int32_t (*flight)(const ravencal_instance* instance, ravencal_flight* flight);
 
   /* [init] Releases what load took. The storage stays the host's. */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The shared memory that a plugin with a telemetry_name writes, for those who watch it. Plain C90.
- * It is the file /dev/shm/NAME (shm_open's place on Linux): one header, then a ring of ticks. Map it
- * read-only. The plugin never reads it and never waits for anyone.
+ * It is the file /dev/shm/NAME (shm_open's place on Linux): one header, then a ring of ticks. Map
+ * it read-only. The plugin never reads it and never waits for anyone.
  *
- * Whatever changes is made of aligned 64-bit words, each stored and to be loaded atomically, guarded
- * by a sequence word that is odd while the guarded words are being written:
+ * Whatever changes is made of aligned 64-bit words, each stored and to be loaded atomically,
+ * guarded by a sequence word that is odd while the guarded words are being written:
  *   1. load the sequence with acquire order; try again later if it is odd;
  *   2. load every guarded word with acquire order;
  *   3. load the sequence again: what was loaded is whole if it is still the same.
@@ -24,7 +24,7 @@ extern "C" {
 
 #define RAVENCAL_TELEMETRY_MAGIC "RAVENTEL" /* 8 characters, without the terminating zero */
 #define RAVENCAL_TELEMETRY_VERSION 1u
-#define RAVENCAL_TELEMETRY_SLOTS 2048u      /* two seconds at 1 kHz; a power of two */
+#define RAVENCAL_TELEMETRY_SLOTS 2048u /* two seconds at 1 kHz; a power of two */
 #define RAVENCAL_TELEMETRY_HEADER_BYTES 4096u
 
 /* One tick. Number n (the first is 0) is in slot n % slot_count, whose sequence is then 2 n + 2;
@@ -38,18 +38,18 @@ typedef struct ravencal_telemetry_header {
   /* Complete before the file gets its name; never changed. */
   char magic[8];
   uint32_t version;
-  uint32_t header_bytes;       /* where slot 0 starts */
+  uint32_t header_bytes; /* where slot 0 starts */
   uint32_t slot_bytes;
   uint32_t slot_count;
-  uint32_t tick_ns;            /* ravencal_config.tick_ns */
+  uint32_t tick_ns; /* ravencal_config.tick_ns */
   uint32_t writer_pid;
-  int64_t start_realtime_ns;   /* when the plugin was created, since 1970 */
+  int64_t start_realtime_ns; /* when the plugin was created, since 1970 */
   char plugin_version[24];
 
   /* Changing. The writer holds an exclusive flock on the file for as long as it lives. */
-  uint64_t closed;             /* 1: the writer has ended in order and removed the name */
-  uint64_t written;            /* ticks written so far */
-  uint64_t counters_sequence;  /* guards counters */
+  uint64_t closed;            /* 1: the writer has ended in order and removed the name */
+  uint64_t written;           /* ticks written so far */
+  uint64_t counters_sequence; /* guards counters */
   ravencal_counters counters;
 } ravencal_telemetry_header;
 

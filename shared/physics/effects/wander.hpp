@@ -7,8 +7,8 @@
 
 namespace ravencal::physics {
 
-/// A slow random quantity that forgets with time constant `time_s` (Ornstein-Uhlenbeck process):
-/// temperature and lubrication as a controller sees them, which is not at all.
+/// A slow random quantity with correlation time `time_s` (Ornstein-Uhlenbeck process):
+/// temperature and lubrication, which the controller does not measure.
 class Wander {
  public:
   Wander() = default;

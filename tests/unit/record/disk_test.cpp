@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What happens when the disk says no.
+// Behaviour on a full or unwritable disk.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A long recording is read by several threads; nobody may notice but by the time it takes.
+// Several threads read a long recording; the result must be that of one thread.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 

@@ -10,7 +10,8 @@ namespace ravencal::learn {
 /// A model in words for a person, several lines.
 std::string describe_in_words(const model::CalibrationModel& model);
 
-/// The same for a program: {"layers", "row_period_s", "outputs", "features", "provenance"}, SI units.
+/// The same for a program: {"layers", "row_period_s", "outputs", "features", "provenance"}, SI
+/// units.
 std::string describe_in_json(const model::CalibrationModel& model);
 
 }  // namespace ravencal::learn

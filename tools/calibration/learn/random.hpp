@@ -34,7 +34,7 @@ class Random {
 };
 
 /// A number in [0, 1) that depends on `key` alone: 24 bits of SplitMix64 (Steele, Lea and Flood,
-/// OOPSLA 2014). For draws whose order no thread may decide.
+/// OOPSLA 2014). For draws that must not depend on the order of threads.
 inline float hashed_unit(std::uint64_t key) {
   key += 0x9e3779b97f4a7c15ULL;
   key = (key ^ (key >> 30U)) * 0xbf58476d1ce4e5b9ULL;

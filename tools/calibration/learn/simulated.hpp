@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A network that has learnt a simulation of the arm before it sees a recording. What comes out is
-// one network of the usual layers, so that it is stored, converted and run as any other.
+// A network that learns a simulation of the arm before it learns recordings. The result is one
+// network of the usual layers, which is stored, converted and run as any other.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ namespace ravencal::learn {
 /// Rows of both, `first` first; the counts of left-out rows are those of `first`.
 Dataset joined(const Dataset& first, const Dataset& second);
 
-/// What `base` leaves of the errors.
+/// The errors that `base` leaves.
 Dataset left_by(const model::CalibrationModel& base, const Dataset& data);
 
 /// The same network with its outputs in units of `to` in place of those of `from`.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Fork and join for loops of a few microseconds to milliseconds: workers spin a little, then yield,
-// then sleep, so that a busy machine is not made busier. One thread calls run().
+// Fork and join for loops of a few microseconds to milliseconds: workers spin briefly, then yield,
+// then sleep, to leave the processor to others on a busy machine. One thread calls run().
 #pragma once
 
 #include <atomic>

@@ -202,8 +202,8 @@ model::Standardiser units_of(const Dataset& data) {
   return fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(data.errors)).standardiser;
 }
 
-/// The network of the simulated rows, in the model's units. A simulation's constant is that of its
-/// homing: only how the error varies is learnt from it.
+/// The network of the simulated rows, in the model's units. The constant of a simulation belongs to
+/// its homing, so the network learns only how the error varies.
 core::Result<Fitted> fit_simulated(const Dataset& simulated, const TrainOptions& options,
                                    const std::function<bool(const EpochReport&)>& keep_going,
                                    const CalibrationModel& model) {
@@ -236,7 +236,7 @@ core::Status fit_layers(const Dataset& data, const Dataset* held_out, const Trai
   return {};
 }
 
-/// What the simulation's network leaves of the recorded error is learnt beside it.
+/// A second network learns the recorded error that the simulation's network leaves.
 core::Status fit_beside_simulated(const Dataset& data, const Dataset& simulated,
                                   const Dataset* held_out, const TrainOptions& options,
                                   const std::function<bool(const EpochReport&)>& keep_going,

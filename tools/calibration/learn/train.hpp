@@ -21,7 +21,7 @@ namespace ravencal::learn {
 /// Whether torque, DAC, desired values and pose are taken from the control cycle before, as the
 /// plugin sees them at its hook (model/hook_view.hpp).
 enum class Latched {
-  kAuto,  ///< where rows are one control cycle apart; in slower recordings a cycle makes no odds
+  kAuto,  ///< where rows are one control cycle apart; in slower recordings a cycle does not matter
   kOn,
   kOff
 };
@@ -45,16 +45,16 @@ struct TrainOptions {
   std::uint32_t history_step = 1;  ///< rows between them
   std::vector<float> play;         ///< half-widths of play operators, SI units
   Latched latched = Latched::kAuto;
-  model::Origin origin;  ///< what the user says of it; the recordings say the rest
+  model::Origin origin;  ///< given by the user; the recordings add the rest
   double ridge = 0.0;    ///< linear regression only, on scaled inputs
   /// Standard deviation of the noise, in spreads of each input, on inputs that answer to the motor
   /// command (model/loop_group.hpp): bounds the gain of the loop that they close. Linear regression
   /// gets the ridge that is equal to it, its square.
   double loop_noise = 0.0;
   TrainerSettings trainer;
-  /// Recordings of a simulation of the arm; may be empty. One network learns them and stays as it
-  /// is; the one of `hidden` learns what it leaves of the recorded error. The model is their sum,
-  /// which is one network of twice the width.
+  /// Recordings of a simulation of the arm; may be empty. One network learns them and is then
+  /// fixed; the network of `hidden` learns the recorded error that it leaves. The model is their
+  /// sum, one network of twice the width.
   std::vector<const record::Recording*> simulated;
   TrainerSettings simulated_trainer = for_simulated();  ///< its seed, threads, isa: of `trainer`
 };

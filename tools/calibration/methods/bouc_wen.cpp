@@ -128,7 +128,7 @@ struct LoopCost {
   }
 };
 
-/// Best of a few starts: the cost has one valley per scale of motion.
+/// Best of several starts: the cost has a local minimum at each scale of motion.
 Fitted fit_loop(const LoopRows& rows, double range) {
   Fitted best;
   for (const double part : {0.01, 0.05, 0.2}) {
@@ -206,7 +206,7 @@ class BoucWen final : public Method {
   std::string_view id() const override { return "bouc_wen"; }
   std::string_view title() const override { return "Bouc-Wen cable"; }
   std::string_view source() const override { return "Miyasaka et al., ICRA 2016"; }
-  std::string why_not_loadable() const override { return "convert knows no Bouc-Wen state"; }
+  std::string why_not_loadable() const override { return "convert has no Bouc-Wen state"; }
   std::string unsuited(const Problem& problem, std::span<const Series>,
                        const Settings&) const override {
     return problem.order == Order::kPoses ? "needs the path that led to a pose" : "";

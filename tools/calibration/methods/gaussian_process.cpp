@@ -61,7 +61,8 @@ class Likelihood final : public ceres::FirstOrderFunction {
     if (llt.info() != Eigen::Success) return false;
     const Eigen::VectorXd alpha = llt.solve(y_);
     const auto rows = static_cast<double>(n);
-    // A weak pull of the lengths to 3 keeps inputs that the subset says nothing about quiet.
+    // A weak prior draws the lengths to 3, so that inputs without information in the subset have no
+    // effect.
     const auto lengths = kernel.log_parameters.tail(x_.rows()).array() - std::log(3.0);
     *cost = (0.5 * y_.dot(alpha) + llt.matrixLLT().diagonal().array().log().sum()) / rows +
             0.01 * lengths.square().sum() / static_cast<double>(x_.rows());
@@ -192,7 +193,7 @@ class GaussianProcess final : public Method {
   std::string_view id() const override { return "gp"; }
   std::string_view title() const override { return "Gaussian process, cleaned data"; }
   std::string_view source() const override { return "Mahler et al., CASE 2014"; }
-  std::string why_not_loadable() const override { return "convert knows no kernels"; }
+  std::string why_not_loadable() const override { return "convert has no kernel methods"; }
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> train,
                                                const Settings& settings) const override {

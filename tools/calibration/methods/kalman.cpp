@@ -5,8 +5,9 @@
 // unscented Kalman filter", IROS 2015. Two masses and a spring per joint; the filter sees the
 // motor's position and the drive's effort and estimates the joint behind the cable. Theirs couples
 // three joints through the arm's full dynamics; here each joint is its own, with its weight as sine
-// and cosine of its position, so that any recording will do. What they took from drawings is fitted
-// to the training truth (Ceres), and a constant offset is added.
+// and cosine of its position, so that every recording with these channels can be used. Parameters
+// that they took from drawings are fitted to the training truth (Ceres), and a constant offset is
+// added.
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -136,7 +137,7 @@ class Filter {
   Covariance p_ = Covariance::Identity();
 };
 
-/// What the filter sees of one output, in order; a negative dt starts anew.
+/// Measurements of one output, in order; a negative dt starts the filter anew.
 struct Drive {
   std::vector<double> motor, effort, dt_s, error;
 };
@@ -302,7 +303,7 @@ class Kalman final : public Method {
   std::string_view id() const override { return "ukf"; }
   std::string_view title() const override { return "UKF, elastic cable"; }
   std::string_view source() const override { return "Haghighipanah et al., IROS 2015"; }
-  std::string why_not_loadable() const override { return "convert knows no filters"; }
+  std::string why_not_loadable() const override { return "convert has no filters"; }
   std::string unsuited(const Problem& problem, std::span<const Series>,
                        const Settings&) const override {
     if (problem.order == Order::kTime) return "";

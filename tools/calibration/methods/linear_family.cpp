@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Methods without memory and with closed solutions: nothing, the mean, linear, ridge, polynomial;
-// and ridge regression on the network's own inputs, which tells what the inputs do and what the
-// network does.
+// and ridge regression on the network's own inputs, which separates the effect of the inputs from
+// that of the network.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -120,8 +120,8 @@ class Linear final : public Method {
   Words words_;
 };
 
-/// Inputs for products: with many the joints' estimates alone, because products grow with the
-/// square.
+/// Inputs for products. With many inputs these are the joints' estimates alone, because the number
+/// of products grows with the square.
 constexpr Eigen::Index kMostProductInputs = 40;
 
 /// Monomials of scaled inputs up to a degree of 2 or 3 (squares and cubes of one, products of two).
@@ -207,7 +207,7 @@ class Polynomial final : public Method {
   std::string_view id() const override { return "polynomial"; }
   std::string_view title() const override { return "polynomial"; }
   std::string_view source() const override { return "degree 2 or 3, ridge"; }
-  std::string why_not_loadable() const override { return "convert knows no products of inputs"; }
+  std::string why_not_loadable() const override { return "convert has no products of inputs"; }
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> train,
                                                const Settings&) const override {

@@ -32,11 +32,11 @@ class Predictor {
   /// Corrections of a whole series [rows x outputs], NaN where an input is lost. Calls step() for
   /// each row unless a method has a faster way to the same numbers.
   virtual Eigen::MatrixXd predict(const Series& series);
-  /// Numbers that the training chose.
+  /// Number of fitted parameters.
   [[nodiscard]] virtual std::size_t parameters() const = 0;
   /// What `convert` can load, or nullptr.
   [[nodiscard]] virtual const model::CalibrationModel* model() const { return nullptr; }
-  /// What the training chose and a reader wants to know: one sentence, may be empty.
+  /// Settings that the training chose: one sentence, may be empty.
   [[nodiscard]] virtual std::string remark() const { return {}; }
 };
 
@@ -74,7 +74,7 @@ class Method {
   [[nodiscard]] virtual std::string_view source() const = 0;
   /// True for what this project offers, false for what it is compared with.
   [[nodiscard]] virtual bool ours() const { return false; }
-  /// Why the method has nothing to say about this problem; empty if it has.
+  /// Why the method cannot treat this problem; empty if it can.
   [[nodiscard]] virtual std::string unsuited(const Problem& /*problem*/,
                                              std::span<const Series> /*train*/,
                                              const Settings& /*settings*/) const {

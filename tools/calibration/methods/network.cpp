@@ -16,7 +16,7 @@ namespace ravencal::methods {
 namespace {
 
 constexpr std::array kPenaltyScales = {0.01, 0.1, 1.0, 10.0, 30.0};
-/// More rows than this need no help against overfitting, and four folds of them take long.
+/// More rows than this do not overfit, and four folds of them take long.
 constexpr Eigen::Index kMostRowsToChoose = 12000;
 
 learn::TrainerSettings trainer_settings(const Settings& settings, double penalty_scale) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The project's network as a building block: other methods put physics before it or a forest
-// behind it.
+// The project's network as a part of other methods, which put physics before it or a forest behind
+// it.
 #pragma once
 
 #include "methods/method.hpp"

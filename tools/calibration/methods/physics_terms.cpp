@@ -183,7 +183,7 @@ ReportEffect read_effect(const json& effect) {
   return result;
 }
 
-/// What the report found; a part that the plant's file has named already stays one part.
+/// Parts of the report; a part that the plant's file has already is not added again.
 void add_report_effect(const ReportEffect& e, const std::string& joint, Parts& parts) {
   const std::string driver = position_of(e.from.empty() ? joint : e.from);
   const auto value = [&](const char* name) {
@@ -213,7 +213,7 @@ void add_report_effect(const ReportEffect& e, const std::string& joint, Parts& p
 
 core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesystem::path& folder,
                                                              const Problem& problem) {
-  // A diagnosis may name what no plant file can say; then its report alone has to do.
+  // A diagnosis may name effects that no plant file can describe; then only the report is read.
   const auto loaded = physics::load_plant(folder / "plant_improved.toml");
   if (!loaded.ok() && loaded.error().code == core::ErrorCode::kIo) return loaded.error();
   const physics::Plant plant = loaded.ok() ? loaded.value() : physics::Plant{};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The physics that `ravencal diagnose` found, read from its folder (plant_improved.toml and the
-// transmission effects of report.json, which say what the plant's language cannot) and turned into
-// columns that a stream of samples drives. Names, widths, orders and the cable's numbers are the
-// diagnosis's; how large each column is, is fitted by whoever uses it.
+// transmission effects of report.json, for effects that a plant file cannot describe) and turned
+// into columns over a stream of samples. Names, widths, orders and the numbers of the cable come
+// from the diagnosis; the user of the columns fits their sizes.
 #pragma once
 
 #include <filesystem>

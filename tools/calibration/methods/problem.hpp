@@ -28,7 +28,7 @@ enum class Order {
 };
 std::string_view name_of(Order order);
 
-/// Rows farther apart than this say nothing of a cable's dynamics.
+/// Rows farther apart than this do not show a cable's dynamics.
 inline constexpr double kDynamicsPeriodS = 0.1;
 
 struct Problem {

@@ -3,8 +3,8 @@
 // Networks with a memory of their own. GRU: the second study of the paper's authors (journal
 // version of arXiv 2302.04999 and its notebook): 8 steps 50 ms apart, 300 units, a sigmoid layer of
 // 300. LSTM: Hwang et al., RA-L 2020 (dvrkCalibration, modeling/): 4 rows, 120 units, linear
-// output, Adam at 1e-3 on batches of 100. Neither gets play operators: their memory is what they
-// are about.
+// output, Adam at 1e-3 on batches of 100. Neither gets play operators, because they have a memory
+// of their own.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -274,7 +274,7 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
     recurrent_kernels(learn::best_isa())
         .gradient(plan.shape, parameters.data(), windows.data(), targets.data(), batch,
                   gradient.data());
-    // The step falls to a tenth over the last third: what is left of the noise of small batches.
+    // The step falls to a tenth over the last third, which lowers the noise of small batches.
     const double late = 3.0 * (static_cast<double>(i) / plan.iterations - 2.0 / 3.0);
     adam.step(parameters.flat(), gradient.flat(),
               plan.learning_rate * std::pow(10.0, -std::max(0.0, late)));
@@ -333,7 +333,7 @@ class Lstm final : public Recurrent {
     plan.shape.cell = Cell::kLstm;
     plan.shape.units = settings.lstm_units;
     plan.shape.window = 4;
-    // Their rows are one and a half seconds apart; in a stream four rows say nothing of the path.
+    // Their rows are one and a half seconds apart; in a stream four rows do not describe the path.
     plan.stride_rows = problem.order == Order::kTime && problem.row_period_s > 0.0
                            ? std::max<Eigen::Index>(1, std::lround(0.5 / problem.row_period_s))
                            : 1;

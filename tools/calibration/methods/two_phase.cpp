@@ -55,7 +55,7 @@ class TwoPhase final : public Method {
   std::string_view id() const override { return "two_phase"; }
   std::string_view title() const override { return "network, then forest"; }
   std::string_view source() const override { return "Seita et al., ICRA 2018"; }
-  std::string why_not_loadable() const override { return "convert knows no trees"; }
+  std::string why_not_loadable() const override { return "convert has no trees"; }
   core::Result<std::unique_ptr<Predictor>> fit(const Problem& problem,
                                                std::span<const Series> train,
                                                const Settings& settings) const override {

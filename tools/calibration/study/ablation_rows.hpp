@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the ablations take away or spoil, as data: the paper's seven feature groups, what they are
-// together, the joints, and the ways to spoil a feature at test time (arXiv 2302.04999 and its
-// notebooks; journal version doi 10.1109/TASE.2025.3584757).
+// The ablations as data: the paper's seven feature groups, their unions, the joints, and the ways
+// to change a feature at test time (arXiv 2302.04999 and its notebooks; journal version
+// doi 10.1109/TASE.2025.3584757).
 #pragma once
 
 #include <span>
@@ -19,9 +19,9 @@ struct FeatureSet {
   std::vector<std::string> terms;
 };
 
-/// What is taken away in turn: the seven groups, their unions, and joints 1 to 7.
+/// Sets that are removed in turn: the seven groups, their unions, and joints 1 to 7.
 std::span<const FeatureSet> ablated_sets();
-/// What the re-homing study takes away of all features, the suspects apart and together.
+/// Sets that the re-homing study removes from all features, one by one and together.
 std::span<const FeatureSet> homing_sets();
 
 /// Ids that findings and tables refer to.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs calibration methods on the same split and keeps what they reach. Finished methods are files
-// in the output folder; a run that was interrupted goes on behind them. Same inputs, settings and
-// seed: same errors; times are measured. One thread but for what a method starts itself.
+// Runs calibration methods on the same split and keeps their results. Finished methods are files in
+// the output folder; an interrupted run continues with the others. Same inputs, settings and seed:
+// same errors; times are measured. One thread but for what a method starts itself.
 #pragma once
 
 #include <functional>

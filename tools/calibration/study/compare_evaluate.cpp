@@ -45,7 +45,7 @@ Interval peak_interval(const std::vector<double>& peaks, std::uint64_t seed) {
   return central_interval(std::move(drawn));
 }
 
-/// Of this thread: what others do on the machine does not count.
+/// Processor time of this thread, so that other work on the machine does not count.
 double processor_time_us() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a fitted predictor is worth: errors with intervals, error maps, the time of one step.
+// Evaluates a fitted predictor: errors with intervals, error maps, the time of one step.
 #pragma once
 
 #include <span>

@@ -16,7 +16,7 @@ using json = nlohmann::ordered_json;
 constexpr int kCompareSchema = 1;
 constexpr double kUnknownFigure = std::numeric_limits<double>::quiet_NaN();
 
-/// NaN travels as null.
+/// JSON has no NaN; null stands for it.
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 double number_of(const json& value) {
   return value.is_number() ? value.get<double>() : kUnknownFigure;
@@ -182,7 +182,7 @@ std::optional<MethodResult> read_method(const std::filesystem::path& path, const
     MethodResult result = method_of(json::parse(*text));
     if (result.key == key) return result;
   } catch (const json::exception&) {
-    // A damaged file is as good as none: the method is run again.
+    // The method is run again, as if there were no file.
   }
   return std::nullopt;
 }

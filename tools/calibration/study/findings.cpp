@@ -159,7 +159,7 @@ Finding encoders_break(const ConditionResults& results) {
   const Figure cost = results.ratio({none, 0}, {all, 0});
   finding.verdict = below(cost, 1.0 + kNothing);
   finding.evidence = fmt::format("without encoders {} before homing", percent(cost));
-  // With and without in the same run: runs differ in what they ask of the arm, homed or not.
+  // Both are of the same run, because runs differ in difficulty, homed or not.
   for (std::size_t i = 1; i < tests; ++i) {
     const Figure harm = results.ratio({all, i}, {none, i});
     finding.verdict = both(finding.verdict, above(harm, kMarkedRatio));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The paper's findings as checks of a study's results: each holds, does not hold, or cannot be told
-// from these results. Nothing is tuned to make one hold.
+// from these results. No setting is tuned to make one hold.
 #pragma once
 
 #include <span>

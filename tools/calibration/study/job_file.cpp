@@ -126,7 +126,8 @@ JobResult result_from(const Json& json) {
 }  // namespace
 
 core::Status write_result(const JobResult& result, const std::filesystem::path& path) {
-  // A requeued job may run while its ghost still writes: each has a partial file of its own.
+  // A requeued job may run while the earlier process still writes: each has a partial file of its
+  // own.
   return core::write_whole_file(path, json_of(result).dump() + "\n");
 }
 

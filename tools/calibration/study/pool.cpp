@@ -87,7 +87,7 @@ class Pool {
   std::optional<core::Error> error_;
 };
 
-/// CPU time of this thread: what training takes, whatever else the machine does meanwhile.
+/// Processor time of this thread: the time of training without the machine's other work.
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -149,7 +149,7 @@ core::Status run_one(const Plan& plan, std::size_t job, const std::filesystem::p
   RAVENCAL_ASSIGN_OR_RETURN(
       const bool done, run_and_write(plan, plan.jobs[job], folder, recordings, threads, progress));
   if (done) return {};
-  return core::Error{core::ErrorCode::kIo, fmt::format("job {}: stopped; it left nothing", job)};
+  return core::Error{core::ErrorCode::kIo, fmt::format("job {}: stopped; it left no result", job)};
 }
 
 core::Result<PoolSummary> run_all(const Plan& plan, const std::filesystem::path& folder,

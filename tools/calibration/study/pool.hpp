@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs a plan's jobs, here: several networks at the same time, one thread each, or one network on
-// several threads. What is done already is not done again; a job that is stopped leaves nothing.
+// Runs the jobs of a plan on this machine: several networks at the same time, one thread each, or
+// one network on several threads. Finished jobs are skipped; a job that is stopped leaves nothing.
 #pragma once
 
 #include <cstddef>

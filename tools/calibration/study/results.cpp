@@ -64,7 +64,7 @@ ConditionResults::Sampled ConditionResults::combine(const Sampled& a, const Samp
 const Resamples& ConditionResults::resamples(std::optional<std::size_t> recording) const {
   const std::size_t key = recording.value_or(kAllRecordings);
   if (const auto found = resamples_.find(key); found != resamples_.end()) return found->second;
-  // How long errors are correlated is read off the network that lacks nothing.
+  // The correlation time comes from the network without an ablation.
   auto row = rows_.find(RowId{});
   if (row == rows_.end()) row = rows_.find(RowId{std::string(kAllFeatures)});
   if (row == rows_.end()) row = rows_.begin();

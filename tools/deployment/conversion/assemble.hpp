@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A network from elsewhere and its scaling file become a calibration model in SI units.
+// Makes a calibration model in SI units from another program's network and its scaling file.
 #pragma once
 
 #include <string>

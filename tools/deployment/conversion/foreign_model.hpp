@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A network that another program trained, before anything of ravencal is known about it: a chain of
-// layers in the units of its own scaling, and beside it a way to run the file itself, in double and
-// without the chain, so that the one can be held against the other.
+// A network of another program, as its file describes it: a chain of layers in the units of its own
+// scaling, and a way to run the file itself, in double and without the chain, so that both can be
+// compared.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a Keras model.h5 says, as it says it: the configuration of each layer and its weights in
+// Content of a Keras model.h5, unchanged: the configuration of each layer and its weights in
 // Keras' own shapes. Keras 2 and 3 write the same groups; they differ in the names of weights and
-// in keys of the configuration. What reads it (keras_network.cpp) and what runs it
+// in keys of the configuration. The reader (keras_network.cpp) and the interpreter
 // (keras_interpreter.cpp) share this and nothing else.
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Runs a Keras model layer by layer in double, in Keras' own shapes and order of gates (z, r, h):
-// the witness against which a folded chain is held, so it shares no arithmetic with the folding.
+// the reference for a folded chain, so it shares no arithmetic with the folding.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// An ONNX file opened: its constants as double matrices and its steps in order. What reads it
-// (onnx_network.cpp) and what runs it (onnx_interpreter.cpp) share this and nothing else.
+// An ONNX file opened: its constants as double matrices and its steps in order. The reader
+// (onnx_network.cpp) and the interpreter (onnx_interpreter.cpp) share this and nothing else.
 #pragma once
 
 #include <onnx/onnx_pb.h>

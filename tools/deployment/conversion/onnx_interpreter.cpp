@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs a graph operator by operator in double, as the ONNX specification words each of them: the
-// witness against which a folded chain is held, so it shares no arithmetic with the folding.
+// Runs a graph operator by operator in double, as the ONNX specification defines each of them: the
+// reference for a folded chain, so it shares no arithmetic with the folding.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ core::Result<Eigen::MatrixXd> element_wise(const Eigen::MatrixXd& a, const Eigen
   for (const Eigen::MatrixXd* matrix : {&a, &b}) {
     if ((matrix->rows() != 1 && matrix->rows() != rows) ||
         (matrix->cols() != 1 && matrix->cols() != columns)) {
-      return core::data_error("shapes that do not go together");
+      return core::data_error("shapes that do not match");
     }
   }
   Eigen::MatrixXd result(rows, columns);

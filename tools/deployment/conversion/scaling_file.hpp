@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a network from elsewhere does not say about itself, from a JSON or npz file beside it: which
+// Facts that the file of another program's network lacks, from a JSON or npz file beside it: which
 // inputs and outputs it has, in which units, and how they were scaled. shared/FORMATS.md lists the
 // keys.
 #pragma once

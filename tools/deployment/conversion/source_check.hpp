@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Holds converted weights against the file that they come from: the file is run by an interpreter
-// of its own in double, the weights as the plugin runs them, both on the same random inputs.
+// Compares converted weights with their source file on the same random inputs: an interpreter runs
+// the file in double, and the weights run as in the plugin.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What converting costs: a trained model beside the weights made of it, on one recording.
+// Accuracy that conversion costs: compares a trained model with its weights on one recording.
 #pragma once
 
 #include <cstddef>

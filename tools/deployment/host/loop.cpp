@@ -26,7 +26,7 @@ std::uint32_t to_u32(std::int64_t ns) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, UINT32_MAX));
 }
 
-/// What the loop's thread works on; everything is allocated and touched before it starts.
+/// Data of the loop's thread, allocated and touched before it starts.
 struct Work {
   std::int64_t period_ns;  ///< 0: do not wait
   std::int64_t ticks;
@@ -100,9 +100,9 @@ void loop(Work& work) {
   work.finished.store(true, std::memory_order_release);
 }
 
-/// Asks for what a control process has. A loop that never sleeps does not: at SCHED_FIFO the kernel
-/// would stop it for 50 ms of every second (sched_rt_runtime_us), and the machine with it
-/// meanwhile.
+/// Asks for real-time scheduling, as a control process does. A loop that never sleeps does not ask:
+/// at SCHED_FIFO the kernel would stop it for 50 ms of every second (sched_rt_runtime_us), and it
+/// would block the machine in between.
 void become_real_time(LoopResult& result) {
   result.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   if (!result.memory_locked) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What stands in for the robot in the host's loop: the digital twin, live, or a recording. One
+// Source of robot states for the host's loop: the digital twin, live, or a recording. One
 // cycle is begin (the state at the plugin's hook), then end (the state as published). Both run in
 // the loop's thread: they neither allocate nor call the system.
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a run of the loop showed, as a table for people and as JSON for programs.
+// Figures of a run of the loop, as a table and as JSON.
 #pragma once
 
 #include <string>

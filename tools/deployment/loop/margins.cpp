@@ -256,7 +256,7 @@ std::string describe(const Margins& margins) {
       describe(margins.phase_rad, "phase margin", margins.phase_rad.value * kDegPerRad, " deg",
                kLeastPhaseMarginRad * kDegPerRad);
   if (!margins.left_out.empty()) {
-    text += fmt::format("not in the loop's model, though they answer: {}\n",
+    text += fmt::format("inputs that answer but are not in the loop's model: {}\n",
                         fmt::join(margins.left_out, ", "));
   }
   return text;

@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A hundredth of what the ring holds: a reader that is not kept from running misses nothing.
+/// A hundredth of the ring's length, so that a reader that gets processor time misses nothing.
 constexpr std::chrono::milliseconds kPollPeriod{20};
 /// Line of draw()'s picture with the plugin's state.
 constexpr std::size_t kStateLine = 2;

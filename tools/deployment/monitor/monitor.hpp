@@ -19,7 +19,7 @@ struct Options {
   std::string recording;  ///< path of a recording of every tick; empty: none
 };
 
-/// What it came to.
+/// Result of a run.
 struct Outcome {
   std::string name;
   std::uint64_t ticks = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads the telemetry that a plugin writes (ravencal/telemetry.h). Maps it read-only and asks
-// nothing of the writer: one that falls behind loses ticks, and knows which. Checks the header
+// Reads the telemetry that a plugin writes (ravencal/telemetry.h). Maps it read-only and needs
+// nothing of the writer. A reader that falls behind loses ticks and knows which. Checks the header
 // before use. Not thread-safe: one thread owns a reader.
 #pragma once
 
@@ -24,8 +24,8 @@ struct NumberedTick {
 
 enum class Writer {
   kAlive,
-  kEnded,  ///< in order: it said so
-  kGone,   ///< killed or crashed: it said nothing
+  kEnded,  ///< in order, with a notice
+  kGone,   ///< killed or crashed, without a notice
 };
 
 class TelemetryReader {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person or a program wants to know about the plugin right now: the newest tick, the
-// counters, what this reader missed, and the last ten seconds in steps of 0.4 s.
+// Present state of the plugin: the newest tick, the counters, the ticks that this reader missed,
+// and the last ten seconds in steps of 0.4 s.
 #pragma once
 
 #include <array>

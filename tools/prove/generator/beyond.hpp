@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// How much of a hidden effect nothing else can imitate. Parameters of the plant may be anywhere and
-// one known effect of any size may stand in for it; what then remains of the effect is what makes
-// it an effect of its own. Below the floor, any of these names is as right as another.
+// The part of a hidden effect that nothing else can imitate: parameters of the plant take any
+// value, and one other effect of any size replaces it. The remainder identifies the effect. Where
+// it is below the floor, either name is right.
 #pragma once
 
 #include <optional>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Sealed cases: what number N of a seed hides, and its files. The mix repeats every twenty cases:
-// 6 with nothing left out, 7 with one effect, 3 with two, 2 outside of the vocabulary, 2 with a
-// parameter out of tolerance and nothing else. Cases without effects conceal a decoy: the plant
-// lacks a kind of effect that the truth does not have either, so that a gap in the plant says
-// nothing.
+// Sealed cases: the concealed effects of case N of a seed, and its files. The mix repeats every
+// twenty cases: 6 with nothing left out, 7 with one effect, 3 with two, 2 outside of the
+// vocabulary, 2 with a parameter out of tolerance and nothing else. Cases without effects have a
+// decoy: the plant lacks a kind of effect that the truth does not have either, so that a gap in the
+// plant reveals nothing.
 #pragma once
 
 #include <functional>

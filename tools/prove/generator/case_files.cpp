@@ -21,7 +21,8 @@ using Eigen::VectorXd;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFloorRunS = 60.0;
-/// A robot that stays behind its command by more than this share of its range is stuck, not flawed.
+/// A robot that lags its command by more than this share of its range is stuck; such a case is
+/// invalid.
 constexpr double kMostBehind = 0.05;
 constexpr int kMostTries = 8;
 
@@ -71,7 +72,7 @@ double rms_difference(const VectorXd& a, const VectorXd& b) {
   return rms(a.head(n) - b.head(n));
 }
 
-/// Recordings without what the tool is not given.
+/// Recordings with only the channels that the tool gets.
 record::Recording as_given(const record::Recording& whole, const Session& session) {
   record::Recording out = whole;
   out.channels.clear();
@@ -86,7 +87,7 @@ record::Recording as_given(const record::Recording& whole, const Session& sessio
   out.samples.resize(whole.samples.rows(), static_cast<Index>(kept.size()));
   for (std::size_t c = 0; c < kept.size(); ++c)
     out.samples.col(static_cast<Index>(c)) = whole.samples.col(kept[c]);
-  // Nothing but what every case says.
+  // The same metadata for every case.
   out.meta = {
       {"robot", "sealed case"}, {"source", "ravencal prove"}, {"software_version", core::kVersion}};
   return out;

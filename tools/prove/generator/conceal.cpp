@@ -77,7 +77,7 @@ void apply_drive(const Subject& s, double a, Session& session) {
   if (id == "torque_constant") p.torque_ratio = sign * a;
   if (id == "torque_ripple") p.ripple = {a, s.details.at("order"), s.details.at("phase_rad")};
   if (id == "saturation") {
-    // Without bound as the amplitude vanishes: no effort is clipped then.
+    // The limit grows without bound as the amplitude vanishes, so that no effort is clipped.
     const double slowly =
         dry.level + dry.stribeck_extra + p.joint_friction.level + s.details.at("weight");
     p.saturation = 0.75 * slowly * (1.0 + 0.25 * std::log(kMostSaturation / a));

@@ -11,9 +11,9 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kDeg = kPi / 180.0;
 constexpr double kGearbox = 12.25;          // GP42
 constexpr double kDacPerTorque = -3695.81;  // counts per N m at the capstan, gold arm
-/// A cable that its owner calls rigid: stretches less than the truth's noise.
+/// Stiffness of a cable that counts as rigid: it stretches less than the truth's noise.
 constexpr double kRigid = 60000.0, kRigidPrismatic = 8e5;
-/// Bristles of a joint whose owner does not mention presliding.
+/// Bristles of a joint whose plant has no presliding.
 constexpr double kShortBristle = 1e-4, kShortBristlePrismatic = 1e-5;
 
 NominalJoint rotary(const char* name, double reduction, double mass, const Vector3d& com,

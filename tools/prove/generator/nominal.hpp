@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The robot as its owner describes it: what goes into plant.toml of a sealed case, and the truth
-// that equals it but for parameters off within their tolerances. SI units, joint-referred.
+// The nominal robot: the content of plant.toml of a sealed case, and the truth, whose parameters
+// differ from it within their tolerances. SI units, joint-referred.
 #pragma once
 
 #include <string>

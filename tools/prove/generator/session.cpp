@@ -117,7 +117,7 @@ class Runner {
     for (long cycle = -settle; cycle < cycles; ++cycle) {
       RAVENCAL_RETURN_IF_ERROR(step(cycle));
       if (cycle % 1000 == 0 && look && !look())
-        return core::Error{core::ErrorCode::kUsage, "stopped; the same command goes on"};
+        return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
     }
     return {};
   }
@@ -141,7 +141,7 @@ class Runner {
     return mechanics_.advance(inputs_, kCycleS);
   }
 
-  /// What the external encoder is carried along by, beside its joint.
+  /// Motion of the external encoder's mount.
   static double carried(const JointSession& j, const Vector3d& joints, Index i, double t_s) {
     const double other = joints[static_cast<Index>(j.bend.with)];
     return j.bend.share * (joints[i] - j.bend.centre) * (other - j.bend.centre_with) +

@@ -40,10 +40,10 @@ constexpr std::array<SubjectKind, 27> kVocabulary = {{
     {"input_disturbance", "command", "size"},
 }};
 
-// Nothing that the vocabulary or the plant's parameters could say as well (beyond.hpp measures it).
-// A hardening cable, a stiffness that differs by direction and a drag that grows with the square of
-// the speed are not here: at loads and speeds that this robot bears they are a stiffness, an offset
-// and a viscous friction to within the floor.
+// None that the vocabulary or the plant's parameters could describe as well (beyond.hpp measures
+// that). A hardening cable, a stiffness that differs by direction and a drag that grows with the
+// square of the speed are not here: at loads and speeds that this robot bears they are a stiffness,
+// an offset and a viscous friction to within the floor.
 constexpr std::array<SubjectKind, 7> kOutside = {{
     {"local_bump", "transmission", "", true, true},
     {"bending_arm", "transmission", "", true, true, false, 'r'},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a sealed case hides: effects of the vocabulary (vocabulary_kinds), some that are outside
-// of it, and how each enters the truth and leaves the plant.
+// Concealed effects of a sealed case: effects of the vocabulary (vocabulary_kinds), some that are
+// outside of it, and how each enters the truth and leaves the plant.
 #pragma once
 
 #include <map>
@@ -38,7 +38,7 @@ struct Subject {
   std::vector<std::pair<double, double>> interval_s, position;  ///< where it acts, if local
 };
 
-/// What the desired motion does to a joint, for choosing amplitudes.
+/// Figures of the desired motion of a joint, for choosing amplitudes.
 struct MotionFigures {
   double position_rms = 0.0, travel = 0.0, span = 0.0, centre = 0.0, reversals = 0.0;
   double velocity_rms = 0.0, acceleration_rms = 0.0;
@@ -58,7 +58,7 @@ double unit_size(const Subject& subject, const NominalRobot& robot,
 double amplitude_for(const Subject& subject, const NominalRobot& robot,
                      const std::vector<MotionFigures>& figures, double rms);
 
-/// Takes the effect's kind from the plant: its owner does not know of it.
+/// Removes the effect's kind from the plant.
 void conceal(const Subject& subject, NominalRobot& nominal);
 /// Puts `amplitude` of it into the truth. Zero changes nothing.
 void apply(const Subject& subject, double amplitude, const NominalRobot& nominal, Session& session);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The vocabulary as linear terms, as anybody could write them down from recording and plant: what
-// the baselines select from, and what an effect from outside of the vocabulary is held against. SI
-// units, joint-referred.
+// The vocabulary as linear terms, computed from recording and plant. The baselines select from
+// them, and effects from outside of the vocabulary are compared with them. SI units,
+// joint-referred.
 #pragma once
 
 #include <Eigen/Core>

@@ -41,8 +41,8 @@ void ArmProbe::start(const RobotView& view) {
   own_moved_rad_ = other_moved_rad_ = sent_ = 0.0;
 }
 
-/// Adds up what the desired joints were moved outwards: what the controller takes back after a
-/// hold-up was moved all the same.
+/// Adds up the outward motion of the desired joints. It counts even if the controller takes it back
+/// after a hold-up.
 void ArmProbe::watch(const RobotView& view) {
   const auto outwards = [this](double now_rad, double& last_rad) {
     const double moved = direction_ * (now_rad - last_rad);

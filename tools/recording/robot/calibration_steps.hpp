@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A calibration evening as a list of commands: what `ravencal calibrate` runs, in order, and what
-// it tells the person beside the robot. Knows neither ROS nor how commands are run.
+// A calibration session as a list of commands that `ravencal calibrate` runs, in order, with the
+// instructions for the person beside the robot. Knows neither ROS nor how commands are run.
 #pragma once
 
 #include <filesystem>
@@ -33,7 +33,7 @@ struct CalibrationStep {
   std::string title;                 ///< "zig-zag with sparsity 1/3"
   std::string instruction;           ///< for the person; empty if there is nothing to do
   std::vector<std::string> command;  ///< arguments of `ravencal`
-  std::filesystem::path output;      ///< what it leaves; empty if it only looks
+  std::filesystem::path output;      ///< file that it writes; empty if it only checks
   bool moves = false;                ///< the robot moves
 };
 
@@ -43,8 +43,7 @@ std::vector<CalibrationStep> calibration_steps(const CalibrationOptions& options
 /// What to load into the controller, in words, at the end.
 std::string what_to_load(const CalibrationOptions& options);
 
-/// Which steps are done, kept in `calibrate.json` in the folder so that an evening can be
-/// continued.
+/// Finished steps, kept in `calibrate.json` in the folder so that a session can be continued.
 class CalibrationSession {
  public:
   /// Begins or continues; error if the folder belongs to a session with other settings.

@@ -247,8 +247,8 @@ bool Follower::check_motion(const RobotView& view) {
   return phase_ == Phase::kMoving || phase_ == Phase::kProbing;
 }
 
-/// Adds up how far the desired joints followed the last command. What the controller takes back
-/// later, when it sets them to the measured ones after a hold-up, was taken all the same.
+/// Adds up how far the desired joints followed the last command. Motion counts even if the
+/// controller takes it back later, when it sets them to the measured ones after a hold-up.
 void Follower::note_taken(const RobotView& view) {
   const Vector3d moved = view.desired_ji - last_desired_ji_;
   last_desired_ji_ = view.desired_ji;

@@ -2,8 +2,8 @@
 //
 // Watches the arm that is not commanded. It may creep: whenever no joint command came for ten
 // cycles, the CRTK branch sets the desired joints of both arms to the measured ones (rt_raven.cpp,
-// joint_ctrl_countdown), and what the servo held against friction and weight is let go. It must
-// not be led.
+// joint_ctrl_countdown), so the servo no longer holds it against friction and weight. It must not
+// follow the commands.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,10 +18,9 @@ void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
       .add_option("--arm", arguments.arm, "The arm with plugin and encoders; default: the plant's")
       ->check(CLI::IsMember({"gold", "green"}));
   command
-      .add_option(
-          "--controller", arguments.controller_branch,
-          "Branch of the control program: main, crtk; default: the plant's, else crtk. main "
-          "has no CRTK topics in truth and gets those of crtk")
+      .add_option("--controller", arguments.controller_branch,
+                  "Branch of the control program: main, crtk; default: the plant's, else crtk. "
+                  "main has no CRTK topics on the real robot; here it gets those of crtk")
       ->check(CLI::IsMember({"main", "crtk"}));
   command.add_option("--plugin", controller.plugin, "libravencal_plugin.so, run at the hook");
   command.add_option("--weights", controller.weights, "Weights for the plugin (.blob)");
@@ -55,7 +54,8 @@ void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
       "go\n"
       "by the boards' order, measured_js by the arm's name, measured_cp crosswise), and the "
       "external\n"
-      "encoders' ext_jpos. Joint commands only: servo_jr, servo_jp, servo_jv. Hands are services:\n"
+      "encoders' ext_jpos. Joint commands only: servo_jr, servo_jp, servo_jv. Services stand for "
+      "the operator's hands:\n"
       "  rosservice call /r2_control/estop false; rosservice call /r2_control/start\n"
       "  rosservice call /r2_control/pedal true\n"
       "Examples: ravencal robot --plant tools/plants/raven2.toml\n"

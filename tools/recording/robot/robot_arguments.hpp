@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What `ravencal robot` was asked to be. The same options in `ravencal` and in `ravencal-ros`.
+// Arguments of `ravencal robot`, the same in `ravencal` and in `ravencal-ros`.
 #pragma once
 
 #include <string>

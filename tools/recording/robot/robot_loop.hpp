@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs a VirtualController in a thread of its own, at SCHED_FIFO where the system permits it. What
-// others want goes in and what is to be published comes out through wait-free rings: whatever ROS
-// does, the loop does not wait for it.
+// Runs a VirtualController in a thread of its own, at SCHED_FIFO where the system permits it.
+// Inputs and outputs pass through wait-free rings, so the loop never waits for ROS.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What `ravencal run` was asked to do, and what of it can be said before a robot is there: the
-// trajectory within its limits, and how long it takes.
+// Arguments of `ravencal run`, and what is known without a robot: the trajectory within its limits,
+// and its duration.
 #pragma once
 
 #include <Eigen/Core>

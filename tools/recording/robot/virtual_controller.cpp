@@ -121,7 +121,7 @@ struct VirtualController::Impl {
 
 namespace {
 
-/// The arm beside the plant's own: its mirror image, without payload, with fates of its own.
+/// The arm beside the plant's own: its mirror image, without payload, with random draws of its own.
 core::Result<physics::RavenTwin> make_other_arm(const physics::Plant& plant,
                                                 physics::TwinOptions options) {
   physics::Plant other = physics::plant_of_arm(plant, plant.robot.arm == "gold" ? "green" : "gold");

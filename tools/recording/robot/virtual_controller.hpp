@@ -29,7 +29,7 @@ struct VirtualControllerOptions {
   std::string telemetry;
 };
 
-/// What people press.
+/// Buttons and pedal.
 enum class Button : std::uint8_t {
   kEmergencyStop,         ///< pressed
   kEmergencyStopRelease,  ///< released; the robot stays stopped until kStart

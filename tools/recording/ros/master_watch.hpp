@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Watches the ROS master from a thread of its own. Connections between nodes outlive a master, but
-// one that is started again knows nobody: this registers the node's topics and services there, so
+// a restarted master has no registrations. This registers the node's topics and services again, so
 // that rostopic, rosbag and new nodes find them.
 #pragma once
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Topics and services of ROS 1 whose messages are bytes with a type beside them, so that no message
-// package is needed. A subscriber takes whatever is published under the name and is told its type:
-// a message of another revision is a sentence for the user, where roscpp would only stay silent.
-// Callbacks come from ROS's spinner threads.
+// package is needed. A subscriber accepts every type under the name and learns it, so that a
+// message of another revision gives a message to the user; roscpp would stay silent. Callbacks come
+// from ROS's spinner threads.
 #pragma once
 
 #include <ros/ros.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The virtual RAVEN as a ROS 1 node: everything that the controller of the CRTK branch publishes
-// and hears of joints, external encoders, and people's hands as services. The control loop runs in
-// RobotLoop's thread; ROS has its own.
+// The virtual RAVEN as a ROS 1 node: the joint topics that the controller of the CRTK branch
+// publishes and subscribes to, the external encoders, and services for the operator's buttons and
+// pedal. The control loop runs in RobotLoop's thread; ROS has its own.
 #pragma once
 
 #include <functional>

@@ -81,7 +81,7 @@ PoseMessage pose_of(const robot::CycleOutput& output, RavenField position, Raven
   return message;
 }
 
-/// Nothing is encoded for a topic that nobody hears.
+/// A topic without subscribers is not encoded.
 template <typename Encode>
 void offer(ros::Publisher& publisher, const record::RosMessageType& type, Encode&& encode) {
   if (publisher.getNumSubscribers() > 0) publish(publisher, type, encode());

@@ -240,7 +240,7 @@ core::Result<cli::ExitCode> Run::move(robot::RunPlan plan) {
 core::Result<cli::ExitCode> Run::report(const core::Status& recording) {
   const Standing standing = watch_->standing();
   const bool done = standing.phase == Phase::kDone;
-  // A recording of nothing is only in the way of the next attempt.
+  // An empty recording would only block the next attempt.
   const bool empty = standing.rows == 0;
   if (empty) {
     std::error_code ignored;

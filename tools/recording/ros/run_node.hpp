@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// `ravencal run` as a ROS 1 node: looks whether everything is there, waits for homing and pedal,
-// leads the arm along, and says how it ended.
+// `ravencal run` as a ROS 1 node: checks robot and encoders, waits for homing and pedal, leads the
+// arm along the trajectory, and reports how it ended.
 #pragma once
 
 #include <functional>

@@ -250,7 +250,7 @@ class Follower {
     const physics::Joint& joint = plant_.joints[j];
     RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error, physics::joint_error(joint, asked));
     VectorXd position = asked.position + error;
-    // What was not measured, say of joints that are held, is not simulated either.
+    // Values that were not measured, as of joints that are held, are not simulated either.
     for (Index i = 0; i < position.size(); ++i)
       if (!std::isfinite(measured[i])) position[i] = measured[i];
     set(role, joint.name, position);

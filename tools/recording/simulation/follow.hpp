@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Any plant along a recording of its robot: one joint or seven, with drive or with positions only.
-// What commanded the robot goes in (desired positions, efforts, believed positions, loads), what
-// the plant makes of it comes out in the same channels, so that the result may stand beside the
-// recording (`ravencal diagnose --simulated`). RAVEN arms on a motion of one's own: session.hpp.
+// The input is what commanded the robot (desired positions, efforts, estimated positions, loads);
+// the output has the same channels, so that the result can be compared with the recording
+// (`ravencal diagnose --simulated`). RAVEN arms on a motion of one's own: session.hpp.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@
 namespace ravencal::simulation {
 
 struct FollowOptions {
-  /// A drive under recorded efforts starts from the recorded state so often: without a controller
-  /// nothing calls it back. Not used where the plant's controller closes the loop. > 0.
+  /// Time after which a drive under recorded efforts restarts from the recorded state, because no
+  /// controller bounds its error. Not used where the plant's controller closes the loop. > 0.
   double restart_s = 1.0;
   /// Take recorded efforts even where the plant has a controller and desired positions are known.
   bool open_loop = false;

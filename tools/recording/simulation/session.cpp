@@ -76,8 +76,8 @@ Vector3d blend(const Vector3d& from, const Vector3d& to, double share) {
   return from + 0.5 * (1.0 - std::cos(std::numbers::pi * share)) * (to - from);
 }
 
-/// A machine that was switched on some time before the robot's clock began, whose crystal is not
-/// the robot's: both as large as they are found.
+/// Clock of a machine that was switched on before the robot's clock began, with another crystal;
+/// offset and drift are of usual size.
 EncoderClock clock_of(std::uint64_t seed) {
   physics::RandomSource random(seed * 2 + 1);
   EncoderClock clock;
@@ -295,7 +295,7 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
   session.emplace(plant, std::move(twin), std::move(writer), std::move(edges), options, row_cycles);
   auto summary = run(*session, trajectory, options, progress);
   session.reset();
-  // A recording that could not be completed is worth nothing: the run can be repeated.
+  // An incomplete recording is removed, because the run can be repeated.
   if (!summary.ok()) {
     (void)record::remove_recording(out);
     if (options.edges) (void)record::remove_recording(*options.edges);

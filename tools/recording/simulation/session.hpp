@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// One recording session on the digital twin: home, move to the start, follow the trajectory, write
-// what the robot and its external encoders say.
+// One recording session on the digital twin: home, move to the start, follow the trajectory, and
+// write the messages of the robot and its external encoders.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// How the authors' recorder comes to its truth: a microcontroller reads the external encoders every
+// How the authors' recorder obtains the truth: a microcontroller reads the external encoders every
 // 10 ms or so and prints them, the host stamps the line when it has parsed it, and each robot
 // message is paired with the reading of nearest stamp. Late, jittering, never interpolated.
 #pragma once

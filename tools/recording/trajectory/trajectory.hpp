@@ -40,7 +40,7 @@ JointLimits default_limits();
 enum class ZigzagKind { kX, kY, kZ, kXy, kYz, kXz, kXyz };
 core::Result<ZigzagKind> zigzag_kind_from(std::string_view name);
 
-/// A snake through a cube: full sweeps along one edge, a step of `sparsity` along the second edge
+/// A zig-zag through a cube: full sweeps along one edge, a step of `sparsity` along the second edge
 /// after each, a step along the third after each layer. The cube has 1/sqrt(3) of the joint ranges
 /// as edges and is turned so that the sweeps run along `kind`; its corners stay within the ranges.
 struct ZigzagOptions {

@@ -60,7 +60,7 @@ Matrix3d edges_of(ZigzagKind kind) {
   return Matrix3d::Identity();
 }
 
-/// Corners of the snake in the cube's own coordinates, each in [0, 1].
+/// Corners of the zig-zag in the cube's own coordinates, each in [0, 1].
 std::vector<Vector3d> snake_corners(int divisions) {
   std::vector<Vector3d> corners = {Vector3d::Zero()};
   Vector3d at = Vector3d::Zero();
