@@ -52,7 +52,7 @@ void add_activation_option(CLI::App& command, model::Activation& activation) {
                          : name == "relu" ? model::Activation::kRelu
                                           : model::Activation::kSigmoid;
           },
-          "Of the hidden layers")
+          "Activation of the hidden layers")
       ->check(CLI::IsMember({"sigmoid", "tanh", "relu"}))
       ->default_str("sigmoid");
 }
@@ -61,7 +61,7 @@ void add_epoch_options(CLI::App& command, std::uint32_t& epochs, std::uint32_t& 
   command.add_option("--epochs", epochs, "Passes of the network over the recordings")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
-  command.add_option("--batch", batch, "Rows per step")
+  command.add_option("--batch", batch, "Rows per step of the network")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
 }
