@@ -31,10 +31,17 @@ toml::table table_of(const physics::Effect& effect, physics::JointKind kind) {
   return table;
 }
 
-/// "_rad_per_s" as "rad_per_s": units as in a report.
+/// "_rad_per_n_m" as "rad_per_N_m": units as in a report, where N alone is a capital.
 std::string unit_of(const physics::ParameterSpec& spec, physics::JointKind kind) {
   const std::string_view suffix = physics::unit_suffix(spec.dimension, kind);
-  return suffix.empty() ? "1" : std::string(suffix.substr(1));
+  if (suffix.empty()) return "1";
+  std::string unit(suffix.substr(1));
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    const bool alone =
+        (i == 0 || unit[i - 1] == '_') && (i + 1 == unit.size() || unit[i + 1] == '_');
+    if (alone && unit[i] == 'n') unit[i] = 'N';
+  }
+  return unit;
 }
 
 }  // namespace

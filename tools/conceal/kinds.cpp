@@ -13,10 +13,9 @@ namespace {
 using Eigen::Index;
 using physics::Dimension;
 
-constexpr std::array<Kind, 13> kKinds = {{
+constexpr std::array<Kind, 11> kKinds = {{
     {"gain_error", "ratio", true},
     {"coupling", "error", true},
-    {"backlash", "half_width"},
     {"joint_friction", "level"},
     {"hysteresis", "stiffness"},
     {"creep", "compliance"},
@@ -24,7 +23,6 @@ constexpr std::array<Kind, 13> kKinds = {{
     {"coulomb_friction", "level"},
     {"viscous_friction", "damping"},
     {"asymmetric_friction", "level_difference", true},
-    {"load_dependent_friction", "load_share"},
     {"torque_constant", "ratio", true},
     {"torque_ripple", "amplitude"},
 }};
