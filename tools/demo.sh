@@ -1,32 +1,40 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# The main job on the digital twin, from zig-zags to corrected joints in the running 1 kHz loop.
-# Called by tools/run demo, which builds and puts `ravencal` and `ravencal-encoders` in the PATH, and by
-# ravencal-demo of the packages.
+# Two acts on the digital twin. Calibrate: from zig-zags to corrected joints in the running 1 kHz
+# loop. Diagnose: an effect is hidden in a plant, and found again in what its twin records.
+# Called by tools/run demo, which builds and puts `ravencal` and `ravencal-encoders` in the PATH,
+# and by ravencal-demo of the packages.
 set -euo pipefail
-
-usage() {
-  cat <<'END'
-usage: ravencal-demo [--paper] [--out DIR]   calibrate the digital twin, print table and report
-
---paper runs the paper's network and all of its 600 epochs (hours); without it a light network.
-Results go to out/demo, or to DIR.
-END
-}
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 plant=$root/tools/plants/raven2.toml
+published=$root/tools/plants/raven2_published.toml
 out=out/demo
 plugin=
+acts="calibrate diagnose"
 network=(--features light-open --hidden 128,64,32 --epochs 120)
 test_s=300
 live_ticks=20000
+seed=$(od -An -N3 -tu4 /dev/urandom | tr -d ' ')
+
+usage() {
+  cat <<'END'
+usage: demo.sh [--plugin LIB] [--out DIR] [--seed N] [--act calibrate|diagnose] [--paper]
+  --plugin  libravencal_plugin.so, which act one runs in the 1 kHz loop
+  --out     folder for all files (out/demo); emptied if an earlier demo made it
+  --seed    of the effect that act two hides; without it a fresh one is drawn
+  --act     one act only
+  --paper   act one with the paper's network and all of its 600 epochs (hours)
+END
+}
 
 while [ $# -gt 0 ]; do
   case $1 in
     --plugin) plugin=$2; shift 2 ;;
     --out) out=$2; shift 2 ;;
+    --seed) seed=$2; shift 2 ;;
+    --act) acts=$2; shift 2 ;;
     --paper)
       network=(--features paper112 --hidden 600,500,400 --epochs 600)
       test_s=1200
@@ -48,6 +56,24 @@ touch "$out/.ravencal_demo"
 started=$SECONDS
 step() { echo; echo "[$((SECONDS - started)) s] $*"; }
 
+# Runs a command and shows what it said only if it fails.
+quietly() { # LOG COMMAND...
+  local log=$1
+  shift
+  "$@" >"$log" 2>&1 || { cat "$log" >&2; return 3; }
+}
+
+# A function with each group of four arguments, on all cores.
+on_all_cores() { # FUNCTION ARGUMENTS...
+  local function=$1
+  shift
+  export -f "${function?}"
+  printf '%s\0' "$@" | xargs -0 -P "$(nproc)" -n 4 bash -euo pipefail -c "$function \"\$@\"" _
+}
+export root plant
+
+# ---------------------------------------------------------------- act one
+
 # One recording as a robot evening makes it: the robot's states and every edge of the external
 # encoders, each on its own clock; the encoder driver homes from the edges; the merge puts the truth
 # beside the states. Edges are stamped where they happen, so there is no delay to take out.
@@ -58,46 +84,118 @@ make_recording() { # NAME TRAJECTORY PAYLOAD SEED
   ravencal merge "$1.robot.db" "$1.truth.db" --clock wall --delay-ms 0 --out "$1.db"
   rm "$1.robot.db" "$1.truth.db" "$1.edges.db"
 }
-export -f make_recording
-export root plant
 
-step "zig-zags at five sparsities, unloaded and with 500 g: states and encoder edges of the twin, labels by the driver, $(nproc) at a time"
-jobs=()
-seed=1
-for payload in 0 500; do
-  for sparsity in 1/2 1/3 1/4 1/5 1/6; do
-    name=zigzag_${sparsity/\//_}
-    [ -e "$out/$name.csv" ] || ravencal trajectory zigzag --sparsity "$sparsity" --out "$out/$name.csv" >/dev/null
-    jobs+=("$out/train_${payload}g_$name" "$out/$name.csv" "$payload" "$seed")
-    seed=$((seed + 1))
+make_recordings() {
+  local jobs=() payload sparsity use name number=1
+  for payload in 0 500; do
+    for sparsity in 1/2 1/3 1/4 1/5 1/6; do
+      name=zigzag_${sparsity/\//_}
+      [ -e "$out/$name.csv" ] || ravencal trajectory zigzag --sparsity "$sparsity" --out "$out/$name.csv" >/dev/null
+      jobs+=("$out/train_${payload}g_$name" "$out/$name.csv" "$payload" "$number")
+      number=$((number + 1))
+    done
+    # Motion never trained on: random targets and speeds, another seed. One recording chooses the
+    # best epoch, the other is only ever tested on.
+    for use in validate test; do
+      name=${use}_${payload}g
+      ravencal trajectory sinusoid --duration-s "$test_s" --seed "$((100 + number))" --out "$out/$name.csv" >/dev/null
+      jobs+=("$out/$name" "$out/$name.csv" "$payload" "$((100 + number))")
+      number=$((number + 1))
+    done
   done
-  # Motion never trained on: random targets and speeds, another seed. One recording chooses the best
-  # epoch, the other is only ever tested on.
-  for use in validate test; do
-    name=${use}_${payload}g
-    ravencal trajectory sinusoid --duration-s "$test_s" --seed "$((100 + seed))" --out "$out/$name.csv" >/dev/null
-    jobs+=("$out/$name" "$out/$name.csv" "$payload" "$((100 + seed))")
-    seed=$((seed + 1))
+  quietly "$out/recordings.log" on_all_cores make_recording "${jobs[@]}"
+}
+
+label_of() { if [ "$1" = 0 ]; then echo unloaded; else echo "$1 g"; fi; }
+
+learn() { # PAYLOAD
+  ravencal train "$out"/train_"$1"g_*.db --validate "$out/validate_$1g.db" "${network[@]}" \
+    --seed 3 --out "$out/model_$1g.onnx" --report "$out/train_$1g.html"
+  ravencal convert "$out/model_$1g.onnx" --out "$out/weights_$1g.blob" --check "$out/validate_$1g.db"
+  ravencal evaluate "$out/model_$1g.onnx" "$out/test_$1g.db" \
+    --json "$out/evaluate_$1g.json" --report "$out/report_$1g.html" >"$out/evaluate_$1g.txt"
+}
+
+run_live() { # PAYLOAD
+  ravencal host --plugin "$plugin" --weights "$out/weights_$1g.blob" --plant "$plant" \
+    --trajectory "$out/test_$1g.csv" --payload-g "$1" --seed "$((200 + $1))" \
+    --ticks "$live_ticks" --json "$out/host_$1g.json" >"$out/host_$1g.txt" 2>&1
+}
+
+act_calibrate() {
+  local payload loops=() loop failed=0
+  step "act one, calibrate: zig-zags at five sparsities, unloaded and with 500 g: states and encoder edges of the twin, labels by the driver, $(nproc) at a time"
+  make_recordings
+  for payload in 0 500; do
+    step "train, pack and evaluate, $(label_of "$payload")"
+    learn "$payload"
   done
-done
-printf '%s\0' "${jobs[@]}" | xargs -0 -P "$(nproc)" -n 4 bash -euo pipefail -c 'make_recording "$@"' _ >"$out/recordings.log" 2>&1 ||
-  { cat "$out/recordings.log" >&2; exit 3; }
+  # A loop works a fiftieth of its millisecond: two of them leave each other alone.
+  step "the plugin in the running 1 kHz loop, unloaded and with 500 g, for $((live_ticks / 1000)) s"
+  for payload in 0 500; do
+    run_live "$payload" &
+    loops+=($!)
+  done
+  for loop in "${loops[@]}"; do wait "$loop" || failed=$?; done
+  for payload in 0 500; do
+    echo
+    echo "$(label_of "$payload"):"
+    cat "$out/host_${payload}g.txt"
+  done
+  [ "$failed" -eq 0 ] || exit "$failed"
+}
 
-for payload in 0 500; do
-  label=$([ "$payload" = 0 ] && echo unloaded || echo "500 g")
-  step "train, $label"
-  ravencal train "$out"/train_"${payload}"g_*.db --validate "$out/validate_${payload}g.db" "${network[@]}" \
-    --seed 3 --out "$out/model_${payload}g.onnx" --report "$out/train_${payload}g.html"
-  ravencal convert "$out/model_${payload}g.onnx" --out "$out/weights_${payload}g.blob" --check "$out/validate_${payload}g.db"
+# ---------------------------------------------------------------- act two
 
-  step "evaluate on unseen random motion, $label"
-  ravencal evaluate "$out/model_${payload}g.onnx" "$out/test_${payload}g.db" \
-    --json "$out/evaluate_${payload}g.json" --report "$out/report_${payload}g.html"
+record_hidden() { # NAME TRAJECTORY PLANT SEED
+  ravencal simulate --plant "$3" --trajectory "$2" --seed "$4" --out "$1.db"
+}
 
-  step "the plugin in the running 1 kHz loop, $label"
-  ravencal host --plugin "$plugin" --weights "$out/weights_${payload}g.blob" --plant "$plant" \
-    --trajectory "$out/test_${payload}g.csv" --payload-g "$payload" --seed "$((200 + payload))" \
-    --ticks "$live_ticks" --json "$out/host_${payload}g.json"
-done
+# The motion is quicker than act one's, as in an operation: what shows at reversals needs many.
+act_diagnose() {
+  local use seconds number=0 jobs=()
+  step "act two, diagnose: one effect is hidden in a plant, seed $seed (--seed $seed hides it again)"
+  for use in fit_1 fit_2 held_out; do
+    seconds=$([ "$use" = held_out ] && echo 40 || echo 60)
+    number=$((number + 1))
+    ravencal trajectory sinusoid --pace 4 --duration-s "$seconds" --seed "$((1000 * seed + number))" \
+      --out "$out/$use.csv" >/dev/null
+    jobs+=("$out/$use" "$out/$use.csv" "$out/hidden.toml" "$((1000 * seed + number))")
+  done
+  ravencal conceal --plant "$published" --trajectory "$out/held_out.csv" --seed "$seed" \
+    --out "$out/hidden.toml" --answer "$out/answer.json"
+  quietly "$out/hidden.log" on_all_cores record_hidden "${jobs[@]}"
+  step "diagnose two recordings with the plant that lacks it; figures are on a third"
+  ravencal diagnose "$out/fit_1.db" "$out/fit_2.db" --held-out "$out/held_out.db" --plant "$published" \
+    --out "$out/diagnosis" --placebo 0
+  ravencal reveal "$out/answer.json" "$out/diagnosis/report.json" --json "$out/revealed.json" \
+    >"$out/revealed.txt" || [ $? -eq 1 ]
+}
 
-step "done; reports: $out/report_0g.html $out/report_500g.html"
+# ---------------------------------------------------------------- the end
+
+show_calibrate() {
+  local payload
+  for payload in 0 500; do
+    echo
+    echo "act one, $(label_of "$payload"), on unseen random motion of the twin:"
+    cat "$out/evaluate_${payload}g.txt"
+  done
+}
+
+show_diagnose() {
+  echo
+  echo "act two, seed $seed, what was hidden and what was found:"
+  cat "$out/revealed.txt"
+  echo "(Twin and diagnose share their physics: a demonstration. The proof is \`ravencal prove\`.)"
+}
+
+pages_calibrate() { echo "$out/report_0g.html"; echo "$out/report_500g.html"; }
+pages_diagnose() { echo "$out/diagnosis/report.html"; }
+
+for act in $acts; do "act_$act"; done
+step "done"
+for act in $acts; do "show_$act"; done
+echo
+echo "pages:"
+for act in $acts; do "pages_$act"; done

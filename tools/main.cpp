@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
   commands::add_prove(app, exit_code);
+  commands::add_conceal(app, exit_code);
+  commands::add_reveal(app, exit_code);
   commands::add_run(app, exit_code);
   commands::add_robot(app, exit_code);
   commands::add_calibrate(app, exit_code);

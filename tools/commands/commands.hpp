@@ -23,6 +23,8 @@ void add_monitor(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_suggest(CLI::App& app, int& exit_code);
 void add_prove(CLI::App& app, int& exit_code);
+void add_conceal(CLI::App& app, int& exit_code);
+void add_reveal(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);
 void add_robot(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);

@@ -19,6 +19,7 @@ struct Options {
   std::string sparsity = "1/3";
   std::string mode = "paper";
   double duration_s = 600.0;
+  double pace = 1.0;
   std::uint64_t seed = 1;
   bool force = false;
   bool json = false;
@@ -67,6 +68,7 @@ core::Status run_sinusoid(const Options& options) {
       options.mode == "code" ? trajectory::RandomMode::kCode : trajectory::RandomMode::kPaper;
   random.duration_s = options.duration_s;
   random.seed = options.seed;
+  random.pace = options.pace;
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory made, trajectory::make_random(random));
   return save(made, options);
 }
@@ -100,6 +102,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       command->add_subcommand("sinusoid", "Test: random targets and speeds per joint");
   add_common(*sinusoid, *options);
   sinusoid->add_option("--duration-s", options->duration_s, "Length, s")->capture_default_str();
+  sinusoid->add_option("--pace", options->pace, "Times the authors' speeds")->capture_default_str();
   sinusoid->add_option("--seed", options->seed, "Random seed")->capture_default_str();
   sinusoid->add_option("--mode", options->mode, "paper: half cosines; code: the authors' script")
       ->check(CLI::IsMember({"paper", "code"}))

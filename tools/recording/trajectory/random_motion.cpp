@@ -16,6 +16,7 @@ namespace {
 using physics::RandomSource;
 
 constexpr double kLongestS = 24.0 * 3600.0;
+constexpr double kLeastPace = 0.1, kMostPace = 10.0;
 
 /// run_r2_random_joint_movement.py: bands of the turning points and of the speed, per joint.
 struct Band {
@@ -114,6 +115,13 @@ class CosineWalker {
   bool upward_ = true;
 };
 
+Band at_pace(Band band, double pace) {
+  band.speed_from *= pace;
+  band.speed_to *= pace;
+  band.slowest *= pace;
+  return band;
+}
+
 std::vector<double> run_joint(const Band& band, const RandomOptions& options, std::size_t count,
                               RandomSource& random) {
   constexpr int kLoopsPerSample = kScriptRateHz / static_cast<int>(kSampleRateHz);
@@ -137,6 +145,10 @@ core::Result<Trajectory> make_random(const RandomOptions& options) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("duration {} s is outside 1 s to 24 h", options.duration_s)};
   }
+  if (!(options.pace >= kLeastPace) || options.pace > kMostPace) {
+    return core::Error{core::ErrorCode::kUsage, fmt::format("pace {} is outside {} to {}",
+                                                            options.pace, kLeastPace, kMostPace)};
+  }
   const auto count = static_cast<std::size_t>(options.duration_s * kSampleRateHz) + 1;
   Trajectory trajectory;
   trajectory.t_s.resize(count);
@@ -145,7 +157,8 @@ core::Result<Trajectory> make_random(const RandomOptions& options) {
     trajectory.t_s[i] = static_cast<double>(i) / kSampleRateHz;
   for (std::size_t joint = 0; joint < 3; ++joint) {
     RandomSource random(options.seed * 3 + joint);
-    const std::vector<double> positions = run_joint(kBands[joint], options, count, random);
+    const std::vector<double> positions =
+        run_joint(at_pace(kBands[joint], options.pace), options, count, random);
     for (std::size_t i = 0; i < count; ++i) {
       trajectory.joints_ji[i][static_cast<Eigen::Index>(joint)] = positions[i];
     }

@@ -60,6 +60,7 @@ struct RandomOptions {
   RandomMode mode = RandomMode::kPaper;
   double duration_s = 600.0;
   std::uint64_t seed = 1;
+  double pace = 1.0;  ///< times the authors' speeds, 0.1 to 10
 };
 core::Result<Trajectory> make_random(const RandomOptions& options);
 
