@@ -60,7 +60,7 @@ Extent joined(const Extent& a, const Extent& b) {
 
 // ------------------------------------------------------------------ traces
 
-constexpr double kTraceWidth = 590, kTraceHeight = 150, kErrorHeight = 90, kTraceGap = 14;
+constexpr double kTraceWidth = 590, kTraceHeight = 112, kErrorHeight = 66, kTraceGap = 12;
 
 struct Line {
   std::string name;
@@ -167,7 +167,7 @@ json before_and_after(const ChannelPlot& plot, const Axis& axis, const Values& d
 
 // ------------------------------------------------------------------ intervals
 
-constexpr double kLabelWidth = 150, kIntervalWidth = 230, kRowStep = 22;
+constexpr double kLabelWidth = 150, kIntervalWidth = 170, kRowStep = 22;
 
 json interval_marks(const IntervalRow& row, double y, const Extent& extent) {
   const auto at = [&](double v) {

@@ -141,8 +141,7 @@ std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
   const bool looked = std::any_of(report.looked_at.begin(), report.looked_at.end(),
                                   [&](const LookedAt& l) { return l.joint == line.joint; });
   if (text.empty()) {
-    text = looked ? "nothing is missing that these recordings can show"
-                  : "these recordings do not show this joint";
+    text = looked ? "nothing is missing" : "these recordings do not show this joint";
   }
   if (line.figure != nullptr) text += "; " + change_words(*line.figure);
   return capitalised(text) + ".";
@@ -161,18 +160,19 @@ std::string metric_words(std::string_view metric) {
 
 std::string percent(double share) {
   const double value = 100.0 * share;
-  const int decimals = std::abs(value) < 10.0 || std::abs(std::abs(value) - 100.0) < 5.0 ? 1 : 0;
-  return fmt::format("{:+.{}f} %", value, decimals);
+  // Near a whole fall the tenths tell.
+  const int decimals = std::abs(value) < 10.0 || value < -95.0 ? 1 : 0;
+  return fmt::format("{}{:.{}f} %", value < 0.0 ? "−" : "+", std::abs(value), decimals);
 }
 
 std::string change_words(const HeldOut& figure) {
   const char* verb = figure.after > figure.before ? "grows" : "falls";
   std::string text =
-      fmt::format("the {} on unseen motion {} from {} to {} ({}", metric_words(figure.metric), verb,
+      fmt::format("its {} on unseen motion {} from {} to {} ({}", metric_words(figure.metric), verb,
                   quantity(figure.before, figure.unit), quantity(figure.after, figure.unit),
                   percent(figure.change()));
   if (figure.change_ci95) {
-    text += fmt::format(", 95 % between {} and {}", percent(figure.change_ci95->first),
+    text += fmt::format(", 95 %: {} to {}", percent(figure.change_ci95->first),
                         percent(figure.change_ci95->second));
   }
   return text + ")";

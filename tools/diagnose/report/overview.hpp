@@ -39,10 +39,10 @@ std::vector<JointLine> joint_lines(const Report& report, const std::vector<Cause
 /// "position error" for position_rmse, and so on.
 std::string metric_words(std::string_view metric);
 
-/// In percent, with its sign: "-86 %".
+/// In percent, with its sign: "−86 %".
 std::string percent(double share);
 
-/// "the position error on unseen motion falls from 2 deg to 0.3 deg (-85 %, 95 % between ...)".
+/// "its position error on unseen motion falls from 2 deg to 0.3 deg (−85 %, 95 %: ...)".
 std::string change_words(const HeldOut& figure);
 
 /// One sentence for the kind of verdict.

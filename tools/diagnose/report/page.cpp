@@ -47,8 +47,9 @@ std::string chain_cell_html(const ChainCell& cell) {
     html = "<span class=\"none\">" + html_escape(cell.without_figure) + "</span>";
   } else {
     const HeldOut& f = *cell.figure;
-    html = tint_html("tint", cell.share_before, f.before, f.unit) +
-           tint_html(is_worse(f) ? "tint worse" : "tint", cell.share_after, f.after, f.unit);
+    html = "<span class=\"tints\">" + tint_html("tint", cell.share_before, f.before, f.unit) +
+           tint_html(is_worse(f) ? "tint worse" : "tint", cell.share_after, f.after, f.unit) +
+           "</span>";
   }
   if (!cell.effects.empty()) {
     std::string names = fmt::format("{}", fmt::join(cell.effects, ", "));
@@ -61,8 +62,10 @@ std::string chain_cell_html(const ChainCell& cell) {
 /// The chain of each joint, from the command to the sensor.
 std::string chain_html(const Report& report) {
   std::string html = "<table class=\"chain\"><thead><tr><th></th>";
-  for (const std::string_view stage : kChain)
-    html += fmt::format("<th scope=\"col\">{}</th>", stage);
+  for (const std::string_view stage : kChain) {
+    html += fmt::format("<th scope=\"col\">{}{}</th>", stage,
+                        stage == "joint" ? ", run free for 1 s" : "");
+  }
   html += "</tr></thead><tbody>\n";
   const std::vector<ChainCell> cells = chain_of(report);
   for (std::size_t c = 0; c < cells.size(); ++c) {
@@ -72,11 +75,8 @@ std::string chain_html(const Report& report) {
     if ((c + 1) % kChain.size() == 0) html += "</tr>\n";
   }
   return html +
-         "</tbody></table>\n<p class=\"note\">Left: the plant as it is; right: with what was "
-         "found. "
-         "Colour: share of the plant's squared error on unseen motion that lies above the floor, "
-         "which no simulation can go below. Drive: effort, or tracking where no effort was "
-         "recorded; transmission: position; joint: run free for 1 s.</p>\n";
+         "</tbody></table>\n<p class=\"note\">RMSE on unseen motion, left of the plant as it is, "
+         "right with what was found; colour: share of the squared error above the floor.</p>\n";
 }
 
 std::string held_out_html(const std::vector<JointLine>& lines, Document& page) {
@@ -95,9 +95,7 @@ std::string held_out_html(const std::vector<JointLine>& lines, Document& page) {
       interval_chart("change of the error on unseen motion", "change of the RMSE [%]", 0.0, kMost,
                      rows),
       "Error on motion that no fit saw",
-      "With 95 % intervals, stretches of time as observations. Right of the line, in red: the "
-      "improved plant is worse.",
-      false);
+      "95 % intervals over stretches of time. Red: the improved plant is worse.", false);
 }
 
 /// The channel that stands for the joint whose error was most above its floor.

@@ -77,8 +77,7 @@ std::string rivals_html(const Report& report, const Cause& cause) {
   const NamedEffect& first = report.effects[cause.effects.front()];
   if (first.separate_by.empty()) return "";
   return "<p class=\"lead\">" +
-         std::string(cause.status == "no_name" ? "To find its name"
-                                               : "No rival is left. To confirm it") +
+         std::string(cause.status == "no_name" ? "To find its name" : "No rival. To confirm it") +
          "</p><ul><li>" + html_escape(first.separate_by) + "</li></ul>\n";
 }
 

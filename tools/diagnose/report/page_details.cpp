@@ -223,7 +223,7 @@ std::string channel_html(const Report& report, const ChannelPlot& plot, Document
   add(residual_chart(plot, Abscissa::kLoad), "Error over effort", "");
   add(rest_chart(plot), "Error at rest", "");
   html += sizes_html(plot, page);
-  return html.empty() ? "" : "<div class=\"pair\">" + html + "</div>";
+  return html.empty() ? "" : "<div class=\"charts\">" + html + "</div>";
 }
 
 }  // namespace
