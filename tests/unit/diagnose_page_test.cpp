@@ -38,7 +38,7 @@ std::string words_of(const std::string& page) {
   std::string body =
       page.substr(page.find("<header>"), page.find("<footer>") - page.find("<header>"));
   body = std::regex_replace(body, std::regex("<[^>]*>"), " ");
-  return std::regex_replace(body, std::regex("&[a-z]+;"), " ");
+  return std::regex_replace(body, std::regex("&#?[a-z0-9]+;"), " ");
 }
 
 /// Numbers as they stand in a text; signs apart.
@@ -65,6 +65,7 @@ void add_ways_to_write(double value, std::set<std::string>& ways) {
 void add_numbers_of(const Json& json, std::set<std::string>& ways) {
   if (json.is_number()) return add_ways_to_write(json.get<double>(), ways);
   if (json.is_string()) return ways.merge(numbers_in(json.get<std::string>()));
+  if (!json.is_structured()) return;
   for (const auto& [key, child] : json.items()) {
     if (key != "points" && key != "traces") add_numbers_of(child, ways);
   }

@@ -75,8 +75,8 @@ std::string chain_html(const Report& report) {
     if ((c + 1) % kChain.size() == 0) html += "</tr>\n";
   }
   return html +
-         "</tbody></table>\n<p class=\"note\">RMSE on unseen motion, left of the plant as it is, "
-         "right with what was found; colour: share of the squared error above the floor.</p>\n";
+         "</tbody></table>\n<p class=\"note\">RMSE on unseen motion, first of the plant as it is, "
+         "then with what was found; colour: share of the squared error above the floor.</p>\n";
 }
 
 std::string held_out_html(const std::vector<JointLine>& lines, Document& page) {
