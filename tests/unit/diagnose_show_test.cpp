@@ -288,18 +288,25 @@ TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   const std::string page = diagnose::report_html(*report);
   for (const char* part :
-       {"What is left out", "On data that no fit saw", "What each part of the model takes away",
-        "What the plant does not predict", "too little data", "The same size in every circumstance",
-        "On rows that the fit did not see", "Candidates and their gates",
-        "would have been seen from", "Not testable with this recording",
-        "On twins of this recording"}) {
+       {"Causes", "What to record next", "What was looked at", "Error on motion that no fit saw",
+        "Error on unseen rows as the model grows", "Error over position and speed", "Size of ",
+        "Every figure on unseen motion", "Candidates and their gates", "would have been found from",
+        "Not testable with these recordings", "On twins of this recording"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
-  for (const char* foreign : {"<script", "http://", "https://", "src="})
-    EXPECT_EQ(page.find(foreign), std::string::npos) << foreign;
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos) << "the page may load nothing";
   const std::string json = diagnose::report_json(*report);
   EXPECT_NE(json.find("\"out_of_tolerance\": false"), std::string::npos);
   EXPECT_NE(json.find("\"known_together\""), std::string::npos);
+  ASSERT_FALSE(report->held_out.empty());
+  const diagnose::HeldOut& first = report->held_out.front();
+  ASSERT_TRUE(first.change_ci95.has_value());
+  EXPECT_LT(first.change_ci95->first, first.change());
+  EXPECT_GT(first.change_ci95->second, first.change());
+  ASSERT_EQ(first.by_recording.size(), 1U);
+  EXPECT_DOUBLE_EQ(first.by_recording.front().after, first.after);
+  ASSERT_FALSE(report->looked_at.empty());
+  EXPECT_GT(report->looked_at.front().band_hz.second, report->looked_at.front().band_hz.first);
 }
 
 }  // namespace

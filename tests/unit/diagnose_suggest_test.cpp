@@ -67,4 +67,17 @@ TEST(Suggest, NamesTheFileThatIsNoReport) {
   EXPECT_NE(list.error().message.find("other.json"), std::string::npos);
 }
 
+TEST(Suggest, SaysWhereToConfirmThatNothingWasFound) {
+  const auto list = diagnose::suggest(
+      R"({"schema":1,"effects":[],"unexplained":[],"not_found":[],
+ "recordings":[{"name":"a.db","held_out":false,"duration_s":120}],
+ "channels":[{"joint":"elbow","stage":"drive","where":{"cells":60,"cells_visited":41}}]})",
+      "test");
+  ASSERT_TRUE(list.ok()) << list.error().message;
+  ASSERT_EQ(list->size(), 3U);
+  for (const auto& s : *list) EXPECT_EQ(s.urgency, 3);
+  EXPECT_NE(list->front().why.find("41 of 60"), std::string::npos) << list->front().why;
+  EXPECT_DOUBLE_EQ(list->front().minutes, 2.0);
+}
+
 }  // namespace

@@ -2,16 +2,14 @@
 //
 // Opens reports in headless Chromium, as a user would, and looks at what it drew.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "report/report.hpp"
+#include "unit/browser.hpp"
 #include "unit/report_sample.hpp"
 
 namespace ravencal::report {
@@ -19,17 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the browser made of a page: its final elements and its console.
-struct Opened {
-  std::string dom;
-  std::string console;
-  bool ok = false;
-};
+using test::Opened;
 
 class ReportInBrowser : public testing::Test {
  protected:
   void SetUp() override {
-    if (std::system("command -v chromium >/dev/null 2>&1") != 0) {
+    if (!test::has_browser()) {
       GTEST_SKIP() << "chromium is not installed (apt-get install chromium)";
     }
     folder_ = fs::temp_directory_path() / ("ravencal_browser_" + std::to_string(getpid()));
@@ -40,26 +33,7 @@ class ReportInBrowser : public testing::Test {
   }
 
   [[nodiscard]] Opened open(const fs::path& page) const {
-    const std::string command =
-        "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-        "--disable-background-networking --disable-component-update --disable-sync "
-        "--disable-dev-shm-usage --enable-logging=stderr --virtual-time-budget=60000 "
-        "--user-data-dir='" +
-        (folder_ / "profile").string() + "' --dump-dom 'file://" + page.string() + "' 2>'" +
-        (folder_ / "console").string() + "'";
-    Opened opened;
-    FILE* pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return opened;
-    std::array<char, 65536> block{};
-    for (std::size_t got = 0; (got = fread(block.data(), 1, block.size(), pipe)) > 0;) {
-      opened.dom.append(block.data(), got);
-    }
-    opened.ok = pclose(pipe) == 0;
-    std::ifstream log(folder_ / "console");
-    for (std::string line; std::getline(log, line);) {
-      if (line.find("CONSOLE") != std::string::npos) opened.console += line + "\n";
-    }
-    return opened;
+    return test::open_in_browser(page, folder_);
   }
 
   [[nodiscard]] Opened open(const CalibrationReport& report) const {

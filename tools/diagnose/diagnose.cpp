@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "diagnose/channel/across_channels.hpp"
 #include "diagnose/channel/arm_payload.hpp"
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/channel/looked.hpp"
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/verdict.hpp"
@@ -275,6 +277,21 @@ core::Result<SeriesSet> series_of(const std::vector<record::Recording>& training
   return set;
 }
 
+/// File names only: the same recordings give the same report wherever they lie.
+std::vector<SeenRecording> seen(const std::vector<record::Recording>& training,
+                                const std::vector<record::Recording>& held_out) {
+  std::vector<SeenRecording> out;
+  for (const auto* list : {&training, &held_out}) {
+    for (const record::Recording& r : *list) {
+      const double duration_s =
+          r.t_ns.empty() ? 0.0 : 1e-9 * static_cast<double>(r.t_ns.back() - r.t_ns.front());
+      out.push_back(
+          {std::filesystem::path(r.source).filename().string(), list == &held_out, duration_s});
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 core::Result<Report> diagnose(std::vector<record::Recording> training,
@@ -283,6 +300,9 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   const bool against_plant = options.simulated.empty();
   RAVENCAL_ASSIGN_OR_RETURN(
       SeriesSet set, series_of(training, held_out, options.simulated, plant, options.series));
+  Report report;
+  report.recordings = seen(training, held_out);
+  add_looked_at(set, plant, report);
   // Of a long recording the samples are most of the memory.
   training.clear();
   held_out.clear();
@@ -299,7 +319,6 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
 
   std::vector<ChannelFindings>& findings = analysis.findings;
   if (against_plant) keep_what_runs(set, plant, options, findings);
-  Report report;
   std::vector<std::string> notes;
   if (analysis.payload) report.effects.push_back(*analysis.payload);
   for (ChannelFindings& f : findings) {

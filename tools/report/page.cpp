@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/version.hpp"
-#include "report/assets.hpp"
 #include "report/charts.hpp"
+#include "report/document.hpp"
 #include "report/escape.hpp"
 #include "report/joint_view.hpp"
 #include "report/tables.hpp"
@@ -27,53 +25,6 @@ double detail_duration_s(const Timeline& timeline) {
   return kStepS * std::max(1.0, std::ceil(kLeastSamples * timeline.period_s / kStepS));
 }
 
-/// The page as it grows: sections for the list of contents, charts for the script.
-class Page {
- public:
-  void section(const std::string& id, const std::string& title) {
-    sections_.emplace_back(id, title);
-    body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", id, html_escape(title));
-  }
-  void add(const std::string& html) { body_ += html; }
-  void paragraph(const std::string& text) {
-    body_ += fmt::format("<p class=\"note\">{}</p>\n", html_escape(text));
-  }
-
-  /// A chart under a heading, with a caption that says what cannot be seen; `caption` is text.
-  void figure(nlohmann::json spec, const std::string& heading, const std::string& caption,
-              bool wide) {
-    const std::string id = fmt::format("chart-{}", charts_.size());
-    body_ += fmt::format(
-        "<figure><h3>{0}</h3>\n<div class=\"chart{1}\" id=\"{2}\" tabindex=\"0\" role=\"group\" "
-        "aria-label=\"{0}\"></div>\n<figcaption><p>{3}</p></figcaption></figure>\n",
-        html_escape(heading), wide ? " wide" : "", id, html_escape(caption));
-    charts_.push_back({{"id", id}, {"spec", std::move(spec)}});
-  }
-
-  [[nodiscard]] const std::string& body() const { return body_; }
-  [[nodiscard]] const nlohmann::json& charts() const { return charts_; }
-  [[nodiscard]] std::string contents() const {
-    if (sections_.size() < 2) return "";
-    std::string html = "<nav aria-label=\"contents\"><ul>";
-    for (const auto& [id, title] : sections_) {
-      html += fmt::format("<li><a href=\"#{}\">{}</a></li>", id, html_escape(title));
-    }
-    return html + "</ul></nav>";
-  }
-
- private:
-  std::string body_;
-  nlohmann::json charts_ = nlohmann::json::array();
-  std::vector<std::pair<std::string, std::string>> sections_;
-};
-
-std::string key_item(const char* colour, const char* dash, double width, const std::string& html) {
-  return fmt::format(
-      "<li><svg viewBox=\"0 0 26 9\" aria-hidden=\"true\"><path d=\"M0 4.5H26\" fill=\"none\" "
-      "stroke=\"{}\" stroke-width=\"{}\" stroke-dasharray=\"{}\"/></svg>{}</li>",
-      colour, width, dash, html);
-}
-
 /// What the colours of a joint's charts mean, with the figures of the drawn samples.
 std::string joint_key_html(const JointView& view) {
   const auto with_figures = [&view](const char* name, const std::vector<double>& error) {
@@ -83,14 +34,16 @@ std::string joint_key_html(const JointView& view) {
                        figure_text(summary.rmse, decimals), figure_text(summary.peak, decimals),
                        html_escape(view.series.unit));
   };
-  return "<ul class=\"key\">" + key_item("var(--truth)", "none", 4, "<b>true</b>") +
-         key_item("var(--raw)", "none", 2, with_figures("raw", view.raw_error)) +
-         key_item("var(--bias)", "4 2", 2, with_figures("bias removed", view.bias_removed_error)) +
-         key_item("var(--corrected)", "none", 2, with_figures("corrected", view.corrected_error)) +
+  return "<ul class=\"key\">" + key_item_html("var(--truth)", "none", 4, "<b>true</b>") +
+         key_item_html("var(--raw)", "none", 2, with_figures("raw", view.raw_error)) +
+         key_item_html("var(--bias)", "4 2", 2,
+                       with_figures("bias removed", view.bias_removed_error)) +
+         key_item_html("var(--corrected)", "none", 2,
+                       with_figures("corrected", view.corrected_error)) +
          "</ul>\n";
 }
 
-void add_windows(Page& page, const JointView& view) {
+void add_windows(Document& page, const JointView& view) {
   const double duration_s = detail_duration_s(view.timeline);
   const auto windows = detail_windows(view.timeline, view.corrected_error, duration_s);
   if (!windows) return;
@@ -104,7 +57,7 @@ void add_windows(Page& page, const JointView& view) {
   page.add("</div>\n");
 }
 
-void add_map(Page& page, const JointView& view, const MapAxes& axes) {
+void add_map(Document& page, const JointView& view, const MapAxes& axes) {
   const auto resting =
       static_cast<double>(std::count(view.direction.begin(), view.direction.end(), 0));
   const double share = 100 * resting / static_cast<double>(view.direction.size());
@@ -121,7 +74,7 @@ void add_map(Page& page, const JointView& view, const MapAxes& axes) {
       true);
 }
 
-void add_joint(Page& page, const JointSeries& series, std::size_t index,
+void add_joint(Document& page, const JointSeries& series, std::size_t index,
                const std::optional<MapAxes>& axes) {
   const JointView view = view_of(series);
   page.section(fmt::format("joint-{}", index), series.joint);
@@ -162,23 +115,23 @@ std::optional<MapAxes> map_axes_of(const CalibrationReport& report) {
   return MapAxes{*x, *y, *grid};
 }
 
-void add_training(Page& page, const CalibrationReport& report) {
+void add_training(Document& page, const CalibrationReport& report) {
   page.section("training", "Training");
-  page.add("<ul class=\"key\">" + key_item("var(--corrected)", "none", 2, "<b>training</b>") +
-           key_item("var(--raw)", "5 2", 2, "<b>validation</b>") + "</ul>\n");
+  page.add("<ul class=\"key\">" + key_item_html("var(--corrected)", "none", 2, "<b>training</b>") +
+           key_item_html("var(--raw)", "5 2", 2, "<b>validation</b>") + "</ul>\n");
   std::string runs =
       report.losses.size() == 1 ? "One run" : fmt::format("{} runs", report.losses.size());
   page.figure(loss_chart(report.losses, report.loss_unit), "Loss by epoch",
               runs + " on a logarithmic axis. Circle: the epoch whose weights were kept.", true);
 }
 
-void add_real_time(Page& page, const RealTimeFigures& figures) {
+void add_real_time(Document& page, const RealTimeFigures& figures) {
   page.section("real-time", "Real time");
   page.add(duration_table_html(figures));
   const double period_us = 1e6 / figures.rate_hz;
-  page.paragraph(fmt::format(
-      "{} ticks at {:g} Hz (period {:g} µs), {} a real-time scheduling class. {}", figures.ticks,
-      figures.rate_hz, period_us, figures.realtime ? "with" : "without", figures.conditions));
+  page.note(fmt::format("{} ticks at {:g} Hz (period {:g} µs), {} a real-time scheduling class. {}",
+                        figures.ticks, figures.rate_hz, period_us,
+                        figures.realtime ? "with" : "without", figures.conditions));
   const std::string caption = "Both axes logarithmic. Dashed: the period, where it is in range.";
   page.add("<div class=\"pair\">");
   if (!figures.wakeup_histogram.empty()) {
@@ -192,47 +145,18 @@ void add_real_time(Page& page, const RealTimeFigures& figures) {
   page.add("</div>\n");
 }
 
-void add_provenance(Page& page, const CalibrationReport& report) {
-  page.section("provenance", "Provenance");
-  if (!report.provenance.empty()) page.add(facts_html(report.provenance));
-  if (!report.reproduce.empty()) {
-    page.add("<h3>Make this page again</h3>\n<pre>" + html_escape(report.reproduce) + "</pre>\n");
-  }
-}
-
-std::string optional_paragraph(const char* css_class, const std::string& text) {
-  return text.empty() ? "" : fmt::format("<p class=\"{}\">{}</p>", css_class, html_escape(text));
-}
-
 }  // namespace
 
 std::string page_of(const CalibrationReport& report) {
-  Page page;
+  Document page;
   if (!report.tables.empty()) page.section("figures", "Errors at the joint");
   for (const ErrorTable& table : report.tables) page.add(error_table_html(table));
   const std::optional<MapAxes> axes = map_axes_of(report);
   for (std::size_t i = 0; i < report.series.size(); ++i) add_joint(page, report.series[i], i, axes);
   if (!report.losses.empty()) add_training(page, report);
   if (report.real_time) add_real_time(page, *report.real_time);
-  if (!report.provenance.empty() || !report.reproduce.empty()) add_provenance(page, report);
-
-  const std::string title = html_escape(report.title);
-  const std::string subtitle = optional_paragraph("subtitle", report.subtitle);
-  const std::string verdict = optional_paragraph("verdict", report.verdict);
-  const std::string contents = page.contents();
-  const std::string charts = script_json(page.charts());
-  const std::string licences = html_escape(assets::licences());
-  return fill_template(assets::html(), {{"version", core::kVersion},
-                                        {"title", title},
-                                        {"css", assets::css()},
-                                        {"subtitle", subtitle},
-                                        {"verdict", verdict},
-                                        {"contents", contents},
-                                        {"body", page.body()},
-                                        {"licences", licences},
-                                        {"charts", charts},
-                                        {"js", assets::js()},
-                                        {"vega", assets::vega()}});
+  page.provenance(report.provenance, report.reproduce);
+  return page.html({report.title, report.subtitle, report.verdict});
 }
 
 }  // namespace ravencal::report

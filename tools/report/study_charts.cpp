@@ -19,31 +19,6 @@ namespace {
 constexpr std::array kLineColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                      "#e69f00", "#56b4e9", "#808890"};
 
-json value(double number) { return {{"value", number}}; }
-
-json text_mark(double x, double y, const std::string& text, const char* align = "left") {
-  return {{"type", "text"},
-          {"encode",
-           {{"enter",
-             {{"x", value(x)},
-              {"y", value(y)},
-              {"align", {{"value", align}}},
-              {"baseline", {{"value", "middle"}}},
-              {"text", {{"value", text}}}}}}}};
-}
-
-json rule_mark(double x, double y, double x2, double y2, const char* colour, double width) {
-  return {{"type", "rule"},
-          {"encode",
-           {{"enter",
-             {{"x", value(x)},
-              {"y", value(y)},
-              {"x2", value(x2)},
-              {"y2", value(y2)},
-              {"stroke", {{"value", colour}}},
-              {"strokeWidth", value(width)}}}}}};
-}
-
 // ------------------------------------------------------------------ bars
 
 constexpr double kBarStep = 19;

@@ -130,6 +130,31 @@ json zero_rule(double width) {
               {"strokeWidth", {{"value", 0.8}}}}}}}};
 }
 
+json value(double number) { return {{"value", number}}; }
+
+json text_mark(double x, double y, const std::string& text, const char* align) {
+  return {{"type", "text"},
+          {"encode",
+           {{"enter",
+             {{"x", value(x)},
+              {"y", value(y)},
+              {"align", {{"value", align}}},
+              {"baseline", {{"value", "middle"}}},
+              {"text", {{"value", text}}}}}}}};
+}
+
+json rule_mark(double x, double y, double x2, double y2, std::string_view colour, double width) {
+  return {{"type", "rule"},
+          {"encode",
+           {{"enter",
+             {{"x", value(x)},
+              {"y", value(y)},
+              {"x2", value(x2)},
+              {"y2", value(y2)},
+              {"stroke", {{"value", colour}}},
+              {"strokeWidth", value(width)}}}}}};
+}
+
 json plot_area(double x, double y, double width, double height) {
   return {
       {"type", "group"},

@@ -58,6 +58,11 @@ struct LineStyle {
 /// A line through columns `x_field`, `y_field` of `data`, interrupted where y is missing.
 json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
                const LineStyle& style, std::string_view y_scale = "y");
+/// A constant of an encoding.
+json value(double number);
+/// Text at a place of the chart, centred on its line.
+json text_mark(double x, double y, const std::string& text, const char* align = "left");
+json rule_mark(double x, double y, double x2, double y2, std::string_view colour, double width);
 /// A plot inside a chart: signals and encoding of a group of that place and size. Its signals stand
 /// in for the chart's, which is what axes take the length of their grid from.
 json plot_area(double x, double y, double width, double height);

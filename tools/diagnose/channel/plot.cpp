@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the page draws of a channel: residuals before and after over everything that tells
-// look-alikes apart, a map of where they are, what each part of the model takes away, and a stretch
+// look-alikes apart, a map of where they are, what each part of the model takes away, and stretches
 // that no fit saw.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/shapes.hpp"
@@ -19,12 +20,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kPoints = 700;
+constexpr Index kPoints = 400;
 constexpr std::size_t kPositions = 10;
 constexpr std::size_t kSpeeds = 6;
 constexpr int kLeastInCell = 20;
-constexpr Index kTraceRows = 500;
+constexpr Index kTraceRows = 400;
 constexpr double kTrace_s = 20.0;
+constexpr std::size_t kMostTraces = 3;
 
 /// Time since the joint came to rest, 0 in motion: below a fiftieth of its usual speed.
 VectorXd time_at_rest(const Series& s) {
@@ -91,6 +93,7 @@ WhereMap where_map(const Series& s, const VectorXd& before, const VectorXd& afte
     map.after[cell] += after[i] * after[i];
   }
   for (std::size_t c = 0; c < count.size(); ++c) {
+    map.rows.push_back(static_cast<std::size_t>(count[c]));
     const bool enough = count[c] >= kLeastInCell;
     const double none = std::numeric_limits<double>::quiet_NaN();
     map.before[c] = enough ? std::sqrt(map.before[c] / count[c]) : none;
@@ -150,39 +153,74 @@ Index trace_stride(const Series& s, const std::vector<Index>& rows) {
   return std::max<Index>(1, static_cast<Index>(std::min(wanted, most)));
 }
 
-/// A stretch in the middle of the held-out rows, or of the training rows under folds.
-Trace held_out_trace(const ChannelFit& fit) {
+/// Rows that no fit saw, or the training rows under folds, with their places among those.
+struct UnseenRows {
+  bool cross_validated = false;
+  std::vector<Index> rows, places;
+};
+
+/// Of each recording apart.
+std::map<int, UnseenRows> unseen_rows(const ChannelFit& fit) {
+  const Series& s = *fit.model.series;
+  std::map<int, UnseenRows> unseen;
+  const auto add = [&](Index row, Index place) {
+    UnseenRows& of = unseen[s.recording[static_cast<std::size_t>(row)]];
+    of.cross_validated = place >= 0;
+    of.rows.push_back(row);
+    of.places.push_back(place);
+  };
+  if (!s.any_held_out()) {
+    for (std::size_t k = 0; k < fit.model.blocks.rows.size(); ++k)
+      add(fit.model.blocks.rows[k], static_cast<Index>(k));
+    return unseen;
+  }
+  for (Index i = 0; i < s.rows(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (s.held_out[n] != 0 && s.valid[n] != 0) add(i, -1);
+  }
+  return unseen;
+}
+
+/// A stretch in the middle of those rows.
+Trace trace_of(const ChannelFit& fit, const UnseenRows& unseen) {
   const Series& s = *fit.model.series;
   Trace trace;
-  trace.cross_validated = !s.any_held_out();
-  std::vector<Index> rows = fit.model.blocks.rows;
-  if (s.any_held_out()) {
-    rows.clear();
-    for (Index i = 0; i < s.rows(); ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      if (s.held_out[n] != 0 && s.valid[n] != 0) rows.push_back(i);
-    }
-  }
-  const auto count = static_cast<Index>(rows.size());
-  const Index stride = trace_stride(s, rows);
+  trace.cross_validated = unseen.cross_validated;
+  trace.recording =
+      static_cast<std::size_t>(s.recording[static_cast<std::size_t>(unseen.rows.front())]);
+  const auto count = static_cast<Index>(unseen.rows.size());
+  const Index stride = trace_stride(s, unseen.rows);
   const Index first = std::max<Index>(0, (count - stride * kTraceRows) / 2);
   const double gap = std::numeric_limits<double>::quiet_NaN();
+  const bool of_position = s.stage != Stage::kDrive;
+  const auto row_at = [&](Index k) { return unseen.rows[static_cast<std::size_t>(k)]; };
+  const auto add = [&](double t_s, double measured, double nominal, double refitted, double q) {
+    trace.t_s.push_back(t_s);
+    trace.measured.push_back(measured);
+    trace.nominal.push_back(nominal);
+    trace.refitted.push_back(refitted);
+    if (of_position) trace.motion.push_back(q);
+  };
   for (Index k = first; k < std::min(count, first + stride * kTraceRows); k += stride) {
-    const Index i = rows[static_cast<std::size_t>(k)];
+    const Index i = row_at(k);
     // Nothing was measured between two episodes: no line leads from one to the next.
-    const Index last = k > first ? rows[static_cast<std::size_t>(k - stride)] : i;
+    const Index last = k > first ? row_at(k - stride) : i;
     const auto begins = s.fresh.begin();
-    if (std::any_of(begins + last + 1, begins + i + 1, [](char fresh) { return fresh != 0; })) {
-      for (auto* list : {&trace.t_s, &trace.measured, &trace.nominal, &trace.refitted})
-        list->push_back(gap);
-    }
-    trace.t_s.push_back(s.t_s[i]);
-    trace.measured.push_back(s.y[i]);
-    trace.nominal.push_back(fit.nominal.prediction[i]);
-    trace.refitted.push_back(trace.cross_validated ? s.y[i] - fit.held_out_residual[k]
-                                                   : fit.prediction[i]);
+    if (std::any_of(begins + last + 1, begins + i + 1, [](char fresh) { return fresh != 0; }))
+      add(gap, gap, gap, gap, gap);
+    const Index place = unseen.places[static_cast<std::size_t>(k)];
+    add(s.t_s[i], s.y[i], fit.nominal.prediction[i],
+        place >= 0 ? s.y[i] - fit.held_out_residual[place] : fit.prediction[i], s.motion.q[i]);
   }
   return trace;
+}
+
+std::vector<Trace> traces_of(const ChannelFit& fit) {
+  std::vector<Trace> traces;
+  for (const auto& [recording, unseen] : unseen_rows(fit)) {
+    if (traces.size() < kMostTraces) traces.push_back(trace_of(fit, unseen));
+  }
+  return traces;
 }
 
 }  // namespace
@@ -202,7 +240,7 @@ void add_plot(const ChannelFit& fit, ChannelFindings& findings) {
   plot.where = where_map(s, before, after);
   plot.waterfall = waterfall(fit);
   plot.scales = regime_scales(fit);
-  plot.trace = held_out_trace(fit);
+  plot.traces = traces_of(fit);
 }
 
 }  // namespace ravencal::diagnose

@@ -78,9 +78,20 @@ inline bool is_dry_asymmetry(const NamedEffect& e) {
          e.parameters.front().name == "level_difference";
 }
 
+/// The same figure on one of the recordings.
+struct RecordingFigure {
+  std::size_t recording = 0;  ///< index into Report::recordings
+  double before = 0.0, after = 0.0;
+};
+
 struct HeldOut {
   std::string joint, metric, unit;
   double before = 0.0, after = 0.0, floor = 0.0;
+  /// 95 % of after / before - 1, stretches of time as observations; none where they are too few.
+  std::optional<Interval> change_ci95{};
+  std::vector<RecordingFigure> by_recording{};  ///< of a figure that has an interval
+
+  [[nodiscard]] double change() const { return after / before - 1.0; }
 };
 
 struct Unexplained {
@@ -121,10 +132,12 @@ struct CandidateRow {
   std::string unit, outcome;
 };
 
-/// Residual of a channel over one stretch of rows that no fit saw: what was measured, what the
-/// plant says, what it says with the effects.
+/// One stretch of a recording that no fit saw: what was recorded, what the plant says, what it says
+/// with the effects. NaN parts episodes.
 struct Trace {
-  std::vector<double> t_s, measured, nominal, refitted;
+  std::vector<double> t_s, measured, nominal, refitted;  ///< residual of the channel
+  std::vector<double> motion;    ///< position that the residual adds to; empty: it is an effort
+  std::size_t recording = 0;     ///< index into Report::recordings
   bool cross_validated = false;  ///< no rows were held out: each is under a fit without its fold
 };
 
@@ -132,6 +145,7 @@ struct Trace {
 struct WhereMap {
   std::vector<double> position_edges, speed_edges;
   std::vector<double> before, after;  ///< [speed][position]
+  std::vector<std::size_t> rows;      ///< in each cell
 };
 
 /// Held-out RMS after one more part of the model.
@@ -158,11 +172,39 @@ struct ChannelPlot {
   WhereMap where;
   std::vector<WaterfallStep> waterfall;
   std::vector<RegimeScale> scales;
-  Trace trace;
+  std::vector<Trace> traces;  ///< of each recording that has unseen rows, the first few
+};
+
+/// A recording that was diagnosed.
+struct SeenRecording {
+  std::string name;  ///< of its file
+  bool held_out = false;
+  double duration_s = 0.0;
+};
+
+/// What a channel saw of the recordings: the findings hold for no more than this.
+struct LookedAt {
+  std::string joint, stage;
+  std::size_t rows = 0, held_out_rows = 0;
+  Interval band_hz{0.0, 0.0};  ///< from the longest stretch to the filter or to half the row rate
+  std::string position_unit, effort_unit;
+  Interval position{0.0, 0.0};
+  double fastest = 0.0;          ///< position_unit per s
+  double rest_share = 0.0;       ///< share of the rows slower than a fiftieth of the usual speed
+  std::optional<Interval> load;  ///< effort through the transmission, where it is known
+  std::vector<std::string> circumstances;  ///< in whose parts every size was compared
+};
+
+/// A stage of a joint that these recordings do not show.
+struct NotLookedAt {
+  std::string joint, stage, because;
 };
 
 struct Report {
   Verdict verdict;
+  std::vector<SeenRecording> recordings;
+  std::vector<LookedAt> looked_at;
+  std::vector<NotLookedAt> not_looked_at;
   std::vector<Mismatch> mismatch;
   std::vector<NamedEffect> effects;
   std::vector<NamedEffect> kept;  ///< no names: they predict better and are in the improved plant

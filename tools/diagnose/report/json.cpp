@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <nlohmann/json.hpp>
-
+#include "diagnose/findings/verdict.hpp"
+#include "diagnose/report/json_parts.hpp"
+#include "diagnose/report/overview.hpp"
+#include "diagnose/report/suggest.hpp"
 #include "diagnose/report/write_report.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json intervals(const std::vector<Interval>& list) {
   Json out = Json::array();
-  for (const auto& [a, b] : list) out.push_back({number(a), number(b)});
+  for (const Interval& i : list) out.push_back(interval(i));
   return out;
 }
 
@@ -39,20 +36,21 @@ Json effect_json(const NamedEffect& e) {
                           {"ci95", {number(p.ci95.first), number(p.ci95.second)}}});
     if (p.running) parameters.back()["in_free_run"] = number(*p.running);
   }
-  return {{"id", e.id},
-          {"joint", e.joint},
-          {"stage", e.stage},
-          {"parameters", std::move(parameters)},
-          {"evidence",
-           {{"held_out_before", number(e.held_out_before)},
-            {"held_out_after", number(e.held_out_after)},
-            {"unit", e.unit},
-            {"p_value", number(e.p_value)},
-            {"size", number(e.size)},
-            {"invariance_spread", number(e.invariance_spread)}}},
-          {"ambiguous_with", e.ambiguous_with},
-          {"separate_by", e.separate_by},
-          {"out_of_tolerance", e.out_of_tolerance}};
+  Json json = {{"id", e.id}, {"joint", e.joint}, {"stage", e.stage}};
+  if (!e.from.empty()) json["from"] = e.from;
+  json.update({{"parameters", std::move(parameters)},
+               {"evidence",
+                {{"held_out_before", number(e.held_out_before)},
+                 {"held_out_after", number(e.held_out_after)},
+                 {"held_out_share", number(held_out_share(e))},
+                 {"unit", e.unit},
+                 {"p_value", number(e.p_value)},
+                 {"size", number(e.size)},
+                 {"invariance_spread", number(e.invariance_spread)}}},
+               {"ambiguous_with", e.ambiguous_with},
+               {"separate_by", e.separate_by},
+               {"out_of_tolerance", e.out_of_tolerance}});
+  return json;
 }
 
 Json combination_json(const Combination& c) {
@@ -83,49 +81,81 @@ Json not_found_json(const NotFound& n) {
   return json;
 }
 
-}  // namespace
+Json held_out_json(const HeldOut& h) {
+  Json recordings = Json::array();
+  for (const RecordingFigure& f : h.by_recording) {
+    recordings.push_back(
+        {{"recording", f.recording}, {"before", number(f.before)}, {"after", number(f.after)}});
+  }
+  return {{"joint", h.joint},
+          {"metric", h.metric},
+          {"unit", h.unit},
+          {"before", number(h.before)},
+          {"after", number(h.after)},
+          {"floor", number(h.floor)},
+          {"change", number(h.change())},
+          {"change_ci95", interval(h.change_ci95)},
+          {"by_recording", std::move(recordings)}};
+}
 
-std::string report_json(const Report& report) {
+Json recording_json(const SeenRecording& r) {
+  return {{"name", r.name}, {"held_out", r.held_out}, {"duration_s", number(r.duration_s)}};
+}
+
+Json unexplained_json(const Unexplained& u) {
+  return {
+      {"joint", u.joint},       {"stage", u.stage}, {"share_of_excess", number(u.share_of_excess)},
+      {"size", number(u.size)}, {"unit", u.unit},   {"depends_on", u.depends_on}};
+}
+
+template <typename T>
+Json array_of(const std::vector<T>& items, Json (*json_of)(const T&)) {
+  Json out = Json::array();
+  for (const T& item : items) out.push_back(json_of(item));
+  return out;
+}
+
+/// What programs score: its fields keep name and meaning.
+Json contract_of(const Report& report) {
   Json json;
   json["schema"] = 1;
-  json["verdict"] = {
-      {"kind", report.verdict.kind},
-      {"text", report.verdict.text},
-      {"false_alarm_rate",
-       report.verdict.false_alarm_rate ? number(*report.verdict.false_alarm_rate) : Json(nullptr)}};
-  json["mismatch"] = Json::array();
-  for (const Mismatch& m : report.mismatch) json["mismatch"].push_back(mismatch_json(m));
-  json["effects"] = Json::array();
-  for (const NamedEffect& e : report.effects) json["effects"].push_back(effect_json(e));
-  json["kept_without_name"] = Json::array();
-  for (const NamedEffect& e : report.kept) json["kept_without_name"].push_back(effect_json(e));
-  json["held_out"] = Json::array();
-  for (const HeldOut& h : report.held_out) {
-    json["held_out"].push_back({{"joint", h.joint},
-                                {"metric", h.metric},
-                                {"unit", h.unit},
-                                {"before", number(h.before)},
-                                {"after", number(h.after)},
-                                {"floor", number(h.floor)}});
-  }
-  json["unexplained"] = Json::array();
-  for (const Unexplained& u : report.unexplained) {
-    json["unexplained"].push_back({{"joint", u.joint},
-                                   {"stage", u.stage},
-                                   {"share_of_excess", number(u.share_of_excess)},
-                                   {"size", number(u.size)},
-                                   {"unit", u.unit},
-                                   {"depends_on", u.depends_on}});
-  }
-  json["not_found"] = Json::array();
-  for (const NotFound& n : report.not_found) json["not_found"].push_back(not_found_json(n));
-  json["known_together"] = Json::array();
-  for (const Combination& c : report.combinations)
-    json["known_together"].push_back(combination_json(c));
+  json["verdict"] = {{"kind", report.verdict.kind},
+                     {"headline", headline(report.verdict)},
+                     {"text", report.verdict.text},
+                     {"false_alarm_rate", number(report.verdict.false_alarm_rate)},
+                     {"placebo_twins", report.verdict.placebo_twins}};
+  json["mismatch"] = array_of(report.mismatch, mismatch_json);
+  json["effects"] = array_of(report.effects, effect_json);
+  json["kept_without_name"] = array_of(report.kept, effect_json);
+  json["held_out"] = array_of(report.held_out, held_out_json);
+  json["unexplained"] = array_of(report.unexplained, unexplained_json);
+  json["not_found"] = array_of(report.not_found, not_found_json);
+  json["known_together"] = array_of(report.combinations, combination_json);
+  return json;
+}
+
+}  // namespace
+
+Json report_document(const Report& report) {
+  Json json = contract_of(report);
+  json["joints"] = joints_json(report);
+  json["chain"] = chain_json(report);
+  json["causes"] = causes_json(report);
+  json["recordings"] = array_of(report.recordings, recording_json);
+  json["looked_at"] = looked_at_json(report);
+  json["not_looked_at"] = not_looked_at_json(report);
+  json["candidates"] = candidates_json(report);
   Json provenance = Json::object();
   for (const auto& [key, value] : report.provenance) provenance[key] = value;
   json["provenance"] = std::move(provenance);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  json["channels"] = channels_json(report);
+  json["next"] = suggestions_array(suggestions_of(json));
+  return json;
+}
+
+std::string report_json(const Report& report) {
+  // Most of the text are series, a number a line: one column of indentation.
+  return report_document(report).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace ravencal::diagnose

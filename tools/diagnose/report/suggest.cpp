@@ -168,6 +168,38 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
   }
 }
 
+/// Where the recordings did not go: a finding, or that there is none, holds where they went.
+/// Reports of earlier versions do not say where that is.
+void add_confirmations(const Json& report, std::vector<Suggestion>& out) {
+  if (!report.contains("recordings") || report.at("recordings").empty()) return;
+  double longest_s = 0.0;
+  bool held_out = false;
+  for (const Json& r : report.at("recordings")) {
+    longest_s = std::max(longest_s, r.at("duration_s").get<double>());
+    held_out = held_out || r.at("held_out").get<bool>();
+  }
+  const double minutes = longest_s / 60.0;
+  const auto add = [&](const std::string& joint, const char* experiment, double takes,
+                       std::string why) {
+    out.push_back({3, joint, experiment, takes, std::move(why), Exercise::kNone, {}});
+  };
+  for (const Json& channel : report.at("channels")) {
+    const std::size_t cells = channel.at("where").at("cells");
+    const std::size_t visited = channel.at("where").at("cells_visited");
+    if (visited == cells) continue;
+    add(channel.at("joint"), "visit the positions and speeds that these recordings leave out",
+        minutes,
+        fmt::format("joint {}, {}: {} of {} cells of position and speed were visited",
+                    channel.at("joint").get<std::string>(), channel.at("stage").get<std::string>(),
+                    visited, cells));
+  }
+  if (!held_out)
+    add("", "record another motion and hold it out", minutes,
+        "no recording was held out: every figure is cross-validated");
+  add("", "home anew and record the same motion on another day", minutes,
+      "the findings hold for the homings that were recorded");
+}
+
 /// One entry per experiment and urgency, its reasons joined.
 std::vector<Suggestion> merged(std::vector<Suggestion> all) {
   std::stable_sort(all.begin(), all.end(), [](const Suggestion& a, const Suggestion& b) {
@@ -195,6 +227,15 @@ std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view
   return Experiment{std::string(p->experiment), p->minutes};
 }
 
+std::vector<Suggestion> suggestions_of(const Json& report) {
+  std::vector<Suggestion> all;
+  add_ties(report, all);
+  add_unexplained(report, all);
+  add_untested(report, all);
+  add_confirmations(report, all);
+  return merged(std::move(all));
+}
+
 core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
                                               const std::string& source) {
   try {
@@ -203,11 +244,7 @@ core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
       return core::Error{core::ErrorCode::kData,
                          fmt::format("{}: schema {} is not 1", source, report.at("schema").dump())};
     }
-    std::vector<Suggestion> all;
-    add_ties(report, all);
-    add_unexplained(report, all);
-    add_untested(report, all);
-    return merged(std::move(all));
+    return suggestions_of(report);
   } catch (const Json::exception& error) {
     return core::Error{
         core::ErrorCode::kData,
@@ -215,7 +252,7 @@ core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
   }
 }
 
-std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
+Json suggestions_array(const std::vector<Suggestion>& suggestions) {
   Json list = Json::array();
   for (const Suggestion& s : suggestions) {
     list.push_back({{"urgency", s.urgency},
@@ -224,7 +261,11 @@ std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
                     {"minutes", s.minutes},
                     {"why", s.why}});
   }
-  return Json{{"suggestions", std::move(list)}}.dump(2);
+  return list;
+}
+
+std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
+  return Json{{"suggestions", suggestions_array(suggestions)}}.dump(2);
 }
 
 }  // namespace ravencal::diagnose

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "core/result.hpp"
 
 namespace ravencal::diagnose {
@@ -25,7 +27,9 @@ enum class Exercise {
 };
 
 struct Suggestion {
-  int urgency = 0;  ///< 0: parts a tie; 1: gives the unexplained a name; 2: tests what was untested
+  /// 0: parts a tie; 1: gives the unexplained a name; 2: tests what was untested; 3: confirms what
+  /// was found, or that nothing was, where this recording did not go.
+  int urgency = 0;
   std::string joint;
   std::string experiment;
   double minutes = 0.0;
@@ -43,11 +47,15 @@ struct Experiment {
 /// The cheapest one that one of the two effects answers to and the other does not.
 std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival);
 
+/// From a report as JSON; throws nlohmann's exceptions where it is none.
+std::vector<Suggestion> suggestions_of(const nlohmann::ordered_json& report);
+
 /// From the text of a report.json; `source` stands for it in messages. Errors: not such a report
 /// (kData).
 core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
                                               const std::string& source);
 
+nlohmann::ordered_json suggestions_array(const std::vector<Suggestion>& suggestions);
 std::string suggestions_json(const std::vector<Suggestion>& suggestions);
 
 }  // namespace ravencal::diagnose

@@ -75,3 +75,8 @@ async function draw_charts() {
   }
   document.documentElement.dataset.chartsDrawn = `${drawn}/${charts.length}`;
 }
+
+// Paper cannot be unfolded.
+window.addEventListener("beforeprint", () => {
+  for (const details of document.querySelectorAll("main details")) details.open = true;
+});

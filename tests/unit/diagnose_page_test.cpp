@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The page of a diagnosis: its words against the JSON, its cards, and how it looks in a browser.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <regex>
+#include <set>
+#include <string>
+
+#include "core/whole_file.hpp"
+#include "diagnose/report/causes.hpp"
+#include "diagnose/report/write_report.hpp"
+#include "unit/browser.hpp"
+#include "unit/diagnose_page_sample.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+std::size_t count_of(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
+    ++count;
+  return count;
+}
+
+/// What a reader reads: no elements, scripts, styles or licences.
+std::string words_of(const std::string& page) {
+  std::string body =
+      page.substr(page.find("<header>"), page.find("<footer>") - page.find("<header>"));
+  body = std::regex_replace(body, std::regex("<[^>]*>"), " ");
+  return std::regex_replace(body, std::regex("&#?[a-z0-9]+;"), " ");
+}
+
+/// Numbers as they stand in a text; signs apart.
+std::set<std::string> numbers_in(const std::string& text) {
+  static const std::regex number(R"((?:^|[^\w.])(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w.]*\w))");
+  std::set<std::string> found;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), number);
+       it != std::sregex_iterator(); ++it)
+    found.insert((*it)[1]);
+  return found;
+}
+
+/// Every way in which a page may write a number of the report: in its unit, in degrees,
+/// millimetres or percent, with three digits or fixed decimals.
+void add_ways_to_write(double value, std::set<std::string>& ways) {
+  for (const double factor : {1.0, 180.0 / std::numbers::pi, 1e3, 100.0}) {
+    const double shown = std::abs(value * factor);
+    ways.insert(fmt::format("{:.3g}", shown));
+    for (int decimals = 0; decimals <= 4; ++decimals)
+      ways.insert(fmt::format("{:.{}f}", shown, decimals));
+  }
+}
+
+void add_numbers_of(const Json& json, std::set<std::string>& ways) {
+  if (json.is_number()) return add_ways_to_write(json.get<double>(), ways);
+  if (json.is_string()) return ways.merge(numbers_in(json.get<std::string>()));
+  if (!json.is_structured()) return;
+  for (const auto& [key, child] : json.items()) {
+    if (key != "points" && key != "traces") add_numbers_of(child, ways);
+  }
+}
+
+TEST(DiagnosisPage, SaysNoNumberThatTheJsonLacks) {
+  for (const Report& report : {sample_diagnosis(), sample_of_nothing()}) {
+    // Of "95 %" intervals and of free runs over 1 s.
+    std::set<std::string> known = {"95", "1"};
+    add_numbers_of(Json::parse(report_json(report)), known);
+    const std::set<std::string> said = numbers_in(words_of(report_html(report)));
+    EXPECT_GT(said.size(), 10U);
+    for (const std::string& number : said) EXPECT_TRUE(known.contains(number)) << number;
+  }
+}
+
+TEST(DiagnosisPage, SaysTheSentencesOfTheJson) {
+  const Report report = sample_diagnosis();
+  const Json json = Json::parse(report_json(report));
+  const std::string page = report_html(report);
+  EXPECT_NE(page.find(json["verdict"]["headline"].get<std::string>()), std::string::npos);
+  ASSERT_EQ(json["joints"].size(), 3U);
+  for (const Json& joint : json["joints"])
+    EXPECT_NE(page.find(joint["sentence"].get<std::string>()), std::string::npos) << joint;
+  for (const Json& cause : json["causes"])
+    EXPECT_NE(page.find(cause["sentence"].get<std::string>().substr(0, 20)), std::string::npos);
+  for (const Json& next : json["next"])
+    EXPECT_NE(page.find(next["experiment"].get<std::string>()), std::string::npos) << next;
+}
+
+TEST(DiagnosisPage, HasOneCardPerCauseAndAPayloadIsOne) {
+  const Report report = sample_diagnosis();
+  const std::vector<Cause> causes = causes_of(report);
+  ASSERT_EQ(causes.size(), 3U);
+  EXPECT_EQ(causes[0].name, "load on the arm");
+  EXPECT_EQ(causes[0].joints, (std::vector<std::string>{"shoulder", "elbow", "insertion"}));
+  EXPECT_EQ(causes[1].status, "tied");
+  ASSERT_EQ(causes[1].partings.size(), 1U);
+  EXPECT_EQ(causes[1].partings.front().rival, "compliance");
+  EXPECT_TRUE(causes[1].partings.front().minutes.has_value());
+  EXPECT_EQ(causes[2].name, "friction of the drive");
+  EXPECT_EQ(causes[2].effects.size(), 2U);
+  EXPECT_EQ(count_of(report_html(report), "<article class=\"card\">"), 3U);
+}
+
+TEST(DiagnosisPage, ShowsInRedWhatBecameWorse) {
+  const std::string page = report_html(sample_diagnosis());
+  const std::size_t at = page.find("<dt>shoulder</dt><dd class=\"worse\">");
+  EXPECT_NE(at, std::string::npos);
+  EXPECT_EQ(page.find("<dt>elbow</dt><dd class=\"worse\">"), std::string::npos);
+}
+
+TEST(DiagnosisPage, KeepsRecordingsApart) {
+  const std::string page = report_html(sample_diagnosis());
+  EXPECT_NE(page.find("<td>zigzag.db</td><td>fitted</td>"), std::string::npos);
+  EXPECT_NE(page.find("<td>random.db</td><td>held out</td>"), std::string::npos);
+  EXPECT_GE(count_of(page, "shoulder, transmission in random.db"), 1U);
+  EXPECT_GE(count_of(page, "shoulder, transmission in zigzag.db"), 1U);
+}
+
+TEST(DiagnosisPage, SaysWhatToRecordNextWhereNothingWasFound) {
+  const Report report = sample_of_nothing();
+  const Json json = Json::parse(report_json(report));
+  EXPECT_EQ(json["verdict"]["kind"], "nothing_left_out");
+  EXPECT_TRUE(json["causes"].empty());
+  EXPECT_GE(json["next"].size(), 2U);
+  const std::string page = report_html(report);
+  EXPECT_NE(page.find("What to record next"), std::string::npos);
+  EXPECT_NE(page.find("<ol class=\"next\">\n<li>"), std::string::npos);
+  EXPECT_NE(page.find("3 of 4 cells of position and speed were visited"), std::string::npos);
+  EXPECT_EQ(count_of(page, "<article class=\"card\">"), 0U);
+}
+
+class DiagnosisInBrowser : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::has_browser())
+      GTEST_SKIP() << "chromium is not installed (apt-get install chromium)";
+    folder_ = fs::temp_directory_path() / fmt::format("ravencal_diagnosis_{}", getpid());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+
+  /// The page with the inspector at its end.
+  [[nodiscard]] static std::string inspected(std::string page) {
+    const auto inspector =
+        core::read_whole_file(fs::path(RAVENCAL_SOURCE_DIR) / "tests/unit/page_inspector.js");
+    EXPECT_TRUE(inspector.ok());
+    return page.insert(page.rfind("</body>"), "<script>" + inspector.value() + "</script>");
+  }
+
+  [[nodiscard]] test::Opened open(const std::string& page, int width_px) const {
+    const fs::path path = folder_ / "page.html";
+    EXPECT_TRUE(core::write_whole_file(path, inspected(page)).ok());
+    test::Opened opened = test::open_in_browser(path, folder_, width_px);
+    EXPECT_TRUE(opened.ok);
+    return opened;
+  }
+
+  /// What the inspector found; "?" where it did not come to an end.
+  [[nodiscard]] static std::string findings_in(const test::Opened& opened) {
+    const std::string key = "data-findings=\"";
+    const std::size_t at = opened.dom.find(key);
+    if (at == std::string::npos) return "?";
+    const std::size_t from = at + key.size();
+    return opened.dom.substr(from, opened.dom.find('"', from) - from);
+  }
+
+  fs::path folder_;
+};
+
+constexpr int kScreen_px = 1280;
+/// A4 at 96 dots per inch less Chromium's margins.
+constexpr int kPaper_px = 718;
+
+TEST_F(DiagnosisInBrowser, IsLegibleOnAScreen) {
+  const test::Opened opened = open(report_html(sample_diagnosis()), kScreen_px);
+  EXPECT_EQ(opened.console, "");
+  EXPECT_EQ(findings_in(opened), "");
+  EXPECT_EQ(opened.dom.find("\">This chart could not be drawn: "), std::string::npos);
+}
+
+TEST_F(DiagnosisInBrowser, IsLegibleOnPaper) {
+  const std::string page =
+      std::regex_replace(report_html(sample_diagnosis()), std::regex("@media print"), "@media all");
+  const test::Opened opened = open(page, kPaper_px);
+  EXPECT_EQ(opened.console, "");
+  EXPECT_EQ(findings_in(opened), "");
+}
+
+TEST_F(DiagnosisInBrowser, RingsWhereAPageIsBroken) {
+  // The test's own alarm: one page with every fault that it looks for.
+  std::string page = report_html(sample_of_nothing());
+  page.replace(page.find("</style>"), 0,
+               ".words { width: 3000px; } .note { font-size: 6px; } "
+               ".next li { margin-top: -1rem; line-height: 0.3; }");
+  page.insert(page.rfind("</body>"), "<script>no_such_function();</script>");
+  const test::Opened opened = open(page, kScreen_px);
+  EXPECT_NE(opened.console.find("no_such_function"), std::string::npos) << opened.console;
+  const std::string findings = findings_in(opened);
+  for (const char* fault : {"wide: ", "small: ", "overlap: "})
+    EXPECT_NE(findings.find(fault), std::string::npos) << fault << "\n" << findings;
+}
+
+}  // namespace
+}  // namespace ravencal::diagnose

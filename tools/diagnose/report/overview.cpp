@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/report/overview.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "diagnose/findings/verdict.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Words = std::pair<std::string_view, std::string_view>;
+
+/// Metrics with words of their own; the first three stand for a joint, the first that there is.
+constexpr std::array<Words, 6> kMetrics = {{{"position_rmse", "position error"},
+                                            {"tracking_rmse", "tracking error"},
+                                            {"effort_rmse", "effort error"},
+                                            {"free_run_1s_rmse", "error of a free run over 1 s"},
+                                            {"closed_loop_rmse", "error in closed loop"},
+                                            {"closed_loop_mae", "mean error in closed loop"}}};
+constexpr std::size_t kOfJoint = 3;
+
+const HeldOut* figure_of(const Report& report, const std::string& joint, std::string_view metric) {
+  const auto it =
+      std::find_if(report.held_out.begin(), report.held_out.end(),
+                   [&](const HeldOut& h) { return h.joint == joint && h.metric == metric; });
+  return it == report.held_out.end() ? nullptr : &*it;
+}
+
+const HeldOut* figure_of_stage(const Report& report, const std::string& joint,
+                               std::string_view stage) {
+  constexpr std::array<Words, 4> kShown = {{{"transmission", "position_rmse"},
+                                            {"drive", "effort_rmse"},
+                                            {"drive", "tracking_rmse"},
+                                            {"joint", "free_run_1s_rmse"}}};
+  for (const auto& [of_stage, metric] : kShown) {
+    const HeldOut* figure = of_stage == stage ? figure_of(report, joint, metric) : nullptr;
+    if (figure != nullptr) return figure;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> joints_of(const Report& report) {
+  std::vector<std::string> joints;
+  const auto add = [&](const auto& list) {
+    for (const auto& item : list) {
+      if (std::find(joints.begin(), joints.end(), item.joint) == joints.end())
+        joints.push_back(item.joint);
+    }
+  };
+  // Each of these names every joint of the plant in its order, as far as it goes.
+  add(report.not_found);
+  add(report.looked_at);
+  add(report.not_looked_at);
+  add(report.effects);
+  return joints;
+}
+
+bool was_looked_at(const Report& report, const std::string& joint, std::string_view stage) {
+  return std::any_of(report.looked_at.begin(), report.looked_at.end(),
+                     [&](const LookedAt& l) { return l.joint == joint && l.stage == stage; });
+}
+
+std::string reason_without_figure(const Report& report, const std::string& joint,
+                                  std::string_view stage) {
+  if (stage == "joint") return "not run";
+  // What a sensor does is seen between the transmission's two ends.
+  const std::string_view shown_in = stage == "sensor" ? "transmission" : stage;
+  return was_looked_at(report, joint, shown_in) ? "nothing found" : "not recorded";
+}
+
+ChainCell cell_of(const Report& report, const std::string& joint, std::string_view stage) {
+  ChainCell cell;
+  cell.joint = joint;
+  cell.stage = stage;
+  for (const NamedEffect& e : report.effects) {
+    if (e.joint == joint && e.stage == stage) cell.effects.push_back(e.id);
+  }
+  cell.figure = figure_of_stage(report, joint, stage);
+  if (cell.figure == nullptr) {
+    if (cell.effects.empty()) cell.without_figure = reason_without_figure(report, joint, stage);
+    return cell;
+  }
+  const double whole = std::pow(cell.figure->before, 2);
+  const auto above_floor = [&](double rms) {
+    return whole > 0.0 ? std::max(0.0, (rms * rms - std::pow(cell.figure->floor, 2)) / whole) : 0.0;
+  };
+  cell.share_before = above_floor(cell.figure->before);
+  cell.share_after = above_floor(cell.figure->after);
+  return cell;
+}
+
+/// Names of the causes of that status which act on the joint.
+std::vector<std::string> names_of(const std::vector<Cause>& causes, const std::string& joint,
+                                  std::string_view status) {
+  std::vector<std::string> names;
+  for (const Cause& cause : causes) {
+    const bool acts =
+        std::find(cause.joints.begin(), cause.joints.end(), joint) != cause.joints.end();
+    if (!acts || cause.status != status) continue;
+    std::string name = cause.name;
+    std::vector<std::string> rivals;
+    for (const Parting& parting : cause.partings) {
+      if (std::find(rivals.begin(), rivals.end(), parting.rival) == rivals.end())
+        rivals.push_back(parting.rival);
+    }
+    for (std::string& rival : rivals) std::replace(rival.begin(), rival.end(), '_', ' ');
+    if (!rivals.empty()) name += fmt::format(" (or {})", fmt::join(rivals, ", "));
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::string findings_words(const std::vector<Cause>& causes, const std::string& joint) {
+  constexpr std::array<Words, 4> kStatus = {{{"named", "the plant lacks "},
+                                             {"tied", "the plant lacks one of several: "},
+                                             {"out_of_tolerance", "beyond the plant's tolerance: "},
+                                             {"no_name", ""}}};
+  std::vector<std::string> parts;
+  for (const auto& [status, words] : kStatus) {
+    const auto names = names_of(causes, joint, status);
+    if (names.empty()) continue;
+    parts.push_back(status == "no_name" ? std::string("something real has no name")
+                                        : fmt::format("{}{}", words, fmt::join(names, ", ")));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
+                         const JointLine& line) {
+  std::string text = findings_words(causes, line.joint);
+  const bool looked = std::any_of(report.looked_at.begin(), report.looked_at.end(),
+                                  [&](const LookedAt& l) { return l.joint == line.joint; });
+  if (text.empty()) {
+    text = looked ? "nothing is missing" : "these recordings do not show this joint";
+  }
+  if (line.figure != nullptr) text += "; " + change_words(*line.figure);
+  return capitalised(text) + ".";
+}
+
+}  // namespace
+
+std::string metric_words(std::string_view metric) {
+  const auto it = std::find_if(kMetrics.begin(), kMetrics.end(),
+                               [metric](const Words& w) { return w.first == metric; });
+  if (it != kMetrics.end()) return std::string(it->second);
+  std::string words(metric);
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
+std::string percent(double share) {
+  const double value = 100.0 * share;
+  // Near a whole fall the tenths tell.
+  const int decimals = std::abs(value) < 10.0 || value < -95.0 ? 1 : 0;
+  return fmt::format("{}{:.{}f} %", value < 0.0 ? "−" : "+", std::abs(value), decimals);
+}
+
+std::string change_words(const HeldOut& figure) {
+  const char* verb = figure.after > figure.before ? "grows" : "falls";
+  std::string text =
+      fmt::format("its {} on unseen motion {} from {} to {} ({}", metric_words(figure.metric), verb,
+                  quantity(figure.before, figure.unit), quantity(figure.after, figure.unit),
+                  percent(figure.change()));
+  if (figure.change_ci95) {
+    text += fmt::format(", 95 %: {} to {}", percent(figure.change_ci95->first),
+                        percent(figure.change_ci95->second));
+  }
+  return text + ")";
+}
+
+std::vector<ChainCell> chain_of(const Report& report) {
+  std::vector<ChainCell> cells;
+  for (const std::string& joint : joints_of(report)) {
+    for (const std::string_view stage : kChain) cells.push_back(cell_of(report, joint, stage));
+  }
+  return cells;
+}
+
+std::vector<JointLine> joint_lines(const Report& report, const std::vector<Cause>& causes) {
+  std::vector<JointLine> lines;
+  for (const std::string& joint : joints_of(report)) {
+    JointLine line{joint, {}, nullptr};
+    for (std::size_t m = 0; m < kOfJoint && line.figure == nullptr; ++m)
+      line.figure = figure_of(report, joint, kMetrics[m].first);
+    line.sentence = sentence_for(report, causes, line);
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::string headline(const Verdict& verdict) {
+  constexpr std::array<Words, 6> kHeadlines = {
+      {{"nothing_left_out", "Nothing is left out that these recordings can show."},
+       {"named", "The simulation lacks physics, and these recordings name it."},
+       {"ambiguous",
+        "The simulation lacks physics, and these recordings allow more than one name for it."},
+       {"parameter_out_of_tolerance", "A number of the plant is beyond its tolerance."},
+       {"unexplained", "Something real is left out that has no name."},
+       {"not_testable", "These recordings cannot tell: they lack the signals or the motion."}}};
+  const auto it = std::find_if(kHeadlines.begin(), kHeadlines.end(),
+                               [&](const Words& w) { return w.first == verdict.kind; });
+  return it == kHeadlines.end() ? verdict.kind : std::string(it->second);
+}
+
+}  // namespace ravencal::diagnose
