@@ -25,18 +25,25 @@ int main(int argc, char** argv) {
   commands::add_convert(app, exit_code);
   commands::add_sign(app, exit_code);
   commands::add_host(app, exit_code);
-  commands::add_monitor(app, exit_code);
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
-  commands::add_prove(app, exit_code);
   commands::add_conceal(app, exit_code);
   commands::add_reveal(app, exit_code);
-  commands::add_run(app, exit_code);
-  commands::add_robot(app, exit_code);
-  commands::add_calibrate(app, exit_code);
+#ifdef RAVENCAL_ALL_COMMANDS
+  commands::add_prove(app, exit_code);
   commands::add_ablate(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);
+  commands::add_run(app, exit_code);
+  commands::add_robot(app, exit_code);
+  commands::add_calibrate(app, exit_code);
+  commands::add_monitor(app, exit_code);
+#else
+  app.footer(
+      "This build lacks ablate, calibrate, compare, monitor, prove, recommend, robot and run, "
+      "which "
+      "the demo does not use; `tools/run build` makes them.");
+#endif
   ravencal::cli::add_documentation(app, "ravencal");
   try {
     app.parse(argc, argv);
