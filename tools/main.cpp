@@ -40,9 +40,8 @@ int main(int argc, char** argv) {
   commands::add_monitor(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, monitor, prove, recommend, robot and run, "
-      "which "
-      "the demo does not use; `tools/run build` makes them.");
+      "This build lacks ablate, calibrate, compare, monitor, prove, recommend, robot and run.\n"
+      "`tools/run build` makes them.");
 #endif
   ravencal::cli::add_documentation(app, "ravencal");
   try {

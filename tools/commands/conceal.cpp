@@ -16,7 +16,7 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct ConcealArguments {
   std::string plant;
   std::string trajectory;
   std::string out;
@@ -25,7 +25,7 @@ struct Arguments {
   bool overwrite = false;
 };
 
-core::Status run(const Arguments& arguments) {
+core::Status run(const ConcealArguments& arguments) {
   for (const std::string& file : {arguments.out, arguments.answer}) {
     if (!arguments.overwrite && std::filesystem::exists(file)) {
       return core::Error{core::ErrorCode::kUsage,
@@ -53,7 +53,7 @@ core::Status run(const Arguments& arguments) {
 }  // namespace
 
 void add_conceal(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConcealArguments>();
   CLI::App* command = app.add_subcommand(
       "conceal", "Hide one effect in a plant, to see what `diagnose` makes of it");
   command->add_option("--plant", arguments->plant, "Plant of a RAVEN arm (.toml)")->required();

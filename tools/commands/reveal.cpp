@@ -13,13 +13,13 @@
 namespace ravencal::commands {
 namespace {
 
-struct Arguments {
+struct RevealArguments {
   std::string answer;
   std::string report;
   std::string json;
 };
 
-core::Status run(const Arguments& arguments, int& exit_code) {
+core::Status run(const RevealArguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::string answer, core::read_whole_file(arguments.answer));
   RAVENCAL_ASSIGN_OR_RETURN(const std::string report, core::read_whole_file(arguments.report));
   RAVENCAL_ASSIGN_OR_RETURN(const conceal::Revealed revealed, conceal::reveal(answer, report));
@@ -34,7 +34,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
 }  // namespace
 
 void add_reveal(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RevealArguments>();
   CLI::App* command =
       app.add_subcommand("reveal", "What `conceal` hid against what `diagnose` found");
   command->add_option("answer", arguments->answer, "Answer of `conceal` (.json)")->required();
