@@ -12,6 +12,7 @@ plant=$root/tools/plants/raven2.toml
 published=$root/tools/plants/raven2_published.toml
 out=out/demo
 plugin=
+figures=
 acts="calibrate diagnose"
 network=(--features light-open --hidden 128,64,32 --epochs 120)
 test_s=300
@@ -20,11 +21,13 @@ seed=$(od -An -N3 -tu4 /dev/urandom | tr -d ' ')
 
 usage() {
   cat <<'END'
-usage: demo.sh [--plugin LIB] [--out DIR] [--seed N] [--act calibrate|diagnose] [--paper]
+usage: demo.sh [--plugin LIB] [--out DIR] [--seed N] [--act calibrate|diagnose] [--figures DIR] [--paper]
   --plugin  libravencal_plugin.so, which act one runs in the 1 kHz loop
   --out     folder for all files (out/demo); emptied if an earlier demo made it
   --seed    of the effect that act two hides; without it a fresh one is drawn
   --act     one act only
+  --figures folder for three drawings of both acts (needs nodejs): README's are
+            demo.sh --plugin LIB --seed 7 --figures tools/report/figures
   --paper   act one with the paper's network and all of its 600 epochs (hours)
 END
 }
@@ -35,6 +38,7 @@ while [ $# -gt 0 ]; do
     --out) out=$2; shift 2 ;;
     --seed) seed=$2; shift 2 ;;
     --act) acts=$2; shift 2 ;;
+    --figures) figures=$2; shift 2 ;;
     --paper)
       network=(--features paper112 --hidden 600,500,400 --epochs 600)
       test_s=1200
@@ -194,6 +198,7 @@ pages_calibrate() { echo "$out/report_0g.html"; echo "$out/report_500g.html"; }
 pages_diagnose() { echo "$out/diagnosis/report.html"; }
 
 for act in $acts; do "act_$act"; done
+[ -z "$figures" ] || node "$root/tools/report/figures/draw.js" "$out" "$figures"
 step "done"
 for act in $acts; do "show_$act"; done
 echo

@@ -46,6 +46,13 @@ double stretch_of(const physics::Joint& joint, const Observed& observed, Index i
   return spread(observed.traces.effort.col(i)) / joint.parameter("compliance", "stiffness");
 }
 
+/// Relaxes ten to forty times in the motion: a slower creep is seen too seldom to be told from an
+/// offset or a ratio.
+double creep_time_s(const Observed& observed, double share) {
+  const double length_s = static_cast<double>(observed.traces.error.rows()) * observed.traces.row_s;
+  return length_s / (10.0 * std::pow(4.0, share));
+}
+
 /// The size that would be seen as `target` scatters if all of it acted all the time.
 double start_of(Dimension dimension, const physics::Joint& joint, const Observed& observed, Index i,
                 double target) {
@@ -120,7 +127,7 @@ Place draw_place(const Kind& kind, std::size_t joint, const physics::Plant& plan
             .name;
   if (kind.id == "joint_friction") more["presliding"] = 0.1 * stretch_of(axis, observed, i);
   if (kind.id == "hysteresis") more["yield"] = (0.3 + 0.5 * share) * stretch_of(axis, observed, i);
-  if (kind.id == "creep") more["time"] = 3.0 * std::pow(10.0, share);
+  if (kind.id == "creep") more["time"] = creep_time_s(observed, share);
   if (kind.id == "eccentricity") more = {{"order", turns}, {"phase", phase_rad}};
   if (kind.id == "torque_ripple")
     more = {{"order", turns * (share < 0.5 ? 2.0 : 4.0)}, {"phase", phase_rad}};
