@@ -114,8 +114,8 @@ struct CalibrationReport {
   std::optional<RealTimeFigures> real_time;
 };
 
-/// Writes the page to `path`. Errors: kUsage if vectors disagree in length or a map joint is missing, kIo if the file cannot
-/// be written; then `path` is as it was.
+/// Writes the page to `path`. Errors: kUsage if vectors disagree in length or a map joint is
+/// missing, kIo if the file cannot be written; then `path` is as it was.
 core::Status write_html(const CalibrationReport& report, const std::filesystem::path& path);
 
 }  // namespace ravencal::report
