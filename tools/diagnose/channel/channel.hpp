@@ -119,9 +119,6 @@ void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
 void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                     ChannelFindings& findings);
 
-/// Deviations of a normal by which a mean exceeds a bound nine times in ten.
-inline constexpr double kNineInTen = 1.28;
-
 /// Coefficients of a chosen effect, and the place of a step's own.
 Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);
 Eigen::Index step_index(const ChannelFit& fit, std::size_t step);

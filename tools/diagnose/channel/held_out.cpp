@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -94,7 +95,6 @@ std::optional<Interval> change_interval(const std::vector<Squares>& blocks) {
   double square = 0.0;
   for (const Squares& b : blocks)
     square += std::pow(b.after / total.after - b.before / total.before, 2);
-  constexpr double kNormal95 = 1.96;
   const double quantile = kNormal95 + (std::pow(kNormal95, 3) + kNormal95) / (4.0 * (count - 1.0));
   // Half of it: the sums are squares.
   const double half = 0.5 * quantile * std::sqrt(square * count / (count - 1.0));

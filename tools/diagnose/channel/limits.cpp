@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -222,7 +223,7 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     const NominalTerm& term = fit.nominal.terms[i];
     if (term.form_only || named(term.id) || worst.contains(term.id)) continue;
     const double change =
-        (fit.model.limit[i] + (1.96 + kNineInTen) * deviation[static_cast<Index>(i)]) *
+        (fit.model.limit[i] + (kNormal95 + kNineInTen) * deviation[static_cast<Index>(i)]) *
         std::abs(term.value);
     worst.emplace(term.id,
                   NotFound{term.id, findings.joint, change, term.unit, "", term.parameter});

@@ -7,6 +7,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -196,7 +197,7 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
     return;
   }
   const double deviation = 0.5 * (whole.second - whole.first) / 1.96;
-  silent.detection_limit = least + (1.96 + kNineInTen) * deviation;
+  silent.detection_limit = least + (kNormal95 + kNineInTen) * deviation;
   silent.unit = findings.unit;
   silent.parameter = "offset";
   findings.not_found.push_back(std::move(silent));

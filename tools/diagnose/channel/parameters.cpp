@@ -7,6 +7,7 @@
 #include <random>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/standard_normal.hpp"
 #include "diagnose/selection/invariance.hpp"
 
@@ -18,7 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kResamples = 400;
-constexpr double kNormal95 = 1.96;
 
 /// Moments of the blocks drawn with replacement.
 MatrixXd resampled(const Moments& moments, std::mt19937_64& engine) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/channel/slip.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 #include <algorithm>
 #include <cmath>

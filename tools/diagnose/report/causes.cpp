@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "diagnose/findings/add_once.hpp"
 #include "diagnose/report/suggest.hpp"
 #include "physics/effects/effect_spec.hpp"
 
@@ -63,10 +64,6 @@ std::string words_of(std::string_view id) {
   std::string words(id);
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;
-}
-
-void add_once(std::vector<std::string>& list, const std::string& item) {
-  if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
 }
 
 /// Joints whose channel of that stage was looked at.

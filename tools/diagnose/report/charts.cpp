@@ -16,11 +16,11 @@
 namespace ravencal::diagnose {
 namespace {
 
-using nlohmann::json;
+using ChartJson = nlohmann::json;
 using report::Extent;
 using Values = std::vector<double>;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWorseColour = "var(--worse)";
 
 Values scaled(const Values& x, double factor) {
@@ -69,17 +69,17 @@ struct Line {
 };
 
 /// Lines of `data` over time, with axes of their own.
-json time_plot(double y, double height, const std::string& y_title, const std::vector<Line>& lines,
-               const Extent& extent, bool last) {
-  json time_axis = report::axis("bottom", "x", last ? "time [s]" : "");
+ChartJson time_plot(double y, double height, const std::string& y_title,
+                    const std::vector<Line>& lines, const Extent& extent, bool last) {
+  ChartJson time_axis = report::axis("bottom", "x", last ? "time [s]" : "");
   time_axis["labels"] = last;
   time_axis["ticks"] = last;
-  json y_axis = report::axis("left", "y", y_title);
+  ChartJson y_axis = report::axis("left", "y", y_title);
   y_axis["tickCount"] = 4;
-  json group = report::plot_area(0, y, kTraceWidth, height);
-  group["scales"] = json::array({report::scale("y", "linear", extent, height, 0)});
+  ChartJson group = report::plot_area(0, y, kTraceWidth, height);
+  group["scales"] = ChartJson::array({report::scale("y", "linear", extent, height, 0)});
   group["axes"] = {std::move(time_axis), std::move(y_axis)};
-  group["marks"] = json::array();
+  group["marks"] = ChartJson::array();
   for (const Line& line : lines)
     group["marks"].push_back(report::line_mark("lines", "t", line.name, line.style));
   return group;
@@ -110,8 +110,8 @@ Axis axis_of(const ChannelPlot& plot, Abscissa abscissa) {
   return {scaled(plot.position, factor), fmt::format("position [{}]", unit)};
 }
 
-json points_mark(const std::string& data, const char* colour) {
-  const json shape = {{"signal", "datum.direction < 0 ? 'triangle-left' : 'circle'"}};
+ChartJson points_mark(const std::string& data, const char* colour) {
+  const ChartJson shape = {{"signal", "datum.direction < 0 ? 'triangle-left' : 'circle'"}};
   return {{"type", "symbol"},
           {"from", {{"data", data}}},
           {"clip", true},
@@ -126,13 +126,14 @@ json points_mark(const std::string& data, const char* colour) {
               {"fill", {{"value", colour}}}}}}}};
 }
 
-json residual_panel(const std::string& data, double x, const char* colour, const std::string& title,
-                    const std::string& x_title, const std::string& y_title, const Extent& y) {
-  json group = report::plot_area(x, 18, kPanelWidth, kPanelHeight);
+ChartJson residual_panel(const std::string& data, double x, const char* colour,
+                         const std::string& title, const std::string& x_title,
+                         const std::string& y_title, const Extent& y) {
+  ChartJson group = report::plot_area(x, 18, kPanelWidth, kPanelHeight);
   group["scales"] = {report::scale("y", "linear", y, kPanelHeight, 0)};
-  json x_axis = report::axis("bottom", "x", x_title);
-  json y_axis = report::axis("left", "y", y_title);
-  for (json* one : {&x_axis, &y_axis}) (*one)["tickCount"] = 4;
+  ChartJson x_axis = report::axis("bottom", "x", x_title);
+  ChartJson y_axis = report::axis("left", "y", y_title);
+  for (ChartJson* one : {&x_axis, &y_axis}) (*one)["tickCount"] = 4;
   group["axes"] = {std::move(x_axis), std::move(y_axis)};
   group["marks"] = {points_mark(data, colour), report::text_mark(0, -9, title)};
   return group;
@@ -140,8 +141,8 @@ json residual_panel(const std::string& data, double x, const char* colour, const
 
 /// Two panels whose axes of error span the same, each about its own middle: a constant error must
 /// not hide the shape of the rest.
-json before_and_after(const ChannelPlot& plot, const Axis& axis, const Values& direction,
-                      const Values& before, const Values& after) {
+ChartJson before_and_after(const ChannelPlot& plot, const Axis& axis, const Values& direction,
+                           const Values& before, const Values& after) {
   constexpr double kOutermost = 0.005;
   const Extent was = extent_of(before, kOutermost);
   const Extent is = extent_of(after, kOutermost);
@@ -150,7 +151,7 @@ json before_and_after(const ChannelPlot& plot, const Axis& axis, const Values& d
     const double middle = 0.5 * (e.from + e.to);
     return Extent{middle - half, middle + half};
   };
-  json spec =
+  ChartJson spec =
       report::chart(fmt::format("{}, {}: error over {}", plot.joint, plot.stage, axis.title),
                     2 * kPanelStep - 60, kPanelHeight + 60);
   spec["data"] = {
@@ -169,14 +170,14 @@ json before_and_after(const ChannelPlot& plot, const Axis& axis, const Values& d
 
 constexpr double kLabelWidth = 150, kIntervalWidth = 170, kRowStep = 22;
 
-json interval_marks(const IntervalRow& row, double y, const Extent& extent) {
+ChartJson interval_marks(const IntervalRow& row, double y, const Extent& extent) {
   const auto at = [&](double v) {
     const double share = (v - extent.from) / (extent.to - extent.from);
     return kLabelWidth + kIntervalWidth * std::clamp(share, 0.0, 1.0);
   };
   const char* colour = row.worse ? kWorseColour : report::kCorrectedColour;
-  json marks = json::array();
-  json label = report::text_mark(kLabelWidth - 10, y, row.label, "right");
+  ChartJson marks = ChartJson::array();
+  ChartJson label = report::text_mark(kLabelWidth - 10, y, row.label, "right");
   label["encode"]["enter"]["limit"] = report::value(kLabelWidth - 12);
   marks.push_back(std::move(label));
   if (std::isfinite(row.low) && std::isfinite(row.high))
@@ -188,7 +189,7 @@ json interval_marks(const IntervalRow& row, double y, const Extent& extent) {
                        {"y", report::value(y)},
                        {"size", report::value(46)},
                        {"fill", {{"value", colour}}}}}}}});
-  json text = report::text_mark(kLabelWidth + kIntervalWidth + 12, y, row.text);
+  ChartJson text = report::text_mark(kLabelWidth + kIntervalWidth + 12, y, row.text);
   if (row.worse) text["encode"]["enter"]["fill"] = {{"value", kWorseColour}};
   marks.push_back(std::move(text));
   return marks;
@@ -217,7 +218,7 @@ std::string display_unit(std::string_view unit) {
   return unit == "m" ? "mm" : std::string(unit);
 }
 
-json trace_chart(const ChannelPlot& plot, const Trace& trace) {
+ChartJson trace_chart(const ChannelPlot& plot, const Trace& trace) {
   const double factor = display_factor(plot.unit);
   const std::string unit = display_unit(plot.unit);
   const Values recorded = scaled(sum(trace.measured, trace.motion), factor);
@@ -234,8 +235,9 @@ json trace_chart(const ChannelPlot& plot, const Trace& trace) {
   for (const auto* lines : {&levels, &errors}) {
     for (const Line& line : *lines) columns.emplace_back(line.name, line.values);
   }
-  json spec = report::chart(fmt::format("{}, {}: recorded and simulated", plot.joint, plot.stage),
-                            kTraceWidth, kTraceHeight + kTraceGap + kErrorHeight);
+  ChartJson spec =
+      report::chart(fmt::format("{}, {}: recorded and simulated", plot.joint, plot.stage),
+                    kTraceWidth, kTraceHeight + kTraceGap + kErrorHeight);
   spec["data"] = {report::columns_data("lines", columns)};
   spec["scales"] = {report::scale("x", "linear", extent_of(trace.t_s), 0, kTraceWidth)};
   constexpr double kOutermost = 0.002;
@@ -245,36 +247,37 @@ json trace_chart(const ChannelPlot& plot, const Trace& trace) {
       joined(extent_of(errors[0].values, kOutermost), extent_of(errors[1].values));
   error_extent = joined(error_extent, {0.0, 0.0});
   const std::string what = trace.motion.empty() ? "effort" : "position";
-  json level_plot =
+  ChartJson level_plot =
       time_plot(0, kTraceHeight, fmt::format("{} [{}]", what, unit), levels, level_extent, false);
-  json error_plot = time_plot(kTraceHeight + kTraceGap, kErrorHeight,
-                              fmt::format("error [{}]", unit), errors, error_extent, true);
+  ChartJson error_plot = time_plot(kTraceHeight + kTraceGap, kErrorHeight,
+                                   fmt::format("error [{}]", unit), errors, error_extent, true);
   error_plot["marks"].insert(error_plot["marks"].begin(), report::zero_rule(kTraceWidth));
   spec["marks"] = {std::move(level_plot), std::move(error_plot)};
   return spec;
 }
 
-json interval_chart(const std::string& description, const std::string& x_title, double reference,
-                    double most, const std::vector<IntervalRow>& rows) {
+ChartJson interval_chart(const std::string& description, const std::string& x_title,
+                         double reference, double most, const std::vector<IntervalRow>& rows) {
   const double height = kRowStep * static_cast<double>(rows.size());
   const Extent extent = extent_of_rows(rows, reference, most);
-  json spec = report::chart(description, kLabelWidth + kIntervalWidth + 80, height + 44);
-  json area = report::plot_area(kLabelWidth, 0, kIntervalWidth, height);
+  ChartJson spec = report::chart(description, kLabelWidth + kIntervalWidth + 80, height + 44);
+  ChartJson area = report::plot_area(kLabelWidth, 0, kIntervalWidth, height);
   area["scales"] = {report::scale("x", "linear", extent, 0, kIntervalWidth)};
-  json x_axis = report::axis("bottom", "x", x_title);
+  ChartJson x_axis = report::axis("bottom", "x", x_title);
   x_axis["tickCount"] = 4;
   area["axes"] = {std::move(x_axis)};
   const double at = kIntervalWidth * (reference - extent.from) / (extent.to - extent.from);
   area["marks"] = {report::rule_mark(at, 0, at, height, report::kInkColour, 1)};
   spec["marks"] = {std::move(area)};
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (json& mark : interval_marks(rows[i], (static_cast<double>(i) + 0.5) * kRowStep, extent))
+    for (ChartJson& mark :
+         interval_marks(rows[i], (static_cast<double>(i) + 0.5) * kRowStep, extent))
       spec["marks"].push_back(std::move(mark));
   }
   return spec;
 }
 
-json residual_chart(const ChannelPlot& plot, Abscissa abscissa) {
+ChartJson residual_chart(const ChannelPlot& plot, Abscissa abscissa) {
   const Axis axis = axis_of(plot, abscissa);
   if (axis.x.empty() || axis.x.size() != plot.before.size()) return nullptr;
   const double factor = display_factor(plot.unit);
@@ -282,7 +285,7 @@ json residual_chart(const ChannelPlot& plot, Abscissa abscissa) {
                           scaled(plot.after, factor));
 }
 
-json rest_chart(const ChannelPlot& plot) {
+ChartJson rest_chart(const ChannelPlot& plot) {
   constexpr std::size_t kFewestPoints = 20;
   constexpr double kLeastRest_s = 0.05;
   const double factor = display_factor(plot.unit);
@@ -299,7 +302,7 @@ json rest_chart(const ChannelPlot& plot) {
   return before_and_after(plot, axis, direction, before, after);
 }
 
-json where_chart(const ChannelPlot& plot) {
+ChartJson where_chart(const ChannelPlot& plot) {
   const WhereMap& map = plot.where;
   if (map.before.empty()) return nullptr;
   const double along = display_factor(plot.position_unit);
@@ -308,7 +311,7 @@ json where_chart(const ChannelPlot& plot) {
   const auto panel = [&](const char* title, const Values& rms) {
     report::WorkspacePanel out{title, 0, {}};
     for (std::size_t c = 0; c < rms.size(); ++c)
-      out.cells.push_back({map.rows[c], factor * rms[c], kNone});
+      out.cells.push_back({map.rows[c], factor * rms[c], kNoValue});
     return out;
   };
   report::MapGrid grid;
@@ -324,13 +327,13 @@ json where_chart(const ChannelPlot& plot) {
       display_unit(plot.unit), {panel("before", map.before), panel("after", map.after)});
 }
 
-json waterfall_chart(const ChannelPlot& plot) {
+ChartJson waterfall_chart(const ChannelPlot& plot) {
   const double factor = display_factor(plot.unit);
   std::vector<std::string> labels;
-  report::BarPanel panel{"", display_unit(plot.unit), kNone, {}};
+  report::BarPanel panel{"", display_unit(plot.unit), kNoValue, {}};
   for (const WaterfallStep& step : plot.waterfall) {
     labels.push_back(step.name);
-    panel.bars.push_back({factor * step.rms, kNone, kNone, labels.size() == 1});
+    panel.bars.push_back({factor * step.rms, kNoValue, kNoValue, labels.size() == 1});
   }
   return report::bar_chart(fmt::format("{}, {}: error as the model grows", plot.joint, plot.stage),
                            labels, {panel});

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/findings/quantiles.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/report/charts.hpp"
 #include "diagnose/report/overview.hpp"
@@ -190,7 +191,6 @@ std::string untestable_html(const Report& report) {
 }
 
 std::string sizes_html(const ChannelPlot& plot, Document& page) {
-  constexpr double kNormal95 = 1.96;
   constexpr double kMost = 3.0;
   std::string html;
   for (std::size_t first = 0; first < plot.scales.size();) {

@@ -8,6 +8,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/findings/add_once.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -137,10 +139,6 @@ struct Untested {
   std::string why;
   std::vector<std::string> ids, joints;
 };
-
-void add_once(std::vector<std::string>& list, const std::string& item) {
-  if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
-}
 
 void add_untested(const Json& report, std::vector<Suggestion>& out) {
   std::vector<Untested> groups;
