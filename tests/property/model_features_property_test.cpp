@@ -13,7 +13,7 @@
 namespace ravencal::model {
 namespace {
 
-std::vector<record::Channel> raven_channels() {
+std::vector<record::Channel> catalogue_channels() {
   std::vector<record::Channel> channels;
   for (const core::CatalogueEntry& entry : core::catalogue()) {
     channels.push_back({entry.name, entry.si_unit, record::Role::kFeature, ""});
@@ -61,7 +61,7 @@ RC_GTEST_PROP(FeatureSelection, GivesExactlyTheFeaturesOfAListOfThem, ()) {
       features.push_back(feature);
     }
   }
-  const auto channels = raven_channels();
+  const auto channels = catalogue_channels();
   const auto read = select_features(text, channels);
   RC_ASSERT(read.ok());
   RC_ASSERT(*read == features);
@@ -76,7 +76,7 @@ RC_GTEST_PROP(FeatureSelection, NeverRepeatsAFeatureAndNeverLeavesOneThatWasRemo
   const int count = *rc::gen::inRange(0, 6);
   for (int i = 0; i < count; ++i) text += (*rc::gen::arbitrary<bool>() ? ",-" : ",") + term();
   const std::string removed = term();
-  const auto channels = raven_channels();
+  const auto channels = catalogue_channels();
   const auto kept = select_features(text + ",-" + removed, channels);
   if (!kept.ok()) return;  // nothing left
   auto sorted = *kept;
