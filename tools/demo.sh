@@ -27,7 +27,7 @@ usage: demo.sh [--plugin LIB] [--out DIR] [--seed N] [--act calibrate|diagnose] 
   --seed    of the effect that act two hides; without it a fresh one is drawn
   --act     one act only
   --figures folder for three drawings of both acts (needs nodejs): README's are
-            demo.sh --plugin LIB --seed 7 --figures tools/report/figures
+            demo.sh --plugin LIB --seed 1 --figures tools/report/figures
   --paper   act one with the paper's network and all of its 600 epochs (hours)
 END
 }

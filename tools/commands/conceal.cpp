@@ -9,6 +9,7 @@
 #include "cli/interrupt.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "conceal/kinds.hpp"
 #include "core/whole_file.hpp"
 #include "physics/plant.hpp"
 #include "trajectory/trajectory.hpp"
@@ -24,6 +25,13 @@ struct ConcealArguments {
   std::uint64_t seed = 1;
   bool overwrite = false;
 };
+
+std::string ids() {
+  std::string list;
+  for (const conceal::Kind& kind : conceal::kinds())
+    list += (list.empty() ? "" : ", ") + std::string(kind.id);
+  return list;
+}
 
 core::Status run(const ConcealArguments& arguments) {
   for (const std::string& file : {arguments.out, arguments.answer}) {
@@ -69,14 +77,18 @@ void add_conceal(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--force", arguments->overwrite, "Replace existing files");
   command->footer(fmt::format(
-      "Any effect that the vocabulary has, the twin shows and some joint of the plant lacks is as\n"
-      "likely, and any joint that lacks it. Its size is what the twin shows of it in that motion:\n"
-      "{:g} to {:g} times what two runs of the plant differ by, even in the logarithm. Where no\n"
-      "size of it shows so much, another is drawn. How effects are found plays no part in it.\n"
-      "Twin and diagnose share their physics: this is a demonstration; the proof is `prove`.\n"
+      "Hides one of {}. Those that some joint lacks are as likely, and so is any joint that lacks "
+      "it.\n"
+      "The size is what the twin shows of it in that motion: {:g} to {:g} times what two runs of "
+      "the\n"
+      "plant differ by, even in the logarithm; less where more would stop the arm. Where no size "
+      "shows\n"
+      "so much, another is drawn. How effects are found plays no part in it. Twin and diagnose "
+      "share\n"
+      "their physics: this is a demonstration; the proof is `prove`.\n"
       "Example: ravencal conceal --plant tools/plants/raven2_published.toml --trajectory run.csv "
       "--seed 7 --out hidden.toml --answer answer.json",
-      conceal::kLeastSize, conceal::kMostSize));
+      ids(), conceal::kLeastSize, conceal::kMostSize));
   on_call(*command, exit_code, [arguments] { return run(*arguments); });
 }
 

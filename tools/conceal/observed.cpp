@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "conceal/observed.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

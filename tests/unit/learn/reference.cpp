@@ -8,10 +8,10 @@
 namespace ravencal::learn {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 /// Rows of samples to columns.
-Eigen::MatrixXd columns_of(const json& rows) {
+Eigen::MatrixXd columns_of(const Json& rows) {
   Eigen::MatrixXd matrix(rows[0].size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (std::size_t k = 0; k < rows[i].size(); ++k) {
@@ -22,7 +22,7 @@ Eigen::MatrixXd columns_of(const json& rows) {
 }
 
 /// The reference keeps weights as [inputs][outputs] per layer.
-std::vector<double> flattened(const Shape& shape, const json& weights, const json& biases) {
+std::vector<double> flattened(const Shape& shape, const Json& weights, const Json& biases) {
   std::vector<double> parameters(static_cast<std::size_t>(shape.parameter_count()), 0.0);
   for (std::size_t k = 0; k < shape.layers().size(); ++k) {
     const LayerShape& layer = shape.layers()[k];
@@ -45,7 +45,7 @@ std::optional<Reference> load_reference() {
       std::filesystem::path(RAVENCAL_REFERENCE_DIR) / "mlp_reference.json";
   std::ifstream file(path);
   if (!file) return std::nullopt;
-  const json j = json::parse(file);
+  const Json j = Json::parse(file);
   Reference reference;
   const auto sizes = j["sizes"].get<std::vector<std::uint32_t>>();
   reference.shape =
