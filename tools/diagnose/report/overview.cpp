@@ -73,13 +73,31 @@ std::string reason_without_figure(const Report& report, const std::string& joint
   return was_looked_at(report, joint, shown_in) ? "nothing found" : "not recorded";
 }
 
-ChainCell cell_of(const Report& report, const std::string& joint, std::string_view stage) {
+bool acts_on(const Cause& cause, const std::string& joint) {
+  return std::find(cause.joints.begin(), cause.joints.end(), joint) != cause.joints.end();
+}
+
+/// Ids that act there: a load on the arm does on every drive.
+std::vector<std::string> effects_at(const Report& report, const std::vector<Cause>& causes,
+                                    const std::string& joint, std::string_view stage) {
+  std::vector<std::string> ids;
+  for (const Cause& cause : causes) {
+    if (!acts_on(cause, joint)) continue;
+    for (const std::size_t i : cause.effects) {
+      const NamedEffect& e = report.effects[i];
+      if (e.stage == stage && std::find(ids.begin(), ids.end(), e.id) == ids.end())
+        ids.push_back(e.id);
+    }
+  }
+  return ids;
+}
+
+ChainCell cell_of(const Report& report, const std::vector<Cause>& causes, const std::string& joint,
+                  std::string_view stage) {
   ChainCell cell;
   cell.joint = joint;
   cell.stage = stage;
-  for (const NamedEffect& e : report.effects) {
-    if (e.joint == joint && e.stage == stage) cell.effects.push_back(e.id);
-  }
+  cell.effects = effects_at(report, causes, joint, stage);
   cell.figure = figure_of_stage(report, joint, stage);
   if (cell.figure == nullptr) {
     if (cell.effects.empty()) cell.without_figure = reason_without_figure(report, joint, stage);
@@ -99,9 +117,7 @@ std::vector<std::string> names_of(const std::vector<Cause>& causes, const std::s
                                   std::string_view status) {
   std::vector<std::string> names;
   for (const Cause& cause : causes) {
-    const bool acts =
-        std::find(cause.joints.begin(), cause.joints.end(), joint) != cause.joints.end();
-    if (!acts || cause.status != status) continue;
+    if (!acts_on(cause, joint) || cause.status != status) continue;
     std::string name = cause.name;
     std::vector<std::string> rivals;
     for (const Parting& parting : cause.partings) {
@@ -116,8 +132,8 @@ std::vector<std::string> names_of(const std::vector<Cause>& causes, const std::s
 }
 
 std::string findings_words(const std::vector<Cause>& causes, const std::string& joint) {
-  constexpr std::array<Words, 4> kStatus = {{{"named", "the plant lacks "},
-                                             {"tied", "the plant lacks one of several: "},
+  constexpr std::array<Words, 4> kStatus = {{{"named", "missing in the plant: "},
+                                             {"tied", "missing in the plant, one of several: "},
                                              {"out_of_tolerance", "beyond the plant's tolerance: "},
                                              {"no_name", ""}}};
   std::vector<std::string> parts;
@@ -128,6 +144,13 @@ std::string findings_words(const std::vector<Cause>& causes, const std::string& 
                                         : fmt::format("{}{}", words, fmt::join(names, ", ")));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::string percent_figure(double share) {
+  const double value = 100.0 * share;
+  // Near a whole fall the tenths tell.
+  const int decimals = std::abs(value) < 10.0 || value < -95.0 ? 1 : 0;
+  return fmt::format("{}{:.{}f}", value < 0.0 ? "−" : "+", std::abs(value), decimals);
 }
 
 std::string capitalised(std::string text) {
@@ -158,30 +181,25 @@ std::string metric_words(std::string_view metric) {
   return words;
 }
 
-std::string percent(double share) {
-  const double value = 100.0 * share;
-  // Near a whole fall the tenths tell.
-  const int decimals = std::abs(value) < 10.0 || value < -95.0 ? 1 : 0;
-  return fmt::format("{}{:.{}f} %", value < 0.0 ? "−" : "+", std::abs(value), decimals);
-}
+std::string percent(double share) { return percent_figure(share) + " %"; }
 
 std::string change_words(const HeldOut& figure) {
-  const char* verb = figure.after > figure.before ? "grows" : "falls";
-  std::string text =
-      fmt::format("its {} on unseen motion {} from {} to {} ({}", metric_words(figure.metric), verb,
-                  quantity(figure.before, figure.unit), quantity(figure.after, figure.unit),
-                  percent(figure.change()));
+  std::string text = fmt::format("{} on unseen motion {}, now {} ({}", metric_words(figure.metric),
+                                 quantity(figure.before, figure.unit),
+                                 quantity(figure.after, figure.unit), percent(figure.change()));
   if (figure.change_ci95) {
-    text += fmt::format(", 95 %: {} to {}", percent(figure.change_ci95->first),
+    text += fmt::format(", 95 %: {} to {}", percent_figure(figure.change_ci95->first),
                         percent(figure.change_ci95->second));
   }
   return text + ")";
 }
 
 std::vector<ChainCell> chain_of(const Report& report) {
+  const std::vector<Cause> causes = causes_of(report);
   std::vector<ChainCell> cells;
   for (const std::string& joint : joints_of(report)) {
-    for (const std::string_view stage : kChain) cells.push_back(cell_of(report, joint, stage));
+    for (const std::string_view stage : kChain)
+      cells.push_back(cell_of(report, causes, joint, stage));
   }
   return cells;
 }

@@ -42,7 +42,7 @@ std::string metric_words(std::string_view metric);
 /// In percent, with its sign: "−86 %".
 std::string percent(double share);
 
-/// "its position error on unseen motion falls from 2 deg to 0.3 deg (−85 %, 95 %: ...)".
+/// "position error on unseen motion 2 deg, now 0.3 deg (−85 %, 95 %: −90 to −80 %)".
 std::string change_words(const HeldOut& figure);
 
 /// One sentence for the kind of verdict.

@@ -258,12 +258,12 @@ std::string trace_html(const Report& report, const ChannelPlot& plot, const Trac
       report::key_item_html(report::kRawColour, "4 2", 2, "simulated before") +
       report::key_item_html(report::kCorrectedColour, "none", 2, "simulated after") + "</ul>";
   return "<div>" +
-         page.figure_html(trace_chart(plot, trace), fmt::format("{}{}", place_of(plot), recording),
-                          trace.cross_validated
-                              ? "A stretch of the recording, each row under a fit that did not see "
-                                "it. Error = simulated − recorded."
-                              : "A stretch of held-out rows. Error = simulated − recorded.",
-                          false) +
+         page.figure_html(
+             trace_chart(plot, trace), fmt::format("{}{}", place_of(plot), recording),
+             trace.cross_validated
+                 ? "Each row under a fit that did not see it. Error = simulated − recorded."
+                 : "Held-out rows. Error = simulated − recorded.",
+             false) +
          key + "</div>";
 }
 
