@@ -14,25 +14,25 @@ namespace {
 using namespace ravencal::prove;
 using nlohmann::json;
 
-const SubjectKind& kind(std::string_view id) {
+const SubjectKind& kind_of(std::string_view id) {
   for (const auto& list : {vocabulary_kinds(), outside_kinds()})
     for (const SubjectKind& k : list)
       if (k.id == id) return k;
   std::abort();
 }
 
-struct Twins {
+struct AxisTwins {
   NominalRobot nominal;
   ravencal::record::Recording with, without;
 };
 
 /// One axis with and without the effect, without noise, for a minute.
-Twins twins(std::string_view id, double amplitude, MotionKind motion) {
+AxisTwins axis_twins(std::string_view id, double amplitude, MotionKind motion) {
   Random random(7, id);
-  Twins t;
+  AxisTwins t;
   t.nominal = draw_axis(random);
   const auto figures = motion_figures(t.nominal, motion, 60.0, 4);
-  const Subject s = draw_subject(kind(id), t.nominal, figures, 60.0, random);
+  const Subject s = draw_subject(kind_of(id), t.nominal, figures, 60.0, random);
   Session base = exact_session(t.nominal);
   base.duration_s = 60.0;
   base.motion = motion;
@@ -46,7 +46,7 @@ Twins twins(std::string_view id, double amplitude, MotionKind motion) {
   return t;
 }
 
-double whole(const Twins& t, bool position) {
+double whole(const AxisTwins& t, bool position) {
   const Signals a = signals_of(t.with, t.nominal, 0), b = signals_of(t.without, t.nominal, 0);
   const Eigen::VectorXd d = position ? Eigen::VectorXd(a.truth - a.q - b.truth + b.q)
                                      : Eigen::VectorXd(a.effort - b.effort);
@@ -54,7 +54,7 @@ double whole(const Twins& t, bool position) {
 }
 
 TEST(ProveBeyond, AKnownEffectUnderAnotherNameIsImitated) {
-  const Twins t = twins("gain_error", 0.02, MotionKind::kSlow);
+  const AxisTwins t = axis_twins("gain_error", 0.02, MotionKind::kSlow);
   const auto imitation = best_imitation(t.with, t.without, t.nominal, 0, true, "another");
   ASSERT_TRUE(imitation.has_value());
   EXPECT_EQ(imitation->by, "gain_error");
@@ -62,7 +62,7 @@ TEST(ProveBeyond, AKnownEffectUnderAnotherNameIsImitated) {
 }
 
 TEST(ProveBeyond, AnEffectDoesNotImitateItself) {
-  const Twins t = twins("gain_error", 0.02, MotionKind::kSlow);
+  const AxisTwins t = axis_twins("gain_error", 0.02, MotionKind::kSlow);
   const auto own = best_imitation(t.with, t.without, t.nominal, 0, true, "gain_error");
   ASSERT_TRUE(own.has_value());
   EXPECT_NE(own->by, "gain_error");
@@ -70,21 +70,21 @@ TEST(ProveBeyond, AnEffectDoesNotImitateItself) {
 }
 
 TEST(ProveBeyond, AHillInTheTransmissionIsNothingThatIsKnown) {
-  const Twins t = twins("local_bump", 0.005, MotionKind::kSlow);
+  const AxisTwins t = axis_twins("local_bump", 0.005, MotionKind::kSlow);
   const auto imitation = best_imitation(t.with, t.without, t.nominal, 0, true, "local_bump");
   ASSERT_TRUE(imitation.has_value());
   EXPECT_GT(imitation->left, 0.6 * whole(t, true));
 }
 
 TEST(ProveBeyond, AWeakerMotorIsWhatThePlantsParametersCanSay) {
-  const Twins t = twins("torque_constant", 0.2, MotionKind::kSlow);
+  const AxisTwins t = axis_twins("torque_constant", 0.2, MotionKind::kSlow);
   const auto imitation = best_imitation(t.with, t.without, t.nominal, 0, false, "torque_constant");
   ASSERT_TRUE(imitation.has_value());
   EXPECT_LT(imitation->left, 0.15 * whole(t, false));
 }
 
 TEST(ProveBeyond, NothingIsSaidOfAChannelThatIsNotRecorded) {
-  Twins t = twins("gain_error", 0.02, MotionKind::kSlow);
+  AxisTwins t = axis_twins("gain_error", 0.02, MotionKind::kSlow);
   for (auto* recording : {&t.with, &t.without}) {
     for (auto& channel : recording->channels)
       if (channel.role == ravencal::record::Role::kDriveTorque)
@@ -98,7 +98,7 @@ TEST(ProveBeyond, ARobotThatWouldBeStuckGetsLessOfItsEffect) {
   options.seed = 3;
   options.duration_s = 20.0;
   options.held_out_s = 5.0;
-  CaseDesign design = draw_case_with(kind("coulomb_friction"), 6.0, 1, options);
+  CaseDesign design = draw_case_with(kind_of("coulomb_friction"), 6.0, 1, options);
   const double asked = design.subjects.front().amplitude = 40.0;
   const auto files = make_case(design, options, {});
   ASSERT_TRUE(files.ok());
@@ -108,7 +108,7 @@ TEST(ProveBeyond, ARobotThatWouldBeStuckGetsLessOfItsEffect) {
 }
 
 TEST(ProveBeyond, AVanishingSaturationClipsNothing) {
-  const Twins t = twins("saturation", 1e-4, MotionKind::kRich);
+  const AxisTwins t = axis_twins("saturation", 1e-4, MotionKind::kRich);
   EXPECT_EQ(whole(t, false), 0.0);
 }
 

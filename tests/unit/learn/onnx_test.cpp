@@ -38,7 +38,7 @@ model::CalibrationModel sample_model() {
   model.outputs = {{"elbow", "jpos.elbow", "rad"}, {"insertion", "jpos.insertion", "m"}};
   model::TrustRegion trust;
   trust.directions = Eigen::MatrixXf::Random(2, 4);
-  trust.inverse_variance = Eigen::Vector2f(1.0F / 3.0F, 0.7F);
+  trust.inverse_variance = (Eigen::VectorXf(2) << 1.0F / 3.0F, 0.7F).finished();
   trust.inverse_residual_variance = 41.1F;
   trust.full_distance = 2.3F;
   trust.none_distance = 9.2F;
