@@ -12,19 +12,12 @@
 #include "physics/arm_dynamics.hpp"
 #include "physics/arm_physics.hpp"
 #include "physics/raven_kinematics.hpp"
+#include "unit/twin_rig.hpp"
 
 namespace ravencal::physics {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDeg = std::numbers::pi / 180.0;
-
-Plant shipped_plant() {
-  auto plant = load_plant(std::string(RAVENCAL_SOURCE_DIR) + "/tools/plants/raven2.toml");
-  EXPECT_TRUE(plant.ok()) << plant.error().message;
-  return std::move(plant).value();
-}
 
 void remove_effect(Plant& plant, std::string_view id) {
   for (Joint& joint : plant.joints) {

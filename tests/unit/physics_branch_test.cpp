@@ -14,6 +14,7 @@
 #include "physics/controller_branch.hpp"
 #include "physics/raven_arms.hpp"
 #include "physics/raven_twin.hpp"
+#include "unit/twin_rig.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -22,15 +23,11 @@ using core::catalogue_index;
 using core::RavenField;
 using Eigen::Vector3d;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
-const Vector3d kHome(30.0 * kDeg, 90.0 * kDeg, 0.40);
-
 Plant plant_with(std::string_view branch) {
-  auto plant = load_plant(std::string(RAVENCAL_SOURCE_DIR) + "/tools/plants/raven2.toml");
-  EXPECT_TRUE(plant.ok()) << plant.error().message;
+  Plant plant = shipped_plant();
   const ControllerBranch* found = find_controller_branch(branch);
-  plant->robot.controller = found == nullptr ? ControllerBranch{} : *found;
-  return std::move(plant).value();
+  plant.robot.controller = found == nullptr ? ControllerBranch{} : *found;
+  return plant;
 }
 
 RavenTwin twin_of(const Plant& plant) {
@@ -39,25 +36,8 @@ RavenTwin twin_of(const Plant& plant) {
   return std::move(twin).value();
 }
 
-RavenTwin homed_twin(const Plant& plant) {
-  RavenTwin twin = twin_of(plant);
-  twin.home();
-  EXPECT_TRUE(twin.homed());
-  return twin;
-}
-
-double at(const RavenMessage& message, RavenField field, std::size_t element) {
-  return message[catalogue_index(field, element)];
-}
-
 Vector3d first_three(const RavenMessage& message, RavenField field, double factor = 1.0) {
   return factor * Vector3d(at(message, field, 0), at(message, field, 1), at(message, field, 2));
-}
-
-Vector3d wave(int cycle) {
-  const double t_s = 1e-3 * cycle;
-  return kHome + Vector3d(8 * kDeg * std::sin(0.4 * t_s), 10 * kDeg * std::sin(0.35 * t_s),
-                          0.01 * std::sin(0.5 * t_s));
 }
 
 void follow_wave(RavenTwin& twin, int cycles) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "physics/raven_twin.hpp"
+#include "unit/twin_rig.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -17,35 +18,6 @@ namespace {
 using core::catalogue_index;
 using core::RavenField;
 using Eigen::Vector3d;
-
-constexpr double kDeg = std::numbers::pi / 180.0;
-const Vector3d kHome(30.0 * kDeg, 90.0 * kDeg, 0.40);
-
-Plant shipped_plant() {
-  auto plant = load_plant(std::string(RAVENCAL_SOURCE_DIR) + "/tools/plants/raven2.toml");
-  EXPECT_TRUE(plant.ok()) << plant.error().message;
-  return std::move(plant).value();
-}
-
-RavenTwin homed_twin(const Plant& plant, std::uint64_t seed = 1, std::uint64_t homing_seed = 1) {
-  TwinOptions options;
-  options.seed = seed;
-  options.homing_seed = homing_seed;
-  auto twin = RavenTwin::create(plant, options);
-  EXPECT_TRUE(twin.ok()) << twin.error().message;
-  twin->home();
-  return std::move(twin).value();
-}
-
-Vector3d wave(int cycle) {
-  const double t_s = 1e-3 * cycle;
-  return kHome + Vector3d(8 * kDeg * std::sin(0.4 * t_s), 10 * kDeg * std::sin(0.35 * t_s),
-                          0.01 * std::sin(0.5 * t_s));
-}
-
-double at(const RavenMessage& message, RavenField field, std::size_t element) {
-  return message[catalogue_index(field, element)];
-}
 
 TEST(Twin, HomesToTheControllersHomePoseAndAwayFromTheTrueOne) {
   const Plant plant = shipped_plant();
