@@ -14,7 +14,6 @@
 #include "diagnose/diagnose.hpp"
 #include "diagnose/findings/combinations.hpp"
 #include "diagnose/free_run/fit.hpp"
-#include "diagnose/physics_prediction.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 
@@ -234,27 +233,6 @@ TEST(Combinations, AreNotFoundWhereEachParameterIsKnown) {
     draws.row(d) << 0.3 * normal(engine), 0.3 * normal(engine);
   EXPECT_TRUE(
       diagnose::combinations_of({{"compliance", "stiffness"}, {"creep", "time"}}, draws).empty());
-}
-
-TEST(PhysicsPrediction, SaysTheErrorWithoutLookingAtTheTruth) {
-  HiddenPhysics hidden;
-  hidden.gain = 0.05;
-  record::Recording recording = generator::make_recording(hidden, {});
-  const physics::Plant plant = plant_file(
-      generator::plant_text("\n[[joint.effect]]\nid = \"gain_error\"\nratio = 0.05\n"), "gain");
-  const auto predicted = diagnose::predict_errors(recording, plant);
-  ASSERT_TRUE(predicted.ok()) << predicted.error().message;
-  ASSERT_EQ(predicted->size(), 1U);
-  const auto truth = *recording.column(record::Role::kJointTruth, "one");
-  const auto estimate = *recording.column(record::Role::kJointEstimate, "one");
-  const VectorXd error = recording.samples.col(truth) - recording.samples.col(estimate);
-  ASSERT_EQ(predicted->front().error.size(), error.size());
-  const auto spread = [](const VectorXd& x) { return (x.array() - x.mean()).matrix().norm(); };
-  EXPECT_LT(spread(error - predicted->front().error), 0.3 * spread(error));
-  recording.samples.col(truth).array() += 1.0;
-  const auto again = diagnose::predict_errors(recording, plant);
-  ASSERT_TRUE(again.ok());
-  EXPECT_EQ(again->front().error, predicted->front().error);
 }
 
 TEST(Report, IsNotMadeWhereItsReaderStopsAmongTheTwins) {

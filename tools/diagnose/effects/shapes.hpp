@@ -54,13 +54,6 @@ inline Eigen::VectorXd centred(const Series& s, const Eigen::VectorXd& x) {
   return (x.array() - s.training_mean(x)).matrix();
 }
 
-/// Effort that the motion asks of the drive as far as the plant knows it: no recorded effort in it.
-inline Eigen::VectorXd known_effort(const Series& s) {
-  Eigen::VectorXd effort = s.inertia * s.motion.a;
-  if (s.weight.size() > 0) effort += s.weight;
-  return effort;
-}
-
 /// Without its mean and divided by its spread over the training rows.
 inline Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
   const Eigen::VectorXd zero_mean = centred(s, x);
