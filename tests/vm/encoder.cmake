@@ -16,7 +16,7 @@ function(vm_test name set runner options)
     COMMAND ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/${runner} ${set} ${vm_bin} "${options}" ${ARGN})
   # One guest at a time: two would take both cores of a small machine.
   set_tests_properties(Vm.${name} PROPERTIES
-    LABELS vm TIMEOUT 3600 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm)
+    LABELS vm TIMEOUT 3600 SKIP_RETURN_CODE 77 RESOURCE_LOCK vm COST 100)
 endfunction()
 if(gpiod_VERSION VERSION_GREATER_EQUAL 2.0)
   vm_test(EncodersCountEveryEdgeOfGpioLinesAndTheirLossesExactly short vm_test "-i 2 -M gpio-sim" gpio.sh v2)
