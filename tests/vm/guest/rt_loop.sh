@@ -5,7 +5,7 @@
 # instruction, so the figures compare kernels and loops; they are no machine's microseconds. They are
 # printed as ratios to cyclictest and decide nothing: a busy machine delays the guest as a whole.
 # Wants RAVENCAL_BIN (ravencal, ravencal_plugin, rt_weights) and RAVENCAL_SOURCE.
-rounds=3
+rounds=2
 seconds=1
 failures=0
 work=$(mktemp -d)
