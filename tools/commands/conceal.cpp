@@ -83,9 +83,9 @@ void add_conceal(CLI::App& app, int& exit_code) {
       "the\n"
       "plant differ by, even in the logarithm; less where more would stop the arm. Where no size "
       "shows\n"
-      "so much, another is drawn. How effects are found plays no part in it. Twin and diagnose "
-      "share\n"
-      "their physics: this is a demonstration; the proof is `prove`.\n"
+      "so much, another is drawn. The kinds are those that diagnose can name, and twin and "
+      "diagnose\n"
+      "share their physics: this is a demonstration; the proof is `prove`.\n"
       "Example: ravencal conceal --plant tools/plants/raven2_published.toml --trajectory run.csv "
       "--seed 7 --out hidden.toml --answer answer.json",
       ids(), conceal::kLeastSize, conceal::kMostSize));

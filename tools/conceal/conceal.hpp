@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Hides one effect in a plant of the twin, so that its owner can see what `diagnose` makes of it.
-// Nothing here knows how effects are found: the joint and the effect are drawn, and the size is
-// chosen by what two sessions of the plant differ by in any case.
+// The joint and the effect are drawn, and the size is chosen by what two sessions of the plant
+// differ by in any case. The kinds that are drawn were chosen among those that `diagnose` can name.
 #pragma once
 
 #include <cstdint>

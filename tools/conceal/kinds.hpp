@@ -25,8 +25,8 @@ struct Kind {
 /// Of the vocabulary all but: homing_offset (a constant, which every homing draws anew), delay and
 /// thermal_drift (the twin has neither within minutes), presliding and stribeck_friction (friction
 /// has them in any case), compliance (the twin has no joint without a cable), saturation (the arm
-/// stops following), and backlash and load_dependent_friction (the arm's weight keeps a gap closed
-/// and loads a drive evenly; `prove` draws both for a single axis only).
+/// stops following), backlash (`diagnose` called it unknown on this arm) and
+/// load_dependent_friction (not tried). The choice of kinds therefore favours `diagnose`.
 std::span<const Kind> kinds();
 
 /// A kind at a place, with everything but its size. Units: the joint's.
