@@ -9,6 +9,7 @@
 namespace ravencal::core {
 
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 inline constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 inline constexpr std::int64_t kNsPerS = 1'000'000'000;
 inline constexpr std::int64_t kNsPerMs = 1'000'000;

@@ -49,4 +49,10 @@ std::optional<Unit> find_unit(std::string_view name) {
   return *it;
 }
 
+DisplayUnit display_unit(std::string_view si_unit) {
+  if (si_unit == "rad") return {"deg", kDegPerRad};
+  if (si_unit == "m") return {"mm", 1e3};
+  return {std::string(si_unit), 1.0};
+}
+
 }  // namespace ravencal::core

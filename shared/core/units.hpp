@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace ravencal::core {
@@ -22,5 +23,12 @@ std::span<const Unit> known_units();
 
 /// Looks a unit up by name; nullopt if unknown.
 std::optional<Unit> find_unit(std::string_view name);
+
+/// Unit in which a person reads a value: deg for rad, mm for m, itself for any other.
+struct DisplayUnit {
+  std::string name;
+  double per_si = 1.0;
+};
+DisplayUnit display_unit(std::string_view si_unit);
 
 }  // namespace ravencal::core

@@ -5,16 +5,15 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 
 namespace ravencal::model {
 namespace {
 
 using Eigen::Index;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kMillimetresPerMetre = 1e3;
 
 /// Column of the channel with the largest gain times its scale in the training.
@@ -60,7 +59,7 @@ std::string loop_text(const CalibrationModel& model) {
   for (std::size_t j = 0; j < model.outputs.size(); ++j) {
     const auto row = static_cast<Index>(j);
     const bool is_angle = model.outputs[j].unit == "rad";
-    const double shown = is_angle ? kDegPerRad : kMillimetresPerMetre;
+    const double shown = is_angle ? core::kDegPerRad : kMillimetresPerMetre;
     text += fmt::format("  {:<10}", model.outputs[j].joint);
     for (std::size_t group = 0; group < kLoopGroupCount; ++group) {
       text += fmt::format("{} {} {:.3g} {}", group == 0 ? "" : ",", kLoopGroupNames[group],
@@ -76,7 +75,7 @@ std::string margins_text(const CalibrationModel& model) {
   if (!model.loop_gains || !model.loop_gains->margins) return "";
   const LoopMargins& margins = *model.loop_gains->margins;
   return fmt::format("loop with the servo: gain margin {:.3g}, phase margin {:.3g} deg\n",
-                     margins.gain, margins.phase_rad * kDegPerRad);
+                     margins.gain, margins.phase_rad * core::kDegPerRad);
 }
 
 nlohmann::ordered_json loop_json(const CalibrationModel& model) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/raven_message.hpp"
+#include "core/constants.hpp"
 
-#include <numbers>
 #include <utility>
 
 namespace ravencal::physics {
@@ -9,7 +9,6 @@ namespace {
 
 using core::RavenField;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kNoPacketYet = 111.0;
 
 double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
@@ -35,11 +34,11 @@ void write_integers(RavenField field, bool other_arm, const Values& values, Rave
 void write_sensor_fields(const ArmState& arm, bool other_arm, RavenMessage& message) {
   write_integers(RavenField::kEncVals, other_arm, arm.encoder_counts, message);
   write(RavenField::kEncOffsets, other_arm, arm.encoder_offset, 1.0, message);
-  write(RavenField::kMpos, other_arm, arm.mpos_rad, kDegPerRad, message);
-  write(RavenField::kMvel, other_arm, arm.mvel_rad_per_s, kDegPerRad, message);
+  write(RavenField::kMpos, other_arm, arm.mpos_rad, core::kDegPerRad, message);
+  write(RavenField::kMvel, other_arm, arm.mvel_rad_per_s, core::kDegPerRad, message);
   // The insertion is in metres and gets the same factor.
-  write(RavenField::kJpos, other_arm, arm.jpos_ji, kDegPerRad, message);
-  write(RavenField::kJvel, other_arm, arm.jvel_ji, kDegPerRad, message);
+  write(RavenField::kJpos, other_arm, arm.jpos_ji, core::kDegPerRad, message);
+  write(RavenField::kJvel, other_arm, arm.jvel_ji, core::kDegPerRad, message);
 }
 
 void write_control_fields(const ArmState& arm, bool other_arm, RavenMessage& message) {
@@ -51,8 +50,8 @@ void write_control_fields(const ArmState& arm, bool other_arm, RavenMessage& mes
   write(RavenField::kOriD, other_arm, arm.pose.rotation, 1.0, message);
   write_integers(RavenField::kDac, other_arm, arm.dac, message);
   write(RavenField::kTau, other_arm, arm.tau_n_m, 1.0, message);
-  write(RavenField::kMposD, other_arm, arm.mpos_d_rad, kDegPerRad, message);
-  write(RavenField::kJposD, other_arm, arm.jpos_d_ji, kDegPerRad, message);
+  write(RavenField::kMposD, other_arm, arm.mpos_d_rad, core::kDegPerRad, message);
+  write(RavenField::kJposD, other_arm, arm.jpos_d_ji, core::kDegPerRad, message);
   message[core::catalogue_index(RavenField::kGraspD, 0, other_arm)] = as_float(arm.grasp_d_rad);
   write(RavenField::kJacVel, other_arm, arm.jacobian_velocity, 1.0, message);
   write(RavenField::kJacF, other_arm, arm.jacobian_velocity, 1.0, message);

@@ -4,8 +4,8 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "core/units.hpp"
 #include "record/summary.hpp"
 
 namespace ravencal::record {
@@ -18,17 +18,6 @@ std::string meta_or(const Recording& recording, const std::string& key,
                     std::string_view otherwise) {
   const auto it = recording.meta.find(key);
   return it == recording.meta.end() ? std::string(otherwise) : it->second;
-}
-
-/// Errors are shown in the unit in which people speak of them.
-struct ShownUnit {
-  std::string_view name;
-  double factor;
-};
-ShownUnit shown(std::string_view si_unit) {
-  if (si_unit == "rad") return {"deg", 180.0 / std::numbers::pi};
-  if (si_unit == "m") return {"mm", 1e3};
-  return {si_unit, 1.0};
 }
 
 void append_channels(std::string& text, const Summary& summary) {
@@ -74,10 +63,10 @@ void append_errors(std::string& text, const Summary& summary) {
   }
   fmt::format_to(out, "raw error, truth - estimate:\n");
   for (const JointErrorSummary& joint : summary.joints) {
-    const ShownUnit unit = shown(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     fmt::format_to(out, "  {:<12} RMSE {:8.4f}, bias {:+8.4f}, peak {:8.4f} {} over {} samples\n",
-                   joint.joint, joint.rmse * unit.factor, joint.bias * unit.factor,
-                   joint.peak * unit.factor, unit.name, joint.samples);
+                   joint.joint, joint.rmse * unit.per_si, joint.bias * unit.per_si,
+                   joint.peak * unit.per_si, unit.name, joint.samples);
   }
 }
 

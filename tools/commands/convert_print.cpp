@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/convert.hpp"
+#include "core/units.hpp"
 #include "learn/evaluate.hpp"
 #include "model/loop_text.hpp"
 
@@ -20,7 +21,7 @@ void print(const WeightsCheck& check, double limit_percent) {
     fmt::print(", {} left out (lost values, windows not whole)", check.rows_lost);
   fmt::print("; confidence 1 in {}, 0 in {}\n", check.rows_trusted, check.rows_doubted);
   for (const conversion::JointCheck& joint : check.joints) {
-    const learn::DisplayUnit unit = learn::display_unit(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     fmt::print("  {:<12} largest difference {:.3g} {}, where inputs are clamped {:.3g} {}\n",
                joint.joint, joint.largest_difference * unit.per_si, unit.name,
                joint.largest_clamped_difference * unit.per_si, unit.name);
@@ -37,7 +38,7 @@ void print(const conversion::SourceCheck& check, const std::string& origin) {
   fmt::print("source ({}): run beside the weights on {} random inputs{}\n", origin, check.rows,
              check.samples > 1 ? fmt::format(", windows of {} samples", check.samples) : "");
   for (const conversion::SourceDifference& joint : check.joints) {
-    const learn::DisplayUnit unit = learn::display_unit(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     fmt::print("  {:<12} largest difference {:.3g} {}, {:.2g} of its spread of {:.3g} {}\n",
                joint.joint, joint.largest * unit.per_si, unit.name,
                joint.spread > 0.0 ? joint.largest / joint.spread : 0.0, joint.spread * unit.per_si,

@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
+
+#include "core/units.hpp"
 
 namespace ravencal::conceal {
 namespace {
@@ -105,9 +106,8 @@ std::optional<HeldOutError> error_of_joint(const Json& report, const Revealed& r
 
 /// For people: degrees and millimetres.
 std::pair<double, std::string> shown(double value, const std::string& unit) {
-  if (unit == "rad") return {value * 180.0 / std::numbers::pi, "deg"};
-  if (unit == "m") return {value * 1e3, "mm"};
-  return {value, unit == "1" ? "" : unit};
+  const core::DisplayUnit display = core::display_unit(unit);
+  return {value * display.per_si, unit == "1" ? "" : display.name};
 }
 
 std::string value_text(const Told& told) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/calibration_report.hpp"
+#include "core/units.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,7 +21,7 @@ report::ErrorFigure figure(const ErrorStatistics& statistics, double per_si) {
   return {statistics.rmse * per_si, statistics.peak * per_si};
 }
 
-report::JointSeries series_of(const JointEvaluation& joint, const DisplayUnit& unit) {
+report::JointSeries series_of(const JointEvaluation& joint, const core::DisplayUnit& unit) {
   report::JointSeries series;
   series.joint = joint.joint;
   series.unit = unit.name;
@@ -71,7 +72,7 @@ report::CalibrationReport make_report(const model::CalibrationModel& model,
   }
   std::vector<std::string> words;
   for (const JointEvaluation& joint : evaluation.joints) {
-    const DisplayUnit unit = display_unit(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     report::ErrorRow row;
     row.joint = joint.joint;
     row.unit = unit.name;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "core/units.hpp"
 #include "model/hook_view.hpp"
 
 namespace ravencal::learn {
@@ -15,8 +15,6 @@ namespace {
 
 using record::Recording;
 using record::Role;
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 /// Corrections of every row, NaN where a feature is lost; shape [rows x outputs].
 core::Result<Eigen::MatrixXd> corrections(const model::CalibrationModel& model,
@@ -113,16 +111,10 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
   return evaluation;
 }
 
-DisplayUnit display_unit(std::string_view si_unit) {
-  if (si_unit == "rad") return {"deg", kDegreesPerRadian};
-  if (si_unit == "m") return {"mm", 1e3};
-  return {std::string(si_unit), 1.0};
-}
-
 std::string evaluation_json(const Evaluation& evaluation) {
   nlohmann::ordered_json joints = nlohmann::ordered_json::array();
   for (const JointEvaluation& joint : evaluation.joints) {
-    const DisplayUnit unit = display_unit(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     joints.push_back({{"joint", joint.joint},
                       {"unit", unit.name},
                       {"samples", joint.truth.size()},
@@ -139,7 +131,7 @@ std::string evaluation_table(const Evaluation& evaluation) {
   text += fmt::format("{:<26}{:>20}{:>20}{:>20}{:>10}\n", "", "RMSE     peak", "RMSE     peak",
                       "RMSE     peak", "of RMSE");
   for (const JointEvaluation& joint : evaluation.joints) {
-    const DisplayUnit unit = display_unit(joint.unit);
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
     text += fmt::format("{:<12}{:<5}{:>9}", joint.joint, unit.name, joint.truth.size());
     for (const ErrorStatistics& s : {joint.raw, joint.bias_removed, joint.calibrated}) {
       text += fmt::format("{:>11.4f}{:>9.4f}", s.rmse * unit.per_si, s.peak * unit.per_si);

@@ -48,13 +48,6 @@ struct Evaluation {
 core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                   std::span<const record::Recording* const> recordings);
 
-/// Unit in which a person reads a joint of SI unit `si_unit`: deg for rad, mm for m.
-struct DisplayUnit {
-  std::string name;
-  double per_si = 1.0;
-};
-DisplayUnit display_unit(std::string_view si_unit);
-
 /// The contract's JSON (deg, mm), and the table that the commands print.
 std::string evaluation_json(const Evaluation& evaluation);
 std::string evaluation_table(const Evaluation& evaluation);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "learn/evaluate.hpp"
 #include "report/escape.hpp"
@@ -95,7 +96,7 @@ report::StudyFigure homing_figure(const Table& table, const ConditionResults& re
   for (std::size_t joint = 0; joint < results.joints().size(); ++joint) {
     report::SettingPanel panel;
     panel.title = results.joints()[joint].name;
-    panel.unit = learn::display_unit(results.joints()[joint].unit).name;
+    panel.unit = core::display_unit(results.joints()[joint].unit).name;
     for (const Row& row : table.rows) {
       report::SettingLine line{row.title, {}, {}, {}};
       for (std::size_t i = 0; i < tests; ++i) {
@@ -128,15 +129,15 @@ std::vector<report::StudyFigure> maps_of(const ConditionResults& results) {
   const RowMap* const none = map_of(results, kNoAblation);
   if (!results.grid || raw == nullptr || bias == nullptr || none == nullptr) return figures;
   const auto& joints = results.joints();
-  const learn::DisplayUnit x = learn::display_unit(joints[0].unit);
-  const learn::DisplayUnit y = learn::display_unit(joints[1].unit);
+  const core::DisplayUnit x = core::display_unit(joints[0].unit);
+  const core::DisplayUnit y = core::display_unit(joints[1].unit);
   report::MapGrid grid = *results.grid;
   grid.x_from *= x.per_si;
   grid.x_to *= x.per_si;
   grid.y_from *= y.per_si;
   grid.y_to *= y.per_si;
   for (std::size_t joint = 0; joint < joints.size(); ++joint) {
-    const learn::DisplayUnit unit = learn::display_unit(joints[joint].unit);
+    const core::DisplayUnit unit = core::display_unit(joints[joint].unit);
     const auto shown = [&](const RowMap& map) {
       std::vector<report::MapCell> cells = map.joints[joint];
       for (report::MapCell& cell : cells) cell.rmse *= unit.per_si;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/units.hpp"
 #include "learn/evaluate.hpp"
 
 namespace ravencal::study {
@@ -48,7 +49,7 @@ Cell cell_of(const ConditionResults& results, const Tested& row, std::size_t joi
              const std::optional<Tested>& reference) {
   Cell cell;
   if (!results.has(row.row)) return cell;
-  const double per_si = learn::display_unit(results.joints()[joint].unit).per_si;
+  const double per_si = core::display_unit(results.joints()[joint].unit).per_si;
   const Figure figure = results.rmse(row, joint);
   cell.mean = figure.mean * per_si;
   const bool trained = row.row.test != kRaw && row.row.test != kBias;
@@ -77,7 +78,7 @@ class TableBuilder {
       conditions_.push_back(&condition);
       for (const JointName& joint : condition.joints()) {
         table_.columns.push_back(
-            {joint.name, learn::display_unit(joint.unit).name, condition.condition().title, -1});
+            {joint.name, core::display_unit(joint.unit).name, condition.condition().title, -1});
       }
     }
   }
@@ -201,7 +202,7 @@ Table homing_table(const ConditionResults& results, std::size_t index) {
       "than 30 % above the same network before any homing.";
   const std::size_t tests = results.condition().test.size();
   for (const JointName& joint : results.joints()) {
-    const std::string unit = learn::display_unit(joint.unit).name;
+    const std::string unit = core::display_unit(joint.unit).name;
     for (std::size_t i = 0; i < tests; ++i) {
       table.columns.push_back(
           {fmt::format("{}", i), "", fmt::format("{} [{}]", joint.name, unit), -1});

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/units.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
 #include "model/blob_writer.hpp"
@@ -198,13 +199,13 @@ class MethodRun {
   }
 
   static double per_si(const Group& group, std::size_t k) {
-    return learn::display_unit(group.problem.outputs[k].unit).per_si;
+    return core::display_unit(group.problem.outputs[k].unit).per_si;
   }
 
   void judge(const Group& group, Predictor& predictor) {
     for (std::size_t k = 0; k < group.problem.outputs.size(); ++k) {
       const model::OutputSpec& output = group.problem.outputs[k];
-      CompareJoint joint{output.joint, learn::display_unit(output.unit).name, {}, {}};
+      CompareJoint joint{output.joint, core::display_unit(output.unit).name, {}, {}};
       result_.joints.push_back(std::move(joint));
     }
     const std::size_t first = result_.joints.size() - group.problem.outputs.size();

@@ -14,6 +14,7 @@
 #include <set>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 #include "core/joint_layout.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
@@ -26,7 +27,6 @@ using Eigen::Matrix3cd;
 using Loci = std::array<Complex, 3>;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegPerRad = 180.0 / kPi;
 
 /// An input that answers: which value it is, how long ago, and the column of its derivatives.
 struct Input {
@@ -253,8 +253,8 @@ Margins margins(const model::CalibrationModel& model, const OperatingPoints& poi
 std::string describe(const Margins& margins) {
   std::string text =
       describe(margins.gain, "gain margin", margins.gain.value, "", kLeastGainMargin) +
-      describe(margins.phase_rad, "phase margin", margins.phase_rad.value * kDegPerRad, " deg",
-               kLeastPhaseMarginRad * kDegPerRad);
+      describe(margins.phase_rad, "phase margin", margins.phase_rad.value * core::kDegPerRad,
+               " deg", kLeastPhaseMarginRad * core::kDegPerRad);
   if (!margins.left_out.empty()) {
     text += fmt::format("inputs that answer but are not in the loop's model: {}\n",
                         fmt::join(margins.left_out, ", "));

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/constants.hpp"
 #include "host/plugin_library.hpp"
 
 namespace ravencal::monitor {
@@ -13,10 +13,9 @@ namespace {
 constexpr std::array kBlocks = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 constexpr std::array kAsciiBlocks = {" ", ".", ":", "-", "=", "+", "*", "#", "@"};
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr std::array<JointUnits, RAVENCAL_JOINTS> kJointUnits = {{
-    {"shoulder", "rad", "deg", kDegPerRad},
-    {"elbow", "rad", "deg", kDegPerRad},
+    {"shoulder", "rad", "deg", core::kDegPerRad},
+    {"elbow", "rad", "deg", core::kDegPerRad},
     {"insertion", "m", "mm", 1e3},
 }};
 

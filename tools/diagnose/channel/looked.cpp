@@ -16,9 +16,6 @@ using Eigen::Index;
 /// The filter of efforts, weights (1 - u^2)^2 over +-h, halves the power at this number over h.
 constexpr double kHalfPower = 0.345;
 
-/// Below this share of its usual speed a joint counts as at rest.
-constexpr double kRestPerUsual = 0.02;
-
 /// From one period in the longest stretch to half the row rate or to the filter of efforts.
 Interval band_of(const Series& s) {
   double longest = 0.0, begin = s.t_s[0];
@@ -41,7 +38,7 @@ Interval band_of(const Series& s) {
 }
 
 void add_motion(const Series& s, LookedAt& looked) {
-  const double least = kRestPerUsual * s.training_rms(s.motion.v);
+  const double least = rest_speed(s);
   double resting = 0.0, valid = 0.0;
   looked.position = s.training_range(s.motion.q);
   for (Index i = 0; i < s.rows(); ++i) {

@@ -28,9 +28,9 @@ constexpr Index kTraceRows = 400;
 constexpr double kTrace_s = 20.0;
 constexpr std::size_t kMostTraces = 3;
 
-/// Time since the joint came to rest, 0 in motion: below a fiftieth of its usual speed.
+/// Time since the joint came to rest, 0 in motion.
 VectorXd time_at_rest(const Series& s) {
-  const double least = 0.02 * s.training_rms(s.motion.v);
+  const double least = rest_speed(s);
   VectorXd held = VectorXd::Zero(s.rows());
   for (Index i = 1; i < s.rows(); ++i) {
     const bool rests = std::abs(s.motion.v[i]) < least && s.fresh[static_cast<std::size_t>(i)] == 0;

@@ -54,6 +54,9 @@ inline Eigen::VectorXd centred(const Series& s, const Eigen::VectorXd& x) {
   return (x.array() - s.training_mean(x)).matrix();
 }
 
+/// Speed below which the joint counts as at rest: a fiftieth of its usual one.
+inline double rest_speed(const Series& s) { return 0.02 * s.training_rms(s.motion.v); }
+
 /// Without its mean and divided by its spread over the training rows.
 inline Eigen::VectorXd scaled(const Series& s, const Eigen::VectorXd& x) {
   const Eigen::VectorXd zero_mean = centred(s, x);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/findings/verdict.hpp"
 
+#include "core/units.hpp"
+#include "diagnose/findings/words.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -84,15 +87,13 @@ std::string kind_of(const Report& report) {
 }  // namespace
 
 std::string quantity(double value, const std::string& unit) {
-  constexpr double kDegree = 180.0 / 3.14159265358979323846;
-  if (unit == "rad") return fmt::format("{:.3g} deg", value * kDegree);
-  if (unit == "m") return fmt::format("{:.3g} mm", value * 1e3);
+  const core::DisplayUnit display = core::display_unit(unit);
+  if (display.name != unit) return fmt::format("{:.3g} {}", value * display.per_si, display.name);
   if (unit == "1" || unit.empty()) return fmt::format("{:.3g}", value);
   std::string words = unit;
   for (std::size_t at = words.find("_per_"); at != std::string::npos; at = words.find("_per_"))
     words.replace(at, 5, "/");
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return fmt::format("{:.3g} {}", value, words);
+  return fmt::format("{:.3g} {}", value, words_of(words));
 }
 
 void decide(Report& report, const std::vector<std::string>& notes) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "diagnose/findings/add_once.hpp"
+#include "diagnose/findings/words.hpp"
 #include "diagnose/report/suggest.hpp"
 #include "physics/effects/effect_spec.hpp"
 
@@ -58,12 +58,6 @@ std::string sentence_of(std::string_view id) {
   const auto it =
       std::find_if(kWords.begin(), kWords.end(), [id](const Word& w) { return w.id == id; });
   return it == kWords.end() ? "" : std::string(it->sentence);
-}
-
-std::string words_of(std::string_view id) {
-  std::string words(id);
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return words;
 }
 
 /// Joints whose channel of that stage was looked at.

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "core/units.hpp"
 #include "report/study_charts.hpp"
 #include "report/vega_spec.hpp"
 
@@ -207,15 +207,10 @@ Extent extent_of_rows(const std::vector<IntervalRow>& rows, double reference, do
 
 }  // namespace
 
-double display_factor(std::string_view unit) {
-  if (unit == "rad") return 180.0 / std::numbers::pi;
-  return unit == "m" ? 1e3 : 1.0;
-}
+double display_factor(std::string_view unit) { return core::display_unit(unit).per_si; }
 
 std::string display_unit(std::string_view unit) {
-  if (unit == "rad") return "deg";
-  if (unit == "N_m") return "N m";
-  return unit == "m" ? "mm" : std::string(unit);
+  return unit == "N_m" ? "N m" : core::display_unit(unit).name;
 }
 
 ChartJson trace_chart(const ChannelPlot& plot, const Trace& trace) {

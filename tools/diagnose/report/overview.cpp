@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "diagnose/findings/verdict.hpp"
+#include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -48,10 +49,7 @@ const HeldOut* figure_of_stage(const Report& report, const std::string& joint,
 std::vector<std::string> joints_of(const Report& report) {
   std::vector<std::string> joints;
   const auto add = [&](const auto& list) {
-    for (const auto& item : list) {
-      if (std::find(joints.begin(), joints.end(), item.joint) == joints.end())
-        joints.push_back(item.joint);
-    }
+    for (const auto& item : list) add_once(joints, item.joint);
   };
   // Each of these names every joint of the plant in its order, as far as it goes.
   add(report.not_found);
@@ -86,8 +84,7 @@ std::vector<std::string> effects_at(const Report& report, const std::vector<Caus
     if (!acts_on(cause, joint)) continue;
     for (const std::size_t i : cause.effects) {
       const NamedEffect& e = report.effects[i];
-      if (e.stage == stage && std::find(ids.begin(), ids.end(), e.id) == ids.end())
-        ids.push_back(e.id);
+      if (e.stage == stage) add_once(ids, e.id);
     }
   }
   return ids;
@@ -121,11 +118,7 @@ std::vector<std::string> names_of(const std::vector<Cause>& causes, const std::s
     if (!acts_on(cause, joint) || cause.status != status) continue;
     std::string name = cause.name;
     std::vector<std::string> rivals;
-    for (const Parting& parting : cause.partings) {
-      if (std::find(rivals.begin(), rivals.end(), parting.rival) == rivals.end())
-        rivals.push_back(parting.rival);
-    }
-    for (std::string& rival : rivals) std::replace(rival.begin(), rival.end(), '_', ' ');
+    for (const Parting& parting : cause.partings) add_once(rivals, words_of(parting.rival));
     if (!rivals.empty()) name += fmt::format(" (or {})", fmt::join(rivals, ", "));
     names.push_back(std::move(name));
   }
@@ -177,10 +170,7 @@ std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
 std::string metric_words(std::string_view metric) {
   const auto it = std::find_if(kMetrics.begin(), kMetrics.end(),
                                [metric](const Words& w) { return w.first == metric; });
-  if (it != kMetrics.end()) return std::string(it->second);
-  std::string words(metric);
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return words;
+  return it != kMetrics.end() ? std::string(it->second) : words_of(std::string(metric));
 }
 
 std::string percent(double share) { return percent_figure(share) + " %"; }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnose/findings/verdict.hpp"
+#include "diagnose/findings/words.hpp"
 #include "diagnose/report/charts.hpp"
 #include "diagnose/report/json_parts.hpp"
 #include "diagnose/report/overview.hpp"
@@ -52,8 +53,7 @@ std::string chain_cell_html(const ChainCell& cell) {
            "</span>";
   }
   if (!cell.effects.empty()) {
-    std::string names = fmt::format("{}", fmt::join(cell.effects, ", "));
-    std::replace(names.begin(), names.end(), '_', ' ');
+    const std::string names = words_of(fmt::format("{}", fmt::join(cell.effects, ", ")));
     html += "<span class=\"found\">" + html_escape(names) + "</span>";
   }
   return html;

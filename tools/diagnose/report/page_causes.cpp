@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnose/findings/verdict.hpp"
+#include "diagnose/findings/words.hpp"
 #include "diagnose/report/charts.hpp"
 #include "diagnose/report/page_parts.hpp"
 #include "report/escape.hpp"
@@ -17,11 +18,6 @@ namespace {
 
 using report::Document;
 using report::html_escape;
-
-std::string words_of(std::string text) {
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
-}
 
 std::string name_of(const NamedEffect& e) {
   return words_of(e.id) + (e.from.empty() ? "" : " from " + e.from);

@@ -8,7 +8,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "diagnose/findings/add_once.hpp"
+#include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "core/catalogue.hpp"
+#include "core/constants.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_state.hpp"
 #include "physics/raven_arms.hpp"
@@ -21,7 +21,6 @@ using core::RavenField;
 using Eigen::Vector3d;
 using physics::RavenMessage;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 // A homed robot passes through INIT in this time after the start button.
 constexpr int kInitCycles = 500;
 
@@ -249,11 +248,11 @@ void VirtualController::Impl::write_corrected(RavenMessage& message) const {
     double& value = message[core::catalogue_index(RavenField::kJpos, slot)];
     const auto n = static_cast<Eigen::Index>(slot);
     if (slot < 3) {
-      value = as_float(arm.measured_ji[n] * kDegPerRad);
+      value = as_float(arm.measured_ji[n] * core::kDegPerRad);
       message[core::catalogue_index(RavenField::kJposD, slot)] =
-          as_float(arm.desired_ji[n] * kDegPerRad);
+          as_float(arm.desired_ji[n] * core::kDegPerRad);
     }
-    joints[slot] = value / kDegPerRad;
+    joints[slot] = value / core::kDegPerRad;
   }
   const auto write_pose = [&](RavenField position, RavenField rotation) {
     const physics::ToolPose pose =

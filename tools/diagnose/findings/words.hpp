@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+//
+// Names as the report writes them in sentences and lists.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +8,12 @@
 #include <vector>
 
 namespace ravencal::diagnose {
+
+/// An id in words: "gain_error" as "gain error".
+inline std::string words_of(std::string id) {
+  std::replace(id.begin(), id.end(), '_', ' ');
+  return id;
+}
 
 /// Appends `item` to a list that lacks it.
 inline void add_once(std::vector<std::string>& list, const std::string& item) {
