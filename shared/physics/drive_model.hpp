@@ -31,6 +31,59 @@ struct DriveNumbers {
   T offset{0.0};  ///< constant part of the effort asked that moves nothing
 };
 
+/// A number that a fit may change.
+enum class DriveField {
+  kInertia,
+  kWeight,
+  kTorqueRatio,
+  kLevel,
+  kViscous,
+  kAsymmetry,
+  kStribeckExtra,
+  kPresliding,
+  kLoadShare,
+  kRipple,
+  kRipplePhase,
+  kOffset,
+};
+inline constexpr int kDriveFields = 12;
+
+template <typename T>
+T& field_of(DriveNumbers<T>& n, DriveField field) {
+  switch (field) {
+    case DriveField::kInertia:
+      return n.inertia;
+    case DriveField::kWeight:
+      return n.weight_scale;
+    case DriveField::kTorqueRatio:
+      return n.torque_ratio;
+    case DriveField::kLevel:
+      return n.level;
+    case DriveField::kViscous:
+      return n.viscous;
+    case DriveField::kAsymmetry:
+      return n.asymmetry;
+    case DriveField::kStribeckExtra:
+      return n.stribeck_extra;
+    case DriveField::kPresliding:
+      return n.presliding;
+    case DriveField::kLoadShare:
+      return n.load_share;
+    case DriveField::kRipple:
+      return n.ripple;
+    case DriveField::kRipplePhase:
+      return n.ripple_phase;
+    case DriveField::kOffset:
+      break;
+  }
+  return n.offset;
+}
+
+template <typename T>
+const T& field_of(const DriveNumbers<T>& n, DriveField field) {
+  return field_of(const_cast<DriveNumbers<T>&>(n), field);
+}
+
 /// Numbers of a plant's joint; `inertia` of motor and link at the joint. Where the plant does not
 /// say over which displacement friction builds up, it is `least_presliding`.
 DriveNumbers<double> drive_numbers(const Joint& joint, double inertia, double least_presliding);

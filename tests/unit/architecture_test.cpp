@@ -130,6 +130,29 @@ TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
   }
 }
 
+/// What an effect is stands in its own file; the other rooms ask for traits and compare no ids.
+TEST(Architecture, TheRoomsOfDiagnoseAskForTraits) {
+  static const std::regex kind(R"re(const EffectKind& ([a-z_]+)_kind\(\))re");
+  static const std::regex compared(R"re([=!]= "([a-z_]+)")re");
+  std::set<std::string> ids;
+  for (const char* name : {"effects.hpp", "registry.cpp"}) {
+    std::ifstream stream(kRoot / "tools/diagnose/effects" / name);
+    std::smatch match;
+    for (std::string line; std::getline(stream, line);) {
+      if (std::regex_search(line, match, kind)) ids.insert(match[1]);
+    }
+  }
+  EXPECT_GE(ids.size(), 30U);
+  for (const fs::path& file : sources_below("tools/diagnose")) {
+    std::ifstream stream(file);
+    std::smatch match;
+    for (std::string line; std::getline(stream, line);) {
+      EXPECT_FALSE(std::regex_search(line, match, compared) && ids.contains(match[1]))
+          << file << ": " << line;
+    }
+  }
+}
+
 TEST(Architecture, NothingOutsideThePluginIncludesItsInside) {
   for (const char* part : kProduct) {
     if (std::string_view(part) == "rt_plugin") continue;

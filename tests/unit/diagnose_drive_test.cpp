@@ -14,6 +14,7 @@
 #include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/fit/spectral_line.hpp"
+#include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {
@@ -184,7 +185,7 @@ TEST(FlexibleMode, AddsItsMassToSlowMotionAndSwingsOnAfterAnEdge) {
     s.motion.v[i] = 0.2 * s.t_s[i];
     s.motion.q[i] = 0.1 * s.t_s[i] * s.t_s[i];
   }
-  const auto form = diagnose::flexible_mode();
+  const auto form = generator::form_of("flexible_mode");
   EXPECT_NEAR(form->columns(s, {5.0})(999, 0), 0.2, 0.01) << "force per mass is the acceleration";
   for (Index i = 0; i < s.rows(); ++i) s.motion.v[i] = i < 500 ? 0.0 : 0.1;
   const VectorXd ringing = form->columns(s, {5.0}).col(0);
@@ -196,12 +197,12 @@ TEST(FlexibleMode, AddsItsMassToSlowMotionAndSwingsOnAfterAnEdge) {
 
 TEST(FlexibleMode, CannotBeSeenThroughALongFilterOrAtALowRate) {
   Series s = empty_series(1000, diagnose::Stage::kDrive);
-  EXPECT_EQ(diagnose::flexible_mode()->untestable(s), "");
+  EXPECT_EQ(generator::form_of("flexible_mode")->untestable(s), "");
   s.motion.half_width_s = 0.64;
-  EXPECT_NE(diagnose::flexible_mode()->untestable(s), "");
+  EXPECT_NE(generator::form_of("flexible_mode")->untestable(s), "");
   s.motion.half_width_s = 0.02;
   s.t_s *= 10.0;
-  EXPECT_NE(diagnose::flexible_mode()->untestable(s), "");
+  EXPECT_NE(generator::form_of("flexible_mode")->untestable(s), "");
 }
 
 TEST(Quantisation, FollowsTheTeethBetweenTheStepsOfTheRecordedPosition) {
@@ -213,7 +214,7 @@ TEST(Quantisation, FollowsTheTeethBetweenTheStepsOfTheRecordedPosition) {
     s.motion.q[i] = kCount * std::floor(truth / kCount);
     error[i] = truth - s.motion.q[i];
   }
-  const auto form = diagnose::quantisation();
+  const auto form = generator::form_of("quantisation");
   ASSERT_EQ(form->untestable(s), "");
   const VectorXd z = form->columns(s, {}).col(0);
   const VectorXd y = error.array() - error.mean();
@@ -227,10 +228,10 @@ TEST(Quantisation, FollowsTheTeethBetweenTheStepsOfTheRecordedPosition) {
 TEST(Quantisation, IsNotTestableWithAFineOrAContinuousPosition) {
   Series s = empty_series(6000, diagnose::Stage::kTransmission);
   for (Index i = 0; i < s.rows(); ++i) s.motion.q[i] = 1e-4 * std::floor(triangle(s.t_s[i]) / 1e-4);
-  EXPECT_NE(diagnose::quantisation()->untestable(s), "");
+  EXPECT_NE(generator::form_of("quantisation")->untestable(s), "");
   std::mt19937_64 engine(3);
   for (Index i = 0; i < s.rows(); ++i) s.motion.q[i] = triangle(s.t_s[i]) + 0.01 * gauss(engine);
-  EXPECT_NE(diagnose::quantisation()->untestable(s), "");
+  EXPECT_NE(generator::form_of("quantisation")->untestable(s), "");
 }
 
 TEST(Gravity, BendsOnlyWhereTheJointTurnsFar) {

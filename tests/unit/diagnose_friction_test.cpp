@@ -10,6 +10,7 @@
 
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose_form.hpp"
 #include "diagnose_two_joints.hpp"
 #include "record/recording.hpp"
 
@@ -129,10 +130,11 @@ TEST(DriveFriction, RisesAtLowSpeedOnlyOnceTheBristlesAreBent) {
 TEST(DriveFriction, GrowsWithALoadThatThePlantLacks) {
   Series s = there_and_back();
   s.weight = s.transmitted = VectorXd::Constant(s.rows(), 1.0);
-  const VectorXd known = diagnose::load_dependent_friction()->columns(s, {}).col(0);
+  const VectorXd known = generator::form_of("load_dependent_friction")->columns(s, {}).col(0);
   EXPECT_NEAR(known[150], 1.0, 1e-3);
   const VectorXd found = VectorXd::Constant(s.rows(), 0.5);
-  const VectorXd both = diagnose::load_dependent_friction(found)->columns(s, {}).col(0);
+  const VectorXd both =
+      generator::form_of("load_dependent_friction", {}, found)->columns(s, {}).col(0);
   EXPECT_NEAR(both[150], 1.5, 1e-3);
 }
 

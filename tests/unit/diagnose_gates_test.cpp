@@ -14,6 +14,7 @@
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/contenders.hpp"
 #include "diagnose/series/operators.hpp"
+#include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {
@@ -147,7 +148,7 @@ TEST(Gates, ASmallEffectIsSeenBesideABigOne) {
 class Reached final : public diagnose::EffectForm {
  public:
   explicit Reached(bool occasional, int blocks)
-      : EffectForm("saturation"), occasional_(occasional), blocks_(blocks) {}
+      : EffectForm(diagnose::effect_kind("saturation")), occasional_(occasional), blocks_(blocks) {}
   bool occasional() const override { return occasional_; }
   Eigen::MatrixXd columns(const diagnose::Series& s, const diagnose::Shape&) const override {
     const auto blocks = diagnose::make_blocks(s, 12.0);  // as long as the noise asks for
@@ -200,7 +201,8 @@ TEST(Gates, WhatTwoStretchesShowEachPredictsTheOther) {
 /// A column of numbers under a name.
 class Given final : public diagnose::EffectForm {
  public:
-  Given(std::string id, VectorXd column) : EffectForm(std::move(id)), column_(std::move(column)) {}
+  Given(std::string_view id, VectorXd column)
+      : EffectForm(diagnose::effect_kind(id)), column_(std::move(column)) {}
   Eigen::MatrixXd columns(const diagnose::Series&, const diagnose::Shape&) const override {
     return column_;
   }
@@ -332,7 +334,7 @@ TEST(TorqueRipple, TurnsWithThePartsOfTheDrive) {
   diagnose::Series series = series_of({.coulomb_n_m = 0.5}, plant).series.back();
   EXPECT_EQ(series.drive_order, 1.0);
   series.drive_order = 10.0;  // a range of 0.9 rad tells orders apart that differ by 3.5
-  const auto form = diagnose::torque_ripple();
+  const auto form = generator::form_of("torque_ripple");
   const VectorXd b = VectorXd::Ones(2);
   EXPECT_EQ(form->inconsistency(series, {20.5}, b), "");
   EXPECT_NE(form->inconsistency(series, {15.0}, b), "");

@@ -10,6 +10,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/fit/standard_normal.hpp"
+#include "diagnose_form.hpp"
 
 namespace {
 
@@ -193,7 +194,7 @@ TEST(DiagnoseInterval, CountsNumbersThatTheDataHoldAtTheirLimits) {
 
 TEST(DiagnoseInterval, OfAWaveDoesNotHangOnWhereTheJointsZeroIs) {
   const Series s = swinging(Stage::kDrive);
-  const auto ripple = torque_ripple();
+  const auto ripple = ravencal::generator::form_of("torque_ripple");
   constexpr double kOrder = 20.0, kLittle = 1e-4;
   const MatrixXd wave = ripple->columns(s, {kOrder});
   const VectorXd moved = (ripple->columns(s, {kOrder + kLittle}) - wave).col(0) / kLittle;

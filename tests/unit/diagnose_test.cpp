@@ -140,15 +140,15 @@ TEST(Diagnose, SpeaksOfEveryWordOfItsVocabularyOnEveryJoint) {
       "\n[[joint.effect]]\nid = \"thermal_drift\"\nwander_rad = 0.0005\ntime_s = 1000.0\n";
   for (const Scene& scene : {Scene{}, Scene{.with_truth = false}, Scene{.with_torque = false}}) {
     const diagnose::Report report = run({.coulomb_n_m = 0.5}, scene, in_plant);
-    for (const diagnose::VocabularyEntry& word : diagnose::vocabulary()) {
+    for (const diagnose::EffectKind* word : diagnose::effect_kinds()) {
       for (const char* joint : {"one", "two"}) {
         const auto same = [&](const auto& item) {
-          return item.id == word.id && item.joint == joint;
+          return item.id == word->id() && item.joint == joint;
         };
-        EXPECT_TRUE(word.id == "unknown" ||
+        EXPECT_TRUE(word->id() == "unknown" ||
                     std::any_of(report.effects.begin(), report.effects.end(), same) ||
                     std::any_of(report.not_found.begin(), report.not_found.end(), same))
-            << joint << " " << word.id << ", truth " << scene.with_truth << ", torque "
+            << joint << " " << word->id() << ", truth " << scene.with_truth << ", torque "
             << scene.with_torque;
       }
     }

@@ -232,16 +232,16 @@ void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>&
 
 /// Why no channel of this joint spoke about that entry of the vocabulary.
 NotFound silent_entry(const SeriesSet& set, const physics::Plant& plant, const std::string& joint,
-                      const VocabularyEntry& entry) {
-  NotFound silent{std::string(entry.id), joint, std::nullopt, "", ""};
+                      const EffectKind& kind) {
+  NotFound silent{kind.id(), joint, std::nullopt, "", ""};
   const auto reason = set.not_possible.find(joint);
   const bool looked = std::any_of(set.series.begin(), set.series.end(), [&](const Series& series) {
-    return series.joint == joint && series.stage == entry.stage;
+    return series.joint == joint && series.stage == kind.stage();
   });
   silent.expected = looked && plant_has(plant, joint, silent.id, "");
   silent.not_testable_because =
       silent.expected                    ? "the plant has it: any size of it is expected"
-      : entry.stage == Stage::kCommand   ? "the recording or the plant lacks the command's inputs, "
+      : kind.stage() == Stage::kCommand  ? "the recording or the plant lacks the command's inputs, "
                                            "its output or its control law"
       : reason != set.not_possible.end() ? reason->second
                                          : "no channel of this joint shows it";
@@ -250,16 +250,16 @@ NotFound silent_entry(const SeriesSet& set, const physics::Plant& plant, const s
 
 void add_silent(const SeriesSet& set, const physics::Plant& plant, Report& report) {
   for (const physics::Joint& joint : plant.joints) {
-    for (const VocabularyEntry& entry : vocabulary()) {
+    for (const EffectKind* kind : effect_kinds()) {
       const auto same = [&](const auto& item) {
-        return item.id == entry.id && item.joint == joint.name;
+        return item.id == kind->id() && item.joint == joint.name;
       };
-      if (entry.id == "unknown" ||
+      if (kind->traits().origin == Origin::kUnnamed ||
           std::any_of(report.effects.begin(), report.effects.end(), same) ||
           std::any_of(report.not_found.begin(), report.not_found.end(), same)) {
         continue;
       }
-      report.not_found.push_back(silent_entry(set, plant, joint.name, entry));
+      report.not_found.push_back(silent_entry(set, plant, joint.name, *kind));
     }
   }
 }

@@ -2,12 +2,21 @@
 #include "diagnose/channel/across_channels.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <string_view>
+
+#include "diagnose/effects/effect_kind.hpp"
 
 namespace ravencal::diagnose {
 namespace {
+
+Friction friction_of(const NamedEffect& effect) { return traits_of(effect.id).friction; }
+
+const EffectKind& dry_friction_of_drive() {
+  const auto kinds = effect_kinds();
+  return **std::find_if(kinds.begin(), kinds.end(), [](const EffectKind* kind) {
+    return kind->traits().friction == Friction::kDry;
+  });
+}
 
 const NamedParameter* level_of(const NamedEffect& effect) {
   return find_parameter(effect, "level");
@@ -24,11 +33,10 @@ bool says_otherwise(const Report& report, const std::vector<ChannelFindings>& fi
   if (!denied) return true;
   return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& e) {
     if (e.joint != joint.name) return false;
-    constexpr std::array<std::string_view, 5> kLoops = {"joint_friction", "hysteresis", "backlash",
-                                                        "creep", "compliance"};
-    const bool loop = std::find(kLoops.begin(), kLoops.end(), e.id) != kLoops.end();
+    const Traits& traits = traits_of(e.id);
+    const bool loop = traits.cable != CablePart::kNone && traits.cable != CablePart::kWeight;
     return (loop && e.stage == "transmission") ||
-           (e.id == "coulomb_friction" && e.stage == "drive");
+           (traits.friction == Friction::kDry && e.stage == "drive");
   });
 }
 
@@ -67,7 +75,7 @@ std::optional<physics::Plant> with_friction_of_loop(const physics::Plant& plant,
     if (f.joint != joint || f.stage != Stage::kTransmission) continue;
     for (const NamedEffect& e : f.effects) {
       const NamedParameter* level = level_of(e);
-      if (e.id != "joint_friction" || level == nullptr) continue;
+      if (friction_of(e) != Friction::kBehindCable || level == nullptr) continue;
       physics::Plant agreed = plant;
       physics::Joint& own = agreed.joints[*plant.joint_index(joint)];
       const auto known = std::find_if(own.effects.begin(), own.effects.end(),
@@ -104,15 +112,17 @@ ChannelFindings fewer_beside_friction(const Series& drive, const physics::Plant&
 
 void merge_joint_friction(const physics::Plant& plant, Report& report) {
   for (const NamedEffect& loop : std::vector<NamedEffect>(report.effects)) {
-    if (loop.id != "joint_friction" || loop.stage != "transmission" || level_of(loop) == nullptr)
+    if (friction_of(loop) != Friction::kBehindCable || loop.stage != "transmission" ||
+        level_of(loop) == nullptr)
       continue;
     const double behind = level_beyond(plant, loop);
     std::erase_if(report.effects, [&](const NamedEffect& e) {
       if (e.joint != loop.joint || e.stage != "drive") return false;
       // The cable's wind-up under that friction turns over a displacement, as presliding does. One
       // that the plant knows of is in the drive's prediction.
-      if (e.id == "presliding") return !loop.out_of_tolerance;
-      if (e.id != "joint_friction" && e.id != "coulomb_friction") return false;
+      const Friction friction = friction_of(e);
+      if (friction == Friction::kOnset) return !loop.out_of_tolerance;
+      if (friction != Friction::kBehindCable && friction != Friction::kDry) return false;
       if (level_of(e) == nullptr) return false;
       const double found = level_beyond(plant, e);
       return std::abs(found - behind) < 0.35 * std::max(std::abs(found), std::abs(behind));
@@ -124,18 +134,21 @@ void move_friction_to_motor(const physics::Plant& plant,
                             const std::vector<ChannelFindings>& findings, Report& report) {
   for (NamedEffect& e : report.effects) {
     const auto index = plant.joint_index(e.joint);
-    if (e.id != "joint_friction" || e.stage != "drive" || !e.out_of_tolerance || !index) continue;
+    if (friction_of(e) != Friction::kBehindCable || e.stage != "drive" || !e.out_of_tolerance ||
+        !index)
+      continue;
     const physics::Joint& joint = plant.joints[*index];
-    const double behind = joint.parameter("joint_friction", "level");
-    const double own = joint.parameter("coulomb_friction", "level");
+    const double behind = joint.parameter(e.id, "level");
+    const EffectKind& dry = dry_friction_of_drive();
+    const double own = joint.parameter(dry.id(), "level");
     const NamedParameter level = e.parameters.front();
     const double more = level.value - behind;
     if (own + more <= 0.0 || says_otherwise(report, findings, joint, level.ci95)) continue;
-    e.id = "coulomb_friction";
+    // What is behind the cable is the plant's word.
+    const double unseen = 1.96 * behind * tolerance_of(joint, e.id, "level");
+    e.id = dry.id();
     e.out_of_tolerance = own > 0.0;
     std::erase(e.ambiguous_with, e.id);
-    // What is behind the cable is the plant's word.
-    const double unseen = 1.96 * behind * tolerance_of(joint, "joint_friction", "level");
     e.parameters = {{"level",
                      own + more,
                      level.unit,

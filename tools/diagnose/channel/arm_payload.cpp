@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 /// Rise of a score (twice the negative log likelihood) at the ends of a 95 % interval.
 constexpr double kRise95 = 3.84;
 
-bool is_weight(const std::string& id) { return id == "payload" || id == "gravity"; }
+bool is_weight(const std::string& id) { return traits_of(id).weight != Weight::kNone; }
 
 /// What a model is worth; its constant is left out where it is not worth its cost.
 double worth_of_drive(const ChannelModel& model) {
@@ -64,7 +64,7 @@ class Joint {
     ChannelModel model = bare_.front();
     model.chosen.clear();
     for (auto& candidate : model.candidates) {
-      if (candidate->form->id() != "payload") continue;
+      if (candidate->form->traits().weight != Weight::kOnTool) continue;
       auto hung = std::make_shared<Candidate>(*candidate);
       hung->untestable = "it hangs";
       candidate = hung;
@@ -117,7 +117,8 @@ class Joint {
   [[nodiscard]] double spread(double mass_kg) const {
     ChannelModel model = without_constant(bare(mass_kg));
     for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-      if (model.candidates[c]->form->id() == "payload") model.chosen.push_back({c, {}, per_kg_});
+      if (model.candidates[c]->form->traits().weight == Weight::kOnTool)
+        model.chosen.push_back({c, {}, per_kg_});
     }
     model.hold_nominal();
     return invariance_of(model, joint_fit(model), model.chosen.size() - 1).spread;
@@ -216,7 +217,7 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
   const ChannelModel loaded = joint.loaded(bare, found.mass_kg);
   const VectorXd before = held_out_errors(bare), after = held_out_errors(loaded);
   NamedEffect effect;
-  effect.id = "payload";
+  effect.id = payload()->id();
   effect.joint = bare.series->joint;
   effect.stage = stage_word(bare.series->stage);
   const double half_width =

@@ -25,13 +25,10 @@ Forms candidates_for(const Series& series, const physics::Plant& plant, const No
                      const VectorXd& further_load) {
   Forms forms;
   for (auto& form : forms_for(series, nominal, further_load)) {
-    const bool in_plant =
-        form->id() != "gravity" && plant_has(plant, series.joint, form->id(), form->from());
-    if (!in_plant) forms.push_back(std::move(form));
+    if (!plant_has(plant, series.joint, form->id(), form->from())) forms.push_back(std::move(form));
   }
   for (std::size_t t = 0; t < nominal.terms.size(); ++t) {
-    // A stream that is later than its recorder says is the delay that the vocabulary means.
-    if (!nominal.terms[t].form_only && nominal.terms[t].id != "delay")
+    if (!nominal.terms[t].form_only && !nominal.terms[t].beyond_is_effect)
       forms.push_back(tolerance_form(nominal.terms[t], t));
   }
   return forms;
@@ -186,7 +183,7 @@ VectorXd posture_effort(const ChannelFit& fit) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
     const EffectForm& form = *fit.model.candidates[chosen.candidate]->form;
-    if (form.id() == "gravity" && !form.nominal_term())
+    if (form.traits().weight == Weight::kOfLinks && !form.nominal_term())
       found = form.columns(s, chosen.shape) * coefficients_of(fit, i);
   }
   return found;
@@ -198,8 +195,8 @@ double hung_kg(const ChannelFit& fit) {
   if (s.stage != Stage::kDrive) return 0.0;
   if (s.payload_effort.size() > 0) return s.payload_kg;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    if (fit.model.candidates[fit.model.chosen[i].candidate]->form->id() == "payload")
-      return coefficients_of(fit, i)[0];
+    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
+    if (form.traits().weight == Weight::kOnTool) return coefficients_of(fit, i)[0];
   }
   return 0.0;
 }
@@ -219,7 +216,7 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   }
   if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    if (fit.nominal.terms[t].id != "gravity") continue;
+    if (traits_of(fit.nominal.terms[t].id).weight == Weight::kNone) continue;
     // A weight at its limit stands for something else as well, which the cable does not carry.
     if (fit.model.held[t] != 0.0) {
       findings.weight_deviation = fit.nominal.terms[t].tolerance;
@@ -232,7 +229,7 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
   if (const double hung = hung_kg(fit); hung != 0.0) findings.found_load += hung * s.payload_per_kg;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    if (form.id() == "gravity" && form.nominal_term())
+    if (form.traits().weight == Weight::kOfLinks && form.nominal_term())
       findings.found_load += coefficients_of(fit, i)[0] * s.weight;
   }
 }

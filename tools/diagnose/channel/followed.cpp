@@ -13,14 +13,11 @@ using Eigen::VectorXd;
 
 /// True for what another joint does to this one.
 bool of_another(const EffectForm& form) {
-  return !form.from().empty() && (form.id() == "coupling" || form.id() == "hysteresis");
+  return !form.from().empty() && form.traits().moves_joint;
 }
 
 /// True for loops that follow the joint.
-bool follows(const EffectForm& form) {
-  return form.from().empty() &&
-         (form.id() == "hysteresis" || form.id() == "joint_friction" || form.id() == "backlash");
-}
+bool follows(const EffectForm& form) { return form.from().empty() && form.traits().follows_joint; }
 
 /// What other joints add to this one's motion, by the plant and by what was found.
 VectorXd moved_by_others(const ChannelFit& fit, const physics::Plant& plant) {

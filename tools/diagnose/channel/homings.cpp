@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "diagnose/effects/effects.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -36,7 +38,8 @@ double take_out_means(const VectorXd& error, const std::vector<Index>& rows, Ser
 
 std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant& plant) {
   auto homed = std::make_shared<Series>(series);
-  if (series.stage != Stage::kTransmission || !plant_has(plant, series.joint, "homing_offset", ""))
+  if (series.stage != Stage::kTransmission ||
+      !plant_has(plant, series.joint, homing_offset()->id(), ""))
     return homed;
   std::vector<Index> rows;
   for (Index i = 0; i < series.rows(); ++i)

@@ -26,7 +26,7 @@ bool predicts_better(const ChannelModel& with, const ChannelModel& without) {
 /// A number of the plant is a verdict of its own, time alone says nothing of another recording, and
 /// what hangs on the arm concerns all joints.
 bool may_be_kept(const EffectForm& form) {
-  return !form.nominal_term() && !form.time_only() && form.id() != "payload";
+  return !form.nominal_term() && !form.time_only() && form.traits().weight != Weight::kOnTool;
 }
 
 bool is_certain(const ChannelFit& fit, std::size_t chosen, const ChannelOptions& options) {
@@ -112,7 +112,7 @@ void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelO
       }
       // Beside what is kept it may be nothing.
       if (named != findings.effects.end()) findings.effects.erase(named);
-      if (e.id != "homing_offset" && !e.out_of_tolerance) findings.kept.push_back(e);
+      if (!traits_of(e.id).constant && !e.out_of_tolerance) findings.kept.push_back(e);
     }
   }
 }

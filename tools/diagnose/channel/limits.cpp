@@ -181,13 +181,14 @@ std::string not_tested_because(const Candidate& candidate, const ChannelModel& m
 void add_step_limits(const ChannelFit& fit, std::map<std::string, NotFound>& entries) {
   const ChannelModel& model = fit.model;
   const auto least = least_step(*model.series, model.blocks, model.noise, model.correlation_rows);
-  for (const char* id : {"slip", "lost_counts"}) {
-    NotFound entry{id, model.series->joint, std::nullopt, model.series->unit, "", "size"};
+  for (const EffectKind* kind : effect_kinds()) {
+    if (!kind->traits().step) continue;
+    NotFound entry{kind->id(), model.series->joint, std::nullopt, model.series->unit, "", "size"};
     if (least)
       entry.detection_limit = std::max(*least, model.floor);
     else
       entry.not_testable_because = "too little was recorded in one go";
-    entries.emplace(id, entry);
+    entries.emplace(kind->id(), entry);
   }
 }
 

@@ -283,7 +283,7 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
   m.floor = std::sqrt(best.squaredNorm() / rows);
   double offset2 = 0.0;
   for (const NamedEffect& effect : findings.effects) {
-    if (effect.id == "homing_offset") offset2 = effect.size * effect.size;
+    if (traits_of(effect.id).constant) offset2 = effect.size * effect.size;
   }
   m.excess_rmse = std::sqrt(std::max(0.0, gain.sum() / rows) + offset2);
   const bool found = !findings.effects.empty() || !findings.unexplained.empty();

@@ -76,8 +76,8 @@ constexpr std::size_t kTooManyRivals = 4;
 
 std::string reported_stage(std::string_view id, Stage shown_in) {
   if (shown_in != Stage::kTransmission) return std::string(stage_word(shown_in));
-  if (id == "lost_counts" || id == "delay" || id == "quantisation") return "sensor";
-  return id == "payload" || id == "gravity" ? "drive" : "transmission";
+  const std::string_view enters_at = traits_of(id).enters_at;
+  return std::string(enters_at.empty() ? stage_word(shown_in) : enters_at);
 }
 
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
@@ -153,7 +153,8 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
   for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
     const NominalTerm& term = fit.nominal.terms[t];
     const double change = fit.coefficients[static_cast<Index>(t) + 1];
-    const bool load = term.id == "gravity" || term.id == "joint_friction";
+    const Traits& traits = traits_of(term.id);
+    const bool load = traits.weight != Weight::kNone || traits.friction == Friction::kBehindCable;
     if (term.form_only || change == 0.0 || term.value == 0.0) continue;
     // What the drive feels as an effort it also knows best.
     if (load && fit.model.series->stage == Stage::kTransmission) continue;
@@ -171,7 +172,7 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
   if (stage != Stage::kTransmission && stage != Stage::kTracking) return;
   // A constant too small or too uncertain for a name still belongs to the prediction.
   NamedEffect offset;
-  offset.id = "homing_offset";
+  offset.id = homing_offset()->id();
   offset.joint = findings.joint;
   offset.stage = stage_word(findings.stage);
   const double value = fit.coefficients[0];

@@ -30,7 +30,7 @@ double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
   const auto joint = plant.joint_index(series.joint).value_or(0);
   double passed_on = 0.0;
   for (const Inherited& part : series.inherited) passed_on += std::abs(part.offset);
-  return std::max({3.0 * plant.joints[joint].parameter("homing_offset", "deviation"),
+  return std::max({3.0 * plant.joints[joint].parameter(homing_offset()->id(), "deviation"),
                    fit.model.floor, 1.25 * passed_on, form_error(fit)});
 }
 
@@ -94,27 +94,30 @@ const EffectForm& form_of(const ChannelFit& fit, const Chosen& chosen) {
 
 /// A load whose shape the plant knows, its mean included.
 bool has_a_place(const EffectForm& form) {
-  return form.id() == "payload" || (form.id() == "gravity" && form.nominal_term());
+  const Weight weight = form.traits().weight;
+  return weight == Weight::kOnTool || (weight == Weight::kOfLinks && form.nominal_term());
 }
 
 /// A load without a place in the plant is fitted without its mean, which the constant then is.
 bool has_a_mean(const ChannelFit& fit) {
   return std::any_of(fit.model.chosen.begin(), fit.model.chosen.end(), [&](const Chosen& chosen) {
     const EffectForm& form = form_of(fit, chosen);
-    return form.id() == "gravity" && !has_a_place(form);
+    return form.traits().weight == Weight::kOfLinks && !has_a_place(form);
   });
 }
 
+bool is_uneven(const std::string& id) { return traits_of(id).friction == Friction::kUneven; }
+
 std::vector<NamedEffect>::iterator find_asymmetry(std::vector<NamedEffect>& effects) {
   return std::find_if(effects.begin(), effects.end(),
-                      [](const NamedEffect& e) { return e.id == "asymmetric_friction"; });
+                      [](const NamedEffect& e) { return is_uneven(e.id); });
 }
 
 /// The fit without friction that differs by speed between the directions, which has a mean of its
 /// own; none where it has no such friction.
 std::optional<ChannelFit> without_asymmetry(const ChannelFit& fit) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    if (form_of(fit, fit.model.chosen[i]).id() != "asymmetric_friction") continue;
+    if (!is_uneven(form_of(fit, fit.model.chosen[i]).id())) continue;
     ChannelFit rest = fit;
     rest.model = fit.model.without(i);
     rest.coefficients = joint_fit(rest.model);
@@ -164,7 +167,7 @@ VectorXd stretch_of(const ChannelFit& fit) {
 void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options) {
   ChannelModel& model = fit.model;
   if (model.series->stage != Stage::kTransmission) return;
-  if (plant_has(plant, model.series->joint, "homing_offset", "")) return;
+  if (plant_has(plant, model.series->joint, homing_offset()->id(), "")) return;
   if (std::abs(joint_fit(model)[0]) < options.gates.size_per_floor * model.floor) return;
   if (score_of(without_constant(model)) < score_with_constant(model)) return;
   ChannelModel bare = without_constant(model);
@@ -180,8 +183,8 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
                  ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   if (series.stage != Stage::kTransmission) return;
-  NotFound silent{"homing_offset", findings.joint, std::nullopt, "", ""};
-  silent.expected = plant_has(plant, series.joint, "homing_offset", "");
+  NotFound silent{homing_offset()->id(), findings.joint, std::nullopt, "", ""};
+  silent.expected = plant_has(plant, series.joint, silent.id, "");
   if (silent.expected || !fit.model.has_constant()) {
     silent.not_testable_because =
         silent.expected ? "the plant draws a new offset at each homing: any is expected"

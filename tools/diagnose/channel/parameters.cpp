@@ -248,7 +248,8 @@ Interval interval_over_time(const ChannelFit& fit, Index column, std::uint64_t s
 std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOptions& options) {
   const auto& terms = fit.nominal.terms;
   const auto level = std::find_if(terms.begin(), terms.end(), [](const NominalTerm& t) {
-    return t.id == "joint_friction" && t.parameter == "level" && !t.form_only;
+    return traits_of(t.id).friction == Friction::kBehindCable && t.parameter == "level" &&
+           !t.form_only;
   });
   if (fit.model.series->stage != Stage::kTransmission || level == terms.end()) return std::nullopt;
   const auto term = static_cast<std::size_t>(level - terms.begin());

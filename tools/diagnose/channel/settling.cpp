@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -20,12 +19,7 @@ constexpr double kLeastGrossShare = 0.15;  ///< of the error's energy that gross
 constexpr double kMostRows = 0.015;        ///< of all training rows
 constexpr std::size_t kStretches = 4;      ///< more of them are something that repeats
 
-bool is_friction(std::string_view id) {
-  constexpr std::array<std::string_view, 5> kFriction = {"coulomb_friction", "presliding",
-                                                         "stribeck_friction", "joint_friction",
-                                                         "load_dependent_friction"};
-  return std::find(kFriction.begin(), kFriction.end(), id) != kFriction.end();
-}
+bool is_friction(std::string_view id) { return settles_at_rest(traits_of(id).friction); }
 
 /// Friction's part of the prediction, all rows.
 VectorXd friction_of(const ChannelFit& fit) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/effects/effects.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -166,7 +167,7 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     const Step& step = fit.steps[k];
     NamedEffect effect;
     const StepKind kind = kind_of(step, *model.series);
-    effect.id = kind == StepKind::kLostCounts ? "lost_counts" : "slip";
+    effect.id = (kind == StepKind::kLostCounts ? lost_counts_kind() : slip_kind()).id();
     effect.joint = findings.joint;
     effect.stage = reported_stage(effect.id, findings.stage);
     // What lies around a step finds it; its size, and whether it may as well be nothing, is what
@@ -185,7 +186,7 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     effect.unit = findings.unit;
     effect.p_value = step.p_value;
     effect.size = std::abs(size);
-    if (kind == StepKind::kEither) effect.ambiguous_with = {"lost_counts"};
+    if (kind == StepKind::kEither) effect.ambiguous_with = {lost_counts_kind().id()};
     effect.separate_by =
         "record the drive's command at that moment: lost counts make the servo jump, a slipping "
         "cable does not";

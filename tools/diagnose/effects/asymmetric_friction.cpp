@@ -2,6 +2,8 @@
 //
 // Friction differs between the two directions. Its constant part can only be told from a constant
 // load if the joint also rests; its viscous part always can.
+#include <array>
+
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -10,7 +12,7 @@ namespace {
 
 class AsymmetricFriction final : public EffectForm {
  public:
-  AsymmetricFriction() : EffectForm("asymmetric_friction") {}
+  explicit AsymmetricFriction(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 4 ? "" : "the motion reverses fewer than four times";
   }
@@ -27,8 +29,40 @@ class AsymmetricFriction final : public EffectForm {
   }
 };
 
+class AsymmetricFrictionKind final : public EffectKind {
+ public:
+  AsymmetricFrictionKind()
+      : EffectKind("asymmetric_friction", Stage::kDrive,
+                   {.origin = Origin::kDriveFriction,
+                    .abscissa = Abscissa::kSpeed,
+                    .friction = Friction::kUneven}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive) forms.push_back(asymmetric_friction());
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"damping_difference", "level_difference"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kAsymmetry, "damping_difference", false, true},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> asymmetric_friction() { return std::make_unique<AsymmetricFriction>(); }
+const EffectKind& asymmetric_friction_kind() {
+  static const AsymmetricFrictionKind kind;
+  return kind;
+}
+
+std::unique_ptr<EffectForm> asymmetric_friction() {
+  return std::make_unique<AsymmetricFriction>(asymmetric_friction_kind());
+}
 
 }  // namespace ravencal::diagnose

@@ -5,6 +5,7 @@
 // is all the load there is, that happens at reversals: the joint follows the drive as a play
 // operator of the drive's motion, so that height and width of the loop are one number.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -12,7 +13,7 @@ namespace {
 
 class Backlash final : public EffectForm {
  public:
-  Backlash() : EffectForm("backlash") {}
+  explicit Backlash(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (replayed(s)) {
       const auto [least, greatest] = s.training_range(s.transmitted);
@@ -71,8 +72,34 @@ class Backlash final : public EffectForm {
   }
 };
 
+class BacklashKind final : public EffectKind {
+ public:
+  BacklashKind()
+      : EffectKind("backlash", Stage::kTransmission,
+                   {.probes = Probe::kLoaded | Probe::kReversals | Probe::kPressed,
+                    .cable = CablePart::kGap,
+                    .follows_joint = true}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<Backlash>(*this));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    if (builder.in(Stage::kTransmission))
+      builder.of_cable(*this, "half_width", position_unit(s), s.cable.gap_half_width,
+                       [](CableNumbers& n, double f) { n.gap_half_width *= f; });
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"half_width"});
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> backlash() { return std::make_unique<Backlash>(); }
+const EffectKind& backlash_kind() {
+  static const BacklashKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

@@ -4,6 +4,7 @@
 // the weight that the plant's links put on the joint. With recorded loads, variants let the
 // compliance depend on posture (free cable length, levers) and on the load itself (cables stiffen).
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -14,7 +15,7 @@ using Eigen::MatrixXd;
 
 class Compliance final : public EffectForm {
  public:
-  Compliance() : EffectForm("compliance") {}
+  explicit Compliance(const EffectKind& kind) : EffectForm(kind) {}
 
   std::string untestable(const Series& s) const override {
     if (s.loads.empty() && s.transmitted.size() == 0) {
@@ -127,8 +128,46 @@ class Compliance final : public EffectForm {
   }
 };
 
+class ComplianceKind final : public EffectKind {
+ public:
+  ComplianceKind()
+      : EffectKind(
+            "compliance", Stage::kTransmission,
+            {.abscissa = Abscissa::kLoad, .probes = Probe::kLoaded, .cable = CablePart::kSpring}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<Compliance>(*this));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    const CableNumbers& cable = s.cable;
+    if (builder.in(Stage::kTransmission))
+      builder.of_cable(*this, "stiffness", per(effort_unit(s), position_unit(s)),
+                       cable.compliance > 0.0 ? 1.0 / cable.compliance : 0.0,
+                       [](CableNumbers& n, double f) { n.compliance /= f; });
+    // How friction behind the cable builds up at the drive is the cable's microphysics.
+    if (!builder.in(Stage::kDrive) || cable.friction_level <= 0.0) return;
+    NominalTerm* term = builder.of_cable(*this, "stiffness", "1", cable.compliance,
+                                         [](CableNumbers& n, double f) { n.compliance *= f; });
+    if (term != nullptr) term->be_form(1.0);
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint& joint) const override {
+    const double found = plant_value(e, "compliance");
+    if (found <= 0.0) return {};
+    const double stiffness = joint.parameter(id(), "stiffness");
+    const double whole = found + (stiffness > 0.0 ? 1.0 / stiffness : 0.0);
+    // The recording says nothing about damping; a hundredth of the stiffness per second is stable.
+    return {{"stiffness", 1.0 / whole},
+            {"damping", std::max(joint.parameter(id(), "damping"), 0.01 / whole)}};
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> compliance() { return std::make_unique<Compliance>(); }
+const EffectKind& compliance_kind() {
+  static const ComplianceKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

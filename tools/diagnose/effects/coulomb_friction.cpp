@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Dry friction of the drive: a constant effort against the motion, held at rest.
+#include <array>
+
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -9,7 +12,7 @@ namespace {
 
 class CoulombFriction final : public EffectForm {
  public:
-  CoulombFriction() : EffectForm("coulomb_friction") {}
+  explicit CoulombFriction(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 2 ? "" : "the motion never reverses";
   }
@@ -37,8 +40,51 @@ class CoulombFriction final : public EffectForm {
   }
 };
 
+class CoulombFrictionKind final : public EffectKind {
+ public:
+  CoulombFrictionKind()
+      : EffectKind("coulomb_friction", Stage::kDrive,
+                   {.origin = Origin::kDriveFriction,
+                    .abscissa = Abscissa::kSpeed,
+                    .probes = Probe::kReversals,
+                    .friction = Friction::kDry}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    const Stage stage = context.series.stage;
+    if (stage == Stage::kDrive || stage == Stage::kTracking)
+      forms.push_back(std::make_unique<CoulombFriction>(*this));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    const double level = builder.parameter(*this, "level");
+    if (!builder.in(Stage::kDrive) || level <= 0.0) return;
+    const DryFriction law{s.friction_displacement()};
+    const Eigen::VectorXd dry = builder.effort_of(level, law);
+    builder.linear(*this, "level", s.unit, level, dry / level)->variation =
+        builder.parameter(*this, "variation");
+    builder.slow_changes(*this, "variation", "1", dry);
+    builder.friction() = NominalBuilder::PlantFriction{level, law, dry, dry};
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    if (find_parameter(e, "level") != nullptr) return same_values(e, {"level"});
+    return {{"lag", plant_value(e, "lag")}, {"width", 2.0 * plant_value(e, "displacement")}};
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kLevel, "level", true, true},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> coulomb_friction() { return std::make_unique<CoulombFriction>(); }
+const EffectKind& coulomb_friction_kind() {
+  static const CoulombFrictionKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

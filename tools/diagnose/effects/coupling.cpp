@@ -2,6 +2,7 @@
 //
 // Another joint's motion moves this one more or less than the plant says.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -9,7 +10,7 @@ namespace {
 
 class Coupling final : public EffectForm {
  public:
-  explicit Coupling(const std::string& from) : EffectForm("coupling", from) {}
+  Coupling(const EffectKind& kind, const std::string& from) : EffectForm(kind, from) {}
   std::string untestable(const Series& s) const override {
     const Companion& other = companion(s);
     const double range = range_of(s, other.value);
@@ -35,10 +36,53 @@ class Coupling final : public EffectForm {
   }
 };
 
+class CouplingKind final : public EffectKind {
+ public:
+  CouplingKind()
+      : EffectKind("coupling", Stage::kTransmission,
+                   {.probes = Probe::kOneByOne, .moves_joint = true}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage != Stage::kTransmission) return;
+    for (const Companion& other : context.series.others)
+      forms.push_back(std::make_unique<Coupling>(*this, other.name));
+  }
+  void predict(NominalBuilder& builder) const override {
+    if (!builder.in(Stage::kTransmission)) return;
+    const Series& s = builder.series();
+    for (const physics::Effect& effect : builder.joint().effects) {
+      for (const Companion& other : s.others) {
+        if (effect.id != id() || other.name != effect.from) continue;
+        NominalTerm* term = builder.linear(*this, "error", per(s.unit, other.unit),
+                                           effect.parameters.at("error"), other.value);
+        if (term != nullptr) term->from = other.name;
+      }
+    }
+    inherited(builder);
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return {{"error", plant_value(e, "error_from_" + e.from)}};
+  }
+
+ private:
+  /// Half of what other joints may pass on is expected, none and all of it are as likely.
+  void inherited(NominalBuilder& builder) const {
+    for (const Inherited& part : builder.series().inherited) {
+      for (const Eigen::VectorXd* column : {&part.stretch, &part.rest}) {
+        if (column->isZero(0.0)) continue;
+        builder.add(0.5 * *column);
+        builder.form(*this, "inherited_share", "1", 0.5, 1.0, 0.5 * *column)->from = part.from;
+      }
+    }
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> coupling(const std::string& from) {
-  return std::make_unique<Coupling>(from);
+const EffectKind& coupling_kind() {
+  static const CouplingKind kind;
+  return kind;
 }
 
 }  // namespace ravencal::diagnose

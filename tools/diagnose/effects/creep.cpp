@@ -4,6 +4,7 @@
 // is still to come is the load minus its lagged self. How far it had come when the recording began
 // depends on what the arm did before.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -11,7 +12,7 @@ namespace {
 
 class CreepForm final : public EffectForm {
  public:
-  CreepForm() : EffectForm("creep") {}
+  explicit CreepForm(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (s.transmitted.size() == 0 && s.loads.size() != 1) {
       return "no single load on this joint is known";
@@ -71,8 +72,34 @@ class CreepForm final : public EffectForm {
   static double duration(const Series& s) { return range_of(s, s.t_s); }
 };
 
+class CreepKind final : public EffectKind {
+ public:
+  CreepKind()
+      : EffectKind(
+            "creep", Stage::kTransmission,
+            {.abscissa = Abscissa::kTime, .probes = Probe::kHolds, .cable = CablePart::kCreep}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<CreepForm>(*this));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    if (builder.in(Stage::kTransmission))
+      builder.of_cable(*this, "compliance", per(position_unit(s), effort_unit(s)),
+                       s.cable.creep_compliance,
+                       [](CableNumbers& n, double f) { n.creep_compliance *= f; });
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"compliance", "time"});
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> creep() { return std::make_unique<CreepForm>(); }
+const EffectKind& creep_kind() {
+  static const CreepKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

@@ -3,6 +3,7 @@
 // Two streams are stamped at different times, or the servo lags: the error grows with speed and
 // changes its sign with it.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -10,7 +11,7 @@ namespace {
 
 class Delay final : public EffectForm {
  public:
-  Delay() : EffectForm("delay") {}
+  explicit Delay(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (s.training_rms(s.motion.v) <= 0.0) return "the joint does not move";
     const double period_s =
@@ -38,8 +39,55 @@ class Delay final : public EffectForm {
   }
 };
 
+class DelayKind final : public EffectKind {
+ public:
+  DelayKind()
+      : EffectKind("delay", Stage::kTransmission,
+                   {.origin = Origin::kClock,
+                    .abscissa = Abscissa::kSpeed,
+                    .probes = Probe::kSpeeds,
+                    .enters_at = "sensor"}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    const Stage stage = context.series.stage;
+    if (stage == Stage::kTransmission || stage == Stage::kTracking)
+      forms.push_back(std::make_unique<Delay>(*this));
+  }
+  /// A reading of the truth is stamped late by its transfer. A recorder that pairs the nearest
+  /// stamps adds nothing on average, one that repeats the latest reading half a period: which it
+  /// does is not known, nor the alignment of its streams.
+  void predict(NominalBuilder& builder) const override {
+    if (!builder.in(Stage::kTransmission)) return;
+    const Series& s = builder.series();
+    const physics::Logger& logger = builder.plant().logger;
+    const double latency_s = logger.truth_latency_s;
+    if (latency_s <= 0.0) {
+      builder.form(*this, "alignment", "s", 0.0, 1.0, -kAlignment_s * s.motion.v);
+      return;
+    }
+    const double pairing_s = 0.25 * logger.truth_period_s;
+    NominalTerm* latency =
+        builder.linear(*this, "truth_latency", "s", latency_s + pairing_s, -s.motion.v);
+    latency->tolerance = (0.1 * latency_s + pairing_s + kAlignment_s) / (latency_s + pairing_s);
+    latency->beyond_is_effect = true;
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint& joint) const override {
+    const bool cable = joint.find_effect("compliance") != nullptr;
+    if (cable || plant_value(e, "delay") <= 0.0) return {};
+    return same_values(e, {"delay"});
+  }
+
+ private:
+  /// Two streams of one recorder are rarely aligned better.
+  static constexpr double kAlignment_s = 0.003;
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> delay() { return std::make_unique<Delay>(); }
+const EffectKind& delay_kind() {
+  static const DelayKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

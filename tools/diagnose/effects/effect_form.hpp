@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/series/series.hpp"
 
 namespace ravencal::diagnose {
@@ -26,17 +27,19 @@ struct FormParameter {
 
 class EffectForm {
  public:
-  explicit EffectForm(std::string id, std::string from = {})
-      : id_(std::move(id)), from_(std::move(from)) {}
+  explicit EffectForm(const EffectKind& kind, std::string from = {})
+      : kind_(kind), from_(std::move(from)) {}
   virtual ~EffectForm() = default;
   EffectForm(const EffectForm&) = delete;
   EffectForm& operator=(const EffectForm&) = delete;
 
+  [[nodiscard]] const EffectKind& kind() const { return kind_; }
+  [[nodiscard]] const Traits& traits() const { return kind_.traits(); }
   /// Id of the vocabulary; `from` names the other joint, if one takes part.
-  [[nodiscard]] const std::string& id() const { return id_; }
+  [[nodiscard]] const std::string& id() const { return kind_.id(); }
   [[nodiscard]] const std::string& from() const { return from_; }
   [[nodiscard]] std::string key() const {
-    const std::string name = from_.empty() ? id_ : id_ + "<" + from_;
+    const std::string name = from_.empty() ? id() : id() + "<" + from_;
     return nominal_term() ? name + " (out of tolerance)" : name;
   }
 
@@ -92,14 +95,12 @@ class EffectForm {
   [[nodiscard]] virtual std::string separate_by() const = 0;
 
  private:
-  std::string id_;
+  const EffectKind& kind_;
   std::string from_;
 };
 
 /// The form's columns as the residual shows them: in the drive stage through the filter that the
 /// recorded effort has been through, so that friction's edges are as blunt on both sides.
 Eigen::MatrixXd seen_columns(const EffectForm& form, const Series& series, const Shape& shape);
-
-using Forms = std::vector<std::shared_ptr<const EffectForm>>;
 
 }  // namespace ravencal::diagnose

@@ -40,7 +40,7 @@ double highest_hz(const Series& s) {
 
 class FlexibleMode final : public EffectForm {
  public:
-  FlexibleMode() : EffectForm("flexible_mode") {}
+  explicit FlexibleMode(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (highest_hz(s) > 1.3 * kLowestMode_hz) return {};
     return "this recording's rate, or the averaging that its noise asks for, hides oscillations of "
@@ -94,8 +94,22 @@ class FlexibleMode final : public EffectForm {
   }
 };
 
+class FlexibleModeKind final : public EffectKind {
+ public:
+  FlexibleModeKind()
+      : EffectKind("flexible_mode", Stage::kDrive,
+                   {.probes = Probe::kPulses, .sentence = "the joint swings behind its drive"}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<FlexibleMode>(*this));
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> flexible_mode() { return std::make_unique<FlexibleMode>(); }
+const EffectKind& flexible_mode_kind() {
+  static const FlexibleModeKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

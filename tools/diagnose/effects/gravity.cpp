@@ -5,8 +5,10 @@
 // cross-validation takes the one that predicts best. Where no drive was recorded, the effort is
 // seen by what it stretches: of that only a weight's own shape is none of the transmission's.
 #include <algorithm>
+#include <array>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -16,7 +18,7 @@ using Eigen::Index;
 
 class Gravity final : public EffectForm {
  public:
-  Gravity() : EffectForm("gravity") {}
+  explicit Gravity(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (range_of(s, s.motion.q) <= 20.0 * s.rest_width()) return "the joint hardly moves";
     return grid(s).empty() ? "its stretch is a ratio's, as far as the joint turns" : "";
@@ -78,8 +80,75 @@ class Gravity final : public EffectForm {
   }
 };
 
+class GravityKind final : public EffectKind {
+ public:
+  GravityKind()
+      : EffectKind("gravity", Stage::kDrive,
+                   {.origin = Origin::kArmLoad,
+                    .probes = Probe::kLoaded | Probe::kWeighed,
+                    .enters_at = "drive",
+                    .weight = Weight::kOfLinks,
+                    .cable = CablePart::kWeight}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    const Series& s = context.series;
+    // A plant with links knows the shape of their weight; the posture's shape is then no candidate.
+    const bool unknown_weight =
+        s.weight.size() == 0 && (s.stage == Stage::kDrive || weighs_by_stretch(s));
+    if (unknown_weight || s.stage == Stage::kTracking) forms.push_back(gravity());
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    if (s.weight.size() > 0) {
+      NominalTerm* scale = builder.of_cable(*this, "weight_scale", "1", 1.0,
+                                            [](CableNumbers& n, double f) { n.weight_scale *= f; });
+      if (scale != nullptr && builder.in(Stage::kTransmission) && s.weight_deviation)
+        scale->be_form(*s.weight_deviation);
+    }
+    if (!builder.in(Stage::kTransmission) || !builder.has_cable()) return;
+    found_load(builder);
+    constant_load(builder);
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kWeight, "weight_scale", true, false},
+  }};
+
+  /// A load that the drive alone found is friction that looks like one, unless the cable feels it
+  /// as well: none, all and twice of it are as likely here.
+  void found_load(NominalBuilder& builder) const {
+    const Series& s = builder.series();
+    if (s.found_load.size() == 0) return;
+    const Eigen::VectorXd known = s.weight - s.found_load;
+    const double found = s.training_rms(s.found_load);
+    if (found < 0.1 * s.training_rms(known) || s.training_rms(known) < 0.1 * found) return;
+    builder.form(*this, "found_share", "1", 1.0, 0.8,
+                 cable_stretch(s, known, s.cable) - cable_stretch(s, s.cable));
+  }
+
+  /// A constant effort of the drive is a weight that the cable carries or an error of the drive's
+  /// own: none and all of it are as likely. It adds a constant and nothing else: beside a free one
+  /// it gives a fit no freedom.
+  void constant_load(NominalBuilder& builder) const {
+    const Series& s = builder.series();
+    const double stretch = s.constant_load * s.cable.compliance;
+    if (stretch == 0.0) return;
+    const Eigen::VectorXd half = Eigen::VectorXd::Constant(s.rows(), -0.5 * stretch);
+    builder.add(half);
+    builder.form(*this, "constant_load", "1", 0.5, 1.0, half);
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> gravity() { return std::make_unique<Gravity>(); }
+const EffectKind& gravity_kind() {
+  static const GravityKind kind;
+  return kind;
+}
+
+std::unique_ptr<EffectForm> gravity() { return std::make_unique<Gravity>(gravity_kind()); }
 
 }  // namespace ravencal::diagnose

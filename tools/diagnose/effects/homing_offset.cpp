@@ -9,7 +9,7 @@ namespace {
 
 class HomingOffset final : public EffectForm {
  public:
-  HomingOffset() : EffectForm("homing_offset") {}
+  explicit HomingOffset(const EffectKind& kind) : EffectForm(kind) {}
   Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
     return Eigen::VectorXd::Ones(s.rows());
   }
@@ -23,8 +23,27 @@ class HomingOffset final : public EffectForm {
   }
 };
 
+class HomingOffsetKind final : public EffectKind {
+ public:
+  HomingOffsetKind()
+      : EffectKind("homing_offset", Stage::kTransmission,
+                   {.abscissa = Abscissa::kTime, .probes = Probe::kHomings, .constant = true}) {}
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint& joint) const override {
+    return {{"offset", plant_value(e, "offset")},
+            {"deviation", joint.parameter(id(), "deviation")}};
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> homing_offset() { return std::make_unique<HomingOffset>(); }
+const EffectKind& homing_offset_kind() {
+  static const HomingOffsetKind kind;
+  return kind;
+}
+
+std::unique_ptr<EffectForm> homing_offset() {
+  return std::make_unique<HomingOffset>(homing_offset_kind());
+}
 
 }  // namespace ravencal::diagnose

@@ -6,6 +6,7 @@
 // et al., ICRA 2016, Bouc-Wen). Elsewhere over the joint's own motion, or over another joint's
 // whose cables rub on this one's.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -13,7 +14,7 @@ namespace {
 
 class HysteresisForm final : public EffectForm {
  public:
-  explicit HysteresisForm(const std::string& from) : EffectForm("hysteresis", from) {}
+  HysteresisForm(const EffectKind& kind, const std::string& from) : EffectForm(kind, from) {}
   std::string untestable(const Series& s) const override {
     if (!from().empty())
       return range_of(s, driver(s)) > 1e-4 ? "" : "joint " + from() + " hardly moves";
@@ -104,10 +105,44 @@ class HysteresisForm final : public EffectForm {
   }
 };
 
+class HysteresisKind final : public EffectKind {
+ public:
+  HysteresisKind()
+      : EffectKind("hysteresis", Stage::kTransmission,
+                   {.abscissa = Abscissa::kLoad,
+                    .probes = Probe::kLoaded | Probe::kReversals,
+                    .cable = CablePart::kStrands,
+                    .follows_joint = true,
+                    .moves_joint = true}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    const Series& s = context.series;
+    if (s.stage != Stage::kTransmission && s.stage != Stage::kTracking) return;
+    forms.push_back(std::make_unique<HysteresisForm>(*this, ""));
+    if (s.stage != Stage::kTransmission) return;
+    for (const Companion& other : s.others)
+      forms.push_back(std::make_unique<HysteresisForm>(*this, other.name));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    if (builder.in(Stage::kTransmission))
+      builder.of_cable(*this, "stiffness", per(effort_unit(s), position_unit(s)),
+                       s.cable.strand_stiffness,
+                       [](CableNumbers& n, double f) { n.strand_stiffness *= f; });
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint& joint) const override {
+    const bool cable = joint.find_effect("compliance") != nullptr;
+    if (!cable && e.parameters.front().name.starts_with("half_loop")) return loop_values(e);
+    if (plant_value(e, "stiffness") <= 0.0) return {};
+    return same_values(e, {"stiffness", "yield"});
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> hysteresis(const std::string& from) {
-  return std::make_unique<HysteresisForm>(from);
+const EffectKind& hysteresis_kind() {
+  static const HysteresisKind kind;
+  return kind;
 }
 
 }  // namespace ravencal::diagnose

@@ -4,6 +4,7 @@
 // until the cable has been wound from one side to the other. The loop is at least as wide as it is
 // high.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -11,7 +12,7 @@ namespace {
 
 class JointFriction final : public EffectForm {
  public:
-  JointFriction() : EffectForm("joint_friction") {}
+  explicit JointFriction(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
@@ -64,8 +65,92 @@ class JointFriction final : public EffectForm {
   }
 };
 
+class JointFrictionKind final : public EffectKind {
+ public:
+  JointFrictionKind()
+      : EffectKind("joint_friction", Stage::kTransmission,
+                   {.abscissa = Abscissa::kLoad,
+                    .probes = Probe::kReversals | Probe::kPressed,
+                    .friction = Friction::kBehindCable,
+                    .cable = CablePart::kFriction,
+                    .follows_joint = true}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    const Series& s = context.series;
+    const bool winds = s.stage == Stage::kDrive && s.cable.compliance > 0.0;
+    if (winds || s.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<JointFriction>(*this));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    const bool drive = builder.in(Stage::kDrive);
+    NominalTerm* level =
+        builder.of_cable(*this, "level", drive ? s.unit : effort_unit(s), s.cable.friction_level,
+                         [](CableNumbers& n, double f) { n.friction_level *= f; });
+    if (level == nullptr) return;
+    level->variation = builder.parameter(*this, "variation");
+    const Eigen::VectorXd column = level->column;
+    if (drive) builder.slow_changes(*this, "variation", "1", column);
+    // How far friction behind the cable yields before it slips is microphysics, which no
+    // simulation has exactly.
+    NominalTerm* presliding =
+        builder.of_cable(*this, "presliding", position_unit(s), s.cable.friction_presliding,
+                         [](CableNumbers& n, double f) { n.friction_presliding *= f * f * f; });
+    if (presliding != nullptr) presliding->be_form(1.0);
+    if (!drive) starts(builder);
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint& joint) const override {
+    const double stiffness = joint.parameter("compliance", "stiffness");
+    const double level = plant_value(e, "level");
+    const bool stretches = find_parameter(e, "stretch") != nullptr;
+    if (stretches && joint.find_effect("compliance") == nullptr) return loop_values(e);
+    // How friction yields before it slips was not asked: a tenth of the cable's wind-up.
+    if (level > 0.0)
+      return {{"level", level + joint.parameter(id(), "level")},
+              {"presliding", std::max(joint.parameter(id(), "presliding"),
+                                      stiffness > 0.0 ? 0.1 * level / stiffness : 1e-4)}};
+    if (stiffness <= 0.0) return {};
+    const double stretch = plant_value(e, "stretch");
+    return {{"level", stretch * stiffness},
+            {"presliding", std::max(1e-6, 0.5 * plant_value(e, "width") - stretch)}};
+  }
+
+ private:
+  /// Of a side in [-1, 1] from another one, so that the greatest difference is at its limit.
+  static constexpr double kSideDeviation = 1.6;
+  /// Starts that are more frequent are poses of a static set.
+  static constexpr Eigen::Index kMostStarts = 40;
+
+  /// Which side friction behind the cable was left on before a start is a state, not physics: it
+  /// lasts until the joint has moved, and no side is likelier.
+  void starts(NominalBuilder& builder) const {
+    const Series& s = builder.series();
+    CableNumbers left = s.cable;
+    left.friction_start = 1.0;
+    CableNumbers right = s.cable;
+    right.friction_start = -1.0;
+    const Eigen::VectorXd half = 0.5 * (cable_stretch(s, right) - cable_stretch(s, left));
+    for (Eigen::Index first = 0, last = 0; first < s.rows(); first = last) {
+      last = first + 1;
+      while (last < s.rows() && s.fresh[static_cast<std::size_t>(last)] == 0) ++last;
+      const auto part = half.segment(first, last - first);
+      const bool seen = part.cwiseAbs().maxCoeff() > s.rest_width();
+      if (!seen || kMostStarts * (last - first) < s.rows() ||
+          s.held_out[static_cast<std::size_t>(first)] != 0)
+        continue;
+      Eigen::VectorXd column = Eigen::VectorXd::Zero(s.rows());
+      column.segment(first, last - first) = part;
+      builder.form(*this, "start_side", "1", 0.0, kSideDeviation, std::move(column));
+    }
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> joint_friction() { return std::make_unique<JointFriction>(); }
+const EffectKind& joint_friction_kind() {
+  static const JointFrictionKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

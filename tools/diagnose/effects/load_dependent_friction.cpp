@@ -3,6 +3,7 @@
 // Friction grows with the effort that passes through gears or over pulleys (Euler and Eytelwein;
 // Duclusaud et al., ICRA 2025, model M3). The effort is the one that the plant's mass and weight
 // ask for and the friction behind the cable adds to, never the recorded one.
+#include <array>
 #include <utility>
 
 #include "diagnose/effects/effects.hpp"
@@ -18,8 +19,8 @@ const Eigen::VectorXd& passed_on(const Series& s) {
 
 class LoadDependentFriction final : public EffectForm {
  public:
-  explicit LoadDependentFriction(Eigen::VectorXd further)
-      : EffectForm("load_dependent_friction"), further_(std::move(further)) {}
+  LoadDependentFriction(const EffectKind& kind, Eigen::VectorXd further)
+      : EffectForm(kind), further_(std::move(further)) {}
   std::string untestable(const Series& s) const override {
     if (s.weight.size() == 0) return "the plant's links have no weight, so the load is not known";
     const double change = range_of(s, s.weight.cwiseAbs());
@@ -47,10 +48,38 @@ class LoadDependentFriction final : public EffectForm {
   Eigen::VectorXd further_;
 };
 
+class LoadDependentFrictionKind final : public EffectKind {
+ public:
+  LoadDependentFrictionKind()
+      : EffectKind("load_dependent_friction", Stage::kDrive,
+                   {.origin = Origin::kDriveFriction,
+                    .abscissa = Abscissa::kLoad,
+                    .probes = Probe::kLoaded,
+                    .friction = Friction::kByLoad}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<LoadDependentFriction>(*this, context.further_load));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"load_share"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kLoadShare, "load_share", true, true},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> load_dependent_friction(Eigen::VectorXd further) {
-  return std::make_unique<LoadDependentFriction>(std::move(further));
+const EffectKind& load_dependent_friction_kind() {
+  static const LoadDependentFrictionKind kind;
+  return kind;
 }
 
 }  // namespace ravencal::diagnose

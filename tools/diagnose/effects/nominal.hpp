@@ -24,8 +24,15 @@ struct NominalTerm {
   /// Form of the simulation rather than a number of the plant (how a friction edge is rounded, how
   /// streams are stamped): never named, whatever its refitted value.
   bool form_only = false;
-  std::string from = {};   ///< the other joint, for couplings
-  double variation = 0.0;  ///< relative deviation over time that the plant admits
+  std::string from = {};          ///< the other joint, for couplings
+  double variation = 0.0;         ///< relative deviation over time that the plant admits
+  bool beyond_is_effect = false;  ///< beyond its tolerance it is what the effect's own form means
+
+  /// Makes it a form with that relative deviation.
+  void be_form(double deviation) {
+    form_only = true;
+    tolerance = deviation;
+  }
 };
 
 struct Nominal {

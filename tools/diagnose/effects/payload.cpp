@@ -10,7 +10,7 @@ namespace {
 
 class Payload final : public EffectForm {
  public:
-  Payload() : EffectForm("payload") {}
+  explicit Payload(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (s.payload_effort.size() > 0) return "the joints of the arm have weighed it together";
     if (s.payload_per_kg.size() == 0) return "the plant does not say where a payload would hang";
@@ -44,8 +44,27 @@ class Payload final : public EffectForm {
   }
 };
 
+class PayloadKind final : public EffectKind {
+ public:
+  PayloadKind()
+      : EffectKind("payload", Stage::kDrive,
+                   {.origin = Origin::kArmLoad,
+                    .probes = Probe::kLoaded | Probe::kWeighed,
+                    .enters_at = "drive",
+                    .weight = Weight::kOnTool}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive || weighs_by_stretch(context.series))
+      forms.push_back(payload());
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> payload() { return std::make_unique<Payload>(); }
+const EffectKind& payload_kind() {
+  static const PayloadKind kind;
+  return kind;
+}
+
+std::unique_ptr<EffectForm> payload() { return std::make_unique<Payload>(payload_kind()); }
 
 }  // namespace ravencal::diagnose

@@ -3,7 +3,10 @@
 // Friction yields elastically before it slips (Dahl): after a reversal the friction effort turns
 // over a displacement instead of at once. The column is what that changes against sharp Coulomb
 // friction.
+#include <array>
+
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -11,7 +14,7 @@ namespace {
 
 class Presliding final : public EffectForm {
  public:
-  Presliding() : EffectForm("presliding") {}
+  explicit Presliding(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 6 ? "" : "the motion reverses fewer than six times";
   }
@@ -39,8 +42,48 @@ class Presliding final : public EffectForm {
   }
 };
 
+class PreslidingKind final : public EffectKind {
+ public:
+  PreslidingKind()
+      : EffectKind("presliding", Stage::kDrive,
+                   {.origin = Origin::kDriveFriction,
+                    .probes = Probe::kReversals,
+                    .friction = Friction::kOnset}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive) forms.push_back(std::make_unique<Presliding>(*this));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+  /// How friction turns over a reversal is a matter of its microphysics, which no simulation has
+  /// exactly: bristles from half to six times as long are all the same friction.
+  void predict(NominalBuilder& builder) const override {
+    if (!builder.friction()) return;
+    const NominalBuilder::PlantFriction& friction = *builder.friction();
+    for (const double factor : {0.5, 2.5, 6.0}) {
+      DryFriction longer = friction.law;
+      longer.displacement *= factor;
+      builder.form(*this, "displacement", position_unit(builder.series()), longer.displacement, 1.0,
+                   builder.effort_of(friction.level, longer) - friction.effort);
+    }
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"displacement"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kPresliding, "displacement", true, false},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> presliding() { return std::make_unique<Presliding>(); }
+const EffectKind& presliding_kind() {
+  static const PreslidingKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

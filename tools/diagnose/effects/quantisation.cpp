@@ -44,7 +44,7 @@ double step_of(const Series& s) {
 
 class Quantisation final : public EffectForm {
  public:
-  Quantisation() : EffectForm("quantisation") {}
+  explicit Quantisation(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     const double step = step_of(s);
     if (step == 0.0) return "the recorded position has no steps of one width";
@@ -85,8 +85,23 @@ class Quantisation final : public EffectForm {
   }
 };
 
+class QuantisationKind final : public EffectKind {
+ public:
+  QuantisationKind()
+      : EffectKind(
+            "quantisation", Stage::kTransmission,
+            {.sentence = "the encoder resolves less than the plant's", .enters_at = "sensor"}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<Quantisation>(*this));
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> quantisation() { return std::make_unique<Quantisation>(); }
+const EffectKind& quantisation_kind() {
+  static const QuantisationKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

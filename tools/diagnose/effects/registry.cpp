@@ -1,123 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 
 #include "diagnose/effects/effects.hpp"
-#include "diagnose/effects/shapes.hpp"
+#include "physics/effects/effect_spec.hpp"
 
 namespace ravencal::diagnose {
-namespace {
 
-constexpr std::array<VocabularyEntry, 30> kVocabulary = {{
-    {"homing_offset", Stage::kTransmission},
-    {"gain_error", Stage::kTransmission},
-    {"coupling", Stage::kTransmission},
-    {"compliance", Stage::kTransmission},
-    {"backlash", Stage::kTransmission},
-    {"joint_friction", Stage::kTransmission},
-    {"hysteresis", Stage::kTransmission},
-    {"creep", Stage::kTransmission},
-    {"eccentricity", Stage::kTransmission},
-    {"slip", Stage::kTransmission},
-    {"coulomb_friction", Stage::kDrive},
-    {"viscous_friction", Stage::kDrive},
-    {"stribeck_friction", Stage::kDrive},
-    {"presliding", Stage::kDrive},
-    {"asymmetric_friction", Stage::kDrive},
-    {"load_dependent_friction", Stage::kDrive},
-    {"torque_constant", Stage::kDrive},
-    {"torque_ripple", Stage::kDrive},
-    {"saturation", Stage::kDrive},
-    {"controller_gain", Stage::kCommand},
-    {"inertia_error", Stage::kDrive},
-    {"gravity", Stage::kDrive},
-    {"payload", Stage::kDrive},
-    {"flexible_mode", Stage::kDrive},
-    {"delay", Stage::kTransmission},
-    {"lost_counts", Stage::kTransmission},
-    {"quantisation", Stage::kTransmission},
-    {"thermal_drift", Stage::kTransmission},
-    {"input_disturbance", Stage::kCommand},
-    {"unknown", Stage::kDrive},
-}};
+const EffectKind& homing_offset_kind();
+const EffectKind& gain_error_kind();
+const EffectKind& coupling_kind();
+const EffectKind& compliance_kind();
+const EffectKind& backlash_kind();
+const EffectKind& joint_friction_kind();
+const EffectKind& hysteresis_kind();
+const EffectKind& creep_kind();
+const EffectKind& eccentricity_kind();
+const EffectKind& coulomb_friction_kind();
+const EffectKind& viscous_friction_kind();
+const EffectKind& stribeck_friction_kind();
+const EffectKind& presliding_kind();
+const EffectKind& asymmetric_friction_kind();
+const EffectKind& load_dependent_friction_kind();
+const EffectKind& torque_constant_kind();
+const EffectKind& torque_ripple_kind();
+const EffectKind& saturation_kind();
+const EffectKind& inertia_error_kind();
+const EffectKind& gravity_kind();
+const EffectKind& payload_kind();
+const EffectKind& flexible_mode_kind();
+const EffectKind& delay_kind();
+const EffectKind& quantisation_kind();
+const EffectKind& thermal_drift_kind();
 
-void add_transmission(const Series& series, Forms& forms) {
-  forms.push_back(gain_error());
-  for (const Companion& other : series.others) forms.push_back(coupling(other.name));
-  forms.push_back(compliance());
-  forms.push_back(backlash());
-  forms.push_back(joint_friction());
-  forms.push_back(hysteresis({}));
-  for (const Companion& other : series.others) forms.push_back(hysteresis(other.name));
-  forms.push_back(creep());
-  forms.push_back(eccentricity());
-  forms.push_back(delay());
-  forms.push_back(thermal_drift());
-  forms.push_back(quantisation());
-  if (!weighs_by_stretch(series)) return;
-  forms.push_back(payload());
-  if (series.weight.size() == 0) forms.push_back(gravity());
+std::span<const EffectKind* const> effect_kinds() {
+  static const std::array kKinds = {
+      &homing_offset_kind(),
+      &gain_error_kind(),
+      &coupling_kind(),
+      &compliance_kind(),
+      &backlash_kind(),
+      &joint_friction_kind(),
+      &hysteresis_kind(),
+      &creep_kind(),
+      &eccentricity_kind(),
+      &slip_kind(),
+      &coulomb_friction_kind(),
+      &viscous_friction_kind(),
+      &stribeck_friction_kind(),
+      &presliding_kind(),
+      &asymmetric_friction_kind(),
+      &load_dependent_friction_kind(),
+      &torque_constant_kind(),
+      &torque_ripple_kind(),
+      &saturation_kind(),
+      &controller_gain_kind(),
+      &inertia_error_kind(),
+      &gravity_kind(),
+      &payload_kind(),
+      &flexible_mode_kind(),
+      &delay_kind(),
+      &lost_counts_kind(),
+      &quantisation_kind(),
+      &thermal_drift_kind(),
+      &input_disturbance_kind(),
+      &unknown_kind(),
+  };
+  return kKinds;
 }
 
-void add_drive(const Series& series, const Eigen::VectorXd& needed,
-               const Eigen::VectorXd& further_load, Forms& forms) {
-  forms.push_back(coulomb_friction());
-  forms.push_back(viscous_friction());
-  forms.push_back(stribeck_friction());
-  forms.push_back(presliding());
-  forms.push_back(asymmetric_friction());
-  forms.push_back(load_dependent_friction(further_load));
-  forms.push_back(torque_constant(needed));
-  forms.push_back(torque_ripple());
-  forms.push_back(saturation(series, needed));
-  forms.push_back(flexible_mode());
-  forms.push_back(payload());
-  // A plant with links knows the shape of their weight; the posture's shape is then no candidate.
-  if (series.weight.size() == 0) forms.push_back(gravity());
-  if (series.cable.compliance > 0.0) forms.push_back(joint_friction());
+const EffectKind& effect_kind(std::string_view id) {
+  const auto kinds = effect_kinds();
+  const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [id](const EffectKind* kind) { return kind->id() == id; });
+  return found == kinds.end() ? unknown_kind() : **found;
 }
 
-/// A servo's error in proportion to position is posture's load, not a ratio: the same encoder
-/// measures and is controlled.
-void add_tracking(Forms& forms) {
-  forms.push_back(coulomb_friction());
-  forms.push_back(hysteresis({}));
-  forms.push_back(delay());
-  forms.push_back(gravity());
+std::string_view EffectKind::sentence() const {
+  const physics::EffectSpec* spec = physics::find_effect_spec(id_);
+  return spec != nullptr ? spec->sentence : traits_.sentence;
 }
-
-}  // namespace
-
-int reversals(const Series& s) {
-  const Eigen::VectorXd side = direction(s);
-  int count = 0;
-  double last = 0.0;
-  for (Eigen::Index i = 0; i < s.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (s.fresh[n] != 0) last = 0.0;
-    if (s.held_out[n] != 0 || s.valid[n] == 0 || std::abs(side[i]) < 1.0) continue;
-    if (last * side[i] < 0.0) ++count;
-    last = side[i];
-  }
-  return count;
-}
-
-std::span<const VocabularyEntry> vocabulary() { return kVocabulary; }
 
 Forms forms_for(const Series& series, const Nominal& nominal, const Eigen::VectorXd& further_load) {
   Forms forms;
-  switch (series.stage) {
-    case Stage::kTransmission:
-      add_transmission(series, forms);
-      break;
-    case Stage::kDrive:
-      add_drive(series, nominal.prediction, further_load, forms);
-      break;
-    case Stage::kTracking:
-      add_tracking(forms);
-      break;
-    case Stage::kCommand:
-      break;
-  }
+  for (const EffectKind* kind : effect_kinds())
+    kind->add_forms({series, nominal, further_load}, forms);
   return forms;
 }
 

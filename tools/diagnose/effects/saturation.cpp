@@ -126,7 +126,7 @@ Limit limit_of(const Series& s, const VectorXd& needed, const VectorXd& law,
 
 class Saturation final : public EffectForm {
  public:
-  Saturation(const Series& s, const VectorXd& needed) : EffectForm("saturation") {
+  Saturation(const EffectKind& kind, const Series& s, const VectorXd& needed) : EffectForm(kind) {
     if (!s.servo || s.tracking_error.size() == 0) {
       limit_.why = "what the controller asks for is not known: record the desired position";
       return;
@@ -171,10 +171,28 @@ class Saturation final : public EffectForm {
   Limit limit_;
 };
 
+class SaturationKind final : public EffectKind {
+ public:
+  SaturationKind() : EffectKind("saturation", Stage::kDrive, {.probes = Probe::kPulses}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(saturation(context.series, context.nominal.prediction));
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"limit"});
+  }
+};
+
 }  // namespace
 
+const EffectKind& saturation_kind() {
+  static const SaturationKind kind;
+  return kind;
+}
+
 std::unique_ptr<EffectForm> saturation(const Series& series, const VectorXd& needed) {
-  return std::make_unique<Saturation>(series, needed);
+  return std::make_unique<Saturation>(saturation_kind(), series, needed);
 }
 
 }  // namespace ravencal::diagnose

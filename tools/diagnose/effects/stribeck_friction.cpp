@@ -2,7 +2,10 @@
 //
 // Friction is higher at low speed than in full motion: extra * exp(-(v / v_s)^2) against the motion
 // (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 1994).
+#include <array>
+
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -10,7 +13,7 @@ namespace {
 
 class StribeckFriction final : public EffectForm {
  public:
-  StribeckFriction() : EffectForm("stribeck_friction") {}
+  explicit StribeckFriction(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return reversals(s) >= 4 ? "" : "the motion reverses fewer than four times";
   }
@@ -40,8 +43,53 @@ class StribeckFriction final : public EffectForm {
   }
 };
 
+class StribeckFrictionKind final : public EffectKind {
+ public:
+  StribeckFrictionKind()
+      : EffectKind("stribeck_friction", Stage::kDrive,
+                   {.origin = Origin::kDriveFriction,
+                    .abscissa = Abscissa::kSpeed,
+                    .probes = Probe::kSpeeds,
+                    .friction = Friction::kFall}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<StribeckFriction>(*this));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+  /// Either law of the fall over speed is the same friction: no simulation has it exactly.
+  void predict(NominalBuilder& builder) const override {
+    const double extra = builder.parameter(*this, "extra");
+    if (!builder.friction() || extra <= 0.0) return;
+    const Series& s = builder.series();
+    NominalBuilder::PlantFriction& friction = *builder.friction();
+    friction.law.extra = extra / friction.level;
+    friction.law.velocity = std::max(1e-9, builder.parameter(*this, "velocity"));
+    friction.effort = builder.effort_of(friction.level, friction.law);
+    builder.linear(*this, "extra", s.unit, extra, (friction.effort - friction.dry) / extra);
+    DryFriction steep = friction.law;
+    steep.fall_off = FallOff::kSteep;
+    builder.form(*this, "velocity", position_unit(s), steep.velocity, 1.0,
+                 builder.effort_of(friction.level, steep) - friction.effort);
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"extra", "velocity"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kStribeckExtra, "extra", true, true},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> stribeck_friction() { return std::make_unique<StribeckFriction>(); }
+const EffectKind& stribeck_friction_kind() {
+  static const StribeckFrictionKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

@@ -2,6 +2,7 @@
 //
 // Warm-up: the error approaches its final value with one time constant, whatever the arm does.
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -9,7 +10,7 @@ namespace {
 
 class ThermalDriftForm final : public EffectForm {
  public:
-  ThermalDriftForm() : EffectForm("thermal_drift") {}
+  explicit ThermalDriftForm(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     if (duration(s) < 120.0) return "the recording is shorter than two minutes";
     return {};
@@ -34,8 +35,31 @@ class ThermalDriftForm final : public EffectForm {
   static double duration(const Series& s) { return range_of(s, s.t_s); }
 };
 
+class ThermalDriftKind final : public EffectKind {
+ public:
+  ThermalDriftKind()
+      : EffectKind("thermal_drift", Stage::kTransmission,
+                   {.abscissa = Abscissa::kTime, .probes = Probe::kWarm}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<ThermalDriftForm>(*this));
+  }
+  void predict(NominalBuilder& builder) const override {
+    const Series& s = builder.series();
+    if (builder.in(Stage::kTransmission))
+      builder.slow_changes(*this, "wander", s.unit, Eigen::VectorXd::Ones(s.rows()));
+  }
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"final", "time"});
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> thermal_drift() { return std::make_unique<ThermalDriftForm>(); }
+const EffectKind& thermal_drift_kind() {
+  static const ThermalDriftKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

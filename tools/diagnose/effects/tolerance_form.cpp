@@ -14,7 +14,7 @@ namespace {
 class ToleranceForm final : public EffectForm {
  public:
   ToleranceForm(const NominalTerm& term, std::size_t index)
-      : EffectForm(term.id, term.from), term_(term), index_(index) {}
+      : EffectForm(effect_kind(term.id), term.from), term_(term), index_(index) {}
 
   Eigen::MatrixXd columns(const Series&, const Shape&) const override { return term_.column; }
   std::optional<std::size_t> nominal_term() const override { return index_; }

@@ -4,9 +4,11 @@
 // 1 + ratio. The needed effort is the plant's, friction included, so that recorded noise does not
 // explain itself.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
 
 namespace ravencal::diagnose {
@@ -17,8 +19,8 @@ constexpr double kTolerance = 0.10;
 
 class TorqueConstant final : public EffectForm {
  public:
-  explicit TorqueConstant(const Eigen::VectorXd& needed)
-      : EffectForm("torque_constant"), needed_(needed) {}
+  TorqueConstant(const EffectKind& kind, const Eigen::VectorXd& needed)
+      : EffectForm(kind), needed_(needed) {}
   Eigen::MatrixXd columns(const Series&, const Shape&) const override { return -needed_; }
   bool as_seen_already() const override { return true; }
   bool ordinary(const Series&) const override { return true; }
@@ -45,10 +47,39 @@ class TorqueConstant final : public EffectForm {
   const Eigen::VectorXd& needed_;
 };
 
+class TorqueConstantKind final : public EffectKind {
+ public:
+  TorqueConstantKind()
+      : EffectKind("torque_constant", Stage::kDrive,
+                   {.abscissa = Abscissa::kSpeed, .probes = Probe::kSpeeds | Probe::kWeighed}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<TorqueConstant>(*this, context.nominal.prediction));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+  /// Recorded effort is the needed one over 1 + ratio.
+  void predict(NominalBuilder& builder) const override {
+    if (builder.in(Stage::kDrive)) builder.scale_effort(1.0 + builder.parameter(*this, "ratio"));
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"ratio"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 1> kNumbers = {{
+      {physics::DriveField::kTorqueRatio, "ratio", false, true},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> torque_constant(const Eigen::VectorXd& needed) {
-  return std::make_unique<TorqueConstant>(needed);
+const EffectKind& torque_constant_kind() {
+  static const TorqueConstantKind kind;
+  return kind;
 }
 
 }  // namespace ravencal::diagnose

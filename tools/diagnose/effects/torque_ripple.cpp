@@ -2,6 +2,7 @@
 //
 // Cogging and ripple: the drive's effort waves over its position.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +14,7 @@ namespace {
 
 class TorqueRipple final : public EffectForm {
  public:
-  TorqueRipple() : EffectForm("torque_ripple") {}
+  explicit TorqueRipple(const EffectKind& kind) : EffectForm(kind) {}
   std::string untestable(const Series& s) const override {
     return shows_waves(s) ? "" : "too few passes over a long enough range";
   }
@@ -42,8 +43,34 @@ class TorqueRipple final : public EffectForm {
   }
 };
 
+class TorqueRippleKind final : public EffectKind {
+ public:
+  TorqueRippleKind() : EffectKind("torque_ripple", Stage::kDrive, {.probes = Probe::kWholeRange}) {}
+  void add_forms(const FormContext& context, Forms& forms) const override {
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<TorqueRipple>(*this));
+  }
+  [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
+    return kNumbers;
+  }
+
+  [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
+                                         const physics::Joint&) const override {
+    return same_values(e, {"amplitude", "order", "phase"});
+  }
+
+ private:
+  static constexpr std::array<DriveParameter, 2> kNumbers = {{
+      {physics::DriveField::kRipple, "amplitude", true, true},
+      {physics::DriveField::kRipplePhase, "phase", false, false},
+  }};
+};
+
 }  // namespace
 
-std::unique_ptr<EffectForm> torque_ripple() { return std::make_unique<TorqueRipple>(); }
+const EffectKind& torque_ripple_kind() {
+  static const TorqueRippleKind kind;
+  return kind;
+}
 
 }  // namespace ravencal::diagnose

@@ -9,6 +9,7 @@
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/regimes.hpp"
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose/findings/findings.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -61,7 +62,7 @@ class Unnamed final : public EffectForm {
  public:
   /// `beside`: one more column; may be empty.
   Unnamed(const Circumstance& circumstance, bool directed, VectorXd beside = {})
-      : EffectForm("unknown", circumstance.name),
+      : EffectForm(unknown_kind(), circumstance.name),
         value_(circumstance.value),
         beside_(std::move(beside)),
         count_(circumstance.name == "position" ? kPlaceKnots : kKnots),
@@ -101,7 +102,7 @@ class Unnamed final : public EffectForm {
 class UnnamedInterplay final : public EffectForm {
  public:
   explicit UnnamedInterplay(const Circumstance& other)
-      : EffectForm("unknown", "position with " + other.name), value_(other.value) {}
+      : EffectForm(unknown_kind(), "position with " + other.name), value_(other.value) {}
 
   std::string untestable(const Series& s) const override {
     const bool still = s.training_rms(centred(s, value_)) <= 0.0 ||
@@ -130,6 +131,14 @@ class UnnamedInterplay final : public EffectForm {
 };
 
 }  // namespace
+
+const EffectKind& unknown_kind() {
+  static const EffectKind kind(
+      kUnknown, Stage::kDrive,
+      {.origin = Origin::kUnnamed,
+       .sentence = "the mismatch is real, and no effect of the vocabulary explains it"});
+  return kind;
+}
 
 Forms unnamed_forms(const Series& series) {
   Forms forms;

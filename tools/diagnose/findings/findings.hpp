@@ -13,6 +13,9 @@
 
 namespace ravencal::diagnose {
 
+/// Id of what is real and has no name in the vocabulary.
+inline constexpr std::string_view kUnknown = "unknown";
+
 using Interval = std::pair<double, double>;
 
 inline bool leaves_out_zero(const Interval& i) { return i.first * i.second > 0.0; }
@@ -74,8 +77,7 @@ inline double held_out_share(const NamedEffect& effect) {
 
 /// Friction that differs between the directions whatever the speed: a constant of the drive.
 inline bool is_dry_asymmetry(const NamedEffect& e) {
-  return e.id == "asymmetric_friction" && !e.parameters.empty() &&
-         e.parameters.front().name == "level_difference";
+  return !e.parameters.empty() && e.parameters.front().name == "level_difference";
 }
 
 /// The same figure on one of the recordings.

@@ -43,7 +43,7 @@ void add_unknown(Report& report) {
         });
     if (named) continue;
     NamedEffect effect;
-    effect.id = "unknown";
+    effect.id = kUnknown;
     effect.joint = u.joint;
     effect.stage = u.stage;
     effect.unit = u.unit;
@@ -70,7 +70,7 @@ std::string alarms_sentence(const Verdict& verdict) {
 std::string kind_of(const Report& report) {
   bool physics = false, certain = false, parameter = false;
   for (const NamedEffect& effect : report.effects) {
-    if (effect.id == "unknown") continue;
+    if (effect.id == kUnknown) continue;
     parameter = parameter || effect.out_of_tolerance;
     physics = physics || !effect.out_of_tolerance;
     certain = certain || (!effect.out_of_tolerance && effect.ambiguous_with.empty());
@@ -111,7 +111,7 @@ void decide(Report& report, const std::vector<std::string>& notes) {
         "mismatch.";
   }
   for (const NamedEffect& effect : report.effects) {
-    if (effect.id != "unknown") text += (text.empty() ? "" : " ") + sentence_of(effect);
+    if (effect.id != kUnknown) text += (text.empty() ? "" : " ") + sentence_of(effect);
   }
   for (const Unexplained& u : report.unexplained) {
     text +=

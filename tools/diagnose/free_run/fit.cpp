@@ -10,6 +10,7 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/effects/nominal.hpp"
 #include "diagnose/fit/standard_normal.hpp"
 
@@ -19,43 +20,13 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using physics::field_of;
 
 constexpr std::size_t kMostWindows = 80;
 constexpr int kSamplesPerWindow = 25;
 constexpr int kStarts = 4;
 constexpr int kDraws = 400;
 constexpr std::size_t kGroups = 20;
-
-template <typename T>
-T& field_of(physics::DriveNumbers<T>& n, DriveField field) {
-  switch (field) {
-    case DriveField::kInertia:
-      return n.inertia;
-    case DriveField::kWeight:
-      return n.weight_scale;
-    case DriveField::kTorqueRatio:
-      return n.torque_ratio;
-    case DriveField::kLevel:
-      return n.level;
-    case DriveField::kViscous:
-      return n.viscous;
-    case DriveField::kAsymmetry:
-      return n.asymmetry;
-    case DriveField::kStribeckExtra:
-      return n.stribeck_extra;
-    case DriveField::kPresliding:
-      return n.presliding;
-    case DriveField::kLoadShare:
-      return n.load_share;
-    case DriveField::kRipple:
-      return n.ripple;
-    case DriveField::kRipplePhase:
-      return n.ripple_phase;
-    case DriveField::kOffset:
-      break;
-  }
-  return n.offset;
-}
 
 /// The same numbers in another number type.
 template <typename T>
@@ -115,7 +86,7 @@ class WindowCost final : public ceres::CostFunction {
     else if (handles_.size() <= 8)
       differentiate<8>(x[0], residuals, jacobians[0]);
     else
-      differentiate<kDriveFields>(x[0], residuals, jacobians[0]);
+      differentiate<physics::kDriveFields>(x[0], residuals, jacobians[0]);
     for (Index i = 0; i < num_residuals(); ++i) {
       if (!std::isfinite(residuals[i])) return false;
     }
@@ -183,7 +154,7 @@ Solution solve(const FreeRun& run, const physics::DriveNumbers<double>& start,
                              new ceres::SoftLOneLoss(1.0), x.data());
   }
   for (std::size_t h = 0; h < handles.size(); ++h) {
-    auto* cost = new ceres::DynamicAutoDiffCostFunction<Prior, kDriveFields>(
+    auto* cost = new ceres::DynamicAutoDiffCostFunction<Prior, physics::kDriveFields>(
         new Prior{h, handles[h].centre, handles[h].prior});
     cost->AddParameterBlock(width);
     cost->SetNumResiduals(1);
@@ -281,6 +252,22 @@ MatrixXd bootstrap(const FreeRun& run, const physics::DriveNumbers<double>& star
   return draws;
 }
 
+/// Where a fit of that number starts; 0: the drive is without it.
+double start_of(const DriveParameter& p, const EffectKind& kind,
+                const physics::DriveNumbers<double>& n, const physics::Joint& joint,
+                bool has_weight) {
+  switch (p.field) {
+    case physics::DriveField::kWeight:
+      return has_weight ? n.weight_scale : 0.0;
+    case physics::DriveField::kPresliding:
+      return joint.parameter(kind.id(), p.parameter);
+    case physics::DriveField::kRipplePhase:
+      return n.ripple != 0.0 ? 1.0 : 0.0;
+    default:
+      return field_of(n, p.field);
+  }
+}
+
 VectorXd window_squares(const std::vector<std::vector<double>>& errors) {
   VectorXd squares(static_cast<Index>(errors.size()));
   for (std::size_t w = 0; w < errors.size(); ++w)
@@ -298,50 +285,31 @@ std::vector<DriveHandle> drive_handles(const physics::DriveNumbers<double>& n,
                                        const physics::DriveNumbers<double>& nominal,
                                        const physics::Joint& joint, bool has_weight,
                                        const std::vector<std::string>& named) {
-  struct Entry {
-    DriveField field;
-    const char* id;
-    const char* parameter;
-    double value;
-    double nominal;
-    bool positive;
-  };
-  const double presliding = joint.parameter("presliding", "displacement");
-  const std::array<Entry, 11> entries = {{
-      {DriveField::kInertia, "inertia_error", "inertia", n.inertia, nominal.inertia, true},
-      {DriveField::kWeight, "gravity", "weight_scale", has_weight ? n.weight_scale : 0.0,
-       nominal.weight_scale, true},
-      {DriveField::kTorqueRatio, "torque_constant", "ratio", n.torque_ratio, nominal.torque_ratio,
-       false},
-      {DriveField::kLevel, "coulomb_friction", "level", n.level, nominal.level, true},
-      {DriveField::kViscous, "viscous_friction", "damping", n.viscous, nominal.viscous, true},
-      {DriveField::kAsymmetry, "asymmetric_friction", "damping_difference", n.asymmetry,
-       nominal.asymmetry, false},
-      {DriveField::kStribeckExtra, "stribeck_friction", "extra", n.stribeck_extra,
-       nominal.stribeck_extra, true},
-      {DriveField::kPresliding, "presliding", "displacement", presliding, nominal.presliding, true},
-      {DriveField::kLoadShare, "load_dependent_friction", "load_share", n.load_share,
-       nominal.load_share, true},
-      {DriveField::kRipple, "torque_ripple", "amplitude", n.ripple, nominal.ripple, true},
-      {DriveField::kRipplePhase, "torque_ripple", "phase", n.ripple != 0.0 ? 1.0 : 0.0, 0.0, false},
-  }};
   std::vector<DriveHandle> handles;
-  for (const Entry& e : entries) {
-    if (e.value == 0.0 || (e.positive && e.value < 0.0)) continue;
-    const std::string key = std::string(e.id) + "." + e.parameter;
-    const bool free = std::find(named.begin(), named.end(), key) != named.end();
-    const double tolerance = free ? 0.7 : std::max(1e-4, tolerance_of(joint, e.id, e.parameter));
-    DriveHandle handle{e.field, e.id, e.parameter, e.value, std::abs(e.value), e.positive};
-    handle.prior = tolerance;
-    handle.bound = tolerance;
-    if (!free && e.positive && e.nominal > 0.0) handle.centre = std::log(e.nominal / e.value);
-    // What the screening has moved beyond its tolerance stays where it is.
-    handle.centre = std::clamp(handle.centre, -0.9 * tolerance, 0.9 * tolerance);
-    if (e.field == DriveField::kRipplePhase) handle.value = n.ripple_phase;
-    handles.push_back(handle);
+  for (const EffectKind* kind : effect_kinds()) {
+    for (const DriveParameter& p : kind->drive_parameters()) {
+      const double value = start_of(p, *kind, n, joint, has_weight);
+      if (value == 0.0 || (p.positive && value < 0.0)) continue;
+      const std::string parameter(p.parameter);
+      const bool free =
+          std::find(named.begin(), named.end(), kind->id() + "." + parameter) != named.end();
+      const double tolerance =
+          free ? 0.7 : std::max(1e-4, tolerance_of(joint, kind->id(), parameter));
+      DriveHandle handle{p.field, kind->id(), parameter, value, std::abs(value), p.positive};
+      handle.prior = tolerance;
+      handle.bound = tolerance;
+      const double centre = field_of(nominal, p.field);
+      if (!free && p.positive && centre > 0.0) handle.centre = std::log(centre / value);
+      // What the screening has moved beyond its tolerance stays where it is.
+      handle.centre = std::clamp(handle.centre, -0.9 * tolerance, 0.9 * tolerance);
+      if (p.field == physics::DriveField::kRipplePhase) handle.value = n.ripple_phase;
+      handles.push_back(handle);
+    }
   }
+  std::stable_sort(handles.begin(), handles.end(),
+                   [](const DriveHandle& a, const DriveHandle& b) { return a.field < b.field; });
   const double effort = n.level + std::abs(n.offset) + 1e-9;
-  handles.push_back({DriveField::kOffset, "", "", n.offset, effort, false, 0.0, 0.5, 2.0});
+  handles.push_back({physics::DriveField::kOffset, "", "", n.offset, effort, false, 0.0, 0.5, 2.0});
   return handles;
 }
 

@@ -14,25 +14,8 @@
 
 namespace ravencal::diagnose {
 
-/// The numbers that a fit may change; each belongs to a parameter of an effect or of the plant.
-enum class DriveField {
-  kInertia,
-  kWeight,
-  kTorqueRatio,
-  kLevel,
-  kViscous,
-  kAsymmetry,
-  kStribeckExtra,
-  kPresliding,
-  kLoadShare,
-  kRipple,
-  kRipplePhase,
-  kOffset,
-};
-inline constexpr int kDriveFields = 12;
-
 struct DriveHandle {
-  DriveField field = DriveField::kOffset;
+  physics::DriveField field = physics::DriveField::kOffset;
   std::string id, parameter;  ///< as in the report; empty for the offset
   double value = 0.0;         ///< where the fit starts
   double scale = 1.0;         ///< signed numbers: value + scale x; positive ones: value exp(x)

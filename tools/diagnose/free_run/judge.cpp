@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "diagnose/channel/across_channels.hpp"
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/effects/nominal.hpp"
 #include "diagnose/findings/combinations.hpp"
 #include "diagnose/free_run/closed_loop.hpp"
@@ -22,7 +23,7 @@ using Eigen::VectorXd;
 constexpr double kNormal95 = 1.96;
 
 bool is_drive(const NamedEffect& e, const std::string& joint) {
-  return e.joint == joint && e.stage == "drive" && e.id != "unknown";
+  return e.joint == joint && e.stage == "drive" && e.id != kUnknown;
 }
 
 /// What was found in that joint's drive, with a name or without.
@@ -46,8 +47,8 @@ std::vector<std::string> found_keys(const std::vector<NamedEffect>& found) {
 /// Handle's number in the units of the report.
 double reported(const DriveHandle& handle, double x, const physics::Joint& joint) {
   const double value = handle.at(x);
-  if (handle.field == DriveField::kAsymmetry) return 2.0 * value;
-  if (handle.field == DriveField::kLevel)
+  if (handle.field == physics::DriveField::kAsymmetry) return 2.0 * value;
+  if (handle.field == physics::DriveField::kLevel)
     return std::max(0.0, value - joint.parameter("joint_friction", "level"));
   return value;
 }
@@ -55,7 +56,7 @@ double reported(const DriveHandle& handle, double x, const physics::Joint& joint
 /// Deviation of a reported number that no draw knows: the drive runs under all of its friction, and
 /// what of it is behind the cable is the plant's word.
 double unseen_deviation(const DriveHandle& handle, const physics::Joint& joint) {
-  if (handle.field != DriveField::kLevel) return 0.0;
+  if (handle.field != physics::DriveField::kLevel) return 0.0;
   return tolerance_of(joint, "joint_friction", "level") *
          joint.parameter("joint_friction", "level");
 }
@@ -114,23 +115,15 @@ std::vector<Combination> drive_combinations(const DriveFit& fit, const std::stri
 /// Numbers without an effect; false if the drive's model does not have it.
 bool without(const std::string& id, const physics::Joint& joint,
              physics::DriveNumbers<double>& numbers) {
-  if (id == "coulomb_friction")
-    numbers.level = joint.parameter("joint_friction", "level");
-  else if (id == "viscous_friction")
-    numbers.viscous = 0.0;
-  else if (id == "asymmetric_friction")
-    numbers.asymmetry = 0.0;
-  else if (id == "stribeck_friction")
-    numbers.stribeck_extra = 0.0;
-  else if (id == "load_dependent_friction")
-    numbers.load_share = 0.0;
-  else if (id == "torque_ripple")
-    numbers.ripple = 0.0;
-  else if (id == "torque_constant")
-    numbers.torque_ratio = 0.0;
-  else
-    return false;
-  return true;
+  bool had = false;
+  for (const DriveParameter& p : effect_kind(id).drive_parameters()) {
+    if (!p.vanishes) continue;
+    had = true;
+    // The drive's level is that of all dry friction, behind the cable as well.
+    field_of(numbers, p.field) =
+        p.field == physics::DriveField::kLevel ? joint.parameter("joint_friction", "level") : 0.0;
+  }
+  return had;
 }
 
 /// True if mean squares are less by more than `errors` standard errors over windows.

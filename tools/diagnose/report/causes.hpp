@@ -32,8 +32,4 @@ struct Cause {
 /// Every effect of the report in one of them, in the report's order.
 std::vector<Cause> causes_of(const Report& report);
 
-/// The circumstance over which an effect is drawn: that which it follows.
-enum class Abscissa { kPosition, kSpeed, kLoad, kTime };
-Abscissa abscissa_of(std::string_view id);
-
 }  // namespace ravencal::diagnose

@@ -9,8 +9,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/findings/findings.hpp"
-#include "diagnose/report/causes.hpp"
 
 namespace ravencal::diagnose {
 

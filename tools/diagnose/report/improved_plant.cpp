@@ -7,95 +7,12 @@
 #include <map>
 #include <sstream>
 
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "physics/effects/effect_spec.hpp"
 
 namespace ravencal::diagnose {
 namespace {
-
-double parameter(const NamedEffect& effect, std::string_view name) {
-  const NamedParameter* found = find_parameter(effect, name);
-  return found != nullptr ? found->in_plant() : 0.0;
-}
-
-bool has(const NamedEffect& effect, std::string_view name) {
-  return find_parameter(effect, name) != nullptr;
-}
-
-/// Loops that positions alone show, for joints without a cable in the plant.
-std::map<std::string, double> loop_values(const NamedEffect& e) {
-  const std::string suffix = e.from.empty() ? "" : "_from_" + e.from;
-  std::map<std::string, double> values;
-  for (const char* name : {"half_loop", "half_loop_narrow", "half_loop_wide", "width", "stretch"}) {
-    if (has(e, name + suffix)) values[name] = parameter(e, name + suffix);
-  }
-  return values;
-}
-
-/// Values of the plant's effect, by parameter name without unit; empty if `simulate` has no such
-/// effect or the report does not fix all that it needs.
-std::map<std::string, double> plant_values(const NamedEffect& e, const physics::Joint& joint) {
-  if (e.id == "gain_error" || e.id == "torque_constant") return {{"ratio", parameter(e, "ratio")}};
-  if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
-  if (e.id == "backlash") return {{"half_width", parameter(e, "half_width")}};
-  if (e.id == "coulomb_friction" && has(e, "level")) return {{"level", parameter(e, "level")}};
-  if (e.id == "coulomb_friction")
-    return {{"lag", parameter(e, "lag")}, {"width", 2.0 * parameter(e, "displacement")}};
-  if (e.id == "viscous_friction") return {{"damping", parameter(e, "damping")}};
-  if (e.id == "stribeck_friction")
-    return {{"extra", parameter(e, "extra")}, {"velocity", parameter(e, "velocity")}};
-  if (e.id == "presliding") return {{"displacement", parameter(e, "displacement")}};
-  if (e.id == "creep")
-    return {{"compliance", parameter(e, "compliance")}, {"time", parameter(e, "time")}};
-  if (e.id == "thermal_drift")
-    return {{"final", parameter(e, "final")}, {"time", parameter(e, "time")}};
-  if (e.id == "eccentricity") {
-    return {{"amplitude", parameter(e, "amplitude")},
-            {"order", parameter(e, "order")},
-            {"phase", parameter(e, "phase")}};
-  }
-  const double stiffness = joint.parameter("compliance", "stiffness");
-  if (e.id == "compliance" && parameter(e, "compliance") > 0.0) {
-    const double whole = parameter(e, "compliance") + (stiffness > 0.0 ? 1.0 / stiffness : 0.0);
-    // The recording says nothing about damping; a hundredth of the stiffness per second is stable.
-    return {{"stiffness", 1.0 / whole},
-            {"damping", std::max(joint.parameter("compliance", "damping"), 0.01 / whole)}};
-  }
-  if (e.id == "asymmetric_friction")
-    return {{"damping_difference", parameter(e, "damping_difference")},
-            {"level_difference", parameter(e, "level_difference")}};
-  if (e.id == "load_dependent_friction") return {{"load_share", parameter(e, "load_share")}};
-  if (e.id == "saturation") return {{"limit", parameter(e, "limit")}};
-  if (e.id == "torque_ripple") {
-    return {{"amplitude", parameter(e, "amplitude")},
-            {"order", parameter(e, "order")},
-            {"phase", parameter(e, "phase")}};
-  }
-  if (e.id == "homing_offset") {
-    return {{"offset", parameter(e, "offset")},
-            {"deviation", joint.parameter("homing_offset", "deviation")}};
-  }
-  const bool cable = joint.find_effect("compliance") != nullptr;
-  if (!cable && (has(e, "stretch") || e.parameters.front().name.starts_with("half_loop")))
-    return loop_values(e);
-  if (e.id == "delay" && !cable && parameter(e, "delay") > 0.0)
-    return {{"delay", parameter(e, "delay")}};
-  if (e.id == "hysteresis" && parameter(e, "stiffness") > 0.0)
-    return {{"stiffness", parameter(e, "stiffness")}, {"yield", parameter(e, "yield")}};
-  if (e.id == "joint_friction" && parameter(e, "level") > 0.0) {
-    // How friction yields before it slips was not asked: a tenth of the cable's wind-up.
-    return {
-        {"level", parameter(e, "level") + joint.parameter("joint_friction", "level")},
-        {"presliding", std::max(joint.parameter("joint_friction", "presliding"),
-                                stiffness > 0.0 ? 0.1 * parameter(e, "level") / stiffness : 1e-4)}};
-  }
-  if (e.id == "joint_friction" && stiffness > 0.0) {
-    const double stretch = parameter(e, "stretch");
-    return {{"level", stretch * stiffness},
-            {"presliding", std::max(1e-6, 0.5 * parameter(e, "width") - stretch)}};
-  }
-  return {};
-}
 
 /// The effect's table in the joint, made if absent; the one with the same `from` for couplings.
 toml::table& effect_table(toml::table& joint, const NamedEffect& effect) {
@@ -147,7 +64,7 @@ bool set_nominal(toml::table& joint_table, const physics::Joint& joint, const Na
 /// Effects that belong to the robot and not to one joint; false if `e` is none.
 bool add_to_robot(toml::table& root, const physics::Plant& plant, const NamedEffect& e) {
   if (e.id == "payload") {
-    toml::table table{{"mass_kg", plant.payload.mass_kg + parameter(e, "mass")}};
+    toml::table table{{"mass_kg", plant.payload.mass_kg + plant_value(e, "mass")}};
     const auto& com = plant.payload.com_m;
     table.insert("com_m", toml::array{com[0], com[1], com[2]});
     root.insert_or_assign("payload", std::move(table));
@@ -156,8 +73,8 @@ bool add_to_robot(toml::table& root, const physics::Plant& plant, const NamedEff
   toml::table* logger = root["logger"].as_table();
   if (e.id == "delay" && e.stage == "sensor" && logger != nullptr) {
     const double whole =
-        plant.logger.truth_latency_s + parameter(e, "delay") +
-        (e.out_of_tolerance ? parameter(e, "truth_latency") - plant.logger.truth_latency_s -
+        plant.logger.truth_latency_s + plant_value(e, "delay") +
+        (e.out_of_tolerance ? plant_value(e, "truth_latency") - plant.logger.truth_latency_s -
                                   0.5 * plant.logger.truth_period_s
                             : 0.0);
     if (whole < 0.0) return false;
@@ -189,7 +106,7 @@ bool add_load_compliance(toml::table& joint_table, const physics::Joint& joint,
     for (const NamedParameter& centre : e.parameters) {
       if (!centre.name.starts_with(kPosture)) continue;
       const std::string posture = centre.name.substr(kPosture.size());
-      const double slope = parameter(e, "slope_to_" + load + "_by_" + posture);
+      const double slope = plant_value(e, "slope_to_" + load + "_by_" + posture);
       at_zero -= slope * centre.value;
       toml::table table{{"id", e.id}, {"from", load}, {"posture", posture}};
       table.insert("stretch_per_load" + unit, 0.0);
@@ -197,7 +114,7 @@ bool add_load_compliance(toml::table& joint_table, const physics::Joint& joint,
       effects.push_back(std::move(table));
     }
     plain.insert("stretch_per_load" + unit, at_zero);
-    const double stiffening = parameter(e, "stiffening_to_" + load);
+    const double stiffening = plant_value(e, "stiffening_to_" + load);
     if (stiffening != 0.0) plain.insert("stiffening_per_load2" + unit, stiffening);
     effects.push_back(std::move(plain));
   }
@@ -223,7 +140,7 @@ bool set_controller_gain(toml::table& joint_table, const physics::Joint& joint,
 
 bool add_effect(toml::table& joint_table, const physics::Joint& joint, const NamedEffect& e) {
   const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
-  const auto values = plant_values(e, joint);
+  const PlantValues values = effect_kind(e.id).plant_values(e, joint);
   if (spec == nullptr || values.empty()) return false;
   toml::table& table = effect_table(joint_table, e);
   for (const physics::ParameterSpec& parameter_spec : spec->parameters) {
@@ -269,7 +186,7 @@ void anchor_at_stops(toml::table& root, const physics::Plant& plant, const Repor
       if (spec.name == "offset")
         effect_table(joint_table, e)
             .insert_or_assign(physics::key_of(spec, kind),
-                              seat_at_stop(*improved, *index, parameter(e, "offset")));
+                              seat_at_stop(*improved, *index, plant_value(e, "offset")));
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
@@ -15,58 +16,36 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A recording that changes one circumstance, and the effects that answer to it alone.
+/// A recording that changes one circumstance. After MISMATCH's menu of separating experiments.
 struct Protocol {
+  Probe probe;
   std::string_view experiment;
   double minutes;
-  std::array<std::string_view, 6> answers;
   Exercise motion = Exercise::kNone;
 };
 
-/// Ids that one protocol tells from the others: a pair is parted by a protocol that names one of
-/// the two and not the other. After MISMATCH's menu of separating experiments.
 constexpr std::array<Protocol, 11> kProtocols = {{
-    {"repeat the same motion with 500 g on the tool",
-     4,
-     {"compliance", "payload", "gravity", "load_dependent_friction", "hysteresis", "backlash"},
-     Exercise::kLoaded},
-    {"repeat the same motion at a third and at three times the speed",
-     6,
-     {"delay", "viscous_friction", "stribeck_friction", "torque_constant", "inertia_error", ""},
+    {Probe::kLoaded, "repeat the same motion with 500 g on the tool", 4, Exercise::kLoaded},
+    {Probe::kSpeeds, "repeat the same motion at a third and at three times the speed", 6,
      Exercise::kSpeeds},
-    {"hold a loaded pose for three minutes, then the opposite one",
-     7,
-     {"creep", "", "", "", "", ""},
+    {Probe::kHolds, "hold a loaded pose for three minutes, then the opposite one", 7,
      Exercise::kHolds},
-    {"reversals of 0.05, 0.2, 1 and 5 degrees around three poses, slowly",
-     5,
-     {"presliding", "hysteresis", "joint_friction", "backlash", "coulomb_friction", ""},
+    {Probe::kReversals, "reversals of 0.05, 0.2, 1 and 5 degrees around three poses, slowly", 5,
      Exercise::kReversals},
-    {"move every other joint alone over its range while this one holds",
-     4,
-     {"coupling", "", "", "", "", ""},
+    {Probe::kOneByOne, "move every other joint alone over its range while this one holds", 4,
      Exercise::kOneByOne},
-    {"home twice more and record a minute each time",
-     4,
-     {"homing_offset", "slip", "lost_counts", "", "", ""}},
-    {"record again after an hour of motion", 65, {"thermal_drift", "", "", "", "", ""}},
-    {"press the joint to and fro by hand, or with torque pulses below breakaway",
-     3,
-     {"backlash", "joint_friction", "", "", "", ""}},
-    {"pass the whole range slowly both ways ten times, at 1 kHz",
-     8,
-     {"eccentricity", "torque_ripple", "gain_error", "", "", ""},
+    {Probe::kHomings, "home twice more and record a minute each time", 4},
+    {Probe::kWarm, "record again after an hour of motion", 65},
+    {Probe::kPressed, "press the joint to and fro by hand, or with torque pulses below breakaway",
+     3},
+    {Probe::kWholeRange, "pass the whole range slowly both ways ten times, at 1 kHz", 8,
      Exercise::kWholeRange},
-    {"torque pulses and fast stops, recorded at 1 kHz",
-     3,
-     {"flexible_mode", "saturation", "input_disturbance", "controller_gain", "", ""}},
-    {"weigh the tool and check the plant's masses and drive constants",
-     2,
-     {"torque_constant", "gravity", "payload", "", "", ""}},
+    {Probe::kPulses, "torque pulses and fast stops, recorded at 1 kHz", 3},
+    {Probe::kWeighed, "weigh the tool and check the plant's masses and drive constants", 2},
 }};
 
 bool answers(const Protocol& protocol, std::string_view id) {
-  return std::find(protocol.answers.begin(), protocol.answers.end(), id) != protocol.answers.end();
+  return contains(traits_of(id).probes, protocol.probe);
 }
 
 /// The cheapest protocol that one of the two answers to and the other does not.

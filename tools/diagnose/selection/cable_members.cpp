@@ -91,19 +91,26 @@ bool of_replay(const EffectForm& form, const Series& s) {
 std::optional<Kind> cable_kind(const EffectForm& form, const Series& s) {
   if (!replayed(s)) return std::nullopt;
   const bool elastic = s.cable.compliance > 0.0;
-  if (form.nominal_term()) {
-    if (form.id() == "compliance") return Kind::kStiffnessOff;
-    if (form.id() == "joint_friction") return Kind::kFrictionOff;
-    if (form.id() == "gravity") return Kind::kWeightOff;
-    return std::nullopt;
+  const bool number = form.nominal_term().has_value();
+  if (!number && !of_replay(form, s)) return std::nullopt;
+  switch (form.traits().cable) {
+    case CablePart::kSpring:
+      return number ? Kind::kStiffnessOff : Kind::kCompliance;
+    case CablePart::kFriction:
+      if (number) return Kind::kFrictionOff;
+      return elastic ? std::optional(Kind::kFriction) : std::nullopt;
+    case CablePart::kWeight:
+      return number ? std::optional(Kind::kWeightOff) : std::nullopt;
+    case CablePart::kGap:
+      return number ? std::nullopt : std::optional(Kind::kGap);
+    case CablePart::kCreep:
+      return number ? std::nullopt : std::optional(Kind::kCreep);
+    case CablePart::kStrands:
+      return !number && elastic && s.cable.strand_stiffness <= 0.0 ? std::optional(Kind::kStrands)
+                                                                   : std::nullopt;
+    case CablePart::kNone:
+      break;
   }
-  if (!of_replay(form, s)) return std::nullopt;
-  if (form.id() == "compliance") return Kind::kCompliance;
-  if (form.id() == "backlash") return Kind::kGap;
-  if (form.id() == "creep") return Kind::kCreep;
-  if (form.id() == "hysteresis" && elastic && s.cable.strand_stiffness <= 0.0)
-    return Kind::kStrands;
-  if (form.id() == "joint_friction" && elastic) return Kind::kFriction;
   return std::nullopt;
 }
 
