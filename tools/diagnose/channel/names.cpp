@@ -3,7 +3,6 @@
 // What a channel's fit found, in the vocabulary's names.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -11,66 +10,29 @@
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/selection/cable_members.hpp"
 #include "diagnose/selection/invariance.hpp"
+#include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
-/// Where a few blocks make the difference, a likelihood is this much surer than it should be.
-constexpr double kFewBlocks = 3.0;
+/// Probability that a name and those that it is not told apart from hold together.
+constexpr double kCredible = 0.95;
+/// An effect that so many others could stand for is not named: of five as likely ones it is one.
+constexpr double kLeastInPlace = 0.2;
 
-struct Rivals {
-  std::vector<std::string> ids;    ///< that explain the data as well, or nearly as likely
-  std::vector<std::string> close;  ///< those whom no likelihood sets apart, however sure it is
-};
-
-void sort_out(const std::string& own, std::vector<std::string>& ids) {
+/// What may stand in the place of an effect: what its posterior does not leave out, and what a
+/// joint search of the cable's effects found as likely.
+std::vector<std::string> rivals_of(const EffectPosterior& posterior, const Chosen& chosen,
+                                   const std::string& own) {
+  std::vector<std::string> ids = posterior.credible_others(kCredible);
+  ids.insert(ids.end(), chosen.tied_with.begin(), chosen.tied_with.end());
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::erase(ids, own);
+  return ids;
 }
-
-/// What may stand in the place of an effect.
-Rivals rivals_of(const ChannelFit& fit, std::size_t chosen, const ChannelOptions& options) {
-  const ChannelModel& model = fit.model;
-  const Chosen& own = model.chosen[chosen];
-  const EffectForm& form = *model.candidates[own.candidate]->form;
-  Rivals rivals{form.twins(*model.series), form.twins(*model.series)};
-  const ScreenResult result = screen(model.without(chosen), options.gates, options.seed);
-  const VectorXd present = held_out_errors(model);
-  const double likely = worth(model);
-  const VectorXd part = own.columns * coefficients_of(fit, chosen);
-  for (const TestedCandidate& t : result.tested) {
-    const EffectForm& other = *model.candidates[t.candidate]->form;
-    if (t.candidate == own.candidate || other.id() == form.id()) continue;
-    if (!repeats(options.gates, t.evidence.z, t.evidence.block_p)) continue;
-    const ChannelModel with = model.without(chosen).with(t.best);
-    if (!last_is_consistent(with)) continue;
-    const VectorXd errors = held_out_errors(with);
-    const bool worse = errors.sum() > present.sum() && !tied(errors, present);
-    const double excess = worth(with) - likely;
-    if (worse && excess > kClearScore) continue;
-    // A richer form that contains this one explains as much by necessity.
-    const MatrixXd& z = t.best.columns;
-    const VectorXd imitation =
-        z * (z.transpose() * z + 1e-12 * MatrixXd::Identity(z.cols(), z.cols()))
-                .ldlt()
-                .solve(z.transpose() * part);
-    const bool richer = freedom_of(model, t.best) > freedom_of(model, own);
-    if (richer && (part - imitation).squaredNorm() < 0.05 * part.squaredNorm()) continue;
-    rivals.ids.push_back(other.id());
-    if (excess <= kFewBlocks * kClearScore) rivals.close.push_back(other.id());
-  }
-  sort_out(form.id(), rivals.ids);
-  sort_out(form.id(), rivals.close);
-  return rivals;
-}
-
-/// An effect that so many others could stand for is not named.
-constexpr std::size_t kTooManyRivals = 4;
 
 }  // namespace
 
@@ -114,15 +76,11 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
     effect.invariance_spread = invariance.spread;
-    Rivals rivals = rivals_of(fit, i, options);
-    for (const std::string& tied : fit.model.chosen[i].tied_with) {
-      for (auto* ids : {&rivals.ids, &rivals.close}) {
-        if (tied != effect.id && std::find(ids->begin(), ids->end(), tied) == ids->end())
-          ids->push_back(tied);
-      }
-    }
-    effect.ambiguous_with = std::move(rivals.ids);
-    if (rivals.close.size() >= kTooManyRivals) {
+    const EffectPosterior posterior =
+        posterior_of(fit.model, fit.coefficients, i, options.gates, options.seed + 100 + i);
+    effect.probability = posterior.probability;
+    effect.ambiguous_with = rivals_of(posterior, fit.model.chosen[i], effect.id);
+    if (posterior.in_place < kLeastInPlace) {
       findings.notes.push_back(fmt::format(
           "joint {} ({}): {} and {} others explain the same error as well, which is no "
           "name",

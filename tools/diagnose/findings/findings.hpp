@@ -60,6 +60,8 @@ struct NamedEffect {
   bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
   bool certain = true;            ///< its size is not nothing
   std::string from;               ///< the other joint, for couplings
+  /// That the effect is there; none where nothing was compared with it.
+  std::optional<double> probability{};
 };
 
 /// Null where the effect has none of that name.

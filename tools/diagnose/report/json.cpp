@@ -38,6 +38,7 @@ Json effect_json(const NamedEffect& e) {
   }
   Json json = {{"id", e.id}, {"joint", e.joint}, {"stage", e.stage}};
   if (!e.from.empty()) json["from"] = e.from;
+  if (e.probability) json["probability"] = number(*e.probability);
   json.update({{"parameters", std::move(parameters)},
                {"evidence",
                 {{"held_out_before", number(e.held_out_before)},

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// How likely each effect of a model is, over the model and those that differ from it by one effect:
+// without it, or with another candidate in its place. Weights of the models are pseudo-BMA+ (Yao,
+// Vehtari, Simpson, Gelman, Bayesian Analysis 2018): held-out errors by block are the likelihood,
+// the costs of score.cpp the prior, and a Bayesian bootstrap over blocks (Rubin 1981) keeps a few
+// blocks from deciding more than they know.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diagnose/selection/selection.hpp"
+
+namespace ravencal::diagnose {
+
+/// One id that may stand in an effect's place, and how likely it is given that something does.
+struct InPlace {
+  std::string id;
+  double probability = 0.0;
+};
+
+struct EffectPosterior {
+  /// That the effect is there, in [0, 1].
+  double probability = 1.0;
+  /// Of those in its place, the effect's own id aside; likeliest first.
+  std::vector<InPlace> others;
+  /// Of the effect's own id in that place.
+  double in_place = 1.0;
+
+  /// The fewest others that with the effect itself hold `mass` of the probability in its place.
+  [[nodiscard]] std::vector<std::string> credible_others(double mass) const;
+};
+
+/// For the model's chosen effect; `coefficients` are the model's.
+EffectPosterior posterior_of(const ChannelModel& model, const Eigen::VectorXd& coefficients,
+                             std::size_t chosen, const Gates& gates, std::uint64_t seed);
+
+}  // namespace ravencal::diagnose
