@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -36,48 +38,52 @@ PlantValues loop_values(const NamedEffect& e) {
   return values;
 }
 
-/// PlantValues of the plant's effect, by parameter name without unit; empty if `simulate` has no
-/// such effect or the report does not fix all that it needs.
-PlantValues plant_values(const NamedEffect& e, const physics::Joint& joint) {
-  if (e.id == "gain_error" || e.id == "torque_constant") return {{"ratio", parameter(e, "ratio")}};
-  if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
-  if (e.id == "backlash") return {{"half_width", parameter(e, "half_width")}};
-  if (e.id == "coulomb_friction" && has(e, "level")) return {{"level", parameter(e, "level")}};
-  if (e.id == "coulomb_friction")
-    return {{"lag", parameter(e, "lag")}, {"width", 2.0 * parameter(e, "displacement")}};
-  if (e.id == "viscous_friction") return {{"damping", parameter(e, "damping")}};
-  if (e.id == "stribeck_friction")
-    return {{"extra", parameter(e, "extra")}, {"velocity", parameter(e, "velocity")}};
-  if (e.id == "presliding") return {{"displacement", parameter(e, "displacement")}};
-  if (e.id == "creep")
-    return {{"compliance", parameter(e, "compliance")}, {"time", parameter(e, "time")}};
-  if (e.id == "thermal_drift")
-    return {{"final", parameter(e, "final")}, {"time", parameter(e, "time")}};
-  if (e.id == "eccentricity") {
-    return {{"amplitude", parameter(e, "amplitude")},
-            {"order", parameter(e, "order")},
-            {"phase", parameter(e, "phase")}};
+/// Effects whose parameters a report and a plant call the same.
+struct SameNames {
+  std::string_view id;
+  std::array<std::string_view, 3> parameters;  ///< the last ones may be empty
+};
+constexpr std::array<SameNames, 13> kSameNames = {{
+    {"gain_error", {"ratio"}},
+    {"torque_constant", {"ratio"}},
+    {"backlash", {"half_width"}},
+    {"viscous_friction", {"damping"}},
+    {"stribeck_friction", {"extra", "velocity"}},
+    {"presliding", {"displacement"}},
+    {"creep", {"compliance", "time"}},
+    {"thermal_drift", {"final", "time"}},
+    {"eccentricity", {"amplitude", "order", "phase"}},
+    {"asymmetric_friction", {"damping_difference", "level_difference"}},
+    {"load_dependent_friction", {"load_share"}},
+    {"saturation", {"limit"}},
+    {"torque_ripple", {"amplitude", "order", "phase"}},
+}};
+
+/// Values of friction behind the cable.
+PlantValues joint_friction_values(const NamedEffect& e, const physics::Joint& joint) {
+  const double stiffness = joint.parameter("compliance", "stiffness");
+  if (parameter(e, "level") > 0.0) {
+    // How friction yields before it slips was not asked: a tenth of the cable's wind-up.
+    return {
+        {"level", parameter(e, "level") + joint.parameter("joint_friction", "level")},
+        {"presliding", std::max(joint.parameter("joint_friction", "presliding"),
+                                stiffness > 0.0 ? 0.1 * parameter(e, "level") / stiffness : 1e-4)}};
   }
+  if (stiffness <= 0.0) return {};
+  const double stretch = parameter(e, "stretch");
+  return {{"level", stretch * stiffness},
+          {"presliding", std::max(1e-6, 0.5 * parameter(e, "width") - stretch)}};
+}
+
+/// Values of what joins drive and joint: a cable, or the loops and the delay that positions show
+/// where the plant has none.
+PlantValues transmission_values(const NamedEffect& e, const physics::Joint& joint) {
   const double stiffness = joint.parameter("compliance", "stiffness");
   if (e.id == "compliance" && parameter(e, "compliance") > 0.0) {
     const double whole = parameter(e, "compliance") + (stiffness > 0.0 ? 1.0 / stiffness : 0.0);
     // The recording says nothing about damping; a hundredth of the stiffness per second is stable.
     return {{"stiffness", 1.0 / whole},
             {"damping", std::max(joint.parameter("compliance", "damping"), 0.01 / whole)}};
-  }
-  if (e.id == "asymmetric_friction")
-    return {{"damping_difference", parameter(e, "damping_difference")},
-            {"level_difference", parameter(e, "level_difference")}};
-  if (e.id == "load_dependent_friction") return {{"load_share", parameter(e, "load_share")}};
-  if (e.id == "saturation") return {{"limit", parameter(e, "limit")}};
-  if (e.id == "torque_ripple") {
-    return {{"amplitude", parameter(e, "amplitude")},
-            {"order", parameter(e, "order")},
-            {"phase", parameter(e, "phase")}};
-  }
-  if (e.id == "homing_offset") {
-    return {{"offset", parameter(e, "offset")},
-            {"deviation", joint.parameter("homing_offset", "deviation")}};
   }
   const bool cable = joint.find_effect("compliance") != nullptr;
   if (!cable && (has(e, "stretch") || e.parameters.front().name.starts_with("half_loop")))
@@ -86,22 +92,32 @@ PlantValues plant_values(const NamedEffect& e, const physics::Joint& joint) {
     return {{"delay", parameter(e, "delay")}};
   if (e.id == "hysteresis" && parameter(e, "stiffness") > 0.0)
     return {{"stiffness", parameter(e, "stiffness")}, {"yield", parameter(e, "yield")}};
-  if (e.id == "joint_friction" && parameter(e, "level") > 0.0) {
-    // How friction yields before it slips was not asked: a tenth of the cable's wind-up.
-    return {
-        {"level", parameter(e, "level") + joint.parameter("joint_friction", "level")},
-        {"presliding", std::max(joint.parameter("joint_friction", "presliding"),
-                                stiffness > 0.0 ? 0.1 * parameter(e, "level") / stiffness : 1e-4)}};
-  }
-  if (e.id == "joint_friction" && stiffness > 0.0) {
-    const double stretch = parameter(e, "stretch");
-    return {{"level", stretch * stiffness},
-            {"presliding", std::max(1e-6, 0.5 * parameter(e, "width") - stretch)}};
-  }
+  if (e.id == "joint_friction") return joint_friction_values(e, joint);
   return {};
 }
 
-/// PlantValues of the joint's effect of that id and source, which is made if absent. False, and
+/// Values of the plant's effect, by parameter name without unit; empty if `simulate` has no such
+/// effect or the report does not fix all that it needs.
+PlantValues plant_values(const NamedEffect& e, const physics::Joint& joint) {
+  for (const SameNames& same : kSameNames) {
+    if (same.id != e.id) continue;
+    PlantValues values;
+    for (const std::string_view name : same.parameters)
+      if (!name.empty()) values.emplace(name, parameter(e, name));
+    return values;
+  }
+  if (e.id == "coupling") return {{"error", parameter(e, "error_from_" + e.from)}};
+  if (e.id == "coulomb_friction" && has(e, "level")) return {{"level", parameter(e, "level")}};
+  if (e.id == "coulomb_friction")
+    return {{"lag", parameter(e, "lag")}, {"width", 2.0 * parameter(e, "displacement")}};
+  if (e.id == "homing_offset") {
+    return {{"offset", parameter(e, "offset")},
+            {"deviation", joint.parameter("homing_offset", "deviation")}};
+  }
+  return transmission_values(e, joint);
+}
+
+/// Values of the joint's effect of that id and source, which is made if absent. False, and
 /// nothing is changed, if the vocabulary has none of them or no plant may have what would come out.
 bool set_values(physics::Joint& joint, const NamedEffect& e, const PlantValues& values) {
   const physics::EffectSpec* spec = physics::find_effect_spec(e.id);
@@ -188,7 +204,7 @@ bool add_load_compliance(physics::Joint& improved, const NamedEffect& e) {
     for (const NamedParameter& centre : e.parameters) {
       if (!centre.name.starts_with(kPosture)) continue;
       const std::string posture = centre.name.substr(kPosture.size());
-      const double slope = parameter(e, "slope_to_" + load + "_by_" + posture);
+      const double slope = parameter(e, fmt::format("slope_to_{}_by_{}", load, posture));
       at_zero -= slope * centre.value;
       improved.effects.push_back(
           {e.id,
@@ -286,10 +302,10 @@ Improved improve(const physics::Plant& plant, const Report& report) {
   return out;
 }
 
-/// A comment ends with its line, and names are data.
+/// A comment has no control characters, and names are data.
 std::string comment(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '\x7f'; };
+  std::replace_if(text.begin(), text.end(), control, ' ');
   return "# " + text + "\n";
 }
 
