@@ -42,6 +42,8 @@ struct ControllerBranch {
   /// After so many cycles without a joint command for either arm, the desired joints of both become
   /// the joints measured at the last one (rt_raven.cpp, joint_ctrl_countdown); 0: never.
   int cycles_to_reseed = 0;
+
+  bool operator==(const ControllerBranch&) const = default;
 };
 
 /// The branch of this name; nullptr if there is none.

@@ -30,6 +30,8 @@ struct Effect {
   std::string from;  ///< coupling, hysteresis: the other joint; compliance: the recorded load
   std::map<std::string, double, std::less<>> parameters;
   std::string posture{};  ///< compliance to a recorded load: the joint on whose position it depends
+
+  bool operator==(const Effect&) const = default;
 };
 
 /// Rigid link that the joint moves. Frame: the joint's, after Craig's Denavit-Hartenberg
@@ -38,6 +40,8 @@ struct Link {
   double mass_kg = 0.0;
   std::array<double, 3> com_m{};
   std::array<double, 3> inertia_kg_m2{};  ///< principal moments about the centre of mass
+
+  bool operator==(const Link&) const = default;
 };
 
 /// What turns a command into motor torque.
@@ -45,6 +49,8 @@ struct Drive {
   std::string input = "torque_n_m";  ///< torque_n_m, force_n, voltage_v or current_a
   double gain = 1.0;                 ///< input unit to torque at the gearbox output
   double dac_counts_per_n_m = 0.0;   ///< signed; 0: no DAC between command and drive
+
+  bool operator==(const Drive&) const = default;
 };
 
 /// The controller's servo: PD on motor position, torque at the gearbox output from motor angle.
@@ -54,6 +60,8 @@ struct Controller {
   double dac_limit_counts = 0.0;      ///< command is clipped to this magnitude
   bool gravity_compensation = false;  ///< feed-forward of the links' weight, also where the
                                       ///< controller's branch does not add it
+
+  bool operator==(const Controller&) const = default;
 };
 
 /// How the controller and the external encoder find their zeros.
@@ -65,6 +73,8 @@ struct Homing {
   double stop_stiffness = 0.0;        ///< N m/rad or N/m
   double stop_damping = 0.0;          ///< N m s/rad or N s/m
   double home_ji = 0.0;               ///< where the arm goes after the stop, controller's position
+
+  bool operator==(const Homing&) const = default;
 };
 
 struct Joint {
@@ -86,6 +96,8 @@ struct Joint {
   [[nodiscard]] const Effect* find_effect(std::string_view id) const;
   /// Parameter of an effect; 0 if the joint does not have the effect, or the effect not the value.
   [[nodiscard]] double parameter(std::string_view effect_id, std::string_view name) const;
+
+  bool operator==(const Joint&) const = default;
 };
 
 struct Robot {
@@ -96,16 +108,22 @@ struct Robot {
   double inner_rate_hz = 10000.0;            ///< integration; a multiple of control_rate_hz
   std::array<double, 3> gravity_m_per_s2{};  ///< in frame 0
   std::array<double, 4> tool_joints_rad{};   ///< roll, wrist, grasp1, grasp2: held
+
+  bool operator==(const Robot&) const = default;
 };
 
 /// A weight fixed to the last link.
 struct Payload {
   double mass_kg = 0.0;
   std::array<double, 3> com_m{};
+
+  bool operator==(const Payload&) const = default;
 };
 
 struct Sensors {
   double motor_encoder_counts_per_rev = 4000.0;
+
+  bool operator==(const Sensors&) const = default;
 };
 
 /// How the recorder pairs the external encoders with the robot's messages (nearest stamp).
@@ -114,6 +132,9 @@ struct Logger {
   double truth_period_s = 0.01;            ///< between two readings of the external encoders
   double truth_latency_s = 0.0;            ///< from reading to time stamp
   double truth_latency_deviation_s = 0.0;  ///< standard deviation of the latency
+  bool given = false;                      ///< the plant has them; else nobody measured them
+
+  bool operator==(const Logger&) const = default;
 };
 
 struct Plant {
@@ -128,6 +149,8 @@ struct Plant {
   std::uint64_t hash = 0;  ///< FNV-1a 64 of the file's bytes
 
   [[nodiscard]] std::optional<std::size_t> joint_index(std::string_view name) const;
+
+  bool operator==(const Plant&) const = default;
 };
 
 /// Reads a plant. Unknown keys and effect ids are errors: `raven2.toml:41: unknown key 'mas_kg'

@@ -78,6 +78,7 @@ core::Status read_environment(TomlTable& root, Plant& plant) {
     plant.logger.truth_latency_s = table->number("truth_latency_s", kNotNegative);
     plant.logger.truth_latency_deviation_s =
         table->number("truth_latency_deviation_s", kNotNegative);
+    plant.logger.given = true;
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
   return {};
@@ -145,39 +146,6 @@ std::string known_effect_ids() {
   return ids;
 }
 
-/// Effects with two ways of being described: by what happens at the cable, or by the loop or
-/// stretch that positions alone show. One of the two must be whole.
-struct Alternatives {
-  std::string_view id;
-  std::array<std::string_view, 2> by_effort, by_position;  ///< the second may be empty
-};
-constexpr std::array<Alternatives, 4> kAlternatives = {{
-    {"compliance", {"stiffness", "damping"}, {"stretch_per_load", ""}},
-    {"coulomb_friction", {"level", ""}, {"lag", "width"}},
-    {"joint_friction", {"level", "presliding"}, {"stretch", "width"}},
-    {"hysteresis", {"stiffness", "yield"}, {"half_loop", "width"}},
-}};
-
-void check_alternatives(TomlTable& table, const Effect& effect) {
-  for (const Alternatives& a : kAlternatives) {
-    if (a.id != effect.id) continue;
-    const auto whole = [&](const std::array<std::string_view, 2>& names) {
-      return std::all_of(names.begin(), names.end(), [&](std::string_view name) {
-        return name.empty() || effect.parameters.find(name) != effect.parameters.end();
-      });
-    };
-    const auto words = [](std::string_view one, std::string_view other) {
-      return other.empty() ? std::string(one) : fmt::format("{} and {}", one, other);
-    };
-    const bool named_load = effect.id != "compliance" || effect.from.empty() == whole(a.by_effort);
-    if (named_load && (whole(a.by_position) || (whole(a.by_effort) && effect.from.empty()))) return;
-    table.fail("id",
-               fmt::format(
-                   "effect '{}' needs {}, or {}", effect.id, words(a.by_effort[0], a.by_effort[1]),
-                   words(a.by_position[0], effect.id == "compliance" ? "from" : a.by_position[1])));
-  }
-}
-
 core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
   Effect effect;
   effect.id = table.text("id");
@@ -195,7 +163,7 @@ core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
     if (!parameter.required && !table.has(key)) continue;
     effect.parameters.emplace(parameter.name, table.number(key));
   }
-  check_alternatives(table, effect);
+  if (const std::string flaw = flaw_of(effect); !flaw.empty()) table.fail("id", flaw);
   RAVENCAL_RETURN_IF_ERROR(table.finish());
   return effect;
 }

@@ -14,6 +14,7 @@
 #include "diagnose/diagnose.hpp"
 #include "diagnose/findings/combinations.hpp"
 #include "diagnose/free_run/fit.hpp"
+#include "diagnose/report/improved_plant.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 
@@ -25,7 +26,7 @@ using Eigen::VectorXd;
 using generator::HiddenPhysics;
 using generator::Scene;
 
-/// A plant in a file, as users have it: the improved one is made from it.
+/// A plant in a file, as users have it.
 physics::Plant plant_file(const std::string& text, const std::string& name) {
   const std::string path = ::testing::TempDir() + "diagnose_show_" + name + ".toml";
   std::ofstream(path) << text;
@@ -146,9 +147,8 @@ TEST(Diagnose, WritesBackWhatTheFreeRunFoundAndThePlantRunsBetter) {
   const auto* row = figure(*report, "free_run_1s_rmse");
   ASSERT_NE(row, nullptr);
   EXPECT_LT(row->after, 0.5 * row->before);
-  const auto text = diagnose::improved_plant(plant, *report);
-  ASSERT_TRUE(text.ok()) << text.error().message;
-  const auto improved = physics::parse_plant(*text, "improved");
+  const auto improved =
+      physics::parse_plant(diagnose::improved_plant_text(plant, *report), "improved");
   ASSERT_TRUE(improved.ok()) << improved.error().message;
   const auto* coulomb = find(*report, "coulomb_friction");
   ASSERT_NE(coulomb, nullptr) << report->verdict.text;
@@ -156,6 +156,31 @@ TEST(Diagnose, WritesBackWhatTheFreeRunFoundAndThePlantRunsBetter) {
                    coulomb->parameters.front().in_plant());
   EXPECT_LE(coulomb->parameters.front().ci95.first, coulomb->parameters.front().value);
   EXPECT_GE(coulomb->parameters.front().ci95.second, coulomb->parameters.front().value);
+}
+
+/// Plants come from text as well, and files move after they were read.
+TEST(Diagnose, NeedsNoFileOfThePlant) {
+  HiddenPhysics hidden;
+  hidden.coulomb_n_m = 1.5;
+  Scene scene;
+  scene.rate_hz = 100.0;
+  scene.duration_s = 120.0;
+  const physics::Plant kept = plant_file(generator::plant_text(), "kept");
+  const physics::Plant moved = plant_file(generator::plant_text(), "moved");
+  ASSERT_TRUE(std::filesystem::remove(moved.source));
+  const auto diagnosed = [&](const physics::Plant& plant) {
+    diagnose::Options options;
+    options.threads = 1;
+    return diagnose::diagnose({generator::make_recording(hidden, scene)}, {}, plant, options);
+  };
+  const auto with_file = diagnosed(kept);
+  ASSERT_TRUE(with_file.ok()) << with_file.error().message;
+  ASSERT_NE(figure(*with_file, "free_run_1s_rmse"), nullptr);
+  const auto without = diagnosed(moved);
+  ASSERT_TRUE(without.ok()) << without.error().message;
+  EXPECT_EQ(diagnose::report_json(*without), diagnose::report_json(*with_file));
+  EXPECT_EQ(diagnose::improved_plant_text(moved, *without),
+            diagnose::improved_plant_text(kept, *with_file));
 }
 
 TEST(Diagnose, MeasuresAgainstAnotherSimulatorThatCountsItsTimeFromZero) {

@@ -1,6 +1,7 @@
 ravencal_test(NAME physics_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/physics_effects_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_plant_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/physics_plant_writer_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_arm_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_branch_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_twin_test.cpp

@@ -18,6 +18,7 @@
 #include "commands/experiment.hpp"
 #include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
+#include "diagnose/report/improved_plant.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 
@@ -66,8 +67,7 @@ core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report report,
                             diagnose::diagnose(std::move(recordings), {}, *out.nominal, options));
   out.report = diagnose::report_json(report);
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, diagnose::improved_plant(*out.nominal, report));
-  RAVENCAL_ASSIGN_OR_RETURN(out.improved, physics::parse_plant(text, "plant_improved.toml"));
+  out.improved = diagnose::improved_plant(*out.nominal, report);
   return out;
 }
 

@@ -19,7 +19,7 @@
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/free_run/judge.hpp"
-#include "diagnose/report/write_report.hpp"
+#include "diagnose/report/improved_plant.hpp"
 #include "diagnose/simulated.hpp"
 
 namespace ravencal::diagnose {
@@ -189,11 +189,8 @@ Eigen::VectorXd free_run_of(const SeriesSet& set, const std::vector<ChannelFindi
     report.refitted.insert(report.refitted.end(), f.refitted.begin(), f.refitted.end());
   }
   merge_joint_friction(plant, report);
-  const auto text = improved_plant(plant, report);
-  if (!text) return {};
-  const auto improved = physics::parse_plant(*text, plant.source);
-  if (!improved) return {};
-  return unseen_windows(set, findings, drive, plant, *improved, report, options.seed + 900 + drive);
+  return unseen_windows(set, findings, drive, plant, improved_plant(plant, report), report,
+                        options.seed + 900 + drive);
 }
 
 /// Equation error screens, free run judges: a drive that runs better without what has no name does
@@ -218,14 +215,11 @@ void keep_what_runs(const SeriesSet& set, const physics::Plant& plant, const Opt
 /// Lets the drives run free and applies what they say.
 void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>& findings,
                        const physics::Plant& plant, const Options& options, Report& report) {
-  const auto text = improved_plant(plant, report);
-  if (!text) return;
-  const auto improved = physics::parse_plant(*text, plant.source);
-  if (!improved) return;
+  const physics::Plant improved = improved_plant(plant, report);
   std::vector<FreeRunVerdict> verdicts(set.series.size());
   in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
     if (set.series[i].stage != Stage::kDrive) return;
-    verdicts[i] = judge_drive(set, findings, i, plant, *improved, report, options.seed + 900 + i);
+    verdicts[i] = judge_drive(set, findings, i, plant, improved, report, options.seed + 900 + i);
   });
   for (std::size_t i = 0; i < verdicts.size(); ++i) apply(verdicts[i], set.series[i], report);
 }

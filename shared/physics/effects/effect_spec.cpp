@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/effects/effect_spec.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
@@ -83,6 +85,46 @@ constexpr std::array<EffectSpec, 20> kSpecs = {{
     {"thermal_drift", "cable length wanders slowly, without load", kThermalDrift},
 }};
 
+/// Effects with two ways of being described: by what happens at the cable, or by the loop or
+/// stretch that positions alone show. One of the two must be whole.
+struct Alternatives {
+  std::string_view id;
+  std::array<std::string_view, 2> by_effort, by_position;  ///< the second may be empty
+};
+constexpr std::array<Alternatives, 4> kAlternatives = {{
+    {"compliance", {"stiffness", "damping"}, {"stretch_per_load", ""}},
+    {"coulomb_friction", {"level", ""}, {"lag", "width"}},
+    {"joint_friction", {"level", "presliding"}, {"stretch", "width"}},
+    {"hysteresis", {"stiffness", "yield"}, {"half_loop", "width"}},
+}};
+
+constexpr std::array<std::string_view, 3> kWithSource = {"coupling", "hysteresis", "compliance"};
+
+bool has(const Effect& effect, std::string_view parameter) {
+  return effect.parameters.find(parameter) != effect.parameters.end();
+}
+
+/// Empty if one of the effect's two descriptions is whole, or if it has one only.
+std::string flaw_of_description(const Effect& effect) {
+  for (const Alternatives& a : kAlternatives) {
+    if (a.id != effect.id) continue;
+    const auto whole = [&](const std::array<std::string_view, 2>& names) {
+      return std::all_of(names.begin(), names.end(),
+                         [&](std::string_view name) { return name.empty() || has(effect, name); });
+    };
+    const auto words = [](std::string_view one, std::string_view other) {
+      return other.empty() ? std::string(one) : fmt::format("{} and {}", one, other);
+    };
+    const bool named_load = effect.id != "compliance" || effect.from.empty() == whole(a.by_effort);
+    if (named_load && (whole(a.by_position) || (whole(a.by_effort) && effect.from.empty())))
+      return {};
+    return fmt::format(
+        "effect '{}' needs {}, or {}", effect.id, words(a.by_effort[0], a.by_effort[1]),
+        words(a.by_position[0], effect.id == "compliance" ? "from" : a.by_position[1]));
+  }
+  return {};
+}
+
 }  // namespace
 
 std::span<const EffectSpec> effect_specs() { return kSpecs; }
@@ -91,6 +133,19 @@ const EffectSpec* find_effect_spec(std::string_view id) {
   const auto it = std::find_if(kSpecs.begin(), kSpecs.end(),
                                [&](const EffectSpec& spec) { return spec.id == id; });
   return it == kSpecs.end() ? nullptr : &*it;
+}
+
+std::string flaw_of(const Effect& effect) {
+  const EffectSpec* spec = find_effect_spec(effect.id);
+  if (spec == nullptr) return {};
+  for (const ParameterSpec& parameter : spec->parameters) {
+    if (parameter.required && !has(effect, parameter.name))
+      return fmt::format("effect '{}' needs {}", effect.id, parameter.name);
+  }
+  if (!effect.from.empty() &&
+      std::find(kWithSource.begin(), kWithSource.end(), effect.id) == kWithSource.end())
+    return fmt::format("effect '{}' takes no from", effect.id);
+  return flaw_of_description(effect);
 }
 
 std::string_view unit_suffix(Dimension dimension, JointKind kind) {

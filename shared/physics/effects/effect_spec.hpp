@@ -43,6 +43,10 @@ struct EffectSpec {
 std::span<const EffectSpec> effect_specs();
 const EffectSpec* find_effect_spec(std::string_view id);
 
+/// What is wrong with an effect that no plant may have: a parameter that it needs is missing, or it
+/// names a source (`from`) that it has no use for. Empty if nothing is, or if the id is unknown.
+std::string flaw_of(const Effect& effect);
+
 /// "_rad" or "_m", "_n_m_per_rad" or "_n_per_m", ...; empty for ratios.
 std::string_view unit_suffix(Dimension dimension, JointKind kind);
 

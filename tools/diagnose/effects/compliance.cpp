@@ -3,6 +3,8 @@
 // Cable and arm stretch under load: position = motor - load * compliance. The load is recorded, or
 // the weight that the plant's links put on the joint. With recorded loads, variants let the
 // compliance depend on posture (free cable length, levers) and on the load itself (cables stiffen).
+#include <fmt/format.h>
+
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/nominal_builder.hpp"
 #include "diagnose/effects/shapes.hpp"
@@ -160,6 +162,44 @@ class ComplianceKind final : public EffectKind {
     // The recording says nothing about damping; a hundredth of the stiffness per second is stable.
     return {{"stiffness", 1.0 / whole},
             {"damping", std::max(joint.parameter(id(), "damping"), 0.01 / whole)}};
+  }
+  bool improve(physics::Plant& improved, const PlantFinding& finding) const override {
+    const bool of_loads = finding.effect.parameters.front().name.starts_with(kLoad);
+    if (!of_loads) return EffectKind::improve(improved, finding);
+    set_load_compliance(improved.joints[finding.joint], finding.effect);
+    return true;
+  }
+
+ private:
+  static constexpr std::string_view kLoad = "compliance_to_", kPosture = "centre_of_";
+
+  /// Compliance to recorded loads: an effect for each load and each posture on which it depends.
+  /// Those that the plant had are replaced.
+  static void set_load_compliance(physics::Joint& improved, const NamedEffect& e) {
+    std::erase_if(improved.effects, [&](const physics::Effect& effect) {
+      return effect.id == e.id && !effect.from.empty();
+    });
+    for (const NamedParameter& p : e.parameters) {
+      if (!p.name.starts_with(kLoad)) continue;
+      const std::string load = p.name.substr(kLoad.size());
+      physics::Effect plain{e.id, load, {}};
+      double at_zero = p.value;
+      for (const NamedParameter& centre : e.parameters) {
+        if (!centre.name.starts_with(kPosture)) continue;
+        const std::string posture = centre.name.substr(kPosture.size());
+        const double slope = plant_value(e, fmt::format("slope_to_{}_by_{}", load, posture));
+        at_zero -= slope * centre.value;
+        improved.effects.push_back(
+            {e.id,
+             load,
+             {{"stretch_per_load", 0.0}, {"stretch_per_load_and_posture", slope}},
+             posture});
+      }
+      plain.parameters.emplace("stretch_per_load", at_zero);
+      const double stiffening = plant_value(e, "stiffening_to_" + load);
+      if (stiffening != 0.0) plain.parameters.emplace("stiffening_per_load2", stiffening);
+      improved.effects.push_back(std::move(plain));
+    }
   }
 };
 

@@ -78,6 +78,23 @@ class DelayKind final : public EffectKind {
     return same_values(e, {"delay"});
   }
 
+  /// Where the plant describes its recorder, a late stream is the recorder's.
+  bool improve(physics::Plant& improved, const PlantFinding& finding) const override {
+    const NamedEffect& e = finding.effect;
+    const physics::Logger& logger = finding.plant.logger;
+    const double whole_s =
+        logger.truth_latency_s + plant_value(e, "delay") +
+        (e.out_of_tolerance ? plant_value(e, "truth_latency") - logger.truth_latency_s -
+                                  0.5 * logger.truth_period_s
+                            : 0.0);
+    if (e.stage != "sensor" || !logger.given || whole_s < 0.0)
+      return EffectKind::improve(improved, finding);
+    improved.logger.truth_latency_s = whole_s;
+    return true;
+  }
+  /// How a recorder pairs its streams within its tolerance is no number of the plant.
+  [[nodiscard]] bool refits(const physics::Joint&) const override { return false; }
+
  private:
   /// Two streams of one recorder are rarely aligned better.
   static constexpr double kAlignment_s = 0.003;

@@ -136,6 +136,12 @@ class EffectKind {
   [[nodiscard]] virtual PlantValues plant_values(const NamedEffect&, const physics::Joint&) const {
     return {};
   }
+  /// Writes the finding into the improved plant; false if a plant has no place for it.
+  virtual bool improve(physics::Plant& improved, const PlantFinding& finding) const;
+  /// Afterwards, when `improved` has every other number.
+  virtual void settle(physics::Plant&, const PlantFinding&) const {}
+  /// True if a number that moved within its tolerance belongs into the improved plant.
+  [[nodiscard]] virtual bool refits(const physics::Joint&) const { return true; }
   /// Numbers of the drive's free run that belong to the effect.
   [[nodiscard]] virtual std::span<const DriveParameter> drive_parameters() const { return {}; }
 

@@ -112,6 +112,15 @@ class GravityKind final : public EffectKind {
     constant_load(builder);
   }
 
+  bool improve(physics::Plant& improved, const PlantFinding& finding) const override {
+    const NamedParameter& p = finding.effect.parameters.front();
+    const double mass_kg = finding.plant.joints[finding.joint].link.mass_kg;
+    if (p.name != "weight_scale" || mass_kg <= 0.0) return EffectKind::improve(improved, finding);
+    if (p.in_plant() < 0.0) return false;
+    improved.joints[finding.joint].link.mass_kg = mass_kg * p.in_plant();
+    return true;
+  }
+
  private:
   static constexpr std::array<DriveParameter, 1> kNumbers = {{
       {physics::DriveField::kWeight, "weight_scale", true, false},

@@ -25,6 +25,23 @@ class InertiaErrorKind final : public EffectKind {
     return kNumbers;
   }
 
+  /// The link's own is known by its mass; the rest turns with the motor.
+  bool improve(physics::Plant& improved, const PlantFinding& finding) const override {
+    const physics::Joint& joint = finding.plant.joints[finding.joint];
+    if (joint.motor_inertia_kg_m2 <= 0.0) return false;
+    double link = joint.link.mass_kg;
+    if (joint.kind == physics::JointKind::kRevolute) {
+      link = joint.link.inertia_kg_m2[2] +
+             joint.link.mass_kg * (joint.link.com_m[0] * joint.link.com_m[0] +
+                                   joint.link.com_m[1] * joint.link.com_m[1]);
+    }
+    const double whole = finding.effect.parameters.front().in_plant();
+    const double motor = (whole - link) / (joint.reduction * joint.reduction);
+    if (motor <= 0.0) return false;
+    improved.joints[finding.joint].motor_inertia_kg_m2 = motor;
+    return true;
+  }
+
  private:
   static constexpr std::array<DriveParameter, 1> kNumbers = {
       {{physics::DriveField::kInertia, "inertia"}}};

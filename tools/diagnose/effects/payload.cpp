@@ -56,6 +56,12 @@ class PayloadKind final : public EffectKind {
     if (context.series.stage == Stage::kDrive || weighs_by_stretch(context.series))
       forms.push_back(payload());
   }
+  bool improve(physics::Plant& improved, const PlantFinding& finding) const override {
+    const double mass_kg = finding.plant.payload.mass_kg + plant_value(finding.effect, "mass");
+    if (mass_kg < 0.0) return false;
+    improved.payload.mass_kg = mass_kg;
+    return true;
+  }
 };
 
 }  // namespace

@@ -3,17 +3,20 @@
 // What a finding says to the plant that `simulate` runs.
 #pragma once
 
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "diagnose/findings/findings.hpp"
+#include "physics/plant.hpp"
 
 namespace ravencal::diagnose {
 
 /// Parameters of a plant's effect, by name without unit.
-using PlantValues = std::map<std::string, double>;
+using PlantValues = std::map<std::string, double, std::less<>>;
 
 /// The value that the improved plant takes; 0 where the finding has none of that name.
 inline double plant_value(const NamedEffect& effect, std::string_view name) {
@@ -39,5 +42,17 @@ inline PlantValues loop_values(const NamedEffect& effect) {
   }
   return values;
 }
+
+/// One finding on its way into the plant.
+struct PlantFinding {
+  const physics::Plant& plant;  ///< as it was
+  std::size_t joint;
+  const NamedEffect& effect;
+  const std::vector<NamedEffect>& named;  ///< all effects of the report
+};
+
+/// Gives the joint's effect of that id and source the values; it is made if absent. False, and
+/// nothing is changed, if the vocabulary has none of them or no plant may have what would come out.
+bool set_values(physics::Joint& joint, const NamedEffect& effect, const PlantValues& values);
 
 }  // namespace ravencal::diagnose

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/whole_file.hpp"
+#include "diagnose/report/improved_plant.hpp"
 
 namespace ravencal::diagnose {
 
@@ -17,10 +18,9 @@ core::Status write_report(const Report& report, const physics::Plant& plant,
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: cannot be made: {}", folder.string(), error.message())};
   }
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string improved, improved_plant(plant, report));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.json", report_json(report)));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.html", report_html(report)));
-  return core::write_whole_file(folder / "plant_improved.toml", improved);
+  return core::write_whole_file(folder / "plant_improved.toml", improved_plant_text(plant, report));
 }
 
 }  // namespace ravencal::diagnose

@@ -18,12 +18,8 @@ std::string report_json(const Report& report);
 /// report.html: one page that needs nothing else.
 std::string report_html(const Report& report);
 
-/// The plant with the named effects and refitted parameters. What `simulate` cannot run yet stands
-/// in comments at its end. Errors: the plant's file cannot be read (kIo).
-core::Result<std::string> improved_plant(const physics::Plant& plant, const Report& report);
-
-/// Writes report.json, report.html and plant_improved.toml into `folder`, each through a partial
-/// file.
+/// Writes report.json, report.html and plant_improved.toml into `folder`, which is made if absent,
+/// each through a partial file. Errors: something cannot be written (kIo).
 core::Status write_report(const Report& report, const physics::Plant& plant,
                           const std::filesystem::path& folder);
 
