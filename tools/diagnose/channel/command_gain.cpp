@@ -206,7 +206,7 @@ class GainStudy {
     effect.id = "controller_gain";
     effect.joint = series_.joint;
     effect.stage = stage_word(series_.stage);
-    const double error = half_width_ + bend_ * std::abs(ratio_);
+    const double error = half_width_ + std::max(bend_, kGainTolerance) * std::abs(ratio_);
     const std::string which =
         stretch_.number == 0 ? "" : fmt::format("_recording_{}", stretch_.number);
     effect.parameters = {{"ratio" + which, ratio_, "1", {ratio_ - error, ratio_ + error}}};

@@ -20,11 +20,6 @@ namespace {
 
 using Eigen::Index;
 
-/// A gain is a number in software: a plant that states no tolerance has it to this. What bends it
-/// on the way (a filter, a law in steps of time) is some percent at most; the converter's steps
-/// count apart.
-constexpr double kGainTolerance = 0.02;
-
 /// A disturbance that is on for longer than this share of the time is the controller's own level.
 constexpr double kLongestPulse = 0.5;
 
