@@ -45,6 +45,17 @@ FlipCandidate candidate_of(const VectorXd& column, const VectorXd& residual, Ind
   return {{option}, gain, 0};
 }
 
+TEST(SignFlip, GoesThroughAllPatternsOfAFewValues) {
+  const VectorXd three = (VectorXd(3) << 3.0, 2.0, 1.0).finished();
+  EXPECT_DOUBLE_EQ(diagnose::exact_sign_flip_p(three), 0.25);
+  const VectorXd mixed = (VectorXd(3) << 3.0, 2.0, -1.0).finished();
+  EXPECT_DOUBLE_EQ(diagnose::exact_sign_flip_p(mixed), 0.5);
+  EXPECT_EQ(diagnose::exact_sign_flip_p(VectorXd::Zero(5)), 1.0);
+  EXPECT_DOUBLE_EQ(diagnose::exact_sign_flip_p(VectorXd::Ones(24)), diagnose::least_exact_p(24));
+  const VectorXd drawn = noise(20, 9).array() + 0.2;
+  EXPECT_NEAR(diagnose::exact_sign_flip_p(drawn), diagnose::sign_flip_p(drawn, 1, 200000), 3e-3);
+}
+
 TEST(SignFlip, CanTestAConstantAndAStep) {
   // Circular shifts leave a constant as it is and a step nearly so: p would be 1 for both.
   const Index rows = 2000;

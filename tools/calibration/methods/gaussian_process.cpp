@@ -146,7 +146,7 @@ std::vector<Eigen::Index> plausible(const Process& process, const Eigen::MatrixX
                                     const Eigen::VectorXd& y) {
   const Eigen::VectorXd left = (y - process.predict(x)).cwiseAbs();
   std::vector<double> sizes(left.data(), left.data() + left.size());
-  const double deviation = 1.4826 * core::upper_median(sizes);
+  const double deviation = core::kNormalPerMad * core::upper_median(sizes);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < left.size(); ++i) {
     if (left[i] <= kImplausible * deviation) kept.push_back(i);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/regimes.hpp"
 #include "diagnose/fit/boosted_trees.hpp"
@@ -90,11 +91,6 @@ std::vector<char> where(const VectorXd& x, double from, double to) {
   return in;
 }
 
-double quantile(VectorXd x, double share) {
-  std::sort(x.data(), x.data() + x.size());
-  return x[static_cast<Index>(share * static_cast<double>(x.size() - 1))];
-}
-
 std::vector<Cell> regime_cells(const ChannelModel& model, const VectorXd& gain,
                                std::uint64_t seed) {
   std::vector<Cell> cells;
@@ -106,8 +102,8 @@ std::vector<Cell> regime_cells(const ChannelModel& model, const VectorXd& gain,
       cells.push_back(make_cell(model, "direction: positive", where(x, 0.5, 2.0), gain, seed));
       continue;
     }
-    const double low = quantile(x, 1.0 / 3.0);
-    const double high = quantile(x, 2.0 / 3.0);
+    const double low = core::upper_quantile(x, 1.0 / 3.0);
+    const double high = core::upper_quantile(x, 2.0 / 3.0);
     cells.push_back(make_cell(model, c.name + ": low third", where(x, -1e300, low), gain, seed));
     cells.push_back(make_cell(model, c.name + ": high third", where(x, high, 1e300), gain, seed));
   }

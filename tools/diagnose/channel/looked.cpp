@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "core/median.hpp"
 #include "diagnose/effects/regimes.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -29,9 +31,8 @@ Interval band_of(const Series& s) {
     steps.push_back(s.t_s[i] - s.t_s[i - 1]);
   }
   if (steps.empty() || !(longest > 0.0)) return {0.0, 0.0};
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  double highest = *middle > 0.0 ? 0.5 / *middle : 0.0;
+  const double usual_s = core::upper_median(std::move(steps));
+  double highest = usual_s > 0.0 ? 0.5 / usual_s : 0.0;
   const bool filtered = s.stage == Stage::kDrive && s.motion.half_width_s > 0.0;
   if (filtered) highest = std::min(highest, kHalfPower / s.motion.half_width_s);
   return {1.0 / longest, highest};

@@ -105,18 +105,11 @@ VectorXd drawn_coefficients(const ChannelFit& fit, const Drawn& from, std::mt199
   return solve(sum, from.precision, 1e-6);
 }
 
-/// Student's 97.5 % quantile over a normal's (Cornish and Fisher).
-double student(double degrees) {
-  const double z2 = kNormal95 * kNormal95;
-  return 1.0 + (z2 + 1.0) / (4.0 * degrees) +
-         (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * degrees * degrees);
-}
-
 /// Factor of a bootstrap's deviations: with few blocks it knows less of the spread between them
 /// than it says (Efron 1982).
 double few_blocks(std::size_t blocks, Index free) {
   const double degrees = std::max(3.0, static_cast<double>(blocks) - static_cast<double>(free));
-  return std::sqrt((degrees + 1.0) / degrees) * student(degrees);
+  return std::sqrt((degrees + 1.0) / degrees) * student_per_normal95(degrees);
 }
 
 /// Variance that slow noise adds to a coefficient over time, in squared 95 % half widths: sensors
@@ -147,7 +140,7 @@ double slow_noise(const Drawn& from, Index column) {
     power += 2.0 * sum * sum;
   }
   const double degrees = static_cast<double>(cosines);
-  const double shared = std::pow(student(degrees), 2) * power / degrees;
+  const double shared = std::pow(student_per_normal95(degrees), 2) * power / degrees;
   const double alone = std::pow(few_blocks(from.moments.block.size(), 1), 2) * scores.squaredNorm();
   return kNormal95 * kNormal95 * std::max(0.0, shared - alone);
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/median.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -37,14 +39,6 @@ VectorXd friction_of(const ChannelFit& fit) {
       part += seen_columns(form, s, chosen.shape) * coefficients_of(fit, i);
   }
   return part;
-}
-
-double deviation_of(const VectorXd& x) {
-  std::vector<double> size(x.data(), x.data() + x.size());
-  for (double& v : size) v = std::abs(v);
-  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-  std::nth_element(size.begin(), middle, size.end());
-  return 1.4826 * *middle;  // of a normal distribution
 }
 
 struct Gross {
@@ -96,7 +90,7 @@ std::string temper_gross_rows(ChannelModel& model) {
   if (s.stage != Stage::kTransmission && s.stage != Stage::kTracking) return {};
   std::string sentence;
   for (int round = 0; round < 2; ++round) {
-    const double deviation = deviation_of(model.noise);
+    const double deviation = core::normal_deviation(model.noise);
     const Gross gross = gross_rows(model, deviation);
     const auto most = kMostRows * static_cast<double>(model.noise.size());
     if (gross.rows.empty() || gross.stretches > kStretches || gross.share < kLeastGrossShare ||

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/channel/slip.hpp"
-#include "diagnose/findings/quantiles.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/median.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -61,11 +64,8 @@ std::optional<Peak> peak_of(const VectorXd& statistic, Index window) {
       elsewhere.push_back(std::abs(statistic[i]));
   }
   if (elsewhere.size() < static_cast<std::size_t>(6 * window)) return std::nullopt;
-  const auto rank =
-      elsewhere.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(elsewhere.size()));
-  std::nth_element(elsewhere.begin(), rank, elsewhere.end());
-  peak.quantile99 = *rank;
   peak.independent = static_cast<double>(elsewhere.size()) / (2.0 * static_cast<double>(window));
+  peak.quantile99 = core::upper_quantile(std::move(elsewhere), 0.99);
   return peak;
 }
 

@@ -3,7 +3,9 @@
 // Steps of the transmission at one moment: which of those found are real, and what they are called.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 
@@ -66,14 +68,12 @@ StepKind kind_of(const Step& step, const Series& s) {
     if (!inside) elsewhere.push_back(std::abs(leaps[i]));
   }
   if (elsewhere.size() < 200) return StepKind::kEither;
-  const auto rank = elsewhere.begin() +
-                    static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(elsewhere.size()));
-  std::nth_element(elsewhere.begin(), rank, elsewhere.end());
+  const double usual = core::upper_quantile(std::move(elsewhere), 0.999);
   // The tension that a slip lets go kicks the motor as well, but by less than the step.
   constexpr double kLostShare = 0.4, kKickShare = 0.3;
   const double size = std::abs(step.size);
-  if (near > kLostShare * size && near > 2.0 * *rank) return StepKind::kLostCounts;
-  const bool visible = *rank < kKickShare * size * left_after_a_sample(s);
+  if (near > kLostShare * size && near > 2.0 * usual) return StepKind::kLostCounts;
+  const bool visible = usual < kKickShare * size * left_after_a_sample(s);
   return visible && near < kKickShare * size ? StepKind::kSlip : StepKind::kEither;
 }
 

@@ -7,7 +7,9 @@
 // the same whatever is asked of it, and its joint falls behind and catches up as that lets it.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/median.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -35,15 +37,6 @@ struct Limit {
   double value = 0.0;  ///< 0: none found
   std::string why;     ///< then
 };
-
-/// 0 of nothing.
-double quantile(std::vector<double> x, double share) {
-  if (x.empty()) return 0.0;
-  const auto place =
-      x.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1));
-  std::nth_element(x.begin(), place, x.end());
-  return *place;
-}
 
 /// Change per second over some rows to either side.
 VectorXd rate_of(const Series& s, const VectorXd& x) {
@@ -99,7 +92,7 @@ Limit limit_of(const Series& s, const VectorXd& needed, const VectorXd& law,
     const double side = s.motion.v[i] < 0.0 ? -1.0 : 1.0;
     if (counts(i) && moves(i, side)) given.push_back(side * needed[i]);
   }
-  const double most = quantile(given, kMost);
+  const double most = core::upper_quantile(std::move(given), kMost);
   std::vector<double> moved;
   double time_s = 0.0;
   double rows = 0.0;
@@ -114,7 +107,7 @@ Limit limit_of(const Series& s, const VectorXd& needed, const VectorXd& law,
   }
   if (moved.size() < 10 || time_s < kLeastTime_s)
     return {0.0, "the drive was never asked for clearly more than it gave"};
-  const double limit = quantile(moved, 0.5);
+  const double limit = core::upper_median(moved);
   double other = 0.0;
   for (const double effort : moved) other += std::pow(effort / limit - 1.0, 2);
   if (limit <= 0.0 || other > kSameEffort * kSameEffort * static_cast<double>(moved.size()))

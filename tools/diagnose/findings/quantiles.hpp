@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Quantiles of the standard normal distribution.
+// Quantiles of the standard normal distribution, and Student's over them.
 #pragma once
 
 namespace ravencal::diagnose {
@@ -9,5 +9,12 @@ namespace ravencal::diagnose {
 inline constexpr double kNineInTen = 1.28;
 /// Deviations on either side of the mean that hold 95 %.
 inline constexpr double kNormal95 = 1.96;
+
+/// Student's 97.5 % quantile over a normal's (Cornish and Fisher).
+inline double student_per_normal95(double degrees) {
+  const double z2 = diagnose::kNormal95 * diagnose::kNormal95;
+  return 1.0 + (z2 + 1.0) / (4.0 * degrees) +
+         (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * degrees * degrees);
+}
 
 }  // namespace ravencal::diagnose

@@ -2,6 +2,7 @@
 #include "diagnose/fit/sign_flip.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <random>
@@ -43,6 +44,20 @@ class Chance {
   double mean_;
   double ninth_;  ///< 2 / 9 over the degrees of freedom
 };
+
+/// Sums of these values over all patterns of their signs, in order of size.
+std::vector<double> sums_of_patterns(const VectorXd& values) {
+  std::vector<double> sums = {0.0};
+  for (const double value : values) {
+    const std::size_t count = sums.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      sums.push_back(sums[i] + value);
+      sums[i] -= value;
+    }
+  }
+  std::sort(sums.begin(), sums.end());
+  return sums;
+}
 
 }  // namespace
 
@@ -102,5 +117,25 @@ double sign_flip_p(const VectorXd& block_values, std::uint64_t seed, int flips) 
   }
   return (1.0 + as_large) / (1.0 + flips);
 }
+
+double exact_sign_flip_p(const VectorXd& block_values) {
+  assert(block_values.size() <= kMostExactFlips);
+  const Index half = block_values.size() / 2;
+  const std::vector<double> some = sums_of_patterns(block_values.head(half));
+  const std::vector<double> others =
+      sums_of_patterns(block_values.tail(block_values.size() - half));
+  // A pattern that only rounding parts from what was seen is as extreme.
+  const double observed = std::abs(block_values.sum()) - 1e-12 * block_values.cwiseAbs().sum();
+  if (observed <= 0.0) return 1.0;
+  double beyond = 0.0;
+  std::size_t enough = others.size();  // from here on the others' sums reach what was seen
+  for (const double sum : some) {
+    while (enough > 0 && sum + others[enough - 1] >= observed) --enough;
+    beyond += static_cast<double>(others.size() - enough);
+  }
+  return 2.0 * beyond / (static_cast<double>(some.size()) * static_cast<double>(others.size()));
+}
+
+double least_exact_p(Index values) { return std::exp2(1.0 - static_cast<double>(values)); }
 
 }  // namespace ravencal::diagnose

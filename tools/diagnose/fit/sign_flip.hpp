@@ -39,4 +39,14 @@ FlipResult sign_flip_test(const std::vector<FlipCandidate>& candidates, double a
 /// Two-sided p-value of the mean of block values against zero, by flipping their signs.
 double sign_flip_p(const Eigen::VectorXd& block_values, std::uint64_t seed, int flips = 1999);
 
+/// Values whose patterns of signs are few enough to go through all of them.
+inline constexpr Eigen::Index kMostExactFlips = 32;
+
+/// The same p-value over every pattern of signs (Fisher 1935): no draw, and as little as
+/// `least_exact_p`, where drawn flips never fall below 1 / flips.
+double exact_sign_flip_p(const Eigen::VectorXd& block_values);
+
+/// That p-value of so many values that all have one sign.
+double least_exact_p(Eigen::Index values);
+
 }  // namespace ravencal::diagnose

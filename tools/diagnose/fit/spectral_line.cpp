@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/fit/spectral_line.hpp"
 #include "core/constants.hpp"
+#include "core/median.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 #include <vector>
 
 namespace ravencal::diagnose {
@@ -66,9 +68,8 @@ double prominence(const std::vector<double>& power, Index at) {
     around.push_back(power[static_cast<std::size_t>(k)]);
   }
   if (around.size() < static_cast<std::size_t>(kAround)) return 0.0;
-  const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-  std::nth_element(around.begin(), middle, around.end());
-  return power[static_cast<std::size_t>(at)] / std::max(*middle, 1e-300);
+  const double usual = core::upper_median(std::move(around));
+  return power[static_cast<std::size_t>(at)] / std::max(usual, 1e-300);
 }
 
 struct Frequencies {

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+
+#include "core/median.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -95,13 +98,6 @@ void for_each_fit(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
   }
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double chosen_half_width(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
                          const std::vector<char>& fresh, const std::vector<char>& unseen,
                          int need) {
@@ -121,7 +117,7 @@ double chosen_half_width(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
       count += 1.0;
     });
     // The median of the residual ignores the few windows where the motion itself is not cubic.
-    const double noise_power = median(noise2) * gain / count;
+    const double noise_power = core::upper_median(noise2) * gain / count;
     if (count == 0.0) return half_width;
     const double power = derivative2 / count;
     if (least == 0.0 && noise_power < 1e-4 * power) {
@@ -155,7 +151,7 @@ Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position
     motion.a[i] = fit.a;
     noise2.push_back(fit.residual2);
   });
-  motion.noise = std::sqrt(median(noise2));
+  motion.noise = std::sqrt(core::upper_median(std::move(noise2)));
   if (motion.half_width_s == fine_s) return motion;
   for_each_fit(t_s, x, fresh, {motion.half_width_s, 3}, 1,
                [&](Index i, const LocalFit& fit) { motion.a[i] = fit.a; });
