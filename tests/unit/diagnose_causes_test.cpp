@@ -9,6 +9,7 @@
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {
@@ -92,8 +93,7 @@ TEST(Causes, FrictionThatFadesWithTimeIsUnknownAndDependsOnTime) {
 }
 
 TEST(Causes, AMotorThatGivesThreeFifthsIsATorqueConstantWithThatRatio) {
-  const Eigen::VectorXd needed = Eigen::VectorXd::Ones(3);
-  const auto form = diagnose::torque_constant(needed);
+  const auto form = generator::form_of("torque_constant");
   // Recorded effort is the needed one over 0.6: 1.667 times it, a coefficient of -0.667.
   const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2.0 / 3.0);
   EXPECT_NEAR(form->parameters({}, {}, b).front().value, -0.4, 1e-12);

@@ -10,6 +10,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {
@@ -54,7 +55,7 @@ struct Case {
       series.y += (1.0 + changes[n]) * column;
     }
     for (double& y : series.y) y += 0.05 * (static_cast<double>(engine() >> 11U) * 0x1.0p-53 - 0.5);
-    fit.forms.push_back(diagnose::torque_constant(fit.nominal.prediction));
+    fit.forms.push_back(generator::form_of("torque_constant", {}, fit.nominal, {}));
     fit.model = diagnose::prepare_channel(series, fit.nominal, fit.forms);
   }
 };
@@ -106,8 +107,7 @@ TEST(TorqueConstant, IsWrongWhereAllOfTheDrivesNumbersAreWrongAlike) {
   ASSERT_FALSE(weak.parameters.empty());
   EXPECT_NEAR(weak.parameters.front().value, 1.0 / 0.7 - 1.0, 0.1);
   // Odds against it aside, it weighs as any number that is off by as many tolerances.
-  const VectorXd needed;
-  const auto form = diagnose::torque_constant(needed);
+  const auto form = generator::form_of("torque_constant");
   EXPECT_TRUE(form->ordinary(diagnose::Series{}));
   EXPECT_NEAR(form->off_by(VectorXd::Constant(1, 0.2)).value_or(0.0), 2.5, 1e-9);
   const diagnose::NamedEffect smooth = only_name(0.6, 1.0);

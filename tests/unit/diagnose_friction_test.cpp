@@ -134,7 +134,7 @@ TEST(DriveFriction, GrowsWithALoadThatThePlantLacks) {
   EXPECT_NEAR(known[150], 1.0, 1e-3);
   const VectorXd found = VectorXd::Constant(s.rows(), 0.5);
   const VectorXd both =
-      generator::form_of("load_dependent_friction", {}, found)->columns(s, {}).col(0);
+      generator::form_of("load_dependent_friction", {}, {}, found)->columns(s, {}).col(0);
   EXPECT_NEAR(both[150], 1.5, 1e-3);
 }
 

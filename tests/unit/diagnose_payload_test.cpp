@@ -14,6 +14,7 @@
 #include "diagnose/selection/invariance.hpp"
 #include "diagnose/selection/selection.hpp"
 #include "diagnose_arm.hpp"
+#include "diagnose_form.hpp"
 #include "physics/plant_effort.hpp"
 
 namespace {
@@ -199,7 +200,7 @@ TEST(LoadDependentFriction, MayDifferBetweenTheDirectionsWhereFrictionDoes) {
     series.transmitted = series.weight;
     const diagnose::Nominal nominal = diagnose::nominal_of(series, plant);
     diagnose::Forms forms;
-    forms.push_back(diagnose::load_dependent_friction({}));
+    forms.push_back(generator::form_of("load_dependent_friction"));
     diagnose::ChannelModel model = diagnose::prepare_channel(series, nominal, forms);
     const diagnose::Candidate& candidate = *model.candidates.front();
     model.chosen.push_back({0, candidate.shapes.front(), candidate.columns.front()});

@@ -10,6 +10,7 @@
 #include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/effects/nominal.hpp"
 #include "diagnose/findings/combinations.hpp"
+#include "diagnose/findings/quantiles.hpp"
 #include "diagnose/free_run/closed_loop.hpp"
 #include "diagnose/free_run/fit.hpp"
 
@@ -19,8 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNormal95 = 1.96;
 
 bool is_drive(const NamedEffect& e, const std::string& joint) {
   return e.joint == joint && e.stage == "drive" && e.id != kUnknown;
