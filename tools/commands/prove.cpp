@@ -12,6 +12,7 @@
 #include "commands/commands.hpp"
 #include "prove/leak.hpp"
 #include "prove/proof.hpp"
+#include "prove/reliability.hpp"
 #include "prove/score_proof.hpp"
 #include "prove/tally.hpp"
 
@@ -61,7 +62,7 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
       const nlohmann::ordered_json proof,
       prove::score_proof(options,
                          arguments.no_leak_test ? std::nullopt : std::optional(arguments.leak)));
-  fmt::print("{}", prove::targets_text(proof));
+  fmt::print("{}{}", prove::targets_text(proof), prove::reliability_text(proof["reliability"]));
   if (proof.contains("leak_test")) {
     const auto& leak = proof["leak_test"];
     fmt::print(

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "prove/reliability.hpp"
 #include "prove/workspace.hpp"
 #include "report/escape.hpp"
 
@@ -327,11 +328,12 @@ std::string proof_html(const Json& proof) {
       "<title>ravencal prove</title>{}</head><body><h1>Blind proof of ravencal diagnose</h1><p "
       "class=\"verdict\">{} of {} targets met on {} cases; {} gave no report.</p>{}"
       "<p class=\"quiet\">Processor time per hundred cases over two cores: {:.1f} min to make "
-      "them, {:.1f} min to diagnose.</p>{}{}{}{}{}{}{}</body></html>\n",
+      "them, {:.1f} min to diagnose.</p>{}{}{}{}{}{}{}{}</body></html>\n",
       kStyle, met, all, proof["cases"].get<int>(), proof["without_report"].get<int>(), seal,
       cost["generate"].get<double>(), cost["diagnose"].get<double>(), targets_html(proof),
-      sizes_html(proof), kinds_html(proof), others_html(proof), confusion_html(proof),
-      real_html(proof), cases_html(proof));
+      sizes_html(proof), kinds_html(proof), others_html(proof),
+      reliability_html(proof["reliability"]), confusion_html(proof), real_html(proof),
+      cases_html(proof));
 }
 
 }  // namespace ravencal::prove

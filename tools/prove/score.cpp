@@ -30,7 +30,7 @@ std::vector<Name> names_in(const Json& report) {
   const std::string kind = report.contains("verdict") ? text(report["verdict"], "kind") : "";
   std::vector<Name> names;
   for (const Json& e : list(report, "effects")) {
-    Name name{text(e, "id"), text(e, "joint"), text(e, "stage"), {}, false, 0.0};
+    Name name{text(e, "id"), text(e, "joint"), text(e, "stage")};
     for (const Json& other : list(e, "ambiguous_with"))
       if (other.is_string()) name.ambiguous_with.push_back(other.get<std::string>());
     // A report without the key still says it by its verdict: physics would have been that.
@@ -39,6 +39,7 @@ std::vector<Name> names_in(const Json& report) {
     const double before = number(evidence, "held_out_before"),
                  after = number(evidence, "held_out_after");
     name.gain = before > 0.0 ? 1.0 - after * after / (before * before) : 0.0;
+    if (e.contains("probability")) name.probability = number(e, "probability");
     names.push_back(std::move(name));
   }
   return names;
@@ -198,6 +199,11 @@ void score_names(const Json& subjects, CaseScore& score) {
     if (!is_physics(name)) continue;
     ++score.physics_names;
     if (strongest == nullptr || name.gain > strongest->gain) strongest = &name;
+  }
+  for (Name& name : score.names) {
+    name.hidden = std::any_of(subjects.begin(), subjects.end(), [&](const Json& s) {
+      return text(s, "id") == name.id && right_joint(s, name.joint);
+    });
   }
   for (const SubjectScore& s : score.subjects) right += s.named ? 1 : 0;
   score.physics = strongest != nullptr;

@@ -15,9 +15,11 @@ namespace ravencal::prove {
 /// A name given by the tool.
 struct Name {
   std::string id, joint, stage;
-  std::vector<std::string> ambiguous_with;
-  bool parameter = false;  ///< "out of tolerance", no physics
-  double gain = 0.0;       ///< share of the squared held-out error that it takes
+  std::vector<std::string> ambiguous_with{};
+  bool parameter = false;               ///< "out of tolerance", no physics
+  double gain = 0.0;                    ///< share of the squared held-out error that it takes
+  std::optional<double> probability{};  ///< that the report gives it
+  bool hidden = false;                  ///< it was there, at that joint
 };
 
 /// Result for one hidden effect.

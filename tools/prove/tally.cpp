@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "prove/reliability.hpp"
 #include "prove/statistics.hpp"
 #include "prove/workspace.hpp"
 
@@ -377,6 +378,7 @@ Json tally(const std::vector<CaseScore>& scores) {
         {"called_physics",
          json_of(
              share_of(g.parameters, [](const CaseScore& s) { return s.physics || s.failed; }))}}},
+      {"reliability", reliability_json(scores)},
       {"confusion", confusion_json(only(g.singles, clear), only(g.outside, clear))},
       {"baselines", baselines_json(g.controls, only(g.singles, clear), clear_pairs)},
       {"real", real_json(scores)},

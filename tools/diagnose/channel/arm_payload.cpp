@@ -266,6 +266,7 @@ std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<Chan
     NamedEffect effect = named(joint, found, options.seed + 330);
     if (!strongest || held_out_share(effect) > held_out_share(*strongest)) strongest = effect;
   }
+  strongest->probability = 1.0 / (1.0 + std::exp(-0.5 * (own - found.worth)));
   return strongest;
 }
 

@@ -11,6 +11,7 @@
 #include "diagnose/channel/control_law.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
+#include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -214,6 +215,7 @@ class GainStudy {
     effect.held_out_after = rms_of(left_);
     effect.held_out_before = left_by_plant(ratio_ - 1.0);
     effect.p_value = chance(beyond());
+    effect.probability = probability_at(effect.p_value);
     effect.size = std::abs(ratio_ - 1.0) * rms_of(asked_);
     effect.separate_by = "read the gain from the controller's configuration";
     return effect;

@@ -10,6 +10,7 @@
 #include "core/median.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
+#include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -152,6 +153,7 @@ bool name_pulses(const Pulses& found, const Series& s, const ControlLaw& law, do
   effect.held_out_after = s.training_rms(with);
   effect.unit = s.unit;
   effect.p_value = chance_of(found.pulses, s, without.array().square() - with.array().square());
+  effect.probability = probability_at(effect.p_value);
   effect.size = std::abs(size);
   effect.separate_by =
       "record the command that leaves the controller and the one that reaches the drive";

@@ -17,8 +17,6 @@ namespace {
 
 using Eigen::Index;
 
-/// Probability that a name and those that it is not told apart from hold together.
-constexpr double kCredible = 0.95;
 /// An effect that so many others could stand for is not named: of five as likely ones it is one.
 constexpr double kLeastInPlace = 0.2;
 

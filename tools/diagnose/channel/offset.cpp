@@ -8,6 +8,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -38,10 +39,10 @@ double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
 struct ConstantEvidence {
   VectorXd before, after;  ///< held-out squared errors per block
   double p_value = 1.0;
-  std::vector<std::string> rivals;
+  EffectPosterior posterior;
 };
 
-std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
+std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit, const EffectForm& form,
                                                   const ChannelOptions& options) {
   const ChannelModel bare = without_constant(fit.model);
   ConstantEvidence e{held_out_errors(bare), held_out_errors(fit.model), 1.0, {}};
@@ -52,12 +53,7 @@ std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit,
   if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
       gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
     return std::nullopt;
-  const ScreenResult others = screen(bare, options.gates, options.seed + 300);
-  for (const Contender& other : contenders(bare, others, options.gates)) {
-    const std::string& id = bare.candidates[other.tested->candidate]->form->id();
-    const bool known = std::find(e.rivals.begin(), e.rivals.end(), id) != e.rivals.end();
-    if (other.score < with + kClearScore && !known) e.rivals.push_back(id);
-  }
+  e.posterior = posterior_of_constant(fit.model, form, options.gates, options.seed + 300);
   return e;
 }
 
@@ -82,7 +78,8 @@ NamedEffect effect_of(const ChannelFit& fit, const ConstantEvidence& evidence,
   effect.held_out_after = fit.model.rms_of(evidence.after);
   effect.unit = findings.unit;
   effect.p_value = evidence.p_value;
-  effect.ambiguous_with = evidence.rivals;
+  effect.probability = evidence.posterior.probability;
+  effect.ambiguous_with = evidence.posterior.credible_others(kCredible);
   effect.size = std::abs(fit.coefficients[0]);
   effect.separate_by = form.separate_by();
   return effect;
@@ -144,10 +141,11 @@ std::optional<NamedEffect> offset_of(const ChannelFit& fit, const Interval& whol
                                      const ChannelFindings& findings) {
   if (!leaves_out_zero(whole) || std::min(std::abs(whole.first), std::abs(whole.second)) < least)
     return std::nullopt;
-  const auto evidence = constant_evidence(fit, options);
+  const auto form = homing_offset();
+  const auto evidence = constant_evidence(fit, *form, options);
   if (!evidence) return std::nullopt;
   NamedEffect offset =
-      effect_of(fit, *evidence, *homing_offset(),
+      effect_of(fit, *evidence, *form,
                 constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
   if (!offset.certain) return std::nullopt;
   return offset;
@@ -228,10 +226,10 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   const std::optional<ChannelFit> rest = without_asymmetry(fit);
   const ChannelFit& judged = rest ? *rest : fit;
   if (!clear(judged)) return;
-  const auto evidence = constant_evidence(judged, options);
+  const auto form = asymmetric_friction();
+  const auto evidence = constant_evidence(judged, *form, options);
   if (!evidence) return;
-  NamedEffect difference =
-      effect_of(judged, *evidence, *asymmetric_friction(), level(judged), findings);
+  NamedEffect difference = effect_of(judged, *evidence, *form, level(judged), findings);
   if (!difference.certain) return;
   if (const auto kept = find_asymmetry(findings.kept); kept != findings.kept.end()) {
     difference.parameters = kept->parameters;

@@ -8,6 +8,7 @@
 #include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -185,6 +186,7 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     effect.held_out_after = model.rms_of(after);
     effect.unit = findings.unit;
     effect.p_value = step.p_value;
+    effect.probability = probability_at(step.p_value);
     effect.size = std::abs(size);
     if (kind == StepKind::kEither) effect.ambiguous_with = {lost_counts_kind().id()};
     effect.separate_by =

@@ -62,7 +62,8 @@ class HomingOffsetKind final : public EffectKind {
     double seat = constant + joint.parameter("gain_error", "ratio") * motor_part;
     for (const physics::Effect& effect : joint.effects) {
       const auto source = improved.joint_index(effect.from);
-      if (effect.id == "coupling" && source) seat += effect.parameters.at("error") * stop(*source);
+      const auto error = effect.parameters.find("error");
+      if (source && error != effect.parameters.end()) seat += error->second * stop(*source);
     }
     return seat - (joint.homing->stop_encoder_ji - joint.homing->stop_controller_ji);
   }

@@ -44,12 +44,19 @@ std::string parameters_html(const NamedEffect& e) {
   return table_html({html_escape(e.joint + ": " + name_of(e)), "value", "95 % interval"}, rows);
 }
 
-/// The engine computes no probability yet: a p-value and the share of unseen error stand for it.
+/// No recording makes a probability of one or zero.
+std::string probability_text(double probability) {
+  if (probability > 0.995) return "over 99 %";
+  if (probability < 0.01) return "below 1 %";
+  return fmt::format("{:.0f} %", 100.0 * probability);
+}
+
 std::string evidence_html(const NamedEffect& e) {
   const auto fact = [](const char* name, const std::string& value) {
     return fmt::format("<div><dt>{}</dt><dd>{}</dd></div>", name, value);
   };
   std::string html = "<dl class=\"facts-line\">";
+  if (e.probability) html += fact("probability", probability_text(*e.probability));
   html += fact("unseen error without &rarr; with",
                change_html(e.held_out_before, e.held_out_after, e.unit));
   if (e.held_out_before > 0.0)

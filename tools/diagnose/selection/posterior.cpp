@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 
 namespace ravencal::diagnose {
 namespace {
@@ -19,20 +20,6 @@ constexpr int kDraws = 400;
 /// freedom, and no rival.
 constexpr double kContained = 0.05;
 
-/// A model in the neighbourhood.
-struct Neighbour {
-  const EffectForm* form = nullptr;  ///< in the effect's place; null: nothing
-  VectorXd errors;                   ///< held-out squared error by block
-  double cost = 0.0;                 ///< twice the negative log of the prior
-};
-
-Neighbour neighbour_of(const ChannelModel& model, const EffectForm* form) {
-  const VectorXd b = joint_fit(model);
-  double cost = nominal_cost(model, b);
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
-  return {form, held_out_errors(model), cost};
-}
-
 /// True if the richer columns can say what the effect's part says.
 bool contains(const ChannelModel& model, const Chosen& richer, const Chosen& own,
               const VectorXd& part) {
@@ -43,26 +30,8 @@ bool contains(const ChannelModel& model, const Chosen& richer, const Chosen& own
   return left.squaredNorm() < kContained * part.squaredNorm();
 }
 
-std::vector<Neighbour> neighbours_of(const ChannelModel& model, const VectorXd& coefficients,
-                                     std::size_t chosen, const Gates& gates, std::uint64_t seed) {
-  const Chosen& own = model.chosen[chosen];
-  const EffectForm& form = *model.candidates[own.candidate]->form;
-  const ChannelModel rest = model.without(chosen);
-  const VectorXd part =
-      own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
-  std::vector<Neighbour> out = {neighbour_of(model, &form), neighbour_of(rest, nullptr)};
-  for (const TestedCandidate& t : screen(rest, gates, seed).tested) {
-    const EffectForm& other = *model.candidates[t.candidate]->form;
-    if (t.candidate == own.candidate || other.id() == form.id()) continue;
-    if (contains(model, t.best, own, part)) continue;
-    const ChannelModel with = rest.with(t.best);
-    if (last_is_consistent(with)) out.push_back(neighbour_of(with, &other));
-  }
-  return out;
-}
-
 /// Weights of the models, mean over draws of the blocks' weights.
-VectorXd weights_of(const std::vector<Neighbour>& models, double unit, std::uint64_t seed) {
+VectorXd weights_of(const std::vector<Alternative>& models, double unit, std::uint64_t seed) {
   const auto count = static_cast<Index>(models.size());
   const Index blocks = models.front().errors.size();
   MatrixXd errors(count, blocks);
@@ -85,7 +54,26 @@ VectorXd weights_of(const std::vector<Neighbour>& models, double unit, std::uint
   return weights / kDraws;
 }
 
+/// All that may stand beside `rest`, but for ids that `skip` takes out.
+template <typename Skip>
+void add_rivals(const ChannelModel& rest, const Gates& gates, std::uint64_t seed, Skip&& skip,
+                std::vector<Alternative>& out) {
+  for (const TestedCandidate& t : screen(rest, gates, seed).tested) {
+    if (skip(t)) continue;
+    const ChannelModel with = rest.with(t.best);
+    if (last_is_consistent(with))
+      out.push_back(alternative_of(with, rest.candidates[t.candidate]->form->id()));
+  }
+}
+
 }  // namespace
+
+Alternative alternative_of(const ChannelModel& model, std::string id) {
+  const VectorXd b = joint_fit(model);
+  double cost = nominal_cost(model, b);
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
+  return {std::move(id), held_out_errors(model), cost};
+}
 
 std::vector<std::string> EffectPosterior::credible_others(double mass) const {
   std::vector<std::string> ids;
@@ -99,19 +87,16 @@ std::vector<std::string> EffectPosterior::credible_others(double mass) const {
   return ids;
 }
 
-EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coefficients,
-                             std::size_t chosen, const Gates& gates, std::uint64_t seed) {
-  const EffectForm& form = *model.candidates[model.chosen[chosen].candidate]->form;
-  const auto models = neighbours_of(model, coefficients, chosen, gates, seed);
-  const VectorXd weights = weights_of(models, noise_unit(model), seed);
-  // No statistic parts an effect from those that make the same columns: they share its weight.
+EffectPosterior weigh(const std::vector<Alternative>& alternatives,
+                      const std::vector<std::string>& same, double unit, std::uint64_t seed) {
+  const VectorXd weights = weights_of(alternatives, unit, seed);
   std::map<std::string, double> by_id;
-  const std::vector<std::string> same = form.twins(*model.series);
   const double each = weights[0] / static_cast<double>(1 + same.size());
   for (const std::string& id : same) by_id[id] += each;
   double something = weights[0];
-  for (std::size_t k = 2; k < models.size(); ++k) {
-    by_id[models[k].form->id()] += weights[static_cast<Index>(k)];
+  for (std::size_t k = 1; k < alternatives.size(); ++k) {
+    if (alternatives[k].id.empty()) continue;
+    by_id[alternatives[k].id] += weights[static_cast<Index>(k)];
     something += weights[static_cast<Index>(k)];
   }
   EffectPosterior out;
@@ -122,6 +107,39 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
     return a.probability > b.probability;
   });
   return out;
+}
+
+EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coefficients,
+                             std::size_t chosen, const Gates& gates, std::uint64_t seed) {
+  const Chosen& own = model.chosen[chosen];
+  const EffectForm& form = *model.candidates[own.candidate]->form;
+  const ChannelModel rest = model.without(chosen);
+  const VectorXd part =
+      own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
+  std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(rest, "")};
+  const auto skip = [&](const TestedCandidate& t) {
+    return model.candidates[t.candidate]->form->id() == form.id() ||
+           contains(model, t.best, own, part);
+  };
+  add_rivals(rest, gates, seed, skip, all);
+  return weigh(all, form.twins(*model.series), noise_unit(model), seed);
+}
+
+EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectForm& form,
+                                      const Gates& gates, std::uint64_t seed) {
+  const ChannelModel bare = without_constant(model);
+  std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(bare, "")};
+  all.front().cost += effect_cost(1);
+  add_rivals(
+      bare, gates, seed, [](const TestedCandidate&) { return false; }, all);
+  return weigh(all, form.twins(*model.series), noise_unit(model), seed);
+}
+
+double probability_at(double p_value) {
+  const double p = std::max(p_value, 1e-300);
+  // The bound on the Bayes factor holds below 1/e; above, nothing speaks for an effect.
+  const double for_chance = p < std::exp(-1.0) ? -std::exp(1.0) * p * std::log(p) : 1.0;
+  return 1.0 / (1.0 + for_chance * std::exp(0.5 * effect_cost(1)));
 }
 
 }  // namespace ravencal::diagnose

@@ -15,6 +15,9 @@
 
 namespace ravencal::diagnose {
 
+/// Probability that a name and those that it is not told apart from hold together.
+inline constexpr double kCredible = 0.95;
+
 /// One id that may stand in an effect's place, and how likely it is given that something does.
 struct InPlace {
   std::string id;
@@ -33,8 +36,29 @@ struct EffectPosterior {
   [[nodiscard]] std::vector<std::string> credible_others(double mass) const;
 };
 
+/// A model that may be the true one, with an id in the place in question.
+struct Alternative {
+  std::string id;          ///< empty: nothing stands there
+  Eigen::VectorXd errors;  ///< held-out squared error by block
+  double cost = 0.0;       ///< twice the negative log of the prior
+};
+Alternative alternative_of(const ChannelModel& model, std::string id);
+
+/// Of the first alternative; `same`: ids that make the same columns, which share its weight.
+/// `unit`: squared error that counts as one (noise_unit).
+EffectPosterior weigh(const std::vector<Alternative>& alternatives,
+                      const std::vector<std::string>& same, double unit, std::uint64_t seed);
+
 /// For the model's chosen effect; `coefficients` are the model's.
 EffectPosterior posterior_of(const ChannelModel& model, const Eigen::VectorXd& coefficients,
                              std::size_t chosen, const Gates& gates, std::uint64_t seed);
+
+/// For the model's constant, which `form` names.
+EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectForm& form,
+                                      const Gates& gates, std::uint64_t seed);
+
+/// Greatest probability that chance at such a p-value leaves to an effect of one number (Sellke,
+/// Bayarri, Berger, The American Statistician 2001), its prior as in a search.
+double probability_at(double p_value);
 
 }  // namespace ravencal::diagnose

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prove/reliability.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "prove/statistics.hpp"
+
+namespace ravencal::prove {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Ends of the ranges: finer where a user acts on a name.
+constexpr std::array<double, 6> kEnds = {0.3, 0.5, 0.7, 0.9, 0.97, 1.0};
+
+std::string range_text(const Json& range) {
+  return fmt::format("{:.0f} to {:.0f} %", 100.0 * range["from"].get<double>(),
+                     100.0 * range["to"].get<double>());
+}
+
+}  // namespace
+
+Json reliability_json(const std::vector<CaseScore>& scores) {
+  std::array<Share, kEnds.size()> there{};
+  std::array<double, kEnds.size()> sums{};
+  for (const CaseScore& score : scores) {
+    for (const Name& name : score.names) {
+      if (!name.probability || name.parameter) continue;
+      const auto range = static_cast<std::size_t>(
+          std::upper_bound(kEnds.begin(), kEnds.end() - 1, *name.probability) - kEnds.begin());
+      there[range].count(name.hidden);
+      sums[range] += *name.probability;
+    }
+  }
+  Json out = Json::array();
+  for (std::size_t k = 0; k < kEnds.size(); ++k) {
+    if (there[k].of == 0) continue;
+    const auto [low, high] = wilson(there[k]);
+    out.push_back({{"from", k == 0 ? 0.0 : kEnds[k - 1]},
+                   {"to", kEnds[k]},
+                   {"said", there[k].of},
+                   {"mean_said", sums[k] / there[k].of},
+                   {"there", there[k].hits},
+                   {"share_there", there[k].value()},
+                   {"ci95", {low, high}}});
+  }
+  return out;
+}
+
+std::string reliability_text(const Json& reliability) {
+  std::string text;
+  for (const Json& range : reliability) {
+    text += fmt::format("  said with {:<13} {:>4} names, {:>5.1f} % on average; there {:>5.1f} %\n",
+                        range_text(range), range["said"].get<int>(),
+                        100.0 * range["mean_said"].get<double>(),
+                        100.0 * range["share_there"].get<double>());
+  }
+  return text.empty() ? text : "probabilities of the names:\n" + text;
+}
+
+std::string reliability_html(const Json& reliability) {
+  if (reliability.empty()) return "";
+  std::string rows;
+  for (const Json& range : reliability) {
+    rows += fmt::format(
+        "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.1f} %</td><td class=\"n\">{:.1f} "
+        "% <span class=\"quiet\">({:.0f} to {:.0f})</span></td></tr>",
+        range_text(range), range["said"].get<int>(), 100.0 * range["mean_said"].get<double>(),
+        100.0 * range["share_there"].get<double>(), 100.0 * range["ci95"][0].get<double>(),
+        100.0 * range["ci95"][1].get<double>());
+  }
+  return "<h2>Do probabilities mean what they say?</h2><p>Names of physics by the probability that "
+         "the report gives them, and how many of those effects were hidden at that joint.</p><div "
+         "class=\"scroll\"><table><thead><tr><th>said with</th><th>names</th><th>mean "
+         "said</th><th>there</th></tr></thead><tbody>" +
+         rows + "</tbody></table></div>";
+}
+
+}  // namespace ravencal::prove
