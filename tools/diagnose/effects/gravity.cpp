@@ -86,6 +86,7 @@ class GravityKind final : public EffectKind {
       : EffectKind("gravity", Stage::kDrive,
                    {.origin = Origin::kArmLoad,
                     .probes = Probe::kLoaded | Probe::kWeighed,
+                    .sentence = "the links weigh more or less than the plant's",
                     .enters_at = "drive",
                     .weight = Weight::kOfLinks,
                     .cable = CablePart::kWeight}) {}

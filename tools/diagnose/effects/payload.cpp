@@ -50,6 +50,7 @@ class PayloadKind final : public EffectKind {
       : EffectKind("payload", Stage::kDrive,
                    {.origin = Origin::kArmLoad,
                     .probes = Probe::kLoaded | Probe::kWeighed,
+                    .sentence = "a weight hangs on the tool that the plant does not have",
                     .enters_at = "drive",
                     .weight = Weight::kOnTool}) {}
   void add_forms(const FormContext& context, Forms& forms) const override {

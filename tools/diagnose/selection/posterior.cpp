@@ -117,12 +117,14 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
   const VectorXd part =
       own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
   std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(rest, "")};
+  const std::vector<std::string> same = form.twins(*model.series);
   const auto skip = [&](const TestedCandidate& t) {
-    return model.candidates[t.candidate]->form->id() == form.id() ||
+    const std::string& id = model.candidates[t.candidate]->form->id();
+    return id == form.id() || std::find(same.begin(), same.end(), id) != same.end() ||
            contains(model, t.best, own, part);
   };
   add_rivals(rest, gates, seed, skip, all);
-  return weigh(all, form.twins(*model.series), noise_unit(model), seed);
+  return weigh(all, same, noise_unit(model), seed);
 }
 
 EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectForm& form,
