@@ -138,7 +138,7 @@ std::vector<Run> runs(const std::string& program, const fs::path& plant, const f
                                   "--rate-hz", "1000", "--out", recording, "--force"})},
       {"screening", [=] { return screen_recording(recording, plant); }},
       {"diagnose", program_with(diagnose(0))},
-      {"diagnose, placebo twins", program_with(diagnose(placebos))}};
+      {"diagnose, placebo recordings", program_with(diagnose(placebos))}};
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ int main(int argc, char** argv) {
   app.add_option("--minutes", minutes, "length of the recording")
       ->check(CLI::Range(0.5, 600.0))
       ->capture_default_str();
-  app.add_option("--placebo", placebos, "placebo twins")->capture_default_str();
+  app.add_option("--placebo", placebos, "placebo recordings")->capture_default_str();
   app.footer("Example: diagnose_bench build/release/tools/ravencal tools/plants/raven2.toml");
   CLI11_PARSE(app, argc, argv);
 

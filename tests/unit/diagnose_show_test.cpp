@@ -264,13 +264,13 @@ TEST(Report, IsNotMadeWhereItsReaderStopsAmongTheTwins) {
   const physics::Plant plant = plant_file(generator::plant_text(), "page");
   diagnose::Options options;
   options.threads = 1;
-  options.placebo_twins = 2;
+  options.placebos = 2;
   double last = 0.0;
   options.look = [&last](double done, std::string_view what) {
     EXPECT_GE(done, last);
     EXPECT_LE(done, 1.0);
     last = done;
-    return what != "placebo twins";
+    return what != "placebo recordings";
   };
   const auto report = diagnose::diagnose({generator::make_recording({}, {})}, {}, plant, options);
   ASSERT_FALSE(report.ok());
@@ -285,7 +285,7 @@ TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
   const physics::Plant plant = plant_file(generator::plant_text(), "page");
   diagnose::Options options;
   options.threads = 1;
-  options.placebo_twins = 2;
+  options.placebos = 2;
   const auto report =
       diagnose::diagnose({generator::make_recording(hidden, {})}, {}, plant, options);
   ASSERT_TRUE(report.ok()) << report.error().message;
@@ -294,7 +294,7 @@ TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
        {"Causes", "What to record next", "What was looked at", "Error on motion that no fit saw",
         "Error on unseen rows as the model grows", "Error over position and speed", "Size of ",
         "Every figure on unseen motion", "Candidates and their gates", "would have been found from",
-        "Not testable with these recordings", "On twins of this recording"}) {
+        "Not testable with these recordings", "placebo recordings, made of this one"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_NE(page.find("default-src 'none'"), std::string::npos) << "the page may load nothing";

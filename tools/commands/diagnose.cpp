@@ -24,7 +24,7 @@ namespace {
 constexpr int kPlaceboTwins = 20;
 
 struct DiagnoseArguments {
-  DiagnoseArguments() { options.placebo_twins = kPlaceboTwins; }
+  DiagnoseArguments() { options.placebos = kPlaceboTwins; }
 
   std::vector<std::string> recordings;
   std::vector<std::string> held_out;
@@ -85,7 +85,7 @@ void add_provenance(const DiagnoseArguments& arguments, const physics::Plant& pl
                            plant.hash));
   made_from.emplace_back("seed", std::to_string(arguments.options.seed));
   made_from.emplace_back("alpha", fmt::format("{:g}", arguments.options.alpha));
-  made_from.emplace_back("placebo_twins", std::to_string(arguments.options.placebo_twins));
+  made_from.emplace_back("placebo_twins", std::to_string(arguments.options.placebos));
   made_from.emplace_back("ravencal", core::kVersion);
 }
 
@@ -180,8 +180,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-4, 0.5))
       ->capture_default_str();
   command
-      ->add_option("--placebo", arguments->options.placebo_twins,
-                   "Placebo twins, with nothing left out, that measure this recording's false "
+      ->add_option("--placebo", arguments->options.placebos,
+                   "Placebo recordings, with nothing left out, that measure this recording's false "
                    "alarms; 0: none, in a third of the time")
       ->check(CLI::Range(0, 10000))
       ->capture_default_str();

@@ -18,6 +18,7 @@
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/verdict.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/free_run/judge.hpp"
 #include "diagnose/report/improved_plant.hpp"
 #include "diagnose/simulated.hpp"
@@ -40,15 +41,15 @@ void in_parallel(std::size_t count, unsigned threads, Work&& work) {
   for (std::thread& helper : helpers) helper.join();
 }
 
-/// What a twin of a channel costs of the channel's own analysis.
-constexpr double kTwinCost = 0.2;
+/// What a placebo of a channel costs of the channel's own analysis.
+constexpr double kPlaceboCost = 0.2;
 
 /// Tells whoever looks how much is done, from any thread, and whether to go on.
 class Watch {
  public:
   Watch(const Options& options, std::size_t channels)
       : look_(options.look),
-        whole_(static_cast<double>(channels) * (1.0 + kTwinCost * options.placebo_twins)) {}
+        whole_(static_cast<double>(channels) * (1.0 + kPlaceboCost * options.placebos)) {}
 
   [[nodiscard]] bool stopped() const { return stopped_; }
 
@@ -67,35 +68,36 @@ class Watch {
   std::mutex mutex_;
 };
 
-/// Share of twins in which anything is named, over all channels of the report that have any.
+/// Share of placebos in which anything is named, over all channels of the report that have any.
 std::optional<double> false_alarm_rate(const SeriesSet& set,
                                        const std::vector<ChannelFindings>& findings,
                                        const physics::Plant& plant, const ChannelOptions& base,
                                        const Options& options, Watch& watch) {
-  const auto twins = static_cast<std::size_t>(options.placebo_twins);
+  const auto placebos = static_cast<std::size_t>(options.placebos);
   std::vector<std::size_t> channels;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     if (findings[i].placebo) channels.push_back(i);
   }
-  if (channels.empty() || twins == 0) return std::nullopt;
-  std::vector<char> alarm(channels.size() * twins, 0);
+  if (channels.empty() || placebos == 0) return std::nullopt;
+  std::vector<char> alarm(channels.size() * placebos, 0);
   in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
     if (watch.stopped()) return;
-    ChannelOptions twin_options = base;
-    twin_options.details = false;
-    twin_options.seed = base.seed + 7919 * (i + 1);
-    const std::size_t c = channels[i / twins];
-    const Series twin = placebo_twin(set.series[c], *findings[c].placebo, twin_options.seed);
-    alarm[i] = analyse_channel(twin, plant, twin_options).effects.empty() ? 0 : 1;
-    watch.done(kTwinCost, "placebo twins");
+    ChannelOptions placebo_options = base;
+    placebo_options.details = false;
+    placebo_options.seed = derived_seed(base.seed, "placebo", i);
+    const std::size_t c = channels[i / placebos];
+    const Series placebo =
+        placebo_series(set.series[c], *findings[c].placebo, placebo_options.seed);
+    alarm[i] = analyse_channel(placebo, plant, placebo_options).effects.empty() ? 0 : 1;
+    watch.done(kPlaceboCost, "placebo recordings");
   });
   std::size_t alarms = 0;
-  for (std::size_t t = 0; t < twins; ++t) {
+  for (std::size_t t = 0; t < placebos; ++t) {
     bool any = false;
-    for (std::size_t c = 0; c < channels.size(); ++c) any = any || alarm[c * twins + t] != 0;
+    for (std::size_t c = 0; c < channels.size(); ++c) any = any || alarm[c * placebos + t] != 0;
     alarms += any ? 1U : 0U;
   }
-  return static_cast<double>(alarms) / static_cast<double>(twins);
+  return static_cast<double>(alarms) / static_cast<double>(placebos);
 }
 
 /// The channels' way from series to findings, in an order in which each knows what it needs.
@@ -190,7 +192,7 @@ Eigen::VectorXd free_run_of(const SeriesSet& set, const std::vector<ChannelFindi
   }
   merge_joint_friction(plant, report);
   return unseen_windows(set, findings, drive, plant, improved_plant(plant, report), report,
-                        options.seed + 900 + drive);
+                        derived_seed(options.seed, "free run", drive));
 }
 
 /// Equation error screens, free run judges: a drive that runs better without what has no name does
@@ -219,7 +221,8 @@ void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>&
   std::vector<FreeRunVerdict> verdicts(set.series.size());
   in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
     if (set.series[i].stage != Stage::kDrive) return;
-    verdicts[i] = judge_drive(set, findings, i, plant, improved, report, options.seed + 900 + i);
+    verdicts[i] = judge_drive(set, findings, i, plant, improved, report,
+                              derived_seed(options.seed, "free run", i));
   });
   for (std::size_t i = 0; i < verdicts.size(); ++i) apply(verdicts[i], set.series[i], report);
 }
@@ -335,7 +338,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   report.verdict.false_alarm_rate =
       false_alarm_rate(set, findings, plant, channel_options, options, watch);
   if (watch.stopped()) return stopped;
-  if (report.verdict.false_alarm_rate) report.verdict.placebo_twins = options.placebo_twins;
+  if (report.verdict.false_alarm_rate) report.verdict.placebos = options.placebos;
   decide(report, notes);
   return report;
 }

@@ -24,8 +24,8 @@ struct Options {
   /// Another simulator's recordings of the same motion, one per recording, held-out ones last; the
   /// baseline instead of the plant's own prediction. Empty: the plant is simulated.
   std::vector<record::Recording> simulated;
-  int placebo_twins = 0;  ///< twins of this recording with nothing left out, per channel
-  unsigned threads = 0;   ///< 0: all cores
+  int placebos = 0;      ///< made of this recording with nothing left out, per channel
+  unsigned threads = 0;  ///< 0: all cores
   std::function<bool(double done, std::string_view what)> look;  ///< false stops early
 };
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -19,9 +20,10 @@ constexpr double kRise95 = 3.84;
 
 bool is_weight(const std::string& id) { return traits_of(id).weight != Weight::kNone; }
 
-/// What a model is worth; its constant is left out where it is not worth its cost.
-double worth_of_drive(const ChannelModel& model) {
-  return std::min(worth(without_constant(model)), worth(model) + effect_cost(1));
+/// Penalised score of a drive; its constant is left out where it is not worth its cost.
+double score_of_drive(const ChannelModel& model) {
+  return std::min(penalised_score(without_constant(model)),
+                  penalised_score(model) + effect_cost(1));
 }
 
 /// The model without what it took for a weight.
@@ -41,13 +43,13 @@ class Joint {
     per_kg_ = own_.blocks.gather(seen_columns(*payload(), *fit.series, {})).col(0);
   }
 
-  [[nodiscard]] double own() const { return worth_of_drive(own_); }
+  [[nodiscard]] double own() const { return score_of_drive(own_); }
 
   /// The model that is likeliest under that mass, before the mass is hung on it.
   [[nodiscard]] const ChannelModel& bare(double mass_kg) const {
     return *std::min_element(bare_.begin(), bare_.end(),
                              [&](const ChannelModel& a, const ChannelModel& b) {
-                               return worth_under(a, mass_kg) < worth_under(b, mass_kg);
+                               return score_under(a, mass_kg) < score_under(b, mass_kg);
                              });
   }
 
@@ -81,19 +83,19 @@ class Joint {
   }
 
   /// Of the likeliest model under that mass.
-  [[nodiscard]] double worth_under(double mass_kg) const {
+  [[nodiscard]] double score_under(double mass_kg) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const ChannelModel& model : bare_) least = std::min(least, worth_under(model, mass_kg));
+    for (const ChannelModel& model : bare_) least = std::min(least, score_under(model, mass_kg));
     return least;
   }
 
   /// Effects that the mass makes superfluous cost nothing.
-  [[nodiscard]] double worth_under(const ChannelModel& bare, double mass_kg) const {
+  [[nodiscard]] double score_under(const ChannelModel& bare, double mass_kg) const {
     ChannelModel model = loaded(bare, mass_kg);
-    double least = worth_of_drive(model);
+    double least = score_of_drive(model);
     for (std::size_t i = model.chosen.size(); i-- > 0;) {
       const ChannelModel fewer = model.without(i);
-      const double without = worth_of_drive(fewer);
+      const double without = score_of_drive(fewer);
       if (without > least) continue;
       least = without;
       model = fewer;
@@ -136,9 +138,9 @@ class Joint {
   VectorXd per_kg_;
 };
 
-double worth_of_all(const std::vector<Joint>& joints, double mass_kg) {
+double score_of_all(const std::vector<Joint>& joints, double mass_kg) {
   double sum = effect_cost(1);
-  for (const Joint& joint : joints) sum += joint.worth_under(mass_kg);
+  for (const Joint& joint : joints) sum += joint.score_under(mass_kg);
   return sum;
 }
 
@@ -153,7 +155,7 @@ void choose_anew(std::vector<Joint>& joints) {
 }
 
 struct Weighed {
-  double mass_kg = 0.0, deviation_kg = 0.0, worth = std::numeric_limits<double>::infinity();
+  double mass_kg = 0.0, deviation_kg = 0.0, score = std::numeric_limits<double>::infinity();
 };
 
 /// The likeliest mass about those that single joints propose, at the top of the parabola through
@@ -169,15 +171,15 @@ Weighed weigh(const std::vector<Joint>& joints, double least_kg) {
   const double reach = 0.25 * std::max(std::abs(low), std::abs(high));
   low = std::max(low - reach, least_kg);
   const double step = (high + reach - low) / (kMasses - 1);
-  std::array<double, kMasses> worths{};
-  for (int i = 0; i < kMasses; ++i) worths[i] = worth_of_all(joints, low + i * step);
-  const auto best = std::min_element(worths.begin() + 1, worths.end() - 1) - worths.begin();
-  const double curvature = worths[best - 1] - 2.0 * worths[best] + worths[best + 1];
+  std::array<double, kMasses> scores{};
+  for (int i = 0; i < kMasses; ++i) scores[i] = score_of_all(joints, low + i * step);
+  const auto best = std::min_element(scores.begin() + 1, scores.end() - 1) - scores.begin();
+  const double curvature = scores[best - 1] - 2.0 * scores[best] + scores[best + 1];
   if (!(curvature > 0.0)) return {};
   const double move =
-      std::clamp(0.5 * (worths[best - 1] - worths[best + 1]) / curvature, -1.0, 1.0);
+      std::clamp(0.5 * (scores[best - 1] - scores[best + 1]) / curvature, -1.0, 1.0);
   const double mass = low + (static_cast<double>(best) + move) * step;
-  return {mass, step * std::sqrt(2.0 / curvature), worth_of_all(joints, mass)};
+  return {mass, step * std::sqrt(2.0 / curvature), score_of_all(joints, mass)};
 }
 
 /// Held-out gains by that mass over the blocks of all joints, each in units of its noise.
@@ -198,7 +200,7 @@ double likelier_without_the_strongest(const std::vector<Joint>& joints, double m
   double sum = 0.0;
   double most = 0.0;
   for (const Joint& joint : joints) {
-    const double gain = joint.own() - joint.worth_under(mass_kg);
+    const double gain = joint.own() - joint.score_under(mass_kg);
     sum += gain;
     most = std::max(most, gain);
   }
@@ -256,17 +258,17 @@ std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<Chan
   // One weight goes before a name on each of several joints, unless each is clearly likelier; and
   // where no joint has named anything, it has to be clearly likelier itself.
   const double most = own + kClearScore * (instead - 1);
-  if (!(found.worth < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
+  if (!(found.score < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   if (z_score(gains_by(joints, found.mass_kg)) < options.gates.least_z) return std::nullopt;
   if (instead == 0 && likelier_without_the_strongest(joints, found.mass_kg) < kClearScore)
     return std::nullopt;
   std::optional<NamedEffect> strongest;
   for (const Joint& joint : joints) {
-    NamedEffect effect = named(joint, found, options.seed + 330);
+    NamedEffect effect = named(joint, found, derived_seed(options.seed, "payload"));
     if (!strongest || held_out_share(effect) > held_out_share(*strongest)) strongest = effect;
   }
-  strongest->probability = 1.0 / (1.0 + std::exp(-0.5 * (own - found.worth)));
+  strongest->probability = 1.0 / (1.0 + std::exp(-0.5 * (own - found.score)));
   return strongest;
 }
 

@@ -11,6 +11,7 @@
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/settling.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/contenders.hpp"
 #include "diagnose/selection/invariance.hpp"
 
@@ -39,7 +40,7 @@ Forms candidates_for(const Series& series, const physics::Plant& plant, const No
 bool completed(ChannelFit& fit, const ChannelOptions& options) {
   Gates gates = options.gates;
   gates.alpha = std::max(gates.alpha, 0.05);
-  const ScreenResult result = screen(fit.model, gates, options.seed + 50);
+  const ScreenResult result = screen(fit.model, gates, derived_seed(options.seed, "completion"));
   const TestedCandidate* best = nullptr;
   for (const TestedCandidate& t : result.tested) {
     if (!t.consistent || t.evidence.p_value > gates.alpha || t.evidence.z < 1.0 ||
@@ -71,7 +72,8 @@ bool uncertain(const ChannelFit& fit, std::size_t i, const ChannelOptions& optio
   if (!consistent) return true;
   // Of several columns no single one need be certain.
   if (fit.model.chosen[i].columns.cols() > 1) return false;
-  const auto parameters = parameters_of(fit, i, options.seed + 200 + i, Doubt::kChance);
+  const auto parameters =
+      parameters_of(fit, i, derived_seed(options.seed, "certainty", i), Doubt::kChance);
   if (parameters.empty()) return false;
   auto [from, to] = parameters.front().ci95;
   double least = 0.0;
@@ -91,7 +93,8 @@ std::optional<ChannelModel> with_certain_rival(const ChannelFit& fit, std::size_
                                                const ChannelOptions& options) {
   ChannelFit trial = fit;
   const ChannelModel rest = fit.model.without(i);
-  const ScreenResult screened = screen(rest, options.gates, options.seed + 60);
+  const ScreenResult screened =
+      screen(rest, options.gates, derived_seed(options.seed, "certain rivals"));
   auto rivals = contenders(rest, screened, options.gates);
   std::sort(rivals.begin(), rivals.end(),
             [](const Contender& a, const Contender& b) { return a.score < b.score; });
@@ -337,7 +340,7 @@ NamedChannel name_channel(const Series& series, const physics::Plant& plant,
   name_asymmetry(fit, options, findings);
   name_steps(fit, options, findings);
   findings.floor = fit.model.floor;
-  add_load(fit, options.seed + 560, findings);
+  add_load(fit, derived_seed(options.seed, "load"), findings);
   findings.constant_load = fit.coefficients[0];
   return named;
 }

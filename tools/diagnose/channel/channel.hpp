@@ -61,7 +61,7 @@ struct ChannelFindings {
   std::vector<NamedEffect> refitted;  ///< nominal parameters within their tolerance
   ChannelPlot plot;
   double floor = 0.0;
-  std::shared_ptr<const PlaceboParts> placebo;  ///< none for twins themselves
+  std::shared_ptr<const PlaceboParts> placebo;  ///< none for placebos themselves
   /// The drive's findings without what is kept: the free run may do better so. Empty: nothing is.
   std::shared_ptr<const ChannelFindings> bare;
 };
@@ -69,7 +69,7 @@ struct ChannelFindings {
 struct ChannelOptions {
   Gates gates;
   std::uint64_t seed = 1;
-  bool details = true;  ///< limits, remainder, plot; off for placebo twins
+  bool details = true;  ///< limits, remainder, plot; off for placebos
 };
 
 /// A channel's fit and the names that it gives.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/beyond.hpp"
 
 namespace ravencal::diagnose {
@@ -60,7 +61,7 @@ bool leaves_certain(ChannelFit& fit, ChannelModel& with, const std::vector<char>
 /// The likeliest effect that makes the model likelier and predicts better; none: no effects.
 ChannelModel extended(ChannelFit& fit, const ChannelOptions& options) {
   const ChannelModel& model = fit.model;
-  const ScreenResult result = screen(model, options.gates, options.seed + 1000);
+  const ScreenResult result = screen(model, options.gates, derived_seed(options.seed, "kept"));
   const std::vector<char> before = certain_effects(fit, options);
   double least = score_of(model);
   ChannelModel best;

@@ -9,6 +9,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -195,7 +196,8 @@ void add_step_limits(const ChannelFit& fit, std::map<std::string, NotFound>& ent
 }  // namespace
 
 void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
-  const ScreenResult result = screen(fit.model, options.gates, options.seed + 500);
+  const ScreenResult result =
+      screen(fit.model, options.gates, derived_seed(options.seed, "limits"));
   const auto named = [&](const std::string& id) {
     return std::any_of(findings.effects.begin(), findings.effects.end(),
                        [&](const NamedEffect& effect) { return effect.id == id; });
@@ -219,7 +221,8 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     if (why.empty() || named(id) || worst.contains(id)) continue;
     worst.emplace(id, NotFound{id, findings.joint, std::nullopt, "", why});
   }
-  const VectorXd deviation = nominal_deviation(fit, options.seed + 550);
+  const VectorXd deviation =
+      nominal_deviation(fit, derived_seed(options.seed, "limits of numbers"));
   for (std::size_t i = 0; i < fit.nominal.terms.size(); ++i) {
     const NominalTerm& term = fit.nominal.terms[i];
     if (term.form_only || named(term.id) || worst.contains(term.id)) continue;

@@ -10,6 +10,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/regimes.hpp"
 #include "diagnose/fit/boosted_trees.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/interval_scan.hpp"
 
 namespace ravencal::diagnose {
@@ -225,7 +226,7 @@ void add_remainder(const ChannelFit& fit, const ChannelOptions& options,
   const double left = std::sqrt((fit.held_out_residual - rest.value).squaredNorm() / rows);
   const double p = sign_flip_p(
       block_sums(model.blocks, gain, std::vector<char>(static_cast<std::size_t>(gain.size()), 1)),
-      options.seed + 600);
+      derived_seed(options.seed, "remainder"));
   // A share alone is fooled by the small predictable structure that every simulator's friction
   // leaves: the remainder must also be as large as what is called an effect, in the same place.
   const double share_left = gain.sum() / fit.held_out_residual.squaredNorm();
@@ -275,7 +276,8 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
   m.joint = findings.joint;
   m.stage = stage_word(findings.stage);
   m.unit = findings.unit;
-  m.p_value = sign_flip_p(block_sums(model.blocks, gain, everywhere), options.seed + 700);
+  m.p_value = sign_flip_p(block_sums(model.blocks, gain, everywhere),
+                          derived_seed(options.seed, "location"));
   m.floor = std::sqrt(best.squaredNorm() / rows);
   double offset2 = 0.0;
   for (const NamedEffect& effect : findings.effects) {
@@ -287,7 +289,7 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
       m.p_value <= options.gates.alpha && m.excess_rmse >= options.gates.size_per_floor * m.floor;
   if (!found && !exceeds) return;
   if (gain.sum() > 0.0) {
-    auto cells = regime_cells(model, gain, options.seed + 800);
+    auto cells = regime_cells(model, gain, derived_seed(options.seed, "regimes"));
     const double threshold = discovery_threshold(cells, 0.05);
     for (const Cell& cell : cells) {
       if (cell.p_value <= threshold && cell.mean > 1.5 * gain.mean()) m.regime.push_back(cell.name);

@@ -8,6 +8,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/cable_members.hpp"
 #include "diagnose/selection/invariance.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -43,7 +44,8 @@ std::string reported_stage(std::string_view id, Stage shown_in) {
 std::vector<NamedParameter> sizes_of(const ChannelFit& fit, std::size_t chosen,
                                      const Invariance& invariance, const ChannelOptions& options) {
   const EffectForm& form = *fit.model.candidates[fit.model.chosen[chosen].candidate]->form;
-  auto parameters = parameters_of(fit, chosen, options.seed + 200 + chosen, Doubt::kFormToo);
+  auto parameters =
+      parameters_of(fit, chosen, derived_seed(options.seed, "sizes", chosen), Doubt::kFormToo);
   widen_by_form(invariance, cable_kind(form, *fit.model.series).has_value(), parameters);
   return parameters;
 }
@@ -60,7 +62,8 @@ bool certain(const ChannelFit& fit, std::size_t chosen,
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings) {
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    const Evidence evidence = evidence_of(fit.model, i, options.gates, options.seed + 100 + i);
+    const Evidence evidence =
+        evidence_of(fit.model, i, options.gates, derived_seed(options.seed, "evidence", i));
     NamedEffect effect;
     effect.id = form.id();
     effect.from = form.from();
@@ -74,8 +77,8 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     effect.p_value = evidence.p_value;
     effect.size = evidence.size;
     effect.invariance_spread = invariance.spread;
-    const EffectPosterior posterior =
-        posterior_of(fit.model, fit.coefficients, i, options.gates, options.seed + 100 + i);
+    const EffectPosterior posterior = posterior_of(fit.model, fit.coefficients, i, options.gates,
+                                                   derived_seed(options.seed, "posterior", i));
     effect.probability = posterior.probability;
     effect.ambiguous_with = rivals_of(posterior, fit.model.chosen[i], effect.id);
     if (posterior.in_place < kLeastInPlace) {
@@ -138,7 +141,8 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
 
 void add_candidates(const ChannelFit& fit, const ChannelOptions& options,
                     ChannelFindings& findings) {
-  const ScreenResult result = screen(fit.model, options.gates, options.seed + 400);
+  const ScreenResult result =
+      screen(fit.model, options.gates, derived_seed(options.seed, "candidates"));
   for (const TestedCandidate& t : result.tested) {
     const EffectForm& form = *fit.model.candidates[t.candidate]->form;
     const Evidence& e = t.evidence;

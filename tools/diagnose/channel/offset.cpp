@@ -8,6 +8,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
@@ -47,13 +48,14 @@ std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit, const E
   const ChannelModel bare = without_constant(fit.model);
   ConstantEvidence e{held_out_errors(bare), held_out_errors(fit.model), 1.0, {}};
   const VectorXd gains = e.before - e.after;
-  e.p_value = sign_flip_p(gains, options.seed + 300);
+  e.p_value = sign_flip_p(gains, derived_seed(options.seed, "constant"));
   const double with = score_with_constant(fit.model);
   if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return std::nullopt;
   if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
       gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
     return std::nullopt;
-  e.posterior = posterior_of_constant(fit.model, form, options.gates, options.seed + 300);
+  e.posterior = posterior_of_constant(fit.model, form, options.gates,
+                                      derived_seed(options.seed, "constant posterior"));
   return e;
 }
 
@@ -144,9 +146,10 @@ std::optional<NamedEffect> offset_of(const ChannelFit& fit, const Interval& whol
   const auto form = homing_offset();
   const auto evidence = constant_evidence(fit, *form, options);
   if (!evidence) return std::nullopt;
-  NamedEffect offset =
-      effect_of(fit, *evidence, *form,
-                constant_as("offset", 1.0, fit, findings.unit, options.seed + 310), findings);
+  NamedEffect offset = effect_of(
+      fit, *evidence, *form,
+      constant_as("offset", 1.0, fit, findings.unit, derived_seed(options.seed, "offset")),
+      findings);
   if (!offset.certain) return std::nullopt;
   return offset;
 }
@@ -171,9 +174,9 @@ void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOp
   ChannelModel bare = without_constant(model);
   bare.chosen.clear();
   bare.hold_nominal();
-  select_effects(bare, options.gates, options.seed + 300);
+  select_effects(bare, options.gates, derived_seed(options.seed, "without constant"));
   bare.noise = model.noise;
-  if (worth(bare) > worth(model) + effect_cost(1) - kClearScore) return;
+  if (penalised_score(bare) > penalised_score(model) + effect_cost(1) - kClearScore) return;
   model = std::move(bare);
 }
 
@@ -191,7 +194,8 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
     return;
   }
   // Its whole interval: beside a drift the constant is where the drift began, which is known badly.
-  const Interval whole = interval_over_time(fit, 0, options.seed + 310, Doubt::kChance);
+  const Interval whole =
+      interval_over_time(fit, 0, derived_seed(options.seed, "offset chance"), Doubt::kChance);
   const double least = least_offset(fit, plant);
   if (auto offset = offset_of(fit, whole, least, options, findings)) {
     findings.effects.insert(findings.effects.begin(), std::move(*offset));
@@ -210,7 +214,8 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   // Without links the constant is as well a weight that the plant does not have.
   if (series.stage != Stage::kDrive || series.weight.size() == 0 || has_a_mean(fit)) return;
   const auto level = [&](const ChannelFit& of) {
-    return constant_as("level_difference", 2.0, of, findings.unit, options.seed + 320);
+    return constant_as("level_difference", 2.0, of, findings.unit,
+                       derived_seed(options.seed, "level difference"));
   };
   const auto clear = [](const ChannelFit& of) {
     return std::abs(of.coefficients[0]) >=

@@ -8,6 +8,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/fit/standard_normal.hpp"
 #include "diagnose/selection/invariance.hpp"
 
@@ -255,7 +256,8 @@ std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOpti
   model.precision[column] = 0.0;
   free.coefficients = joint_fit(model);
   const auto [low, high] =
-      widened(interval_over_time(free, column, options.seed + 570, Doubt::kFormToo),
+      widened(interval_over_time(free, column, derived_seed(options.seed, "friction behind"),
+                                 Doubt::kFormToo),
               free.coefficients[column], std::pow(kNormal95 * kModelForm, 2));
   return Interval{level->value * (1.0 + low), level->value * (1.0 + high)};
 }

@@ -17,18 +17,18 @@ PlaceboParts placebo_parts(const ChannelFit& fit) {
   return parts;
 }
 
-Series placebo_twin(const Series& series, const PlaceboParts& parts, std::uint64_t seed) {
-  Series twin = series;
+Series placebo_series(const Series& series, const PlaceboParts& parts, std::uint64_t seed) {
+  Series out = series;
   std::mt19937_64 engine(seed);
   const Blocks& blocks = parts.blocks;
-  twin.y = parts.prediction;
+  out.y = parts.prediction;
   for (std::size_t b = 0; b < blocks.count(); ++b) {
     const double sign = (engine() & 1U) != 0 ? 1.0 : -1.0;
     for (Index i = blocks.first(b); i < blocks.first(b) + blocks.size(b); ++i) {
-      twin.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * parts.noise[i];
+      out.y[blocks.rows[static_cast<std::size_t>(i)]] += sign * parts.noise[i];
     }
   }
-  return twin;
+  return out;
 }
 
 }  // namespace ravencal::diagnose

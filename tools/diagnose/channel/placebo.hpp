@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Twins of a channel with nothing left out: what is named in one is a false alarm.
+// Placebos: a channel made anew with nothing left out. What is named in one is a false alarm.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace ravencal::diagnose {
 
-/// What twins of a channel are made of.
+/// What placebos of a channel are made of.
 struct PlaceboParts {
   Eigen::VectorXd prediction;  ///< of the plant as refitted, all rows
   Eigen::VectorXd noise;       ///< held-out residual with everything found, at the training rows
@@ -21,6 +21,6 @@ PlaceboParts placebo_parts(const ChannelFit& fit);
 
 /// The channel's own motion and noise with nothing left out: plant as refitted, floor with the
 /// signs of whole blocks drawn anew.
-Series placebo_twin(const Series& series, const PlaceboParts& parts, std::uint64_t seed);
+Series placebo_series(const Series& series, const PlaceboParts& parts, std::uint64_t seed);
 
 }  // namespace ravencal::diagnose

@@ -8,6 +8,7 @@
 #include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/posterior.hpp"
 
 namespace ravencal::diagnose {
@@ -130,9 +131,10 @@ void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
     ChannelModel rest = without_step(fit, k);
     const VectorXd before = held_out_errors(rest);
     const VectorXd gains = before - held_out_errors(fit.model);
-    const bool proven =
-        repeats(options.gates, z_score(gains), sign_flip_p(gains, options.seed + 40 + k)) &&
-        gains.sum() > options.gates.least_share * before.sum() && is_within_its_stretch(fit, k);
+    const bool proven = repeats(options.gates, z_score(gains),
+                                sign_flip_p(gains, derived_seed(options.seed, "steps", k))) &&
+                        gains.sum() > options.gates.least_share * before.sum() &&
+                        is_within_its_stretch(fit, k);
     if (proven) continue;
     fit.steps.erase(fit.steps.begin() + static_cast<std::ptrdiff_t>(k));
     fit.model = std::move(rest);
@@ -174,8 +176,8 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     // What lies around a step finds it; its size, and whether it may as well be nothing, is what
     // all rows before and after say.
     const double size = fit.coefficients[step_index(fit, k)];
-    const auto ci95 =
-        interval_over_time(fit, step_index(fit, k), options.seed + 330 + k, Doubt::kFormToo);
+    const auto ci95 = interval_over_time(
+        fit, step_index(fit, k), derived_seed(options.seed, "step sizes", k), Doubt::kFormToo);
     const double deviation = (ci95.second - ci95.first) / (2.0 * 1.96);
     if (std::abs(size) < 1.96 * step.deviation ||
         chance_anywhere(std::abs(size) / deviation, independent) > kStepChance)

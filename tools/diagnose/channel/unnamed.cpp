@@ -9,6 +9,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/fit/spectral_line.hpp"
 
 namespace ravencal::diagnose {
@@ -59,7 +60,7 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
   // shows what they stretch.
   const double per_effort = s.stage == Stage::kTransmission ? s.cable.compliance : 1.0;
   const double weight =
-      form.twins(s).empty() ? 0.0 : kWeightTolerance * per_effort * s.training_rms(s.weight);
+      form.look_alikes(s).empty() ? 0.0 : kWeightTolerance * per_effort * s.training_rms(s.weight);
   const bool large =
       e.size >= std::max(gates.unnamed_per_floor * left, std::hypot(least_size, weight));
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
@@ -109,7 +110,7 @@ std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& o
     ChannelModel probe = probe_of(fit.model, shapes);
     // A null that still holds what is looked for would hide it.
     probe.noise = saturated_noise(probe);
-    const ScreenResult result = screen(probe, options.gates, options.seed + 900);
+    const ScreenResult result = screen(probe, options.gates, derived_seed(options.seed, "unnamed"));
     const TestedCandidate* best = nullptr;
     for (const TestedCandidate& t : result.tested) {
       if (!counts(t, probe, options.gates, least_size)) continue;

@@ -50,7 +50,7 @@ class Backlash final : public EffectForm {
     return b[0] > 0.67 && b[0] < 1.5 ? ""
                                      : "a gap's loop is as wide as it is high; this one is not";
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (replayed(s)) return {};
     return {"joint_friction"};
   }

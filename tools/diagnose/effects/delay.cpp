@@ -29,7 +29,7 @@ class Delay final : public EffectForm {
       return "the joint would know its command in advance";
     return std::abs(b[0]) < 0.2 ? "" : "no stream or servo is late by a fifth of a second";
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (s.stage == Stage::kTracking) return {"viscous_friction"};
     return {};
   }

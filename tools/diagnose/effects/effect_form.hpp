@@ -62,7 +62,7 @@ class EffectForm {
     return {};
   }
   /// Ids that make the same columns in this recording, so that no statistic can part them.
-  [[nodiscard]] virtual std::vector<std::string> twins(const Series&) const { return {}; }
+  [[nodiscard]] virtual std::vector<std::string> look_alikes(const Series&) const { return {}; }
   /// Index of the nominal term that the form sets free beyond its tolerance; none for physics.
   [[nodiscard]] virtual std::optional<std::size_t> nominal_term() const { return std::nullopt; }
   /// True for what is as ordinary as a wrong number of the plant: what the set-up brings from one

@@ -25,7 +25,7 @@ class GainError final : public EffectForm {
   std::string inconsistency(const Series&, const Shape&, const Eigen::VectorXd& b) const override {
     return std::abs(b[0]) < 0.5 ? "" : "a ratio cannot be wrong by half";
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (weighs_by_stretch(s) && s.weight.size() == 0) return {"gravity"};
     return {};
   }

@@ -45,7 +45,7 @@ class Gravity final : public EffectForm {
     const std::string unit = weighs_by_stretch(s) ? effort_unit(s) : amplitude_unit(s);
     return {{"posture_effort_rms", s.training_rms(efforts(s, shape) * b), unit}};
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (s.stage == Stage::kTracking) return {"payload", "coupling"};
     return {"payload"};
   }

@@ -74,7 +74,7 @@ class HysteresisForm final : public EffectForm {
                ? ""
                : "elements of opposite sign are no hysteresis";
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (s.stage == Stage::kTracking) return {"backlash", "presliding"};
     return {};
   }

@@ -49,7 +49,7 @@ class JointFriction final : public EffectForm {
     if (b[0] <= 0.0) return "friction would push the joint ahead of its motor";
     return 2.0 * b[0] < 1.5 * shape[0] ? "" : "the loop is higher than it is wide";
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (s.weight.size() > 0) return {};
     return {"backlash"};
   }

@@ -84,7 +84,7 @@ class Unnamed final : public EffectForm {
     return {};
   }
   /// What keeps its sign when the motion turns may be a weight.
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (directed_ || s.weight.size() == 0) return {};
     return {"gravity"};
   }
@@ -120,7 +120,7 @@ class UnnamedInterplay final : public EffectForm {
                                         const VectorXd&) const override {
     return {};
   }
-  std::vector<std::string> twins(const Series& s) const override {
+  std::vector<std::string> look_alikes(const Series& s) const override {
     if (s.weight.size() == 0) return {};
     return {"gravity"};
   }

@@ -24,8 +24,9 @@ struct Verdict {
   std::string kind;  ///< nothing_left_out, named, ambiguous, parameter_out_of_tolerance,
                      ///< unexplained, not_testable
   std::string text;
-  std::optional<double> false_alarm_rate;  ///< measured on placebo twins; absent if none were run
-  int placebo_twins = 0;                   ///< how many were run
+  std::optional<double>
+      false_alarm_rate;  ///< measured on placebo recordings; absent if none were run
+  int placebos = 0;      ///< how many were run
 };
 
 struct Mismatch {

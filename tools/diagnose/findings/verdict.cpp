@@ -60,11 +60,12 @@ void add_unknown(Report& report) {
   }
 }
 
-/// Of few twins a share in percent would say more than they know.
+/// Of few placebo recordings a share in percent would say more than they know.
 std::string alarms_sentence(const Verdict& verdict) {
   return fmt::format(
-      "On twins of this recording with nothing left out, something was named in {:.0f} of {}.",
-      verdict.false_alarm_rate.value_or(0.0) * verdict.placebo_twins, verdict.placebo_twins);
+      "On {1} placebo recordings, made of this one with nothing left out, something was named in "
+      "{0:.0f}.",
+      verdict.false_alarm_rate.value_or(0.0) * verdict.placebos, verdict.placebos);
 }
 
 std::string kind_of(const Report& report) {

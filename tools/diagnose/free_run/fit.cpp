@@ -12,6 +12,7 @@
 
 #include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/effects/nominal.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/fit/standard_normal.hpp"
 
 namespace ravencal::diagnose {
@@ -328,7 +329,8 @@ DriveFit fit_drive(const FreeRun& run, const physics::DriveNumbers<double>& star
     ((w / stride) % 2 == 0 ? half : judge).push_back(all[w]);
   }
   const double scale = std::max(rms_of(free_run_errors(run, start, used)), 1e-12);
-  const Solution deciding = best_solution(run, start, fit.handles, half, scale, seed);
+  const Solution deciding =
+      best_solution(run, start, fit.handles, half, scale, derived_seed(seed, "starts"));
   const auto before = free_run_errors(run, start, judge);
   const auto after = free_run_errors(run, numbers_at(start, fit.handles, deciding.x.data()), judge);
   fit.judged_before = rms_of(before);
@@ -338,7 +340,8 @@ DriveFit fit_drive(const FreeRun& run, const physics::DriveNumbers<double>& star
   fit.x = solve(run, start, fit.handles, used, scale, deciding.x, 30).x;
   fit.numbers = numbers_at(start, fit.handles, fit.x.data());
   const double left = std::max(rms_of(free_run_errors(run, fit.numbers, used)), 1e-12);
-  fit.draws = bootstrap(run, start, fit.handles, used, left, fit.x, seed + 1);
+  fit.draws =
+      bootstrap(run, start, fit.handles, used, left, fit.x, derived_seed(seed, "bootstrap"));
   return fit;
 }
 

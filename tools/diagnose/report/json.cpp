@@ -124,7 +124,7 @@ Json contract_of(const Report& report) {
                      {"headline", headline(report.verdict)},
                      {"text", report.verdict.text},
                      {"false_alarm_rate", number(report.verdict.false_alarm_rate)},
-                     {"placebo_twins", report.verdict.placebo_twins}};
+                     {"placebo_twins", report.verdict.placebos}};
   json["mismatch"] = array_of(report.mismatch, mismatch_json);
   json["effects"] = array_of(report.effects, effect_json);
   json["kept_without_name"] = array_of(report.kept, effect_json);

@@ -149,10 +149,10 @@ std::vector<Chosen> likeliest_pair(const ChannelModel& model,
                                    const std::vector<std::size_t>& dropped) {
   const Pairs pairs(model, dropped);
   std::vector<Chosen> best;
-  double least = worth(model) - kUncalledScore;
+  double least = penalised_score(model) - kUncalledScore;
   for (const Pair& pair : pairs.likeliest()) {
     std::vector<Chosen> both = {pairs.chosen(*pair.first), pairs.chosen(*pair.second)};
-    const double score = worth(model.with(both[0]).with(both[1]));
+    const double score = penalised_score(model.with(both[0]).with(both[1]));
     if (score >= least) continue;
     least = score;
     best = std::move(both);

@@ -117,7 +117,7 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
   const VectorXd part =
       own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
   std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(rest, "")};
-  const std::vector<std::string> same = form.twins(*model.series);
+  const std::vector<std::string> same = form.look_alikes(*model.series);
   const auto skip = [&](const TestedCandidate& t) {
     const std::string& id = model.candidates[t.candidate]->form->id();
     return id == form.id() || std::find(same.begin(), same.end(), id) != same.end() ||
@@ -134,7 +134,7 @@ EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectFor
   all.front().cost += effect_cost(1);
   add_rivals(
       bare, gates, seed, [](const TestedCandidate&) { return false; }, all);
-  return weigh(all, form.twins(*model.series), noise_unit(model), seed);
+  return weigh(all, form.look_alikes(*model.series), noise_unit(model), seed);
 }
 
 double probability_at(double p_value) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a model is worth: held-out error in units of its noise, and what is thought of its effects
-// and numbers beforehand.
+// The penalised score of a model: held-out error in units of its noise, and what is thought of its
+// effects and numbers beforehand.
 #include <algorithm>
 #include <cmath>
 
@@ -89,7 +89,7 @@ double score_of(const ChannelModel& model) {
   return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
 }
 
-double worth(const ChannelModel& model) {
+double penalised_score(const ChannelModel& model) {
   double cost = 0.0;
   const VectorXd b = joint_fit(model);
   for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);

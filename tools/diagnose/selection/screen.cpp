@@ -279,8 +279,9 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
     TestedCandidate& tested = result.tested[n];
     const EffectForm& form = *model.candidates[tested.candidate]->form;
     const double gain = result.errors.sum() - tested.errors.sum();
-    const double worth = form.unit_coefficient(*model.series) ? 0.1 : 0.3;
-    if ((form.continuous() || worth < 0.3) && gain > worth * best_gain && best_gain > 0.0) {
+    const double least_share = form.unit_coefficient(*model.series) ? 0.1 : 0.3;
+    if ((form.continuous() || least_share < 0.3) && gain > least_share * best_gain &&
+        best_gain > 0.0) {
       tested.best = refined(model, tested.best);
       tested.errors = view.errors_with(tested.best.columns);
     }

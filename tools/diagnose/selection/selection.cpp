@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/cable_family.hpp"
 #include "diagnose/selection/contenders.hpp"
 #include "diagnose/selection/pairs.hpp"
@@ -349,14 +350,14 @@ void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed)
   while (model.chosen.size() < kMostEffects) {
     model.noise = noise_of(model);
     model.floor = std::min(model.floor, rms(model.noise));
-    ScreenResult result = screen(model, gates, seed + model.chosen.size());
+    ScreenResult result = screen(model, gates, derived_seed(seed, "search", model.chosen.size()));
     std::erase_if(result.tested, [&](const TestedCandidate& tested) {
       return std::find(dropped.begin(), dropped.end(), tested.candidate) != dropped.end();
     });
     const auto next = pick(result, model, gates);
     const std::vector<Chosen> found =
         next ? std::vector<Chosen>{next->tested->best}
-             : pick_pair(model, dropped, gates, seed + model.chosen.size());
+             : pick_pair(model, dropped, gates, derived_seed(seed, "pairs", model.chosen.size()));
     if (found.empty()) break;
     const std::vector<Chosen> alone = model.chosen;
     model.chosen.insert(model.chosen.end(), found.begin(), found.end());

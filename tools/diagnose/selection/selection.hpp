@@ -190,7 +190,7 @@ ChannelModel without_constant(const ChannelModel& model);
 double score_of(const ChannelModel& model);
 
 /// The same with what is thought of its effects beforehand.
-double worth(const ChannelModel& model);
+double penalised_score(const ChannelModel& model);
 
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
