@@ -46,17 +46,17 @@ struct Case {
   explicit Case(const std::array<double, 5>& changes) {
     std::mt19937_64 engine(7);
     series.y = VectorXd::Zero(kRows);
-    fit.nominal.prediction = VectorXd::Zero(kRows);
+    fit.nominal->prediction = VectorXd::Zero(kRows);
     for (std::size_t n = 0; n < changes.size(); ++n) {
       const double rate = 0.7 + 0.9 * static_cast<double>(n);
       const VectorXd column = (rate * series.t_s.array() + static_cast<double>(n)).sin();
-      fit.nominal.terms.push_back({"number", std::to_string(n), "N_m", 1.0, 0.1, column});
-      fit.nominal.prediction += column;
+      fit.nominal->terms.push_back({"number", std::to_string(n), "N_m", 1.0, 0.1, column});
+      fit.nominal->prediction += column;
       series.y += (1.0 + changes[n]) * column;
     }
     for (double& y : series.y) y += 0.05 * (static_cast<double>(engine() >> 11U) * 0x1.0p-53 - 0.5);
-    fit.forms.push_back(generator::form_of("torque_constant", {}, fit.nominal, {}));
-    fit.model = diagnose::prepare_channel(series, fit.nominal, fit.forms);
+    fit.forms.push_back(generator::form_of("torque_constant", {}, *fit.nominal, {}));
+    fit.model = diagnose::prepare_channel(series, *fit.nominal, fit.forms);
   }
 };
 

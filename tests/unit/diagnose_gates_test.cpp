@@ -324,9 +324,9 @@ std::pair<std::size_t, std::size_t> named_and_kept(double size) {
   const VectorXd column = noise(series.rows(), 77) * std::sqrt(3.0);
   series.y += size * 2e-4 * column;
   diagnose::ChannelFit fit;
-  fit.nominal = diagnose::nominal_of(series, plant);
+  fit.nominal = std::make_shared<diagnose::Nominal>(diagnose::nominal_of(series, plant));
   fit.forms.push_back(std::make_unique<Given>("gain_error", column));
-  fit.model = diagnose::prepare_channel(series, fit.nominal, fit.forms);
+  fit.model = diagnose::prepare_channel(series, *fit.nominal, fit.forms);
   fit.model.chosen.push_back({0, {}, fit.model.blocks.gather(column)});
   fit.model.hold_nominal();
   fit.coefficients = diagnose::joint_fit(fit.model);

@@ -44,11 +44,11 @@ Series swinging(Stage stage) {
 /// A constant and one number of the plant, `stretch` scaled, fitted to `error`.
 ChannelFit fit_of(const Series& s, const VectorXd& stretch, const VectorXd& error) {
   ChannelFit fit;
-  fit.nominal.prediction = stretch;
+  fit.nominal->prediction = stretch;
   NominalTerm term;
   term.tolerance = 0.1;
   term.column = stretch;
-  fit.nominal.terms = {term};
+  fit.nominal->terms = {term};
   ChannelModel& model = fit.model;
   model.series = &s;
   model.blocks = make_blocks(s, 20.0);

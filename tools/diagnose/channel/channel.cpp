@@ -78,7 +78,7 @@ bool uncertain(const ChannelFit& fit, std::size_t i, const ChannelOptions& optio
   auto [from, to] = parameters.front().ci95;
   double least = 0.0;
   if (const auto term = form.nominal_term()) {
-    const NominalTerm& nominal = fit.nominal.terms[*term];
+    const NominalTerm& nominal = fit.nominal->terms[*term];
     least = nominal.tolerance;
     from = (from - nominal.value) / nominal.value;
     to = (to - nominal.value) / nominal.value;
@@ -146,7 +146,7 @@ void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options,
 
 void predict(ChannelFit& fit) {
   const Series& series = *fit.model.series;
-  VectorXd prediction = fit.nominal.prediction;
+  VectorXd prediction = fit.nominal->prediction;
   VectorXd before = fit.model.target;
   if (series.payload_effort.size() > 0) {
     const VectorXd seen = series.as_seen(series.payload_effort);
@@ -154,8 +154,8 @@ void predict(ChannelFit& fit) {
     before += fit.model.blocks.gather(seen);
   }
   prediction.array() += fit.coefficients[0];
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
+    prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal->terms[t].column;
   }
   for (std::size_t k = 0; k < fit.steps.size(); ++k) {
     prediction += fit.coefficients[step_index(fit, k)] * step_column(series, fit.steps[k]);
@@ -218,11 +218,11 @@ void add_load(const ChannelFit& fit, std::uint64_t seed, ChannelFindings& findin
     return;
   }
   if (findings.found_load.size() == 0) findings.found_load = VectorXd::Zero(s.rows());
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    if (traits_of(fit.nominal.terms[t].id).weight == Weight::kNone) continue;
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
+    if (traits_of(fit.nominal->terms[t].id).weight == Weight::kNone) continue;
     // A weight at its limit stands for something else as well, which the cable does not carry.
     if (fit.model.held[t] != 0.0) {
-      findings.weight_deviation = fit.nominal.terms[t].tolerance;
+      findings.weight_deviation = fit.nominal->terms[t].tolerance;
       continue;
     }
     findings.found_load += fit.coefficients[static_cast<Index>(t) + 1] * s.weight;
@@ -260,9 +260,9 @@ void fit_once(const Series& series, const physics::Plant& plant, const ChannelOp
               const VectorXd& further_load, ChannelFit& fit, std::vector<std::string>& notes) {
   fit.model = {};
   fit.steps.clear();
-  fit.nominal = nominal_of(series, plant);
-  fit.forms = candidates_for(series, plant, fit.nominal, further_load);
-  fit.model = prepare_channel(series, fit.nominal, fit.forms);
+  fit.nominal = std::make_shared<Nominal>(nominal_of(series, plant));
+  fit.forms = candidates_for(series, plant, *fit.nominal, further_load);
+  fit.model = prepare_channel(series, *fit.nominal, fit.forms);
   const std::string gross = temper_gross_rows(fit.model);
   if (!gross.empty()) notes.push_back(gross);
   const ChannelModel without_steps = fit.model;
@@ -271,7 +271,7 @@ void fit_once(const Series& series, const physics::Plant& plant, const ChannelOp
   keep_proven_steps(fit, without_steps, options);
   settle_offset(fit, plant, options);
   adopt_common_factor(fit);
-  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal.terms[term].column = column;
+  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal->terms[term].column = column;
   fit.coefficients = joint_fit(fit.model);
   drop_uncertain(fit, options);
   withdraw_proxies(fit, options, notes);
@@ -285,7 +285,7 @@ VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
 }
 
 Index step_index(const ChannelFit& fit, std::size_t step) {
-  return static_cast<Index>(1 + fit.nominal.terms.size() + step);
+  return static_cast<Index>(1 + fit.nominal->terms.size() + step);
 }
 
 std::unique_ptr<ChannelFit> fit_channel(const Series& recorded, const physics::Plant& plant,

@@ -19,13 +19,13 @@
 
 namespace ravencal::diagnose {
 
-/// What the fit of a channel predicts at every row, held out or not. Copies share series and forms,
-/// which refer to the nominal terms of the first: it must outlive them.
+/// What the fit of a channel predicts at every row, held out or not. Copies share series, forms and
+/// nominal terms.
 struct ChannelFit {
   std::shared_ptr<Series> series;  ///< what the model refers to
   ChannelModel model;
   Forms forms;  ///< what model.candidates point to
-  Nominal nominal;
+  std::shared_ptr<Nominal> nominal = std::make_shared<Nominal>();  ///< what forms point to
   std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
   std::size_t kept = 0;     ///< of the last effects chosen: they predict better, but have no name
   std::vector<Step> steps;  ///< each a column of the base, after the nominal terms

@@ -45,7 +45,7 @@ void adopt_common_factor(ChannelFit& fit) {
     return c->untestable.empty() && c->form->off_by(VectorXd::Zero(1)).has_value();
   });
   if (found == candidates.end()) return;
-  const ChannelModel without = with_even_numbers(fit.model, fit.nominal.terms);
+  const ChannelModel without = with_even_numbers(fit.model, fit.nominal->terms);
   Chosen factor{
       static_cast<std::size_t>(found - candidates.begin()), {}, (*found)->columns.front()};
   factor.by_numbers = true;

@@ -64,7 +64,7 @@ std::vector<Squares> held_out_blocks(const ChannelFit& fit, const VectorXd& y) {
       blocks.back().recording = recording_of(series, i);
       open = true;
     }
-    blocks.back().add(y[i] - fit.nominal.prediction[i], y[i] - fit.prediction[i], y[i]);
+    blocks.back().add(y[i] - fit.nominal->prediction[i], y[i] - fit.prediction[i], y[i]);
   }
   return blocks;
 }
@@ -78,7 +78,7 @@ std::vector<Squares> cross_validated_blocks(const ChannelFit& fit) {
     for (Index k = blocks.first(b); k < blocks.first(b) + blocks.size(b); ++k) {
       const Index row = blocks.rows[static_cast<std::size_t>(k)];
       out[b].recording = recording_of(series, row);
-      out[b].add(series.y[row] - fit.nominal.prediction[row], fit.held_out_residual[k],
+      out[b].add(series.y[row] - fit.nominal->prediction[row], fit.held_out_residual[k],
                  series.y[row]);
     }
   }

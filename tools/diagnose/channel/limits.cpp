@@ -223,8 +223,8 @@ void add_limits(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
   }
   const VectorXd deviation =
       nominal_deviation(fit, derived_seed(options.seed, "limits of numbers"));
-  for (std::size_t i = 0; i < fit.nominal.terms.size(); ++i) {
-    const NominalTerm& term = fit.nominal.terms[i];
+  for (std::size_t i = 0; i < fit.nominal->terms.size(); ++i) {
+    const NominalTerm& term = fit.nominal->terms[i];
     if (term.form_only || named(term.id) || worst.contains(term.id)) continue;
     const double change =
         (fit.model.limit[i] + (kNormal95 + kNineInTen) * deviation[static_cast<Index>(i)]) *

@@ -116,7 +116,7 @@ class Null {
  public:
   Null(const ChannelFit& fit, const VectorXd& best)
       : blocks_(fit.model.blocks),
-        precision_(fit.model.precision.head(static_cast<Index>(1 + fit.nominal.terms.size()))),
+        precision_(fit.model.precision.head(static_cast<Index>(1 + fit.nominal->terms.size()))),
         best_(best),
         noise_{best.squaredNorm() / static_cast<double>(best.size()), fit.model.correlation_rows} {
     joined_.resize(best.size(), precision_.size() + 1);
@@ -154,7 +154,7 @@ class Null {
 VectorXd residual_of_plant(const ChannelFit& fit) {
   if (fit.steps.empty()) return fit.base_residual;
   const ChannelModel& model = fit.model;
-  const auto own = static_cast<Index>(1 + fit.nominal.terms.size());
+  const auto own = static_cast<Index>(1 + fit.nominal->terms.size());
   const MatrixXd base = model.base.leftCols(own);
   return held_out_residual(model.blocks, moments_of(model.blocks, base, model.target),
                            model.precision.head(own), base, model.target);

@@ -109,8 +109,8 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
 }
 
 void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    const NominalTerm& term = fit.nominal.terms[t];
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
+    const NominalTerm& term = fit.nominal->terms[t];
     const double change = fit.coefficients[static_cast<Index>(t) + 1];
     const Traits& traits = traits_of(term.id);
     const bool load = traits.weight != Weight::kNone || traits.friction == Friction::kBehindCable;

@@ -157,7 +157,7 @@ std::optional<NamedEffect> offset_of(const ChannelFit& fit, const Interval& whol
 }  // namespace
 
 VectorXd stretch_of(const ChannelFit& fit) {
-  VectorXd stretch = fit.model.blocks.gather(fit.nominal.prediction);
+  VectorXd stretch = fit.model.blocks.gather(fit.nominal->prediction);
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
     if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);

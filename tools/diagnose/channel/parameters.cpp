@@ -100,7 +100,7 @@ VectorXd drawn_coefficients(const ChannelFit& fit, const Drawn& from, std::mt199
     sum(column, last) += from.precision[column] * deviation * standard_normal(engine);
     sum(last, column) = sum(column, last);
   };
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t)
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t)
     draw_prior(static_cast<Index>(t) + 1, fit.model.tolerance[t]);
   if (from.bend) draw_prior(*from.bend, 1.0);
   return solve(sum, from.precision, 1e-6);
@@ -240,7 +240,7 @@ Interval interval_over_time(const ChannelFit& fit, Index column, std::uint64_t s
 }
 
 std::optional<Interval> friction_behind(const ChannelFit& fit, const ChannelOptions& options) {
-  const auto& terms = fit.nominal.terms;
+  const auto& terms = fit.nominal->terms;
   const auto level = std::find_if(terms.begin(), terms.end(), [](const NominalTerm& t) {
     return traits_of(t.id).friction == Friction::kBehindCable && t.parameter == "level" &&
            !t.form_only;

@@ -9,10 +9,10 @@ using Eigen::Index;
 
 PlaceboParts placebo_parts(const ChannelFit& fit) {
   const Series& series = *fit.series;
-  PlaceboParts parts{fit.nominal.prediction, fit.held_out_residual, fit.model.blocks};
+  PlaceboParts parts{fit.nominal->prediction, fit.held_out_residual, fit.model.blocks};
   if (series.payload_effort.size() > 0) parts.prediction += series.as_seen(series.payload_effort);
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    parts.prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal.terms[t].column;
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
+    parts.prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal->terms[t].column;
   }
   return parts;
 }

@@ -111,7 +111,7 @@ std::vector<WaterfallStep> waterfall(const ChannelFit& fit) {
   const ChannelModel& model = fit.model;
   const Series& s = *model.series;
   std::vector<WaterfallStep> steps = {
-      {"plant as it is", rms(model.blocks.gather(s.y - fit.nominal.prediction))},
+      {"plant as it is", rms(model.blocks.gather(s.y - fit.nominal->prediction))},
       {"its numbers refitted", rms(fit.base_residual)}};
   const MatrixXd columns = model.columns();
   const auto left_by_first = [&](Index width) {
@@ -209,7 +209,7 @@ Trace trace_of(const ChannelFit& fit, const UnseenRows& unseen) {
     if (std::any_of(begins + last + 1, begins + i + 1, [](char fresh) { return fresh != 0; }))
       add(gap, gap, gap, gap, gap);
     const Index place = unseen.places[static_cast<std::size_t>(k)];
-    add(s.t_s[i], s.y[i], fit.nominal.prediction[i],
+    add(s.t_s[i], s.y[i], fit.nominal->prediction[i],
         place >= 0 ? s.y[i] - fit.held_out_residual[place] : fit.prediction[i], s.motion.q[i]);
   }
   return trace;
@@ -234,7 +234,7 @@ void add_plot(const ChannelFit& fit, ChannelFindings& findings) {
   plot.position_unit = position_unit(s);
   plot.load_unit = effort_unit(s);
   plot.floor = findings.floor;
-  const VectorXd before = s.y - fit.nominal.prediction;
+  const VectorXd before = s.y - fit.nominal->prediction;
   const VectorXd after = s.y - fit.prediction;
   add_points(s, before, after, plot);
   plot.where = where_map(s, before, after);

@@ -27,8 +27,8 @@ bool is_friction(std::string_view id) { return settles_at_rest(traits_of(id).fri
 VectorXd friction_of(const ChannelFit& fit) {
   const Series& s = *fit.model.series;
   VectorXd part = VectorXd::Zero(s.rows());
-  for (std::size_t t = 0; t < fit.nominal.terms.size(); ++t) {
-    const NominalTerm& term = fit.nominal.terms[t];
+  for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
+    const NominalTerm& term = fit.nominal->terms[t];
     const double change = fit.coefficients[static_cast<Index>(t) + 1];
     if (is_friction(term.id)) part += (term.form_only ? change : 1.0 + change) * term.column;
   }

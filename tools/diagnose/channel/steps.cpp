@@ -155,7 +155,7 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
   const ChannelModel& model = fit.model;
   // Everything but the steps, for what they explain.
   ChannelModel without = model;
-  const auto kept = static_cast<Index>(1 + fit.nominal.terms.size());
+  const auto kept = static_cast<Index>(1 + fit.nominal->terms.size());
   without.base = model.base.leftCols(kept).eval();
   without.precision = model.precision.head(kept).eval();
   const VectorXd before = held_out_errors(without);

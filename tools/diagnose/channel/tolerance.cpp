@@ -18,7 +18,7 @@ constexpr int kToleranceResamples = 100;
 }  // namespace
 
 VectorXd nominal_deviation(const ChannelFit& fit, std::uint64_t seed) {
-  const auto count = static_cast<Index>(fit.nominal.terms.size());
+  const auto count = static_cast<Index>(fit.nominal->terms.size());
   const MatrixXd columns = fit.model.columns();
   const Moments moments = moments_of(fit.model.blocks, columns, fit.model.target);
   const VectorXd precision = fit.model.column_precision(columns.cols());

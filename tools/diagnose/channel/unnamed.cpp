@@ -88,11 +88,11 @@ constexpr double kKnownVariation = 2.0;
 }  // namespace
 
 double least_remainder(const ChannelFit& fit) {
-  VectorXd prediction = fit.model.blocks.gather(fit.nominal.prediction);
+  VectorXd prediction = fit.model.blocks.gather(fit.nominal->prediction);
   if (prediction.size() == 0) return 0.0;
   prediction.array() -= prediction.mean();
   double squares = kModelForm * kModelForm * prediction.squaredNorm();
-  for (const NominalTerm& term : fit.nominal.terms) {
+  for (const NominalTerm& term : fit.nominal->terms) {
     if (term.variation > 0.0)
       squares +=
           (kKnownVariation * term.variation * fit.model.blocks.gather(term.column)).squaredNorm();
