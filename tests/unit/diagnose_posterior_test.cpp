@@ -63,6 +63,19 @@ TEST(Posterior, DoesNotLetOneBlockDecide) {
   EXPECT_GT(p.probability, 0.5);
 }
 
+/// A difference below what two simulations of the same cable differ by is none.
+TEST(Posterior, LeavesOpenWhatTheFormOfASimulationLeavesOpen) {
+  const auto with_form = [](double form_error) {
+    Alternative own = same_everywhere("creep", 1.0);
+    Alternative rival = same_everywhere("hysteresis", 1.5);
+    own.form_error = rival.form_error = form_error;
+    return diagnose::weigh({own, rival}, {}, 1.0, 1).probability;
+  };
+  EXPECT_GT(with_form(0.0), 0.999);
+  EXPECT_LT(with_form(40.0), 0.8);
+  EXPECT_GT(with_form(40.0), 0.5);
+}
+
 TEST(Posterior, IsTheSameForTheSameSeed) {
   Alternative own = same_everywhere("creep", 1.0);
   own.errors[3] = 4.0;

@@ -21,18 +21,6 @@ using Eigen::Index;
 /// An effect that so many others could stand for is not named: of five as likely ones it is one.
 constexpr double kLeastInPlace = 0.2;
 
-/// What may stand in the place of an effect: what its posterior does not leave out, and what a
-/// joint search of the cable's effects found as likely.
-std::vector<std::string> rivals_of(const EffectPosterior& posterior, const Chosen& chosen,
-                                   const std::string& own) {
-  std::vector<std::string> ids = posterior.credible_others(kCredible);
-  ids.insert(ids.end(), chosen.tied_with.begin(), chosen.tied_with.end());
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  std::erase(ids, own);
-  return ids;
-}
-
 }  // namespace
 
 std::string reported_stage(std::string_view id, Stage shown_in) {
@@ -80,7 +68,7 @@ void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelF
     const EffectPosterior posterior = posterior_of(fit.model, fit.coefficients, i, options.gates,
                                                    derived_seed(options.seed, "posterior", i));
     effect.probability = posterior.probability;
-    effect.ambiguous_with = rivals_of(posterior, fit.model.chosen[i], effect.id);
+    effect.ambiguous_with = posterior.credible_others(kCredible);
     if (posterior.in_place < kLeastInPlace) {
       findings.notes.push_back(fmt::format(
           "joint {} ({}): {} and {} others explain the same error as well, which is no "

@@ -167,31 +167,19 @@ const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest)
   return best;
 }
 
-/// Names by which other sets, not larger and as likely or as good as simulations of cables can
-/// tell, differ from the one kept.
-void note_ties(const std::vector<Judged>& list, const Judged& best, double form_error,
-               ChannelModel& model) {
-  const auto has = [](const CableSubset& set, const CableMember* member) {
-    return std::find(set.members.begin(), set.members.end(), member) != set.members.end();
+/// All sets that were compared, the chosen one first.
+std::vector<CableSet> compared(const std::vector<Judged>& list, const Judged& best, double unit,
+                               double form_error) {
+  std::vector<CableSet> sets;
+  const auto add = [&](const Judged& one) {
+    CableSet set{{}, one.errors, one.score - one.errors.sum() / unit, form_error};
+    for (const CableMember* m : one.subset.members) set.candidates.push_back(m->candidate);
+    sets.push_back(std::move(set));
   };
-  for (const Judged& other : list) {
-    const bool as_likely =
-        other.score <= best.score + kClearScore && tied(other.errors, best.errors);
-    const bool as_good = other.errors.sum() - best.errors.sum() < form_error;
-    if (&other == &best || other.subset.members.size() > best.subset.members.size() ||
-        !(as_likely || as_good))
-      continue;
-    std::vector<const CableMember*> lost, gained;
-    for (const CableMember* m : best.subset.members)
-      if (!has(other.subset, m)) lost.push_back(m);
-    for (const CableMember* m : other.subset.members)
-      if (!has(best.subset, m)) gained.push_back(m);
-    if (lost.size() != 1 || gained.size() != 1) continue;
-    const std::string& name = model.candidates[gained.front()->candidate]->form->id();
-    for (Chosen& chosen : model.chosen) {
-      if (chosen.candidate == lost.front()->candidate) chosen.tied_with.push_back(name);
-    }
-  }
+  add(best);
+  for (const Judged& other : list)
+    if (&other != &best) add(other);
+  return sets;
 }
 
 /// What the selection, which takes effects one by one, says of the cable.
@@ -253,7 +241,7 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   const double gain = errors.sum() - best->errors.sum();
   if (gain < std::max(called.form_error, gates.least_share * errors.sum())) return;
   ChannelModel settled = best->model;
-  note_ties(list, *best, form_error(called.rest, best->subset), settled);
+  settled.cable_sets = compared(list, *best, unit, form_error(called.rest, best->subset));
   model = std::move(settled);
 }
 

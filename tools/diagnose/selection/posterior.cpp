@@ -8,6 +8,8 @@
 #include <random>
 #include <utility>
 
+#include "diagnose/fit/standard_normal.hpp"
+
 namespace ravencal::diagnose {
 namespace {
 
@@ -35,10 +37,11 @@ VectorXd weights_of(const std::vector<Alternative>& models, double unit, std::ui
   const auto count = static_cast<Index>(models.size());
   const Index blocks = models.front().errors.size();
   MatrixXd errors(count, blocks);
-  VectorXd cost(count);
+  VectorXd cost(count), form(count);
   for (Index k = 0; k < count; ++k) {
     errors.row(k) = models[static_cast<std::size_t>(k)].errors.transpose() / unit;
     cost[k] = models[static_cast<std::size_t>(k)].cost;
+    form[k] = models[static_cast<std::size_t>(k)].form_error / unit;
   }
   std::mt19937_64 engine(seed);
   VectorXd weights = VectorXd::Zero(count);
@@ -47,7 +50,9 @@ VectorXd weights_of(const std::vector<Alternative>& models, double unit, std::ui
     // Dirichlet(1, ..., 1) from exponentials.
     for (double& x : share) x = -std::log(0x1p-53 * (static_cast<double>(engine() >> 11U) + 0.5));
     share *= static_cast<double>(blocks) / share.sum();
-    const VectorXd score = errors * share + cost;
+    VectorXd score = errors * share + cost;
+    for (Index k = 0; k < count; ++k)
+      if (form[k] > 0.0) score[k] += form[k] * standard_normal(engine);
     const VectorXd likely = (-0.5 * (score.array() - score.minCoeff())).exp();
     weights += likely / likely.sum();
   }
@@ -64,6 +69,26 @@ void add_rivals(const ChannelModel& rest, const Gates& gates, std::uint64_t seed
     if (last_is_consistent(with))
       out.push_back(alternative_of(with, rest.candidates[t.candidate]->form->id()));
   }
+}
+
+/// The sets of the cable's effects, each with what stands in the effect's place in it: itself, what
+/// the chosen set lacks, or nothing.
+std::vector<Alternative> sets_around(const ChannelModel& model, std::size_t candidate) {
+  const auto has = [](const CableSet& set, std::size_t one) {
+    return std::find(set.candidates.begin(), set.candidates.end(), one) != set.candidates.end();
+  };
+  std::vector<Alternative> out;
+  for (const CableSet& set : model.cable_sets) {
+    std::string id;
+    if (has(set, candidate)) {
+      id = model.candidates[candidate]->form->id();
+    } else {
+      for (const std::size_t other : set.candidates)
+        if (!has(model.cable_sets.front(), other)) id = model.candidates[other]->form->id();
+    }
+    out.push_back({std::move(id), set.errors, set.cost, set.form_error});
+  }
+  return out;
 }
 
 }  // namespace
@@ -91,14 +116,15 @@ EffectPosterior weigh(const std::vector<Alternative>& alternatives,
                       const std::vector<std::string>& same, double unit, std::uint64_t seed) {
   const VectorXd weights = weights_of(alternatives, unit, seed);
   std::map<std::string, double> by_id;
-  const double each = weights[0] / static_cast<double>(1 + same.size());
-  for (const std::string& id : same) by_id[id] += each;
-  double something = weights[0];
-  for (std::size_t k = 1; k < alternatives.size(); ++k) {
+  double own = 0.0, something = 0.0;
+  for (std::size_t k = 0; k < alternatives.size(); ++k) {
+    const double weight = weights[static_cast<Index>(k)];
     if (alternatives[k].id.empty()) continue;
-    by_id[alternatives[k].id] += weights[static_cast<Index>(k)];
-    something += weights[static_cast<Index>(k)];
+    something += weight;
+    (alternatives[k].id == alternatives.front().id ? own : by_id[alternatives[k].id]) += weight;
   }
+  const double each = own / static_cast<double>(1 + same.size());
+  for (const std::string& id : same) by_id[id] += each;
   EffectPosterior out;
   out.probability = each;
   out.in_place = something > 0.0 ? each / something : 0.0;
@@ -113,11 +139,14 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
                              std::size_t chosen, const Gates& gates, std::uint64_t seed) {
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
+  const std::vector<std::string> same = form.look_alikes(*model.series);
+  // One by one the cable's effects hide each other.
+  if (own.everywhere.size() > 0 && !model.cable_sets.empty())
+    return weigh(sets_around(model, own.candidate), same, noise_unit(model), seed);
   const ChannelModel rest = model.without(chosen);
   const VectorXd part =
       own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
   std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(rest, "")};
-  const std::vector<std::string> same = form.look_alikes(*model.series);
   const auto skip = [&](const TestedCandidate& t) {
     const std::string& id = model.candidates[t.candidate]->form->id();
     return id == form.id() || std::find(same.begin(), same.end(), id) != same.end() ||

@@ -38,14 +38,15 @@ struct EffectPosterior {
 
 /// A model that may be the true one, with an id in the place in question.
 struct Alternative {
-  std::string id;          ///< empty: nothing stands there
-  Eigen::VectorXd errors;  ///< held-out squared error by block
-  double cost = 0.0;       ///< twice the negative log of the prior
+  std::string id;           ///< empty: nothing stands there
+  Eigen::VectorXd errors;   ///< held-out squared error by block
+  double cost = 0.0;        ///< twice the negative log of the prior
+  double form_error = 0.0;  ///< squared error by which simulations of the same physics differ
 };
 Alternative alternative_of(const ChannelModel& model, std::string id);
 
-/// Of the first alternative; `same`: ids that make the same columns, which share its weight.
-/// `unit`: squared error that counts as one (noise_unit).
+/// Of the first alternative's id, which others may have as well; `same`: ids that make the same
+/// columns, which share its weight. `unit`: squared error that counts as one (noise_unit).
 EffectPosterior weigh(const std::vector<Alternative>& alternatives,
                       const std::vector<std::string>& same, double unit, std::uint64_t seed);
 

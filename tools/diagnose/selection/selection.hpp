@@ -65,7 +65,6 @@ struct Chosen {
   /// The column at all rows, where it is the effect's part of a joint replay; else empty: the
   /// form's own.
   Eigen::VectorXd everywhere{};
-  std::vector<std::string> tied_with{};  ///< ids that a joint search found as likely in its place
   bool by_numbers =
       false;  ///< chosen for what the plant's numbers are beside it, whatever it gains
 };
@@ -78,6 +77,14 @@ struct Evidence {
   double p_value = 1.0;
   double share = 0.0;
   double size = 0.0;  ///< RMS of its contribution
+};
+
+/// A set of the cable's effects that was fitted together and compared with others.
+struct CableSet {
+  std::vector<std::size_t> candidates;
+  Eigen::VectorXd errors;   ///< held-out squared error by block
+  double cost = 0.0;        ///< twice the negative log of the prior
+  double form_error = 0.0;  ///< squared error by which simulations of the same cable differ
 };
 
 /// What is known about one channel while effects are added.
@@ -100,8 +107,9 @@ struct ChannelModel {
   /// Columns at all rows of nominal terms that were taken anew beside the cable's effects; by term.
   std::map<std::size_t, Eigen::VectorXd> moved_terms;
   std::vector<Chosen> chosen;
-  Eigen::VectorXd noise;  ///< residual of the saturated model, held out
-  double floor = 0.0;     ///< RMS below which no held-out model got
+  std::vector<CableSet> cable_sets;  ///< that the chosen one was preferred to, itself first
+  Eigen::VectorXd noise;             ///< residual of the saturated model, held out
+  double floor = 0.0;                ///< RMS below which no held-out model got
   double correlation_rows = 1.0;
 
   [[nodiscard]] Eigen::MatrixXd columns() const;
