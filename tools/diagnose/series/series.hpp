@@ -12,12 +12,15 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "diagnose/series/cable_replay.hpp"
 #include "diagnose/series/smoother.hpp"
+#include "physics/cable_replay.hpp"
 #include "physics/plant.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::diagnose {
+
+using physics::CableMotion;
+using physics::CableNumbers;
 
 /// Where a mismatch enters.
 enum class Stage {
