@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+
+#include "physics/effects/slip_element.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -23,7 +24,7 @@ VectorXd side(const VectorXd& x, double width, const std::vector<char>& fresh) {
   for (Index i = 1; i < x.size(); ++i) {
     const double moved = 2.0 * (x[i] - x[i - 1]) / width;
     if (fresh[static_cast<std::size_t>(i)] == 0 && std::isfinite(moved))
-      out[i] = std::clamp(out[i - 1] + moved, -1.0, 1.0);
+      out[i] = slipped(out[i - 1], moved);
   }
   return out;
 }

@@ -11,8 +11,8 @@
 #include "diagnose/channel/slip.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/fit/block_fit.hpp"
-#include "diagnose/series/cable_replay.hpp"
 #include "diagnose_arm.hpp"
+#include "physics/cable_replay.hpp"
 
 namespace {
 
@@ -308,10 +308,10 @@ TEST(Replay, ADampedCableLagsItsLoadByDampingOverStiffness) {
   weight[0] = 0.0;
   std::vector<char> fresh(static_cast<std::size_t>(rows), 0);
   fresh.front() = 1;
-  diagnose::CableNumbers cable;
+  physics::CableNumbers cable;
   cable.compliance = 1.0 / 200.0;
   cable.damping = 10.0;  // 50 ms
-  const auto moved = diagnose::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
+  const auto moved = physics::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
   EXPECT_NEAR(moved.stretch[50] * 200.0, 1.0 - std::exp(-1.0), 0.02);
   EXPECT_NEAR(moved.stretch[rows - 1] * 200.0, 1.0, 2e-3);
   EXPECT_NEAR(moved.tension[50], 1.0, 1e-6);  // the load is balanced at once
@@ -329,13 +329,13 @@ TEST(Replay, OpenStrandsForgetInSmallReversalsWhatClosedOnesKeep) {
   const Eigen::VectorXd motor = Eigen::VectorXd::Zero(rows);
   std::vector<char> fresh(static_cast<std::size_t>(rows), 0);
   fresh.front() = 1;
-  diagnose::CableNumbers cable;
+  physics::CableNumbers cable;
   cable.compliance = 1.0 / 100.0;
   cable.strand_stiffness = 50.0;
   cable.strand_yield = 0.008;
   const auto wander = [&](double openness) {
     cable.strand_openness = openness;
-    const auto moved = diagnose::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
+    const auto moved = physics::replay_cable({t_s, motor, weight, {}, fresh, 1e-6}, cable);
     return std::abs(moved.stretch[rows - 1] - moved.stretch[rows - 1 - 20 * (swings - 1)]);
   };
   EXPECT_LT(wander(0.0), 1e-9);

@@ -91,7 +91,7 @@ Servoed servoed(double limit, double extra, double (*desired)(double) = triangle
   Servoed out;
   out.series = empty_series(6000, diagnose::Stage::kDrive);
   Series& s = out.series;
-  s.servo = diagnose::ServoGains{400.0, 10.0, 8.0};
+  s.servo = physics::ServoLaw{.position = 400.0, .rate = 10.0, .limit = 8.0};
   s.inertia = kMass;
   s.tracking_error = VectorXd::Zero(s.rows());
   out.needed = s.tracking_error;

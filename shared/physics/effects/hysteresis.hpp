@@ -5,27 +5,33 @@
 // congruent, and speed does not matter. Real-time safe. Units: the joint's.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
+#include "physics/effects/slip_element.hpp"
+
 namespace ravencal::physics {
+
+/// Slip elements that stand for a cable's strands.
+inline constexpr std::size_t kStrands = 4;
+
+/// Stretch at which strand `index` slips if the last of them slips at `yield`.
+constexpr double strand_limit(double yield, std::size_t index) {
+  return yield * static_cast<double>(index + 1) / kStrands;
+}
 
 class Hysteresis {
  public:
-  static constexpr std::size_t kElements = 4;
-
   Hysteresis() = default;
   /// `stiffness`: of all elements together while none slips; `yield`: stretch at which the last of
   /// them slips. The elements share the stiffness and slip at 1/4, 2/4, 3/4 and 4/4 of `yield`.
-  Hysteresis(double stiffness, double yield) : stiffness_(stiffness / kElements), yield_(yield) {}
+  Hysteresis(double stiffness, double yield) : stiffness_(stiffness / kStrands), yield_(yield) {}
 
   /// Effort after the stretch has changed by `change`.
   double step(double change) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < kElements; ++i) {
-      const double limit = yield_ * static_cast<double>(i + 1) / kElements;
-      elements_[i] = std::clamp(elements_[i] + change, -limit, limit);
+    for (std::size_t i = 0; i < kStrands; ++i) {
+      elements_[i] = slipped(elements_[i], change, strand_limit(yield_, i));
       sum += elements_[i];
     }
     return stiffness_ * sum;
@@ -34,7 +40,7 @@ class Hysteresis {
  private:
   double stiffness_ = 0.0;
   double yield_ = 0.0;
-  std::array<double, kElements> elements_{};
+  std::array<double, kStrands> elements_{};
 };
 
 }  // namespace ravencal::physics

@@ -4,14 +4,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 
 #include "core/whole_file.hpp"
-#include "methods/cable_stream.hpp"
 #include "physics/arm_dynamics.hpp"
+#include "physics/cable_replay.hpp"
+#include "physics/effects/slip_element.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::methods {
@@ -52,7 +54,7 @@ struct Arm {
 
 class JointTerms final : public Terms {
  public:
-  JointTerms(std::string own, Parts parts, std::optional<CableStream> cable,
+  JointTerms(std::string own, Parts parts, std::optional<physics::CableReplay> cable,
              std::shared_ptr<const Arm> arm, std::size_t index)
       : own_(std::move(own)),
         parts_(std::move(parts)),
@@ -91,8 +93,7 @@ class JointTerms final : public Terms {
     }
     for (std::size_t i = 0; i < state_.size(); ++i) {
       const double x = value_at(series, parts_.elements[i].channel, row);
-      state_[i] =
-          std::clamp(state_[i] + 2.0 * (x - last_[i]) / parts_.elements[i].width, -1.0, 1.0);
+      state_[i] = physics::slipped(state_[i], 2.0 * (x - last_[i]) / parts_.elements[i].width);
       last_[i] = x;
       values[at++] = state_[i];
     }
@@ -118,7 +119,7 @@ class JointTerms final : public Terms {
 
   std::string own_;
   Parts parts_;
-  std::optional<CableStream> cable_;
+  std::optional<physics::CableReplay> cable_;
   std::shared_ptr<const Arm> arm_;
   std::size_t index_;
   std::vector<double> state_;
@@ -237,11 +238,11 @@ core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesyst
                            fmt::format("{}: has no joint {}", plant.source, output.joint)};
       }
       Parts parts;
-      std::optional<CableStream> cable;
+      std::optional<physics::CableReplay> cable;
       if (index) {
         add_plant_effects(plant.joints[*index], parts);
-        cable.emplace(plant.joints[*index]);
-        if (!cable->stretches()) cable.reset();
+        const physics::CableNumbers numbers = physics::cable_numbers(plant.joints[*index]);
+        if (numbers.compliance > 0.0) cable.emplace(numbers);
       }
       for (const json& effect : report["effects"]) {
         const bool between_encoders =

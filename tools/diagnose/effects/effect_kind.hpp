@@ -53,7 +53,7 @@ enum class Weight {
   kOnTool,  ///< one mass, felt by every joint of the arm
 };
 
-/// The number of the cable (series/cable_replay.hpp) that an effect adds to.
+/// The number of the cable (physics/cable_replay.hpp) that an effect adds to.
 enum class CablePart { kNone, kSpring, kGap, kStrands, kCreep, kFriction, kWeight };
 
 /// A recording that changes one circumstance. An effect answers to those that change its size, and

@@ -60,15 +60,13 @@ VectorXd rate_of(const Series& s, const VectorXd& x) {
 /// What the controller asks for at these positions; with the desired rate fed forward if that is
 /// nearer to what the motion needs.
 VectorXd law_of(const Series& s, const VectorXd& needed, const VectorXd& lag_rate) {
-  const ServoGains& gains = *s.servo;
-  VectorXd error = s.tracking_error;
-  for (Index i = 0; i < error.size(); ++i)
-    if (!std::isfinite(error[i])) error[i] = 0.0;
-  VectorXd damped = gains.position * error - gains.rate * s.motion.v;
-  VectorXd fed = gains.position * error + gains.rate * lag_rate;
-  if (gains.limit > 0.0) {
-    damped = damped.cwiseMax(-gains.limit).cwiseMin(gains.limit);
-    fed = fed.cwiseMax(-gains.limit).cwiseMin(gains.limit);
+  VectorXd damped(s.rows());
+  VectorXd fed(s.rows());
+  for (Index i = 0; i < s.rows(); ++i) {
+    const double error = std::isfinite(s.tracking_error[i]) ? s.tracking_error[i] : 0.0;
+    damped[i] = s.servo->effort(error, s.motion.v[i]);
+    // The same gain on both rates damps their difference alone.
+    fed[i] = s.servo->effort(error, -lag_rate[i]);
   }
   return s.training_rms(s.as_seen(fed) - needed) < s.training_rms(s.as_seen(damped) - needed)
              ? fed

@@ -39,11 +39,7 @@ ServoLaw recorded_law(const Series& command, Index first, Index last) {
 }
 
 ServoLaw plant_law(const physics::Joint& joint, const ServoLaw& recorded) {
-  const double to_joint = joint.reduction * joint.reduction / joint.gearbox_ratio;
-  ServoLaw law;
-  if (!joint.controller) return law;
-  law.position = joint.controller->kp_n_m_per_rad * to_joint;
-  law.rate = joint.controller->kd_n_m_s_per_rad * to_joint;
+  ServoLaw law = physics::servo_law(joint).value_or(ServoLaw{});
   const bool fed_forward = recorded.desired_rate > 0.5 * std::abs(recorded.rate);
   law.desired_rate = fed_forward ? law.rate : 0.0;
   law.limit = recorded.limit;
@@ -80,9 +76,7 @@ std::vector<double> closed_loop_errors(const FreeRun& run, const Series& command
       const double desired = (1.0 - share) * between(i) + share * between(i + 1);
       const double desired_rate =
           (1.0 - share) * command.desired_rate[i] + share * command.desired_rate[i + 1];
-      double effort = law.position * (desired - state.position) - law.rate * state.velocity +
-                      law.desired_rate * desired_rate;
-      if (law.limit > 0.0) effort = std::clamp(effort, -law.limit, law.limit);
+      const double effort = law.effort(desired - state.position, state.velocity, desired_rate);
       physics::step_drive(numbers, effort, run.load(numbers, state.position, i), dt_s / steps,
                           state);
     }

@@ -10,14 +10,7 @@
 
 namespace ravencal::diagnose {
 
-/// Servo law at the joint: effort = position * error - rate * velocity + desired_rate * desired
-/// velocity, within +-limit (0: none).
-struct ServoLaw {
-  double position = 0.0;
-  double rate = 0.0;
-  double desired_rate = 0.0;
-  double limit = 0.0;
-};
+using physics::ServoLaw;
 
 /// The plant's law; whether it feeds the desired velocity forward is taken from `recorded`.
 ServoLaw plant_law(const physics::Joint& joint, const ServoLaw& recorded);

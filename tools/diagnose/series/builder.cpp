@@ -166,7 +166,7 @@ class Builder {
            plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
            smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
-    series.servo = servo_gains(joint);
+    series.servo = physics::servo_law(joint);
     series.removable_mass_kg = plant_.joints.back().link.mass_kg + plant_.payload.mass_kg;
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
@@ -197,17 +197,6 @@ class Builder {
       series.wound = Table::bridged(p.estimate);
     const VectorXd others = drive_frictions_[j] - frictions_[j];
     if (!others.isZero(0.0)) series.others_friction = others;
-  }
-
-  static std::optional<ServoGains> servo_gains(const physics::Joint& joint) {
-    if (!joint.controller) return std::nullopt;
-    const double to_joint = joint.reduction / joint.gearbox_ratio;
-    const double counts = std::abs(joint.drive.dac_counts_per_n_m);
-    ServoGains gains;
-    gains.position = joint.controller->kp_n_m_per_rad * joint.reduction * to_joint;
-    gains.rate = joint.controller->kd_n_m_s_per_rad * joint.reduction * to_joint;
-    if (counts > 0.0) gains.limit = joint.controller->dac_limit_counts / counts * to_joint;
-    return gains;
   }
 
   /// Where a status channel says that the drive was off, efforts are not what the drive did.

@@ -5,9 +5,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "physics/effects/slip_element.hpp"
 
 namespace ravencal::diagnose {
 
@@ -23,7 +24,7 @@ inline Eigen::VectorXd direction_memory(const Eigen::VectorXd& x, double width,
     if (i == 0 || fresh[static_cast<std::size_t>(i)] != 0) {
       s = 0.0;
     } else {
-      s = std::clamp(s + 2.0 * (x[i] - x[i - 1]) / width, -1.0, 1.0);
+      s = physics::slipped(s, 2.0 * (x[i] - x[i - 1]) / width);
     }
     state[i] = s;
   }

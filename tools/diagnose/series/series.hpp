@@ -12,12 +12,16 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "diagnose/series/cable_replay.hpp"
 #include "diagnose/series/smoother.hpp"
+#include "physics/cable_replay.hpp"
 #include "physics/plant.hpp"
+#include "physics/servo_law.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::diagnose {
+
+using physics::CableMotion;
+using physics::CableNumbers;
 
 /// Where a mismatch enters.
 enum class Stage {
@@ -45,13 +49,6 @@ struct Inherited {
   Eigen::VectorXd stretch;  ///< coupling times minus the other's cable stretch; zero mean
   Eigen::VectorXd rest;     ///< coupling times what else parts its truth from its estimate
   double offset = 0.0;      ///< mean of both together before it was removed
-};
-
-/// The plant's control law of one joint, referred to the joint.
-struct ServoGains {
-  double position = 0.0;  ///< effort per position error
-  double rate = 0.0;      ///< effort per velocity
-  double limit = 0.0;     ///< greatest command; 0: none
 };
 
 struct Series {
@@ -88,12 +85,12 @@ struct Series {
   /// Relative deviation of `weight` where the drive's own channel measured it; else the plant's
   /// tolerance holds.
   std::optional<double> weight_deviation;
-  std::optional<ServoGains> servo;  ///< the plant's; none without a controller
-  double removable_mass_kg = 0.0;   ///< of the last link and its payload: no more can be missing
-  double nominal_mass_kg = 0.0;     ///< of this joint's link, that `weight` was computed with
-  double drive_order = 0.0;         ///< rad that the gearbox's shaft turns per unit of position
-  double inertia = 0.0;             ///< nominal, at the joint: kg m^2 or kg
-  double presliding = 0.0;          ///< the plant's, of the drive's friction; 0: it has none
+  std::optional<physics::ServoLaw> servo;  ///< the plant's; none without a controller
+  double removable_mass_kg = 0.0;  ///< of the last link and its payload: no more can be missing
+  double nominal_mass_kg = 0.0;    ///< of this joint's link, that `weight` was computed with
+  double drive_order = 0.0;        ///< rad that the gearbox's shaft turns per unit of position
+  double inertia = 0.0;            ///< nominal, at the joint: kg m^2 or kg
+  double presliding = 0.0;         ///< the plant's, of the drive's friction; 0: it has none
   /// Effort that passes through the cable as far as the plant knows it: weight, the link's own
   /// acceleration and friction behind the cable. Empty where the plant has none of them.
   Eigen::VectorXd transmitted;

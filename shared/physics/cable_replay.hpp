@@ -6,12 +6,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
+#include "physics/effects/hysteresis.hpp"
 #include "physics/plant.hpp"
 
-namespace ravencal::diagnose {
+namespace ravencal::physics {
 
 /// The cable's numbers, as far as they act quasi-statically.
 struct CableNumbers {
@@ -40,9 +42,59 @@ struct CableNumbers {
   }
 };
 
-CableNumbers cable_numbers(const physics::Joint& joint);
+CableNumbers cable_numbers(const Joint& joint);
 
-/// What the replay needs of a series; `weight` may be empty (no load but friction and inertia).
+/// What the replay takes for the least: a stiff cable and rigid friction have no balance to find.
+struct CableFloors {
+  double compliance = 1e-12;
+  double presliding = 1e-9;
+};
+
+/// One cable, sample by sample. Allocates nothing.
+class CableReplay {
+ public:
+  explicit CableReplay(const CableNumbers& numbers, const CableFloors& floors = {});
+
+  /// The joint hangs where it came to rest with the motor at `motor` under `load`.
+  void start(double motor, double load);
+
+  /// Moves the motor to `motor` under `load`; returns motor minus joint.
+  double step(double motor, double load, double dt_s);
+
+  [[nodiscard]] double tension() const { return tension_; }
+  [[nodiscard]] double offset(double motor) const { return motor - joint_; }
+
+ private:
+  struct Value {
+    double f = 0.0;
+    double slope = 0.0;
+  };
+
+  [[nodiscard]] Value elastic(double s) const;
+  [[nodiscard]] double open_width() const;
+  [[nodiscard]] double open_level(double moved) const;
+  [[nodiscard]] Value effort(double s) const;
+  [[nodiscard]] double level_at(double load) const;
+  [[nodiscard]] Value imbalance(double s, double motor, double load, double level) const;
+  [[nodiscard]] double balance(double motor, double load, double level) const;
+  void settle(double motor, double next);
+
+  CableNumbers n_;
+  double stiffness_;
+  double presliding_;
+  double strand_stiffness_ = 0.0;
+  double joint_ = 0.0;
+  double bristle_ = 0.0;
+  double creep_ = 0.0;
+  double stretch_ = 0.0;
+  double tension_ = 0.0;
+  double elastic_ = 0.0;     ///< tension without what damping adds
+  double rate_slope_ = 0.0;  ///< damping over the time since the last sample
+  std::array<double, kStrands> strands_{};
+  double open_ = 0.0;  ///< of the strands whose loops do not close, per their limit
+};
+
+/// What the replay needs of a recording; `weight` may be empty (no load but friction and inertia).
 struct CableDrive {
   const Eigen::VectorXd& t_s;
   const Eigen::VectorXd& motor;  ///< position that the motor asks of the joint
@@ -57,10 +109,11 @@ struct CableMotion {
   Eigen::VectorXd tension;  ///< effort through the cable
 };
 
+/// A whole recording; starts afresh where `fresh` is set.
 CableMotion replay_cable(const CableDrive& drive, const CableNumbers& numbers);
 
 /// Effort of the friction behind the cable alone along a position without gaps.
 Eigen::VectorXd cable_friction(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
                                const std::vector<char>& fresh, const CableNumbers& numbers);
 
-}  // namespace ravencal::diagnose
+}  // namespace ravencal::physics
