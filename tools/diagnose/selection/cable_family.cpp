@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose/selection/cable_fit.hpp"
 #include "diagnose/selection/cable_members.hpp"
 #include "diagnose/selection/invariance.hpp"
 

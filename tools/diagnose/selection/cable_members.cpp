@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/selection/cable_members.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,15 +11,8 @@ namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = CableMember::Kind;
-
-/// Rows of the thinned replay: the stretch turns over in tenths of seconds, not in milliseconds.
-constexpr Index kThinnedRows = 5000;
-constexpr int kRounds = 12;
-/// Logarithms move by no more than this at once.
-constexpr double kMostStep = 0.7;
 
 VectorXd logs(std::initializer_list<double> values) {
   VectorXd out(static_cast<Index>(values.size()));
@@ -191,155 +183,6 @@ void move_nominal(ChannelModel& model, const CableNumbers& cable) {
     model.moved_terms[term] = column;
   }
   model.hold_nominal();
-}
-
-CableFit::CableFit(const ChannelModel& rest) : series_(*rest.series) {
-  const Series& s = series_;
-  const Index stride = std::max<Index>(1, s.rows() / kThinnedRows);
-  std::vector<Index> rows;
-  std::vector<Index> thinned(static_cast<std::size_t>(s.rows()), -1);
-  for (Index i = 0; i < s.rows(); ++i) {
-    const bool fresh = s.fresh[static_cast<std::size_t>(i)] != 0;
-    if (i % stride != 0 && !fresh) continue;
-    thinned[static_cast<std::size_t>(i)] = static_cast<Index>(rows.size());
-    rows.push_back(i);
-    fresh_.push_back(fresh ? 1 : 0);
-  }
-  const auto pick = [&](const VectorXd& x) {
-    return x.size() > 0 ? VectorXd(x(rows)) : VectorXd();
-  };
-  t_s_ = pick(s.t_s);
-  motor_ = pick(s.motion.q);
-  weight_ = pick(s.weight);
-  inertial_ = pick(s.inertial);
-  std::vector<Index> training;
-  for (std::size_t n = 0; n < rest.blocks.rows.size(); ++n) {
-    const Index at = thinned[static_cast<std::size_t>(rest.blocks.rows[n])];
-    if (at < 0) continue;
-    used_.push_back(at);
-    training.push_back(static_cast<Index>(n));
-  }
-  MatrixXd columns = rest.columns();
-  VectorXd target = rest.target;
-  limit_ = VectorXd::Constant(columns.cols(), std::numeric_limits<double>::infinity());
-  for (std::size_t term = 0; term < rest.limit.size(); ++term) {
-    const Index column = static_cast<Index>(term) + 1;
-    limit_[column] = rest.limit[term];
-    if (rest.held[term] == 0.0) continue;
-    // Held without the set is not held with it.
-    columns.col(column) = rest.free_base.col(column);
-    target += rest.held[term] * columns.col(column);
-  }
-  linear_ = columns(training, Eigen::all);
-  target_ = target(training);
-  const double share =
-      static_cast<double>(training.size()) / static_cast<double>(rest.target.size());
-  precision_ = share * rest.column_precision(columns.cols());
-  normal_ = linear_.transpose() * linear_;
-  nominal_stretch_ = VectorXd::Zero(motor_.size());
-  nominal_stretch_ =
-      replay_cable({t_s_, motor_, weight_, inertial_, fresh_, s.rest_width()}, s.cable).stretch;
-  left_ = std::sqrt(error_of(VectorXd::Zero(target_.size())));
-}
-
-VectorXd CableFit::change(const CableNumbers& cable) const {
-  const VectorXd stretch =
-      replay_cable({t_s_, motor_, weight_, inertial_, fresh_, series_.rest_width()}, cable).stretch;
-  return (nominal_stretch_ - stretch)(used_);
-}
-
-VectorXd CableFit::linear_fit(const VectorXd& y) const {
-  const Index k = linear_.cols();
-  MatrixXd moments(k + 1, k + 1);
-  moments.topLeftCorner(k, k) = normal_;
-  moments.topRightCorner(k, 1) = linear_.transpose() * y;
-  moments.bottomLeftCorner(1, k) = moments.topRightCorner(k, 1).transpose();
-  moments(k, k) = y.squaredNorm();
-  return solve_within(moments, precision_, limit_);
-}
-
-double CableFit::error_of(const VectorXd& change) const {
-  const VectorXd y = target_ - change;
-  const VectorXd b = linear_fit(y);
-  const double left = (y - linear_ * b).squaredNorm() + precision_.dot(b.cwiseAbs2());
-  return left / static_cast<double>(y.size());
-}
-
-/// Step of all logarithms, the linear terms that are not at their limits eliminated.
-VectorXd CableFit::step(const CableSubset& subset, const VectorXd& now, double damping) const {
-  constexpr double kDifference = 0.02;
-  Index count = 0;
-  for (const VectorXd& values : subset.log_values) count += values.size();
-  MatrixXd jacobian(target_.size(), count);
-  Index at = 0;
-  for (std::size_t m = 0; m < subset.members.size(); ++m) {
-    for (Index p = 0; p < subset.log_values[m].size(); ++p) {
-      CableSubset moved = subset;
-      moved.log_values[m][p] += kDifference;
-      jacobian.col(at++) = (change(cable_with(series_, moved)) - now) / kDifference;
-    }
-  }
-  const VectorXd b = linear_fit(target_ - now);
-  std::vector<Index> free;
-  for (Index i = 0; i < b.size(); ++i)
-    if (std::abs(b[i]) < limit_[i]) free.push_back(i);
-  MatrixXd inner = normal_(free, free);
-  inner.diagonal() += precision_(free);
-  inner.diagonal() += 1e-9 * (inner.diagonal().array() + 1e-300).matrix();
-  const MatrixXd cross = linear_(Eigen::all, free).transpose() * jacobian;
-  MatrixXd normal = jacobian.transpose() * jacobian - cross.transpose() * inner.ldlt().solve(cross);
-  const VectorXd gradient = jacobian.transpose() * (target_ - now - linear_ * b);
-  normal.diagonal() *= 1.0 + damping;
-  normal.diagonal().array() += 1e-5 * normal.diagonal().maxCoeff() + 1e-300;
-  VectorXd move = normal.ldlt().solve(gradient);
-  for (double& x : move) x = std::clamp(x, -kMostStep, kMostStep);
-  return move;
-}
-
-CableSubset CableFit::improved(CableSubset best) const {
-  VectorXd now = change(cable_with(series_, best));
-  best.error = error_of(now);
-  double damping = 0.01;
-  for (int round = 0; round < kRounds; ++round) {
-    const VectorXd move = step(best, now, damping);
-    CableSubset trial = best;
-    Index at = 0;
-    for (std::size_t m = 0; m < trial.members.size(); ++m) {
-      VectorXd& values = trial.log_values[m];
-      const CableMember& member = *trial.members[m];
-      values += move.segment(at, values.size());
-      values = values.cwiseMax(member.low).cwiseMin(member.high);
-      at += values.size();
-    }
-    const VectorXd next = change(cable_with(series_, trial));
-    trial.error = error_of(next);
-    if (!(trial.error < best.error)) {
-      if (damping > 10.0) break;
-      damping *= 10.0;
-      continue;
-    }
-    const bool done = trial.error > 0.999 * best.error && move.cwiseAbs().maxCoeff() < 0.03;
-    best = std::move(trial);
-    now = next;
-    damping = std::max(1e-4, 0.3 * damping);
-    if (done) break;
-  }
-  return best;
-}
-
-CableSubset CableFit::fit(const std::vector<const CableMember*>& members) const {
-  CableSubset start{members, {}, 0.0};
-  for (const CableMember* member : members) start.log_values.push_back(member->start);
-  CableSubset best = improved(start);
-  // Wider strands and slower creep are valleys of their own.
-  for (std::size_t m = 0; m < members.size(); ++m) {
-    if (members[m]->start.size() < 2) continue;
-    CableSubset other = start;
-    other.log_values[m][1] += std::log(4.0);
-    other = improved(std::move(other));
-    if (other.error < best.error) best = std::move(other);
-  }
-  return best;
 }
 
 std::vector<Chosen> chosen_of(const ChannelModel& model, const CableSubset& subset) {

@@ -52,42 +52,6 @@ struct CableSubset {
   double error = 0.0;                       ///< penalised squared error of the thinned fit, per row
 };
 
-/// Fits all numbers of a set together with the linear terms of the model (Levenberg-Marquardt on a
-/// thinned replay).
-class CableFit {
- public:
-  /// `rest`: the model without any member of the family; must outlive the object.
-  explicit CableFit(const ChannelModel& rest);
-
-  [[nodiscard]] CableSubset fit(const std::vector<const CableMember*>& members) const;
-
-  /// The set with its numbers moved from where they are to where they fit best.
-  [[nodiscard]] CableSubset improved(CableSubset start) const;
-
-  /// RMS of what the linear terms alone leave.
-  [[nodiscard]] double left() const { return left_; }
-
- private:
-  [[nodiscard]] Eigen::VectorXd change(const CableNumbers& cable) const;
-  [[nodiscard]] Eigen::VectorXd step(const CableSubset& subset, const Eigen::VectorXd& now,
-                                     double damping) const;
-  /// Coefficients of the linear terms within their limits, and what they leave.
-  [[nodiscard]] Eigen::VectorXd linear_fit(const Eigen::VectorXd& y) const;
-  [[nodiscard]] double error_of(const Eigen::VectorXd& change) const;
-
-  const Series& series_;
-  Eigen::VectorXd t_s_, motor_, weight_, inertial_;
-  std::vector<char> fresh_;
-  std::vector<Eigen::Index> used_;  ///< thinned rows that are fitted
-  Eigen::MatrixXd linear_;          ///< at those rows
-  Eigen::VectorXd precision_;
-  Eigen::VectorXd target_;
-  Eigen::MatrixXd normal_;  ///< of the linear terms
-  Eigen::VectorXd limit_;   ///< of their coefficients
-  Eigen::VectorXd nominal_stretch_;
-  double left_ = 0.0;
-};
-
 /// The plant's cable with a set of members added.
 CableNumbers cable_with(const Series& series, const CableSubset& subset);
 
