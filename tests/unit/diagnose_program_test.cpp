@@ -99,7 +99,8 @@ TEST_F(DiagnoseProgram, MeasuresItsFalseAlarmsUnlessToldNotTo) {
         std::ifstream(folder_ / "why/report.json"))["verdict"]["false_alarm_rate"];
   };
   const Outcome measured = run(kDiagnose);
-  EXPECT_NE(measured.text.find("placebo recordings, made of this one"), std::string::npos) << measured.text;
+  EXPECT_NE(measured.text.find("placebo recordings, made of this one"), std::string::npos)
+      << measured.text;
   ASSERT_TRUE(rate().is_number());
   EXPECT_LE(rate().get<double>(), 0.25);
   EXPECT_EQ(run(std::string(kDiagnose) + " --placebo 0").exit_code, 0);
