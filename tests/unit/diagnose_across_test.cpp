@@ -210,6 +210,14 @@ TEST(DriveConstant, OfOneRecordingIsFrictionOrAnOffsetOfTheEffort) {
   EXPECT_LE(effect.probability, 0.5) << "the two share it";
 }
 
+TEST(DriveConstant, ThatDiffersBetweenRecordingsIsAnOffsetOfTheEffort) {
+  const Report report = diagnosed_with_offsets({0.3, -0.3});
+  ASSERT_EQ(report.effects.size(), 1U) << report.verdict.text;
+  const NamedEffect& effect = report.effects.front();
+  EXPECT_EQ(effect.id, "effort_offset");
+  EXPECT_NEAR(effect.parameters.front().value, 0.3 * 121.5 / 12.25, 0.1) << "at the joint";
+}
+
 TEST(DriveConstant, IsNoFindingWhereFrictionIsEven) {
   const Report report = diagnosed({});
   EXPECT_TRUE(report.effects.empty()) << report.verdict.text;
