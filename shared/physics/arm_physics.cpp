@@ -127,8 +127,9 @@ struct ArmPhysics::Impl {
       const Joint& axis = plant.joints[static_cast<std::size_t>(i)];
       reduction[i] = axis.reduction;
       inertia[i] = axis.motor_inertia_kg_m2 * axis.reduction * axis.reduction;
-      effort_per_torque[i] =
-          axis.reduction / axis.gearbox_ratio * (1.0 + axis.parameter("torque_constant", "ratio"));
+      const double drive_gain = 1.0 + axis.parameter("torque_constant", "ratio");
+      effort_per_torque[i] = axis.reduction / axis.gearbox_ratio * drive_gain;
+      lost_effort[i] = drive_gain * axis.parameter("effort_offset", "offset");
       viscous[i] = axis.parameter("viscous_friction", "damping");
       asymmetry[i] = 0.5 * axis.parameter("asymmetric_friction", "damping_difference");
       ripple[i] = axis.parameter("torque_ripple", "amplitude");
@@ -192,6 +193,7 @@ struct ArmPhysics::Impl {
   Vector3d reduction;
   Vector3d inertia;            // of motor and gearbox, at the joint
   Vector3d effort_per_torque;  // joint effort per torque at the gearbox output
+  Vector3d lost_effort;        // constant part of the effort asked that moves nothing
   Vector3d viscous;
   Vector3d asymmetry;     // half the difference of damping between the directions
   Vector3d ripple;        // against the motion of the motor, over its position at the joint
@@ -257,7 +259,7 @@ void ArmPhysics::restart_disturbances(RandomSource& random) {
 
 void ArmPhysics::advance(const Vector3d& torque_n_m, RandomSource& random) {
   impl_->advance_slow(random);
-  const Vector3d effort = torque_n_m.cwiseProduct(impl_->effort_per_torque);
+  const Vector3d effort = torque_n_m.cwiseProduct(impl_->effort_per_torque) - impl_->lost_effort;
   const double dt_s = impl_->cycle_s / impl_->inner_steps;
   for (int step = 0; step < impl_->inner_steps; ++step) impl_->inner_step(effort, dt_s);
   impl_->motors_rad = impl_->motor.cwiseProduct(impl_->reduction);

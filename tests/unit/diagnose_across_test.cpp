@@ -123,6 +123,27 @@ Report diagnosed(const ravencal::generator::ArmTruth& truth,
   return report.value();
 }
 
+/// The arm of that truth, recorded once per constant effort.
+Report diagnosed_with_offsets(const std::vector<double>& offsets_n_m) {
+  const auto plant = ravencal::physics::parse_plant(ravencal::generator::arm_plant(), "test plant");
+  EXPECT_TRUE(plant.ok());
+  std::vector<ravencal::record::Recording> recordings;
+  for (const double offset : offsets_n_m) {
+    recordings.push_back(ravencal::generator::record_arm({}, {.seed = 2 + recordings.size(),
+                                                              .duration_s = 120.0,
+                                                              .rate_hz = 50.0,
+                                                              .rich = true,
+                                                              .deviation = 0.0}));
+    const auto torque = recordings.back().column(ravencal::record::Role::kDriveTorque, "elbow");
+    recordings.back().samples.col(*torque).array() += offset;
+  }
+  Options options;
+  options.threads = 1;
+  auto report = diagnose(recordings, {}, plant.value(), options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+  return report.value();
+}
+
 Report diagnosed(const ravencal::generator::ArmTruth& truth) {
   return diagnosed(
       truth, {.seed = 2, .duration_s = 120.0, .rate_hz = 50.0, .rich = true, .deviation = 0.03},
@@ -177,6 +198,24 @@ TEST(DriveConstant, IsFrictionBesideALoadWhoseMeanTheGeometryKnows) {
     EXPECT_EQ(uneven, uneven_n_m > 0.0 ? 1 : 0) << report.verdict.text;
     EXPECT_EQ(report.effects.size(), 1U + uneven) << report.verdict.text;
   }
+}
+
+TEST(DriveConstant, OfOneRecordingIsFrictionOrAnOffsetOfTheEffort) {
+  const Report report = diagnosed_with_offsets({0.3});
+  ASSERT_EQ(report.effects.size(), 1U) << report.verdict.text;
+  const NamedEffect& effect = report.effects.front();
+  EXPECT_EQ(effect.id, "asymmetric_friction");
+  EXPECT_EQ(std::count(effect.ambiguous_with.begin(), effect.ambiguous_with.end(), "effort_offset"),
+            1);
+  EXPECT_LE(effect.probability, 0.5) << "the two share it";
+}
+
+TEST(DriveConstant, ThatDiffersBetweenRecordingsIsAnOffsetOfTheEffort) {
+  const Report report = diagnosed_with_offsets({0.3, -0.3});
+  ASSERT_EQ(report.effects.size(), 1U) << report.verdict.text;
+  const NamedEffect& effect = report.effects.front();
+  EXPECT_EQ(effect.id, "effort_offset");
+  EXPECT_NEAR(effect.parameters.front().value, 0.3 * 121.5 / 12.25, 0.1) << "at the joint";
 }
 
 TEST(DriveConstant, IsNoFindingWhereFrictionIsEven) {

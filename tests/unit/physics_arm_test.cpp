@@ -156,6 +156,35 @@ TEST(ArmPhysics, WithoutFrictionAndDampingTheEnergyIsKept) {
   EXPECT_NEAR(late / early, 1.0, 0.05);
 }
 
+TEST(ArmPhysics, AnOffsetOfTheEffortIsAskedOnTopOfWhatTheMotionNeeds) {
+  Plant plant = shipped_plant();
+  remove_effect(plant, "torque_constant");
+  for (Joint& joint : plant.joints)
+    joint.effects.push_back({"torque_constant", {}, {{"ratio", 0.1}}});
+  Plant biased = plant;
+  Vector3d offset_n_m;  // at the gearbox output, where torque is asked
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    Joint& joint = biased.joints[static_cast<std::size_t>(i)];
+    const double offset = 0.5 + 0.2 * static_cast<double>(i);
+    joint.effects.push_back({"effort_offset", {}, {{"offset", offset}}});
+    offset_n_m[i] = offset * joint.gearbox_ratio / joint.reduction;
+  }
+  auto needed = ArmPhysics::create(plant, false);
+  auto asked = ArmPhysics::create(biased, false);
+  ASSERT_TRUE(needed.ok() && asked.ok());
+  RandomSource one(1), other(1);
+  const Vector3d start(0.7, 1.4, 0.38);
+  needed->place(start);
+  asked->place(start);
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d torque_n_m = std::sin(0.01 * i) * Vector3d(0.6, 0.6, 0.4);
+    needed->advance(torque_n_m, one);
+    asked->advance(torque_n_m + offset_n_m, other);
+  }
+  EXPECT_GT((needed->joints_ji() - start).cwiseAbs().minCoeff(), 1e-4) << "all of them moved";
+  EXPECT_LT((asked->joints_ji() - needed->joints_ji()).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 TEST(ArmPhysics, RefusesAPlantWithoutCables) {
   Plant plant = shipped_plant();
   remove_effect(plant, "compliance");

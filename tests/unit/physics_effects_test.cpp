@@ -99,6 +99,17 @@ TEST(AsymmetricFriction, TakesItsLevelDifferenceBetweenTheDirections) {
   }
 }
 
+TEST(EffortOffset, IsTakenOffWhatTheDriveIsAskedFor) {
+  Joint joint;
+  joint.effects = {{"viscous_friction", {}, {{"damping", 4.0}}},
+                   {"torque_constant", {}, {{"ratio", 0.25}}},
+                   {"effort_offset", {}, {{"offset", 0.8}}}};
+  const DriveNumbers<double> n = drive_numbers(joint, 1.0, 1e-4);
+  DriveState<double> state;
+  for (int i = 0; i < 20000; ++i) step_drive(n, 2.0, 0.0, 1e-3, state);
+  EXPECT_NEAR(state.velocity, 1.25 * (2.0 - 0.8) / 4.0, 1e-6);
+}
+
 TEST(Backlash, PassesNothingInsideTheGapAndTheRestOutside) {
   EXPECT_EQ(through_gap(0.009, 0.01), 0.0);
   EXPECT_EQ(through_gap(-0.009, 0.01), 0.0);

@@ -53,6 +53,7 @@ constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, tru
 constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true},
                                            {"order", Dimension::kOrder, true},
                                            {"phase", Dimension::kAngle, false}};
+constexpr ParameterSpec kEffortOffset[] = {{"offset", Dimension::kEffort, true}};
 constexpr ParameterSpec kSaturation[] = {{"limit", Dimension::kEffort, true}};
 constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true}};
 constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false},
@@ -60,7 +61,7 @@ constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false
                                            {"wander", Dimension::kPosition, false},
                                            {"wander_time", Dimension::kTime, false}};
 
-constexpr std::array<EffectSpec, 20> kSpecs = {{
+constexpr std::array<EffectSpec, 21> kSpecs = {{
     {"homing_offset", "the seat at the hard stop differs at each homing", kHomingOffset},
     {"gain_error", "the transmission ratio is not the one that the controller knows", kGainError},
     {"coupling", "another joint moves this one more than the controller knows", kCouplingError},
@@ -80,6 +81,7 @@ constexpr std::array<EffectSpec, 20> kSpecs = {{
      kLoadFriction},
     {"torque_constant", "the motor gives more or less torque than commanded", kTorqueConstant},
     {"torque_ripple", "the drive's effort waves over its position", kTorqueRipple},
+    {"effort_offset", "a constant effort acts on the drive", kEffortOffset},
     {"delay", "the joint follows late", kDelay},
     {"saturation", "the drive gives no more than its limit", kSaturation},
     {"thermal_drift", "cable length wanders slowly, without load", kThermalDrift},

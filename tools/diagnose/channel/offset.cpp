@@ -231,7 +231,7 @@ void name_asymmetry(const ChannelFit& fit, const ChannelOptions& options,
   const std::optional<ChannelFit> rest = without_asymmetry(fit);
   const ChannelFit& judged = rest ? *rest : fit;
   if (!clear(judged)) return;
-  const auto form = asymmetric_friction();
+  const auto form = level_difference();
   const auto evidence = constant_evidence(judged, *form, options);
   if (!evidence) return;
   NamedEffect difference = effect_of(judged, *evidence, *form, level(judged), findings);

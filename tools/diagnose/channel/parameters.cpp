@@ -223,8 +223,12 @@ std::vector<NamedParameter> parameters_of(const ChannelFit& fit, std::size_t cho
                    shape ? positive_interval_of(draws[p], value, wider)
                          : interval_of(draws[p], value, wider)});
   }
-  if (doubt == Doubt::kFormToo && form.time_only() && !out.empty())
-    out.front().ci95 = widened(out.front().ci95, out.front().value, slow_noise(from, tangent.at));
+  if (doubt != Doubt::kFormToo || !form.time_only()) return out;
+  const std::size_t sizes = std::min(out.size(), form.sizes(*model.series));
+  for (std::size_t p = 0; p < sizes; ++p) {
+    const Index column = tangent.at + std::min(static_cast<Index>(p), tangent.width - 1);
+    out[p].ci95 = widened(out[p].ci95, out[p].value, slow_noise(from, column));
+  }
   return out;
 }
 

@@ -29,6 +29,26 @@ class AsymmetricFriction final : public EffectForm {
   }
 };
 
+/// The constant part, which a channel finds as its own constant. Rows at rest are not fitted, so
+/// that a constant effort of the drive makes the same column.
+class LevelDifference final : public EffectForm {
+ public:
+  explicit LevelDifference(const EffectKind& kind) : EffectForm(kind) {}
+  Eigen::MatrixXd columns(const Series& s, const Shape&) const override {
+    return Eigen::VectorXd::Ones(s.rows());
+  }
+  std::vector<FormParameter> parameters(const Series& s, const Shape&,
+                                        const Eigen::VectorXd& b) const override {
+    return {{"level_difference", 2.0 * b[0], effort_unit(s)}};
+  }
+  std::vector<std::string> look_alikes(const Series&) const override { return {"effort_offset"}; }
+  std::string separate_by() const override {
+    return "the same motion with the arm turned over: a load changes its sign, friction does not; "
+           "and the drive at rest with the motor off: an offset of the effort stays, friction does "
+           "not";
+  }
+};
+
 class AsymmetricFrictionKind final : public EffectKind {
  public:
   AsymmetricFrictionKind()
@@ -37,7 +57,8 @@ class AsymmetricFrictionKind final : public EffectKind {
                     .abscissa = Abscissa::kSpeed,
                     .friction = Friction::kUneven}) {}
   void add_forms(const FormContext& context, Forms& forms) const override {
-    if (context.series.stage == Stage::kDrive) forms.push_back(asymmetric_friction());
+    if (context.series.stage == Stage::kDrive)
+      forms.push_back(std::make_unique<AsymmetricFriction>(*this));
   }
   [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
     return kNumbers;
@@ -61,8 +82,8 @@ const EffectKind& asymmetric_friction_kind() {
   return kind;
 }
 
-std::unique_ptr<EffectForm> asymmetric_friction() {
-  return std::make_unique<AsymmetricFriction>(asymmetric_friction_kind());
+std::unique_ptr<EffectForm> level_difference() {
+  return std::make_unique<LevelDifference>(asymmetric_friction_kind());
 }
 
 }  // namespace ravencal::diagnose

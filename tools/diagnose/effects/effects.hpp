@@ -19,7 +19,8 @@ const EffectKind& unknown_kind();
 
 std::unique_ptr<EffectForm> homing_offset();
 std::unique_ptr<EffectForm> gain_error();
-std::unique_ptr<EffectForm> asymmetric_friction();
+/// A drive's constant as dry friction that differs between the directions.
+std::unique_ptr<EffectForm> level_difference();
 std::unique_ptr<EffectForm> gravity();
 std::unique_ptr<EffectForm> payload();
 /// `needed`: effort that the plant as it is asks of the drive, as the residual shows it.

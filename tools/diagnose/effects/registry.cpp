@@ -24,6 +24,7 @@ const EffectKind& asymmetric_friction_kind();
 const EffectKind& load_dependent_friction_kind();
 const EffectKind& torque_constant_kind();
 const EffectKind& torque_ripple_kind();
+const EffectKind& effort_offset_kind();
 const EffectKind& saturation_kind();
 const EffectKind& inertia_error_kind();
 const EffectKind& gravity_kind();
@@ -53,6 +54,7 @@ std::span<const EffectKind* const> effect_kinds() {
       &load_dependent_friction_kind(),
       &torque_constant_kind(),
       &torque_ripple_kind(),
+      &effort_offset_kind(),
       &saturation_kind(),
       &controller_gain_kind(),
       &inertia_error_kind(),

@@ -67,7 +67,7 @@ physics::DriveNumbers<double> FreeRun::numbers(const physics::Plant& plant) cons
       physics::drive_numbers(joint, physics::joint_inertia(plant, index), series_->rest_width());
   if (joint.link.mass_kg > 0.0 && series_->nominal_mass_kg > 0.0)
     n.weight_scale = joint.link.mass_kg / series_->nominal_mass_kg;
-  n.offset = series_->free_offset;
+  n.offset += series_->free_offset;  // beside the plant's own
   return n;
 }
 
