@@ -60,7 +60,7 @@ std::string pulses_untestable(const ControlLaw& law, const Pulses& found, const 
 /// Looks for pulses of the command and takes those that it names out of the usable rows.
 void judge_pulses(const Series& s, double chance, bool details, std::vector<char>& usable,
                   ChannelFindings& findings) {
-  const ControlLaw law = fit_law(s, 0, s.rows());
+  const ControlLaw law = fit_law_beside_pulses(s, 0, s.rows());
   const Pulses found = find_pulses(s, law);
   if (brief(found, s) && name_pulses(found, s, law, chance, findings)) {
     for (const Pulse& pulse : found.pulses)

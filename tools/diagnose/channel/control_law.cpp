@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -41,7 +42,7 @@ constexpr double kBent = 0.8;
 constexpr double kWellExplained = 0.95;
 
 /// Longer differences, and the most rows that one may span.
-constexpr double kLonger_s[] = {0.1, 0.5};
+constexpr std::array kLonger_s = {0.1, 0.5};
 constexpr Index kMostLag = 1000;
 
 /// Rows in so long a time, at least one.
@@ -123,6 +124,12 @@ double left_over(const ControlLaw& law, Index first, Index last, Index lag) {
   return core::normal_deviation(left);
 }
 
+/// True if quantisation has bent the law from shorter differences.
+bool bent(const ControlLaw& law, const ControlLaw& longer, Index first, Index last) {
+  const Index lag = longer.lag;
+  return left_over(longer, first, last, lag) < kBent * left_over(law, first, last, lag);
+}
+
 }  // namespace
 
 std::string unexplained(double share) {
@@ -144,16 +151,22 @@ std::vector<char> rows_of_law(const Series& s) {
   return usable;
 }
 
+ControlLaw fit_law_beside_pulses(const Series& s, Index first, Index last) {
+  ControlLaw law = fit_differences(s, first, last, 1);
+  const Index lag = rows_in(kLonger_s.front(), s);
+  if (lag <= law.lag) return law;
+  ControlLaw longer = fit_differences(s, first, last, lag);
+  return bent(law, longer, first, last) ? longer : law;
+}
+
 ControlLaw fit_law(const Series& s, Index first, Index last) {
   ControlLaw law = fit_differences(s, first, last, 1);
   for (const double span_s : kLonger_s) {
     const Index lag = rows_in(span_s, s);
     if (lag <= law.lag) continue;
     ControlLaw longer = fit_differences(s, first, last, lag);
-    const bool bent =
-        left_over(longer, first, last, lag) < kBent * left_over(law, first, last, lag);
-    if (bent || (law.explained < kWellExplained && longer.explained > law.explained))
-      law = std::move(longer);
+    const bool more = law.explained < kWellExplained && longer.explained > law.explained;
+    if (more || bent(law, longer, first, last)) law = std::move(longer);
   }
   return law;
 }
@@ -169,7 +182,7 @@ double resolution_of(const Series& s) {
 }
 
 Eigen::Vector3d recorded_gains(const Series& series, Index first, Index last) {
-  return fit_law(series, first, last).gains;
+  return fit_law_beside_pulses(series, first, last).gains;
 }
 
 }  // namespace ravencal::diagnose

@@ -40,6 +40,10 @@ std::vector<char> rows_of_law(const Series& series);
 /// controller that is faster than the recording saw rates that are not in it.
 ControlLaw fit_law(const Series& series, Eigen::Index first, Eigen::Index last);
 
+/// The same where pulses may be on for half of the time: over half a second these are no outliers,
+/// so that differences span a tenth at most, and that only where quantisation has bent the law.
+ControlLaw fit_law_beside_pulses(const Series& series, Eigen::Index first, Eigen::Index last);
+
 /// Least step between neighbouring commands: the converter's, which cuts all of them alike.
 double resolution_of(const Series& series);
 
