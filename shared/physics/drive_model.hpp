@@ -48,8 +48,9 @@ enum class DriveField {
 };
 inline constexpr int kDriveFields = 12;
 
-template <typename T>
-T& field_of(DriveNumbers<T>& n, DriveField field) {
+/// `n`: DriveNumbers, const or not.
+template <typename Numbers>
+auto& field_of(Numbers& n, DriveField field) {
   switch (field) {
     case DriveField::kInertia:
       return n.inertia;
@@ -77,11 +78,6 @@ T& field_of(DriveNumbers<T>& n, DriveField field) {
       break;
   }
   return n.offset;
-}
-
-template <typename T>
-const T& field_of(const DriveNumbers<T>& n, DriveField field) {
-  return field_of(const_cast<DriveNumbers<T>&>(n), field);
 }
 
 /// Numbers of a plant's joint; `inertia` of motor and link at the joint. Where the plant does not

@@ -237,7 +237,7 @@ TEST(Quantisation, IsNotTestableWithAFineOrAContinuousPosition) {
 TEST(Gravity, BendsOnlyWhereTheJointTurnsFar) {
   // Over a few degrees sine and cosine of the position are a line and a parabola of any size.
   const auto bends = [](const Series& s) {
-    const auto grid = diagnose::gravity()->grid(s);
+    const auto grid = generator::form_of("gravity")->grid(s);
     return std::any_of(grid.begin(), grid.end(),
                        [](const diagnose::Shape& shape) { return shape[0] == 1.0; });
   };

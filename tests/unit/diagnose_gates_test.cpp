@@ -268,7 +268,7 @@ TEST(Gates, ALoadByPostureHoldsBeyondWhereItWasFitted) {
     const Eigen::ArrayXd q = series.motion.q.array();
     series.y += 0.02 * (is_load ? q : Eigen::ArrayXd((kOrder * q).sin())).matrix();
     diagnose::Forms forms;
-    forms.push_back(diagnose::gravity());
+    forms.push_back(generator::form_of("gravity"));
     const diagnose::ChannelModel model =
         diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
     EXPECT_EQ(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value(), is_load);

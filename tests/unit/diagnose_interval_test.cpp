@@ -176,7 +176,7 @@ TEST(DiagnoseInterval, CountsNumbersThatTheDataHoldAtTheirLimits) {
   ChannelModel& model = fit.model;
   model.precision[1] *= noise.squaredNorm() / model.noise.squaredNorm();
   model.noise = noise;
-  fit.forms.push_back(gain_error());
+  fit.forms.push_back(ravencal::generator::form_of("gain_error"));
   auto candidate = std::make_shared<Candidate>();
   candidate->form = fit.forms.front().get();
   model.candidates.push_back(candidate);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/effects/effect_kind.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -145,7 +146,7 @@ void move_friction_to_motor(const physics::Plant& plant,
     const double more = level.value - behind;
     if (own + more <= 0.0 || says_otherwise(report, findings, joint, level.ci95)) continue;
     // What is behind the cable is the plant's word.
-    const double unseen = 1.96 * behind * tolerance_of(joint, e.id, "level");
+    const double unseen = kNormal95 * behind * tolerance_of(joint, e.id, "level");
     e.id = dry.id();
     e.out_of_tolerance = own > 0.0;
     std::erase(e.ambiguous_with, e.id);

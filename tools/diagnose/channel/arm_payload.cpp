@@ -219,7 +219,7 @@ NamedEffect named(const Joint& joint, const Weighed& found, std::uint64_t seed) 
   const ChannelModel loaded = joint.loaded(bare, found.mass_kg);
   const VectorXd before = held_out_errors(bare), after = held_out_errors(loaded);
   NamedEffect effect;
-  effect.id = payload()->id();
+  effect.id = payload_kind().id();
   effect.joint = bare.series->joint;
   effect.stage = stage_word(bare.series->stage);
   const double half_width =

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "diagnose/channel/control_law.hpp"
+#include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -113,7 +114,7 @@ class GainStudy {
       : series_(s),
         stretch_(stretch),
         ask_(question),
-        law_(fit_law(s, stretch.first, stretch.last)),
+        law_(fit_law(s, stretch.first, stretch.last, Disturbance::kNone)),
         segments_(segments_of(law_, question.nominal)),
         ratio_(law_.gains[0] / question.nominal) {
     const Levels levels(s, stretch, usable);
@@ -204,7 +205,7 @@ class GainStudy {
 
   [[nodiscard]] NamedEffect effect() const {
     NamedEffect effect;
-    effect.id = "controller_gain";
+    effect.id = controller_gain_kind().id();
     effect.joint = series_.joint;
     effect.stage = stage_word(series_.stage);
     const double error = half_width_ + std::max(bend_, kGainTolerance) * std::abs(ratio_);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/median.hpp"
+#include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -138,7 +139,7 @@ Pulses find_pulses(const Series& s, const ControlLaw& law) {
 bool name_pulses(const Pulses& found, const Series& s, const ControlLaw& law, double chance,
                  ChannelFindings& findings) {
   NamedEffect effect;
-  effect.id = "input_disturbance";
+  effect.id = input_disturbance_kind().id();
   effect.joint = s.joint;
   effect.stage = stage_word(s.stage);
   std::vector<double> sizes;

@@ -14,6 +14,7 @@
 #include "diagnose/channel/command_gain.hpp"
 #include "diagnose/channel/command_pulses.hpp"
 #include "diagnose/channel/control_law.hpp"
+#include "diagnose/effects/effects.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -60,7 +61,7 @@ std::string pulses_untestable(const ControlLaw& law, const Pulses& found, const 
 /// Looks for pulses of the command and takes those that it names out of the usable rows.
 void judge_pulses(const Series& s, double chance, bool details, std::vector<char>& usable,
                   ChannelFindings& findings) {
-  const ControlLaw law = fit_law_beside_pulses(s, 0, s.rows());
+  const ControlLaw law = fit_law(s, 0, s.rows(), Disturbance::kPulses);
   const Pulses found = find_pulses(s, law);
   if (brief(found, s) && name_pulses(found, s, law, chance, findings)) {
     for (const Pulse& pulse : found.pulses)
@@ -68,7 +69,7 @@ void judge_pulses(const Series& s, double chance, bool details, std::vector<char
     return;
   }
   if (!details) return;
-  NotFound entry{"input_disturbance",
+  NotFound entry{input_disturbance_kind().id(),
                  s.joint,
                  std::nullopt,
                  s.unit,
@@ -83,7 +84,7 @@ void judge_pulses(const Series& s, double chance, bool details, std::vector<char
 void judge_gains(const Series& s, const std::vector<CommandStretch>& recordings,
                  const std::vector<char>& usable, const GainQuestion& question,
                  ChannelFindings& findings) {
-  NotFound entry{"controller_gain", s.joint, std::nullopt, "1", "", "ratio"};
+  NotFound entry{controller_gain_kind().id(), s.joint, std::nullopt, "1", "", "ratio"};
   if (recordings.empty())
     entry.not_testable_because =
         fmt::format("no recording has {} rows whose command is below its limit", kLeastCommandRows);
@@ -121,7 +122,7 @@ ChannelFindings analyse_command(const Series& series, const physics::Plant& plan
   GainQuestion question;
   question.nominal =
       joint.controller->kp_n_m_per_rad * joint.reduction * joint.reduction / joint.gearbox_ratio;
-  const auto stated = joint.tolerance.find("controller_gain");
+  const auto stated = joint.tolerance.find(controller_gain_kind().id());
   question.tolerance = stated == joint.tolerance.end() ? kGainTolerance : stated->second;
   // Bonferroni: the pulses are one question, the gain of each recording another one.
   question.chance = options.gates.alpha / static_cast<double>(recordings.size() + 1);

@@ -47,11 +47,7 @@ constexpr Index kMostLag = 1000;
 
 /// Rows in so long a time, at least one.
 Index rows_in(double span_s, const Series& s) {
-  std::vector<double> steps;
-  for (Index i = 1; i < std::min<Index>(s.rows(), 2000); ++i) {
-    if (s.fresh[static_cast<std::size_t>(i)] == 0) steps.push_back(s.t_s[i] - s.t_s[i - 1]);
-  }
-  const double usual_s = core::upper_median(std::move(steps));
+  const double usual_s = s.row_period_s();
   return usual_s > 0.0 ? std::clamp<Index>(std::lround(span_s / usual_s), 1, kMostLag) : 1;
 }
 
@@ -151,22 +147,15 @@ std::vector<char> rows_of_law(const Series& s) {
   return usable;
 }
 
-ControlLaw fit_law_beside_pulses(const Series& s, Index first, Index last) {
-  ControlLaw law = fit_differences(s, first, last, 1);
-  const Index lag = rows_in(kLonger_s.front(), s);
-  if (lag <= law.lag) return law;
-  ControlLaw longer = fit_differences(s, first, last, lag);
-  return bent(law, longer, first, last) ? longer : law;
-}
-
-ControlLaw fit_law(const Series& s, Index first, Index last) {
+ControlLaw fit_law(const Series& s, Index first, Index last, Disturbance beside) {
+  const bool pulsed = beside == Disturbance::kPulses;
   ControlLaw law = fit_differences(s, first, last, 1);
   for (const double span_s : kLonger_s) {
     const Index lag = rows_in(span_s, s);
-    if (lag <= law.lag) continue;
+    if (lag <= law.lag || (pulsed && span_s > kLonger_s.front())) continue;
     ControlLaw longer = fit_differences(s, first, last, lag);
     const bool more = law.explained < kWellExplained && longer.explained > law.explained;
-    if (more || bent(law, longer, first, last)) law = std::move(longer);
+    if ((more && !pulsed) || bent(law, longer, first, last)) law = std::move(longer);
   }
   return law;
 }
@@ -182,7 +171,7 @@ double resolution_of(const Series& s) {
 }
 
 Eigen::Vector3d recorded_gains(const Series& series, Index first, Index last) {
-  return fit_law_beside_pulses(series, first, last).gains;
+  return fit_law(series, first, last, Disturbance::kPulses).gains;
 }
 
 }  // namespace ravencal::diagnose

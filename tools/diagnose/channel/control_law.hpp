@@ -35,14 +35,17 @@ std::string unexplained(double share);
 /// row.
 std::vector<char> rows_of_law(const Series& series);
 
-/// Law of rows [first, last), by differences between neighbours, or over a tenth or half of a
-/// second where these say clearly more: quantisation outweighs the motion between neighbours, and a
-/// controller that is faster than the recording saw rates that are not in it.
-ControlLaw fit_law(const Series& series, Eigen::Index first, Eigen::Index last);
+/// What may lie in the command beside its law.
+enum class Disturbance {
+  kNone,
+  kPulses,  ///< on for up to half of the time: over half a second they are no outliers
+};
 
-/// The same where pulses may be on for half of the time: over half a second these are no outliers,
-/// so that differences span a tenth at most, and that only where quantisation has bent the law.
-ControlLaw fit_law_beside_pulses(const Series& series, Eigen::Index first, Eigen::Index last);
+/// Law of rows [first, last), by differences between neighbours, or over longer times where these
+/// say clearly more: over a tenth of a second where quantisation outweighs the motion between
+/// neighbours; beside no disturbance over half a second as well, and where a controller that is
+/// faster than the recording saw rates that are not in it.
+ControlLaw fit_law(const Series& series, Eigen::Index first, Eigen::Index last, Disturbance beside);
 
 /// Least step between neighbouring commands: the converter's, which cuts all of them alike.
 double resolution_of(const Series& series);

@@ -39,7 +39,7 @@ double take_out_means(const VectorXd& error, const std::vector<Index>& rows, Ser
 std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant& plant) {
   auto homed = std::make_shared<Series>(series);
   if (series.stage != Stage::kTransmission ||
-      !plant_has(plant, series.joint, homing_offset()->id(), ""))
+      !plant_has(plant, series.joint, homing_offset_kind().id(), ""))
     return homed;
   std::vector<Index> rows;
   for (Index i = 0; i < series.rows(); ++i)

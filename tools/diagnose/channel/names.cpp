@@ -119,7 +119,7 @@ void name_refitted(const ChannelFit& fit, ChannelFindings& findings) {
   if (stage != Stage::kTransmission && stage != Stage::kTracking) return;
   // A constant too small or too uncertain for a name still belongs to the prediction.
   NamedEffect offset;
-  offset.id = homing_offset()->id();
+  offset.id = homing_offset_kind().id();
   offset.joint = findings.joint;
   offset.stage = stage_word(findings.stage);
   const double value = fit.coefficients[0];

@@ -32,7 +32,7 @@ double least_offset(const ChannelFit& fit, const physics::Plant& plant) {
   const auto joint = plant.joint_index(series.joint).value_or(0);
   double passed_on = 0.0;
   for (const Inherited& part : series.inherited) passed_on += std::abs(part.offset);
-  return std::max({3.0 * plant.joints[joint].parameter(homing_offset()->id(), "deviation"),
+  return std::max({3.0 * plant.joints[joint].parameter(homing_offset_kind().id(), "deviation"),
                    fit.model.floor, 1.25 * passed_on, form_error(fit)});
 }
 
@@ -168,7 +168,7 @@ VectorXd stretch_of(const ChannelFit& fit) {
 void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options) {
   ChannelModel& model = fit.model;
   if (model.series->stage != Stage::kTransmission) return;
-  if (plant_has(plant, model.series->joint, homing_offset()->id(), "")) return;
+  if (plant_has(plant, model.series->joint, homing_offset_kind().id(), "")) return;
   if (std::abs(joint_fit(model)[0]) < options.gates.size_per_floor * model.floor) return;
   if (score_of(without_constant(model)) < score_with_constant(model)) return;
   ChannelModel bare = without_constant(model);
@@ -184,7 +184,7 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
                  ChannelFindings& findings) {
   const Series& series = *fit.model.series;
   if (series.stage != Stage::kTransmission) return;
-  NotFound silent{homing_offset()->id(), findings.joint, std::nullopt, "", ""};
+  NotFound silent{homing_offset_kind().id(), findings.joint, std::nullopt, "", ""};
   silent.expected = plant_has(plant, series.joint, silent.id, "");
   if (silent.expected || !fit.model.has_constant()) {
     silent.not_testable_because =
@@ -201,7 +201,7 @@ void name_offset(const ChannelFit& fit, const physics::Plant& plant, const Chann
     findings.effects.insert(findings.effects.begin(), std::move(*offset));
     return;
   }
-  const double deviation = 0.5 * (whole.second - whole.first) / 1.96;
+  const double deviation = 0.5 * (whole.second - whole.first) / kNormal95;
   silent.detection_limit = least + (kNormal95 + kNineInTen) * deviation;
   silent.unit = findings.unit;
   silent.parameter = "offset";

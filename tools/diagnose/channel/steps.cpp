@@ -8,6 +8,7 @@
 #include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/posterior.hpp"
 
@@ -178,8 +179,8 @@ void name_steps(const ChannelFit& fit, const ChannelOptions& options, ChannelFin
     const double size = fit.coefficients[step_index(fit, k)];
     const auto ci95 = interval_over_time(
         fit, step_index(fit, k), derived_seed(options.seed, "step sizes", k), Doubt::kFormToo);
-    const double deviation = (ci95.second - ci95.first) / (2.0 * 1.96);
-    if (std::abs(size) < 1.96 * step.deviation ||
+    const double deviation = (ci95.second - ci95.first) / (2.0 * kNormal95);
+    if (std::abs(size) < kNormal95 * step.deviation ||
         chance_anywhere(std::abs(size) / deviation, independent) > kStepChance)
       continue;
     effect.parameters = {{"size", size, findings.unit, ci95},

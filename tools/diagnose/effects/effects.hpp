@@ -11,6 +11,8 @@
 
 namespace ravencal::diagnose {
 
+const EffectKind& homing_offset_kind();
+const EffectKind& payload_kind();
 const EffectKind& slip_kind();
 const EffectKind& lost_counts_kind();
 const EffectKind& controller_gain_kind();
@@ -18,10 +20,8 @@ const EffectKind& input_disturbance_kind();
 const EffectKind& unknown_kind();
 
 std::unique_ptr<EffectForm> homing_offset();
-std::unique_ptr<EffectForm> gain_error();
 /// A drive's constant as dry friction that differs between the directions.
 std::unique_ptr<EffectForm> level_difference();
-std::unique_ptr<EffectForm> gravity();
 std::unique_ptr<EffectForm> payload();
 /// `needed`: effort that the plant as it is asks of the drive, as the residual shows it.
 std::unique_ptr<EffectForm> saturation(const Series& series, const Eigen::VectorXd& needed);

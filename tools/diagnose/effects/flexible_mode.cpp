@@ -20,20 +20,11 @@ using Eigen::Index;
 constexpr double kDamping = 0.03;
 constexpr double kLowestMode_hz = 1.5;
 
-double row_period_s(const Series& s) {
-  std::vector<double> steps;
-  for (Index i = 1; i < std::min<Index>(s.rows(), 2000); ++i)
-    if (s.fresh[static_cast<std::size_t>(i)] == 0) steps.push_back(s.t_s[i] - s.t_s[i - 1]);
-  if (steps.empty()) return 1.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
-
 /// Above it the recording has fewer than six rows in a period, or the filter that efforts are seen
 /// through (the kernel (1 - u^2)^2 over +-half_width_s) takes half of it away.
 double highest_hz(const Series& s) {
-  const double by_rate = 1.0 / (6.0 * row_period_s(s));
+  const double period_s = s.row_period_s();
+  const double by_rate = 1.0 / (6.0 * (period_s > 0.0 ? period_s : 1.0));
   const double by_filter = 0.55 / std::max(s.motion.half_width_s, 1e-6);
   return std::min({by_rate, by_filter, 40.0});
 }

@@ -39,7 +39,8 @@ class GainErrorKind final : public EffectKind {
   GainErrorKind()
       : EffectKind("gain_error", Stage::kTransmission, {.probes = Probe::kWholeRange}) {}
   void add_forms(const FormContext& context, Forms& forms) const override {
-    if (context.series.stage == Stage::kTransmission) forms.push_back(gain_error());
+    if (context.series.stage == Stage::kTransmission)
+      forms.push_back(std::make_unique<GainError>(*this));
   }
   void predict(NominalBuilder& builder) const override {
     if (!builder.in(Stage::kTransmission)) return;
@@ -72,7 +73,5 @@ const EffectKind& gain_error_kind() {
   static const GainErrorKind kind;
   return kind;
 }
-
-std::unique_ptr<EffectForm> gain_error() { return std::make_unique<GainError>(gain_error_kind()); }
 
 }  // namespace ravencal::diagnose

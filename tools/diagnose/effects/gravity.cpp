@@ -95,7 +95,8 @@ class GravityKind final : public EffectKind {
     // A plant with links knows the shape of their weight; the posture's shape is then no candidate.
     const bool unknown_weight =
         s.weight.size() == 0 && (s.stage == Stage::kDrive || weighs_by_stretch(s));
-    if (unknown_weight || s.stage == Stage::kTracking) forms.push_back(gravity());
+    if (unknown_weight || s.stage == Stage::kTracking)
+      forms.push_back(std::make_unique<Gravity>(*this));
   }
   [[nodiscard]] std::span<const DriveParameter> drive_parameters() const override {
     return kNumbers;
@@ -158,7 +159,5 @@ const EffectKind& gravity_kind() {
   static const GravityKind kind;
   return kind;
 }
-
-std::unique_ptr<EffectForm> gravity() { return std::make_unique<Gravity>(gravity_kind()); }
 
 }  // namespace ravencal::diagnose

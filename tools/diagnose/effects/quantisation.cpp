@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/shapes.hpp"
 
@@ -31,9 +32,7 @@ double step_of(const Series& s) {
     if (change > 1e-12) changes.push_back(change);
   }
   if (changes.size() < 20 || moving < 200.0) return 0.0;
-  const auto tenth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 10);
-  std::nth_element(changes.begin(), tenth, changes.end());
-  const double step = *tenth;
+  const double step = core::upper_quantile(changes, 0.1);
   double on_steps = 0.0;
   for (const double change : changes) {
     const double count = std::round(change / step);

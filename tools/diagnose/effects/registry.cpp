@@ -7,7 +7,6 @@
 
 namespace ravencal::diagnose {
 
-const EffectKind& homing_offset_kind();
 const EffectKind& gain_error_kind();
 const EffectKind& coupling_kind();
 const EffectKind& compliance_kind();
@@ -28,7 +27,6 @@ const EffectKind& effort_offset_kind();
 const EffectKind& saturation_kind();
 const EffectKind& inertia_error_kind();
 const EffectKind& gravity_kind();
-const EffectKind& payload_kind();
 const EffectKind& flexible_mode_kind();
 const EffectKind& delay_kind();
 const EffectKind& quantisation_kind();

@@ -70,7 +70,6 @@ CableFit::CableFit(const ChannelModel& rest) : series_(*rest.series) {
       static_cast<double>(training.size()) / static_cast<double>(rest.target.size());
   precision_ = share * rest.column_precision(columns.cols());
   normal_ = linear_.transpose() * linear_;
-  nominal_stretch_ = VectorXd::Zero(motor_.size());
   nominal_stretch_ =
       replay_cable({t_s_, motor_, weight_, inertial_, fresh_, s.rest_width()}, s.cable).stretch;
   left_ = std::sqrt(error_of(VectorXd::Zero(target_.size())));

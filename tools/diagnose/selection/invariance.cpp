@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "diagnose/effects/regimes.hpp"
 
 namespace ravencal::diagnose {
@@ -76,11 +77,6 @@ VectorXd time_of(const ChannelModel& model) {
   return share;
 }
 
-double middle_of(VectorXd x) {
-  std::nth_element(x.data(), x.data() + x.size() / 2, x.data() + x.size());
-  return x[x.size() / 2];
-}
-
 }  // namespace
 
 double Invariance::deviation() const {
@@ -112,7 +108,7 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
   }
   cuts.emplace_back("time", time_of(model));
   for (const auto& [name, value] : cuts) {
-    const double middle = name == "direction" ? 0.0 : middle_of(value);
+    const double middle = name == "direction" ? 0.0 : core::upper_median(value);
     std::vector<char> low(static_cast<std::size_t>(part.size()));
     std::vector<char> high(low.size());
     for (Index i = 0; i < part.size(); ++i) {

@@ -95,9 +95,7 @@ std::vector<Alternative> sets_around(const ChannelModel& model, std::size_t cand
 
 Alternative alternative_of(const ChannelModel& model, std::string id) {
   const VectorXd b = joint_fit(model);
-  double cost = nominal_cost(model, b);
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
-  return {std::move(id), held_out_errors(model), cost};
+  return {std::move(id), held_out_errors(model), nominal_cost(model, b) + chosen_cost(model, b)};
 }
 
 std::vector<std::string> EffectPosterior::credible_others(double mass) const {

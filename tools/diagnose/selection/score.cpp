@@ -68,6 +68,12 @@ double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd
                  coefficients.segment(model.first_column(effect), chosen.columns.cols()));
 }
 
+double chosen_cost(const ChannelModel& model, const VectorXd& coefficients) {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, coefficients);
+  return cost;
+}
+
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
   double cost = 0.0;
   for (std::size_t term = 0; term < model.tolerance.size(); ++term) {
@@ -90,10 +96,7 @@ double score_of(const ChannelModel& model) {
 }
 
 double penalised_score(const ChannelModel& model) {
-  double cost = 0.0;
-  const VectorXd b = joint_fit(model);
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, b);
-  return score_of(model) + cost;
+  return score_of(model) + chosen_cost(model, joint_fit(model));
 }
 
 bool tied(const VectorXd& a, const VectorXd& b) {

@@ -189,6 +189,8 @@ double cost_of(const ChannelModel& model, const Chosen& chosen,
 /// Of the effect chosen there. `coefficients` are the model's.
 double chosen_cost(const ChannelModel& model, std::size_t effect,
                    const Eigen::VectorXd& coefficients);
+/// Of all chosen effects.
+double chosen_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 
 /// The model with its constant out of reach.

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/median.hpp"
 
 namespace ravencal::diagnose {
 
@@ -91,6 +95,14 @@ double Series::rest_width() const {
 }
 
 double Series::friction_displacement() const { return std::max(0.5 * rest_width(), presliding); }
+
+double Series::row_period_s() const {
+  constexpr Eigen::Index kRows = 2000;
+  std::vector<double> periods;
+  for (Eigen::Index i = 1; i < std::min(rows(), kRows); ++i)
+    if (fresh[static_cast<std::size_t>(i)] == 0) periods.push_back(t_s[i] - t_s[i - 1]);
+  return core::upper_median(std::move(periods));
+}
 
 Eigen::VectorXd Series::as_seen(const Eigen::VectorXd& column) const {
   if (stage != Stage::kDrive) return column;

@@ -135,6 +135,8 @@ struct Series {
   /// Displacement over which the drive's dry friction turns after a reversal: the plant's, or the
   /// least that can be seen.
   [[nodiscard]] double friction_displacement() const;
+  /// Usual time between two rows of one stretch, from the first ones; 0 if there are none.
+  [[nodiscard]] double row_period_s() const;
   /// Root mean square over valid training rows.
   [[nodiscard]] double training_rms(const Eigen::VectorXd& x) const;
   [[nodiscard]] double training_mean(const Eigen::VectorXd& x) const;
