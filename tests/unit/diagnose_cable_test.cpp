@@ -8,9 +8,9 @@
 #include <cmath>
 #include <random>
 
-#include "diagnose/channel/slip.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/fit/block_fit.hpp"
+#include "diagnose/selection/step.hpp"
 #include "diagnose_arm.hpp"
 #include "physics/cable_replay.hpp"
 

@@ -13,6 +13,7 @@
 #include "diagnose/fit/blocks.hpp"
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/contenders.hpp"
+#include "diagnose/selection/search.hpp"
 #include "diagnose/series/operators.hpp"
 #include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"

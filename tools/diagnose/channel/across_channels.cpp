@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/effects/effect_kind.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
@@ -126,7 +127,7 @@ void merge_joint_friction(const physics::Plant& plant, Report& report) {
       if (friction != Friction::kBehindCable && friction != Friction::kDry) return false;
       if (level_of(e) == nullptr) return false;
       const double found = level_beyond(plant, e);
-      return std::abs(found - behind) < 0.35 * std::max(std::abs(found), std::abs(behind));
+      return std::abs(found - behind) < kSameFriction * std::max(std::abs(found), std::abs(behind));
     });
   }
 }

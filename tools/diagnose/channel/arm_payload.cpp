@@ -7,7 +7,9 @@
 #include <limits>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/derived_seed.hpp"
+#include "diagnose/selection/search.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -22,8 +24,7 @@ bool is_weight(const std::string& id) { return traits_of(id).weight != Weight::k
 
 /// Penalised score of a drive; its constant is left out where it is not worth its cost.
 double score_of_drive(const ChannelModel& model) {
-  return std::min(penalised_score(without_constant(model)),
-                  penalised_score(model) + effect_cost(1));
+  return std::min(penalised_score(without_constant(model)), penalised_score(model));
 }
 
 /// The model without what it took for a weight.
@@ -139,7 +140,7 @@ class Joint {
 };
 
 double score_of_all(const std::vector<Joint>& joints, double mass_kg) {
-  double sum = effect_cost(1);
+  double sum = effect_cost(1) + kMissingCost;
   for (const Joint& joint : joints) sum += joint.score_under(mass_kg);
   return sum;
 }
@@ -255,10 +256,7 @@ std::optional<NamedEffect> payload_of_arm(const std::vector<std::unique_ptr<Chan
   double own = 0.0;
   for (const Joint& joint : joints) own += joint.own();
   const Weighed found = weigh(joints, -removable_mass_kg);
-  // One weight goes before a name on each of several joints, unless each is clearly likelier; and
-  // where no joint has named anything, it has to be clearly likelier itself.
-  const double most = own + kClearScore * (instead - 1);
-  if (!(found.score < most) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
+  if (!(found.score < own) || std::abs(found.mass_kg) < 2.0 * found.deviation_kg)
     return std::nullopt;
   if (z_score(gains_by(joints, found.mass_kg)) < options.gates.least_z) return std::nullopt;
   if (instead == 0 && likelier_without_the_strongest(joints, found.mass_kg) < kClearScore)

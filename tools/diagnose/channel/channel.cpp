@@ -11,9 +11,8 @@
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/settling.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/derived_seed.hpp"
-#include "diagnose/selection/contenders.hpp"
-#include "diagnose/selection/invariance.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -35,115 +34,6 @@ Forms candidates_for(const Series& series, const physics::Plant& plant, const No
   return forms;
 }
 
-/// A size that changes with circumstances is evidence of one more effect. Looks for the one whose
-/// company makes all sizes steady, under the chance gate of a single look (5 %); true if found.
-bool completed(ChannelFit& fit, const ChannelOptions& options) {
-  Gates gates = options.gates;
-  gates.alpha = std::max(gates.alpha, 0.05);
-  const ScreenResult result = screen(fit.model, gates, derived_seed(options.seed, "completion"));
-  const TestedCandidate* best = nullptr;
-  for (const TestedCandidate& t : result.tested) {
-    if (!t.consistent || t.evidence.p_value > gates.alpha || t.evidence.z < 1.0 ||
-        t.evidence.share < gates.least_share)
-      continue;
-    ChannelModel with = fit.model;
-    with.chosen.push_back(t.best);
-    const VectorXd coefficients = joint_fit(with);
-    bool steady = true;
-    for (std::size_t i = 0; i < with.chosen.size(); ++i)
-      steady = steady && !invariance_of(with, coefficients, i).is_proxy();
-    if (steady && (best == nullptr || t.errors.sum() < best->errors.sum())) best = &t;
-  }
-  if (best == nullptr) return false;
-  fit.model.chosen.push_back(best->best);
-  fit.model.hold_nominal();
-  fit.coefficients = joint_fit(fit.model);
-  return true;
-}
-
-/// True if the first parameter of a chosen effect may as well be zero, drawn over blocks: the model
-/// has other ways to say the same.
-bool uncertain(const ChannelFit& fit, std::size_t i, const ChannelOptions& options) {
-  const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-  // A number of the plant that the others' company turned into none.
-  const bool consistent =
-      !form.nominal_term() ||
-      form.inconsistency(*fit.model.series, {}, coefficients_of(fit, i)).empty();
-  if (!consistent) return true;
-  // Of several columns no single one need be certain.
-  if (fit.model.chosen[i].columns.cols() > 1) return false;
-  const auto parameters =
-      parameters_of(fit, i, derived_seed(options.seed, "certainty", i), Doubt::kChance);
-  if (parameters.empty()) return false;
-  auto [from, to] = parameters.front().ci95;
-  double least = 0.0;
-  if (const auto term = form.nominal_term()) {
-    const NominalTerm& nominal = fit.nominal->terms[*term];
-    least = nominal.tolerance;
-    from = (from - nominal.value) / nominal.value;
-    to = (to - nominal.value) / nominal.value;
-    if (from > to) std::swap(from, to);
-  }
-  return from <= least && to >= -least;
-}
-
-/// The model with the likeliest rival in the place of an effect that is certain of its size and not
-/// clearly less likely; empty if there is none.
-std::optional<ChannelModel> with_certain_rival(const ChannelFit& fit, std::size_t i,
-                                               const ChannelOptions& options) {
-  ChannelFit trial = fit;
-  const ChannelModel rest = fit.model.without(i);
-  const ScreenResult screened =
-      screen(rest, options.gates, derived_seed(options.seed, "certain rivals"));
-  auto rivals = contenders(rest, screened, options.gates);
-  std::sort(rivals.begin(), rivals.end(),
-            [](const Contender& a, const Contender& b) { return a.score < b.score; });
-  const std::size_t own = fit.model.chosen[i].candidate;
-  const auto present = std::find_if(rivals.begin(), rivals.end(), [own](const Contender& c) {
-    return c.tested->candidate == own;
-  });
-  if (present == rivals.end()) return std::nullopt;
-  const double most = present->score + kClearScore;
-  for (const Contender& rival : rivals) {
-    if (rival.score > most || rival.tested->candidate == own) continue;
-    trial.model = rest.with(rival.tested->best);
-    trial.coefficients = joint_fit(trial.model);
-    if (!uncertain(trial, trial.model.chosen.size() - 1, options)) return trial.model;
-  }
-  return std::nullopt;
-}
-
-/// Uncertain effects are none, or leave their place to a rival.
-void drop_uncertain(ChannelFit& fit, const ChannelOptions& options) {
-  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
-    if (!uncertain(fit, i, options)) continue;
-    auto other = with_certain_rival(fit, i, options);
-    fit.model = other ? std::move(*other) : fit.model.without(i);
-    fit.coefficients = joint_fit(fit.model);
-  }
-}
-
-/// Effects whose size depends on circumstances lose their name.
-void withdraw_proxies(ChannelFit& fit, const ChannelOptions& options,
-                      std::vector<std::string>& notes) {
-  bool tried = false;
-  for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
-    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
-    if (!invariance.is_proxy()) continue;
-    if (!tried && completed(fit, options)) return;
-    tried = true;
-    const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    notes.push_back(
-        fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
-                    "(halves differ by {:.0f} %), so the name is withdrawn",
-                    fit.model.series->joint, stage_word(fit.model.series->stage), form.key(),
-                    invariance.worst, 100.0 * invariance.spread));
-    fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
-    fit.model.hold_nominal();
-    fit.coefficients = joint_fit(fit.model);
-  }
-}
-
 void predict(ChannelFit& fit) {
   const Series& series = *fit.model.series;
   VectorXd prediction = fit.nominal->prediction;
@@ -157,8 +47,8 @@ void predict(ChannelFit& fit) {
   for (std::size_t t = 0; t < fit.nominal->terms.size(); ++t) {
     prediction += fit.coefficients[static_cast<Index>(t) + 1] * fit.nominal->terms[t].column;
   }
-  for (std::size_t k = 0; k < fit.steps.size(); ++k) {
-    prediction += fit.coefficients[step_index(fit, k)] * step_column(series, fit.steps[k]);
+  for (std::size_t k = 0; k < fit.model.steps.size(); ++k) {
+    prediction += fit.coefficients[fit.model.step_at(k)] * step_column(series, fit.model.steps[k]);
   }
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
@@ -203,9 +93,6 @@ double hung_kg(const ChannelFit& fit) {
   }
   return 0.0;
 }
-
-/// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
-constexpr double kLeastWeightDeviation = 0.05;
 
 /// What the drive's channel says of the joint's load: effort beyond the plant's weight, and how
 /// well all of it is known.
@@ -253,28 +140,17 @@ void complete(const ChannelFit& fit, const ChannelOptions& options, ChannelFindi
 /// Turns in which a load and the friction under it are found, or what others do to a joint and its
 /// loops; and the change below which another turn says nothing new.
 constexpr int kTurns = 3;
-constexpr double kSettled = 0.1;
 
 /// Nominal terms, effects and steps of a channel, chosen anew.
 void fit_once(const Series& series, const physics::Plant& plant, const ChannelOptions& options,
               const VectorXd& further_load, ChannelFit& fit, std::vector<std::string>& notes) {
   fit.model = {};
-  fit.steps.clear();
   fit.nominal = std::make_shared<Nominal>(nominal_of(series, plant));
   fit.forms = candidates_for(series, plant, *fit.nominal, further_load);
   fit.model = prepare_channel(series, *fit.nominal, fit.forms);
   const std::string gross = temper_gross_rows(fit.model);
   if (!gross.empty()) notes.push_back(gross);
-  const ChannelModel without_steps = fit.model;
-  adopt_steps(fit);
-  select_effects(fit.model, options.gates, options.seed);
-  keep_proven_steps(fit, without_steps, options);
-  settle_offset(fit, plant, options);
-  adopt_common_factor(fit);
-  for (const auto& [term, column] : fit.model.moved_terms) fit.nominal->terms[term].column = column;
-  fit.coefficients = joint_fit(fit.model);
-  drop_uncertain(fit, options);
-  withdraw_proxies(fit, options, notes);
+  choose_model(fit, plant, options, notes);
 }
 
 }  // namespace
@@ -282,10 +158,6 @@ void fit_once(const Series& series, const physics::Plant& plant, const ChannelOp
 VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen) {
   return fit.coefficients.segment(fit.model.first_column(chosen),
                                   fit.model.chosen[chosen].columns.cols());
-}
-
-Index step_index(const ChannelFit& fit, std::size_t step) {
-  return static_cast<Index>(1 + fit.nominal->terms.size() + step);
 }
 
 std::unique_ptr<ChannelFit> fit_channel(const Series& recorded, const physics::Plant& plant,

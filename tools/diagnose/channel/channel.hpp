@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "diagnose/channel/slip.hpp"
 #include "diagnose/findings/findings.hpp"
 #include "diagnose/selection/invariance.hpp"
 #include "diagnose/selection/selection.hpp"
@@ -27,8 +26,7 @@ struct ChannelFit {
   Forms forms;  ///< what model.candidates point to
   std::shared_ptr<Nominal> nominal = std::make_shared<Nominal>();  ///< what forms point to
   std::optional<Unexplained> unnamed;  ///< explained by a shape that has no name
-  std::size_t kept = 0;     ///< of the last effects chosen: they predict better, but have no name
-  std::vector<Step> steps;  ///< each a column of the base, after the nominal terms
+  std::size_t kept = 0;  ///< of the last effects chosen: they predict better, but have no name
   Eigen::VectorXd coefficients;       ///< of model.columns()
   Eigen::VectorXd prediction;         ///< of series.y, all rows: nominal + base + effects
   Eigen::VectorXd held_out_residual;  ///< at the training rows, each under a fit without its fold
@@ -102,6 +100,11 @@ Eigen::Vector3d recorded_gains(const Series& series, Eigen::Index first, Eigen::
 std::unique_ptr<ChannelFit> fit_channel(const Series& series, const physics::Plant& plant,
                                         const ChannelOptions& options, ChannelFindings& findings);
 
+/// Decides on the steps, the constant and the effects of a prepared model; `notes`: names that are
+/// withdrawn.
+void choose_model(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
+                  std::vector<std::string>& notes);
+
 /// Takes a drive's torque constant for off where its numbers are all off by one factor, and nothing
 /// else was chosen.
 void adopt_common_factor(ChannelFit& fit);
@@ -119,9 +122,8 @@ void keep_without_name(ChannelFit& fit, const ChannelOptions& options);
 void take_values_of(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,
                     ChannelFindings& findings);
 
-/// Coefficients of a chosen effect, and the place of a step's own.
+/// Coefficients of a chosen effect.
 Eigen::VectorXd coefficients_of(const ChannelFit& fit, std::size_t chosen);
-Eigen::Index step_index(const ChannelFit& fit, std::size_t step);
 
 /// Parameters of a chosen effect with intervals that hold for the circumstances of the recording
 /// and for the form of its law.
@@ -133,20 +135,6 @@ bool certain(const ChannelFit& fit, std::size_t chosen,
 
 /// Chosen effects; those that too many others could stand for become unexplained.
 void name_effects(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);
-
-/// Takes steps, found in what the saturated model leaves, into the model's base, before any effect
-/// is chosen.
-void adopt_steps(ChannelFit& fit);
-
-/// Steps whose gain is repeated in held-out blocks stay; and none, where the model without any
-/// step, its effects chosen anew, is as likely.
-void keep_proven_steps(ChannelFit& fit, const ChannelModel& without_steps,
-                       const ChannelOptions& options);
-
-/// A free constant hides the mean of what motion and loads do to the cable, which may be all that
-/// is seen of it. Where effects chosen without a constant are clearly likelier, they take its
-/// place; but not that of one which the plant draws at each homing.
-void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options);
 
 /// A constant error is an effect of its own in the transmission; everywhere else it is free. It is
 /// named where neither the plant's numbers within their tolerance nor an effect explain it.

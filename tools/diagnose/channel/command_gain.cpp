@@ -10,6 +10,7 @@
 
 #include "diagnose/channel/control_law.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -20,9 +21,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// The law with the found gain leaves less than this share of what it leaves with the plant's.
-constexpr double kMostLeftOfGain = 0.5;
 
 /// Stretches of time as observations: more patterns of signs than any share of the report's error
 /// rate asks for, 2^23.

@@ -27,11 +27,6 @@ struct CommandStretch {
   int number = 0;  ///< of several recordings, from 1; 0: there is only one
 };
 
-/// A gain is a number in software, but what is recorded of it is known to this share: a filter and
-/// a law in steps of time bend it by 0.1 to 1.5 % in loops of 1 kHz that are recorded at 50 to
-/// 500 Hz and explained well. Tolerance of a plant that states none.
-inline constexpr double kGainTolerance = 0.02;
-
 /// Usable rows that a recording needs to be asked.
 inline constexpr Eigen::Index kLeastCommandRows = 200;
 

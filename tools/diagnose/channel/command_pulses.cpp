@@ -9,6 +9,7 @@
 
 #include "core/median.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/sign_flip.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -20,10 +21,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr Index kReach = 2;  ///< an edge may spread over two samples of a filtered signal
-constexpr double kEdgeDeviations = 12.0;  ///< of other changes: noise has heavy tails
-constexpr double kLeastEdge = 0.02;       ///< of the command: less is the law's own error
-constexpr double kLeastLevel = 0.5;       ///< of an edge, from rest: a pulse has two
-constexpr double kMostLeft = 0.5;         ///< of the law's residual, once the pulses are taken out
 constexpr std::size_t kMostListed = 200;  ///< of the pulses' begins, as parameters
 
 VectorXd edges_of(const Series& s, const ControlLaw& law) {
@@ -158,7 +155,8 @@ bool name_pulses(const Pulses& found, const Series& s, const ControlLaw& law, do
   effect.size = std::abs(size);
   effect.separate_by =
       "record the command that leaves the controller and the one that reaches the drive";
-  if (effect.p_value > chance || effect.held_out_after >= kMostLeft * effect.held_out_before)
+  if (effect.p_value > chance ||
+      effect.held_out_after >= kMostLeftOfPulses * effect.held_out_before)
     return false;
   findings.mismatch.push_back(mismatch_of(found.pulses, effect));
   findings.effects.push_back(std::move(effect));

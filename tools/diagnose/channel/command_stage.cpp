@@ -15,14 +15,12 @@
 #include "diagnose/channel/command_pulses.hpp"
 #include "diagnose/channel/control_law.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
-
-/// A disturbance that is on for longer than this share of the time is the controller's own level.
-constexpr double kLongestPulse = 0.5;
 
 /// Edges of noise, not of a disturbance.
 constexpr std::size_t kMostPulses = 1000;

@@ -7,22 +7,13 @@
 #include <cmath>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-/// Variance of a number that lies anywhere within its tolerance, in squared tolerances.
-constexpr double kVarianceWithin = 1.0 / 3.0;
-/// Twice the log of the odds (150 : 1) from which on agreement is no coincidence; nothing else
-/// called for a name.
-constexpr double kNoCoincidence = 10.0;
-
-/// Tolerances beyond which the plant's numbers cannot stand in for the factor: it then shows in the
-/// error like any other effect.
-constexpr double kMostImitated = 1.5;
 
 /// The model with numbers that are spread evenly within their tolerances, which as deviations are
 /// smaller by a root.

@@ -12,6 +12,7 @@
 
 #include "core/median.hpp"
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -24,10 +24,6 @@ struct ControlLaw {
   Eigen::VectorXd pull, worth;
 };
 
-/// A law that explains less than this share of the squared command, or of its changes, is not the
-/// one that made it: half of its RMS is something else.
-inline constexpr double kLeastExplained = 0.75;
-
 /// Why a law with this share says nothing of the command.
 std::string unexplained(double share);
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -55,10 +56,9 @@ std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant&
 }
 
 bool take_out_homings(ChannelFit& fit) {
-  constexpr double kLeastChange = 0.1;
   if (!fit.series->each_homed) return false;
   const VectorXd left = fit.model.target - fit.model.columns() * fit.coefficients;
-  return take_out_means(left, fit.model.blocks.rows, *fit.series) > kLeastChange * fit.model.floor;
+  return take_out_means(left, fit.model.blocks.rows, *fit.series) > kSettled * fit.model.floor;
 }
 
 }  // namespace ravencal::diagnose

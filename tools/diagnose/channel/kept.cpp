@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/beyond.hpp"
 
@@ -14,8 +15,6 @@ namespace ravencal::diagnose {
 namespace {
 
 constexpr std::size_t kMostKept = 4;
-/// Least gain in held-out error over its standard error: chance one-sided 5 %.
-constexpr double kLeastKeptGain_z = 1.645;
 
 /// The last effect's gain is repeated where blocks are held out in turn, and beyond what it was
 /// fitted to.

@@ -93,10 +93,8 @@ class LeastSize {
     const double cost = cost_of(model_, effect, coefficients);
     if (squared_error(total_, b) < std::max(gain, gain_for(unit_ * cost, std::sqrt(unit_))))
       return false;
-    const bool ordinary = model_.candidates[effect.candidate]->form->ordinary(*model_.series);
-    const double odds = cost + (ordinary ? 0.0 : kClearScore);
     return std::all_of(numbers_.begin(), numbers_.end(), [&](std::size_t term) {
-      return std::abs(b[static_cast<Index>(term) + 1]) < model_.limit[term] || unlike(term, odds);
+      return std::abs(b[static_cast<Index>(term) + 1]) < model_.limit[term] || unlike(term, cost);
     });
   }
 

@@ -152,7 +152,7 @@ class Null {
 /// What the plant leaves at the training rows, each under a fit without its fold: neither effects
 /// nor steps are taken in.
 VectorXd residual_of_plant(const ChannelFit& fit) {
-  if (fit.steps.empty()) return fit.base_residual;
+  if (fit.model.steps.empty()) return fit.base_residual;
   const ChannelModel& model = fit.model;
   const auto own = static_cast<Index>(1 + fit.nominal->terms.size());
   const MatrixXd base = model.base.leftCols(own);
@@ -187,7 +187,7 @@ std::vector<Interval> times_of(const Null& null, const ChannelFit& fit) {
     return series.t_s[blocks.rows[static_cast<std::size_t>(n)]];
   };
   // Up to a step the recording is as it was calibrated: the mismatch is what comes after.
-  for (const Step& step : fit.steps) {
+  for (const Step& step : fit.model.steps) {
     const double from = time_at(blocks.first(found->second));
     const double to = time_at(blocks.begin[found->second + 1] - 1);
     const bool at_step = std::abs(step.t_s - to) <= to - from;
@@ -204,7 +204,7 @@ std::vector<Interval> times_of(const Null& null, const ChannelFit& fit) {
     else
       out.emplace_back(from, to);
     if (b != found->first || b == 0) continue;
-    for (const Step& step : fit.steps) {
+    for (const Step& step : fit.model.steps) {
       if (std::abs(step.t_s - from) <= to - from) out.back().first = step.t_s;
     }
   }

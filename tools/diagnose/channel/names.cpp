@@ -8,6 +8,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/cable_members.hpp"
 #include "diagnose/selection/invariance.hpp"
@@ -17,9 +18,6 @@ namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
-
-/// An effect that so many others could stand for is not named: of five as likely ones it is one.
-constexpr double kLeastInPlace = 0.2;
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/selection/posterior.hpp"
@@ -16,8 +17,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-double score_with_constant(const ChannelModel& model) { return score_of(model) + effect_cost(1); }
 
 /// Error that a simulation of the cable's stretch has at best, constant included.
 double form_error(const ChannelFit& fit) {
@@ -49,10 +48,10 @@ std::optional<ConstantEvidence> constant_evidence(const ChannelFit& fit, const E
   ConstantEvidence e{held_out_errors(bare), held_out_errors(fit.model), 1.0, {}};
   const VectorXd gains = e.before - e.after;
   e.p_value = sign_flip_p(gains, derived_seed(options.seed, "constant"));
-  const double with = score_with_constant(fit.model);
   if (fit.model.rms_of(gains.cwiseMax(0.0)) < form_error(fit)) return std::nullopt;
   if (!repeats(options.gates, z_score(gains), e.p_value) || e.p_value > options.gates.alpha ||
-      gains.sum() < options.gates.least_share * e.before.sum() || with > score_of(bare))
+      gains.sum() < options.gates.least_share * e.before.sum() ||
+      penalised_score(fit.model) > penalised_score(bare))
     return std::nullopt;
   e.posterior = posterior_of_constant(fit.model, form, options.gates,
                                       derived_seed(options.seed, "constant posterior"));
@@ -127,14 +126,13 @@ std::optional<ChannelFit> without_asymmetry(const ChannelFit& fit) {
 
 /// Constant that loads leave which hang a little off the plant's place for them.
 double hung_error(const ChannelFit& fit) {
-  constexpr double kPlaceTolerance = 0.125;
   double sum = 0.0;
   for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
     const Chosen& chosen = fit.model.chosen[i];
     if (has_a_place(form_of(fit, chosen)))
       sum += std::abs((chosen.columns * coefficients_of(fit, i)).mean());
   }
-  return kPlaceTolerance * sum;
+  return kUnstatedTolerance * sum;
 }
 
 /// The constant as a homing offset, where all of its interval is larger than `least`.
@@ -163,21 +161,6 @@ VectorXd stretch_of(const ChannelFit& fit) {
     if (chosen.everywhere.size() > 0) stretch += chosen.columns * coefficients_of(fit, i);
   }
   return stretch;
-}
-
-void settle_offset(ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options) {
-  ChannelModel& model = fit.model;
-  if (model.series->stage != Stage::kTransmission) return;
-  if (plant_has(plant, model.series->joint, homing_offset_kind().id(), "")) return;
-  if (std::abs(joint_fit(model)[0]) < options.gates.size_per_floor * model.floor) return;
-  if (score_of(without_constant(model)) < score_with_constant(model)) return;
-  ChannelModel bare = without_constant(model);
-  bare.chosen.clear();
-  bare.hold_nominal();
-  select_effects(bare, options.gates, derived_seed(options.seed, "without constant"));
-  bare.noise = model.noise;
-  if (penalised_score(bare) > penalised_score(model) + effect_cost(1) - kClearScore) return;
-  model = std::move(bare);
 }
 
 void name_offset(const ChannelFit& fit, const physics::Plant& plant, const ChannelOptions& options,

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/fit/standard_normal.hpp"

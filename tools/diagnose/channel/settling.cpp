@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/channel/settling.hpp"
+#include "diagnose/findings/policy.hpp"
 
 #include <fmt/format.h>
 
@@ -14,12 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-constexpr double kGross = 8.0;             ///< deviations
-constexpr double kTempered = 2.0;          ///< deviations that are left of it
-constexpr double kLeastGrossShare = 0.15;  ///< of the error's energy that gross rows must hold
-constexpr double kMostRows = 0.015;        ///< of all training rows
-constexpr std::size_t kStretches = 4;      ///< more of them are something that repeats
 
 bool is_friction(std::string_view id) { return settles_at_rest(traits_of(id).friction); }
 
@@ -92,9 +87,9 @@ std::string temper_gross_rows(ChannelModel& model) {
   for (int round = 0; round < 2; ++round) {
     const double deviation = core::normal_deviation(model.noise);
     const Gross gross = gross_rows(model, deviation);
-    const auto most = kMostRows * static_cast<double>(model.noise.size());
-    if (gross.rows.empty() || gross.stretches > kStretches || gross.share < kLeastGrossShare ||
-        static_cast<double>(gross.rows.size()) > most)
+    const auto most = kMostGrossRows * static_cast<double>(model.noise.size());
+    if (gross.rows.empty() || gross.stretches > kMostGrossStretches ||
+        gross.share < kLeastGrossShare || static_cast<double>(gross.rows.size()) > most)
       return sentence;
     if (sentence.empty()) {
       sentence = fmt::format(

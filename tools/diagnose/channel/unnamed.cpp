@@ -9,6 +9,7 @@
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/fit/spectral_line.hpp"
 
@@ -17,17 +18,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-/// A shape must take this share off the error that is left: simulators of friction and cables all
-/// leave some percent of structure.
-constexpr double kLeastUnnamedShare = 0.2;
-constexpr double kLeastTimeShare = 0.5;
-/// Tolerance of plants that state none, with the margin that their numbers have.
-constexpr double kWeightTolerance = 0.125;
-/// A name that gains less than this share of its gain beside the shape said nothing of its own...
-constexpr double kOwnGain = 0.3;
-/// ...and the shape must explain this much more of the excess than the name did.
-constexpr double kBetter = 0.15;
 
 /// The model with the shapes as its only candidates, the chosen effects aside.
 ChannelModel probe_of(const ChannelModel& model, const Forms& shapes) {
@@ -59,8 +49,9 @@ bool counts(const TestedCandidate& t, const ChannelModel& model, const Gates& ga
   // Each link's weight is off within its own tolerance, and together they make shapes; the cable
   // shows what they stretch.
   const double per_effort = s.stage == Stage::kTransmission ? s.cable.compliance : 1.0;
-  const double weight =
-      form.look_alikes(s).empty() ? 0.0 : kWeightTolerance * per_effort * s.training_rms(s.weight);
+  const double weight = form.look_alikes(s).empty()
+                            ? 0.0
+                            : kUnstatedTolerance * per_effort * s.training_rms(s.weight);
   const bool large =
       e.size >= std::max(gates.unnamed_per_floor * left, std::hypot(least_size, weight));
   // What fades is not repeated in every block, and noise estimated with it inside is no noise; but
@@ -79,11 +70,8 @@ bool is_proxy(const ChannelModel& with_shape, std::size_t effect, double with_ef
   const double none = held_out_errors(neither.without(effect)).sum();
   const double own = shape_alone - both;
   return own < kOwnGain * (none - with_effect) &&
-         with_effect - shape_alone > kBetter * (none - shape_alone);
+         with_effect - shape_alone > kMoreThanName * (none - shape_alone);
 }
-
-/// A plant knows how much its friction varies to a factor of two, as it knows its wander.
-constexpr double kKnownVariation = 2.0;
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/selection/beyond.hpp"
+#include "diagnose/findings/policy.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -10,10 +11,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// Least gain in held-out error over its standard error where a model is asked beyond what it was
-/// fitted to: one standard error (Breiman et al. 1984).
-constexpr double kLeastGain_z = 1.0;
 
 /// Squared error of each block, every row under a fit without its group.
 VectorXd errors_without_group(const ChannelModel& model, const std::vector<int>& group) {
@@ -76,8 +73,8 @@ bool predicts_beyond(const ChannelModel& with, const ChannelModel& without) {
   };
   const Index rows = with.target.size();
   const EffectForm& form = *with.candidates[with.chosen.back().candidate]->form;
-  return gains(by_rank(VectorXd::LinSpaced(rows, 0.0, 1.0))) >= kLeastGain_z &&
-         gains(by_rank(position_of(with, form))) >= kLeastGain_z;
+  return gains(by_rank(VectorXd::LinSpaced(rows, 0.0, 1.0))) >= kOneError &&
+         gains(by_rank(position_of(with, form))) >= kOneError;
 }
 
 }  // namespace ravencal::diagnose

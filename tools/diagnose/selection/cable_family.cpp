@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/selection/cable_fit.hpp"
 #include "diagnose/selection/cable_members.hpp"
 #include "diagnose/selection/invariance.hpp"
@@ -33,7 +34,8 @@ double cost_of(const CableSubset& subset, const ChannelModel& model) {
     if (!member.is_number()) {
       // Where creep begins, how strands were left and whether their loops close: no physics of
       // its own.
-      cost += effect_cost(std::min<Index>(2, subset.log_values[m].size()));
+      cost += effect_cost(std::min<Index>(2, subset.log_values[m].size())) +
+              missing_cost(*model.candidates[member.candidate]->form, *model.series);
       continue;
     }
     const auto term = model.candidates[member.candidate]->form->nominal_term();
@@ -128,24 +130,12 @@ double form_error(const ChannelModel& rest, const CableSubset& subset) {
   return squares + 0.25 * law.squaredNorm();
 }
 
-/// The likeliest set; but one of numbers that are off, unless missing physics is clearly likelier,
-/// as in the selection one by one.
-std::vector<Judged>::const_iterator likeliest(const std::vector<Judged>& list) {
-  const auto less = [](const Judged& a, const Judged& b) { return a.score < b.score; };
-  const auto physics = std::min_element(list.begin(), list.end(), less);
-  auto number = list.end();
-  for (auto one = list.begin(); one != list.end(); ++one) {
-    const bool ordinary = one->subset.members.front()->is_number();
-    if (ordinary && (number == list.end() || less(*one, *number))) number = one;
-  }
-  return number != list.end() && number->score < physics->score + kClearScore ? number : physics;
-}
-
 /// The likeliest set; a smaller one where held-out blocks do not tell the two apart, or differ by
 /// less than simulations of cables do; sets whose sizes change with circumstances only where no
 /// other is as good.
 const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest) {
-  const auto first = likeliest(list);
+  const auto first = std::min_element(
+      list.begin(), list.end(), [](const Judged& a, const Judged& b) { return a.score < b.score; });
   if (first == list.end()) return nullptr;
   const double form = form_error(rest, first->subset);
   const auto as_good = [&](const Judged& other) {
@@ -168,19 +158,21 @@ const Judged* best_of(const std::vector<Judged>& list, const ChannelModel& rest)
   return best;
 }
 
-/// All sets that were compared, the chosen one first.
-std::vector<CableSet> compared(const std::vector<Judged>& list, const Judged& best, double unit,
-                               double form_error) {
-  std::vector<CableSet> sets;
-  const auto add = [&](const Judged& one) {
-    CableSet set{{}, one.errors, one.score - one.errors.sum() / unit, form_error};
-    for (const CableMember* m : one.subset.members) set.candidates.push_back(m->candidate);
-    sets.push_back(std::move(set));
-  };
-  add(best);
-  for (const Judged& other : list)
-    if (&other != &best) add(other);
-  return sets;
+/// The sets that were not chosen, each as a whole model.
+std::vector<Compared> others_of(const std::vector<Judged>& list, const Judged& best, double unit,
+                                double form_error) {
+  std::vector<Compared> out;
+  const double chosen_cost = prior_cost(best.model, joint_fit(best.model));
+  for (const Judged& other : list) {
+    if (&other == &best) continue;
+    Compared one = as_compared(other.model);
+    // Of what every set has, the cost of the one chosen; of the set itself, its numbers'.
+    one.cost = chosen_cost + (other.score - other.errors.sum() / unit) -
+               (best.score - best.errors.sum() / unit);
+    one.form_error = form_error;
+    out.push_back(std::move(one));
+  }
+  return out;
 }
 
 /// What the selection, which takes effects one by one, says of the cable.
@@ -242,7 +234,7 @@ void settle_beside(ChannelModel& model, const Gates& gates) {
   const double gain = errors.sum() - best->errors.sum();
   if (gain < std::max(called.form_error, gates.least_share * errors.sum())) return;
   ChannelModel settled = best->model;
-  settled.cable_sets = compared(list, *best, unit, form_error(called.rest, best->subset));
+  settled.compared = others_of(list, *best, unit, form_error(called.rest, best->subset));
   model = std::move(settled);
 }
 

@@ -10,7 +10,7 @@ namespace ravencal::diagnose {
 
 /// Adds the set of the cable's effects that explains best for its cost, the smaller one where
 /// held-out errors cannot tell, if it gains far more than a search through all sets would by
-/// chance. The model keeps all sets that were compared (`cable_sets`).
+/// chance. The model keeps the others (`compared`).
 void settle_cable(ChannelModel& model, const Gates& gates);
 
 }  // namespace ravencal::diagnose

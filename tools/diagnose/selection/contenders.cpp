@@ -18,11 +18,6 @@ bool admissible(const Evidence& e, const ChannelModel& model, const Gates& gates
          e.size >= gates.size_per_floor * model.floor;
 }
 
-double prior_cost(const ChannelModel& model) {
-  const VectorXd b = joint_fit(model);
-  return nominal_cost(model, b) + chosen_cost(model, model.chosen.size() - 1, b);
-}
-
 }  // namespace
 
 Evidence anew(Evidence e, const VectorXd& before, const VectorXd& after, double rows,
@@ -75,7 +70,7 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
         repeats(gates, e.z, e.block_p) || takes_most(form, result.errors, contender.errors, gates);
     if (!repeated || !admissible(e, model, gates) || !last_is_consistent(with)) continue;
     if (form.takes_any_shape(*model.series) && !predicts_beyond(with, model)) continue;
-    contender.score = contender.errors.sum() / unit + prior_cost(with);
+    contender.score = contender.errors.sum() / unit + prior_cost(with, joint_fit(with));
     out.push_back(std::move(contender));
   }
   return out;
@@ -83,18 +78,11 @@ std::vector<Contender> contenders(const ChannelModel& model, const ScreenResult&
 
 std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
                               const Gates& gates) {
-  std::optional<Contender> best;
-  std::optional<Contender> ordinary;
-  const auto keep_likelier = [](std::optional<Contender>& kept, const Contender& other) {
-    if (!kept || other.score < kept->score) kept = other;
-  };
-  for (const Contender& contender : contenders(model, result, gates)) {
-    keep_likelier(best, contender);
-    const EffectForm& form = *model.candidates[contender.tested->candidate]->form;
-    if (form.ordinary(*model.series)) keep_likelier(ordinary, contender);
-  }
-  if (ordinary && ordinary->score < best->score + kClearScore) return ordinary;
-  return best;
+  const std::vector<Contender> all = contenders(model, result, gates);
+  const auto best =
+      std::min_element(all.begin(), all.end(),
+                       [](const Contender& a, const Contender& b) { return a.score < b.score; });
+  return best == all.end() ? std::nullopt : std::optional(*best);
 }
 
 }  // namespace ravencal::diagnose

@@ -20,9 +20,7 @@ Evidence anew(Evidence e, const Eigen::VectorXd& before, const Eigen::VectorXd& 
 bool takes_most(const EffectForm& form, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                 const Gates& gates);
 
-/// The likeliest admissible candidate; but a number of the plant that is off, or what a session
-/// brings, unless missing physics is clearly likelier: plants hold wrong numbers more often than
-/// they lack a mechanism.
+/// The likeliest admissible candidate.
 std::optional<Contender> pick(const ScreenResult& result, const ChannelModel& model,
                               const Gates& gates);
 

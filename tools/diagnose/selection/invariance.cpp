@@ -123,8 +123,8 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
     const double difference = std::abs(a.scale - b.scale);
     const double z = difference / std::max(std::hypot(a.error, b.error), 1e-12);
     // Student's quantile at a normal's 3 sigma, to 5 %: 3 (1 + 3.5 / degrees of freedom).
-    const double least_z = 3.0 * (1.0 + 3.5 / (std::min(a.blocks, b.blocks) - 2.0));
-    const bool worse = (difference > 0.5 && z > least_z)
+    const double least_z = kProxy_z * (1.0 + 3.5 / (std::min(a.blocks, b.blocks) - 2.0));
+    const bool worse = (difference > kProxySpread && z > least_z)
                            ? !out.is_proxy() || difference > out.spread
                            : !out.is_proxy() && difference > out.spread;
     if (worse) {

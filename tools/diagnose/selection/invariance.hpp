@@ -18,10 +18,10 @@ struct SplitScale {
 };
 
 struct Invariance {
-  double spread = 0.0;   ///< largest difference of two halves' scales
-  double z = 0.0;        ///< of that difference
-  double least_z = 3.0;  ///< z that counts as more than chance, with few blocks more
-  std::string worst;     ///< circumstance of that difference
+  double spread = 0.0;        ///< largest difference of two halves' scales
+  double z = 0.0;             ///< of that difference
+  double least_z = kProxy_z;  ///< z that counts as more than chance, with few blocks more
+  std::string worst;          ///< circumstance of that difference
   std::vector<SplitScale> scales;
 
   /// By how much the scale differs between circumstances beyond what chance makes of it: one
@@ -29,10 +29,8 @@ struct Invariance {
   /// most.
   [[nodiscard]] double deviation() const;
 
-  /// A name is withdrawn at a spread above one half that is more than chance
-  /// (z > 3, Student's equivalent with few blocks): in trials that flagged 86 % of wrong names and
-  /// 5 % of right ones.
-  [[nodiscard]] bool is_proxy() const { return spread > 0.5 && z > least_z; }
+  /// The sizes differ by too much, and by more than chance.
+  [[nodiscard]] bool is_proxy() const { return spread > kProxySpread && z > least_z; }
 };
 
 /// `coefficients` of the joint fit of all model.columns().

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/selection/contenders.hpp"
 
 namespace ravencal::diagnose {

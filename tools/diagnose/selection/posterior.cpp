@@ -8,7 +8,10 @@
 #include <random>
 #include <utility>
 
+#include "diagnose/effects/effects.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/standard_normal.hpp"
+#include "diagnose/selection/with_steps.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -18,9 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kDraws = 400;
-/// A richer form that leaves less than this share of an effect's part is that effect with more
-/// freedom, and no rival.
-constexpr double kContained = 0.05;
 
 /// True if the richer columns can say what the effect's part says.
 bool contains(const ChannelModel& model, const Chosen& richer, const Chosen& own,
@@ -71,31 +71,32 @@ void add_rivals(const ChannelModel& rest, const Gates& gates, std::uint64_t seed
   }
 }
 
-/// The sets of the cable's effects, each with what stands in the effect's place in it: itself, what
-/// the chosen set lacks, or nothing.
-std::vector<Alternative> sets_around(const ChannelModel& model, std::size_t candidate) {
-  const auto has = [](const CableSet& set, std::size_t one) {
-    return std::find(set.candidates.begin(), set.candidates.end(), one) != set.candidates.end();
-  };
-  std::vector<Alternative> out;
-  for (const CableSet& set : model.cable_sets) {
+bool has(const std::vector<std::size_t>& all, std::size_t one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
+
+/// The models that the search preferred this one to, each with what stands in the effect's place:
+/// itself, what the chosen model lacks, or nothing.
+void add_compared(const ChannelModel& model, std::size_t candidate, std::vector<Alternative>& out) {
+  const std::vector<std::size_t> own = as_compared(model).candidates;
+  for (const Compared& other : model.compared) {
     std::string id;
-    if (has(set, candidate)) {
+    if (has(other.candidates, candidate)) {
       id = model.candidates[candidate]->form->id();
     } else {
-      for (const std::size_t other : set.candidates)
-        if (!has(model.cable_sets.front(), other)) id = model.candidates[other]->form->id();
+      if (other.steps && model.steps.empty()) id = slip_kind().id();
+      for (const std::size_t one : other.candidates)
+        if (!has(own, one)) id = model.candidates[one]->form->id();
     }
-    out.push_back({std::move(id), set.errors, set.cost, set.form_error});
+    out.push_back({std::move(id), other.errors, other.cost, other.form_error});
   }
-  return out;
 }
 
 }  // namespace
 
 Alternative alternative_of(const ChannelModel& model, std::string id) {
   const VectorXd b = joint_fit(model);
-  return {std::move(id), held_out_errors(model), nominal_cost(model, b) + chosen_cost(model, b)};
+  return {std::move(id), held_out_errors(model), prior_cost(model, b)};
 }
 
 std::vector<std::string> EffectPosterior::credible_others(double mass) const {
@@ -138,19 +139,38 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
   const std::vector<std::string> same = form.look_alikes(*model.series);
-  // One by one the cable's effects hide each other.
-  if (own.everywhere.size() > 0 && !model.cable_sets.empty())
-    return weigh(sets_around(model, own.candidate), same, noise_unit(model), seed);
   const ChannelModel rest = model.without(chosen);
-  const VectorXd part =
-      own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
-  std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(rest, "")};
-  const auto skip = [&](const TestedCandidate& t) {
-    const std::string& id = model.candidates[t.candidate]->form->id();
-    return id == form.id() || std::find(same.begin(), same.end(), id) != same.end() ||
-           contains(model, t.best, own, part);
-  };
-  add_rivals(rest, gates, seed, skip, all);
+  std::vector<Alternative> all = {alternative_of(model, form.id())};
+  add_compared(model, own.candidate, all);
+  if (own.everywhere.size() > 0 && all.size() > 1) {
+    // One by one the cable's effects hide each other.
+    all.front().form_error = all[1].form_error;
+  } else {
+    all.push_back(alternative_of(rest, ""));
+    const VectorXd part =
+        own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
+    const auto skip = [&](const TestedCandidate& t) {
+      const std::string& id = model.candidates[t.candidate]->form->id();
+      return id == form.id() || std::find(same.begin(), same.end(), id) != same.end() ||
+             contains(model, t.best, own, part);
+    };
+    add_rivals(rest, gates, seed, skip, all);
+  }
+  return weigh(all, same, noise_unit(model), seed);
+}
+
+EffectPosterior posterior_of_step(const ChannelModel& model, std::size_t step,
+                                  const std::string& id, const std::vector<std::string>& same,
+                                  std::uint64_t seed) {
+  std::vector<Alternative> all = {alternative_of(model, id),
+                                  alternative_of(without_step(model, step), "")};
+  const std::vector<std::size_t> own = as_compared(model).candidates;
+  for (const Compared& other : model.compared) {
+    std::string in_place = other.steps ? id : "";
+    for (const std::size_t one : other.candidates)
+      if (!other.steps && !has(own, one)) in_place = model.candidates[one]->form->id();
+    all.push_back({std::move(in_place), other.errors, other.cost, other.form_error});
+  }
   return weigh(all, same, noise_unit(model), seed);
 }
 
@@ -158,7 +178,6 @@ EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectFor
                                       const Gates& gates, std::uint64_t seed) {
   const ChannelModel bare = without_constant(model);
   std::vector<Alternative> all = {alternative_of(model, form.id()), alternative_of(bare, "")};
-  all.front().cost += effect_cost(1);
   add_rivals(
       bare, gates, seed, [](const TestedCandidate&) { return false; }, all);
   return weigh(all, form.look_alikes(*model.series), noise_unit(model), seed);

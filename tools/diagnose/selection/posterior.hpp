@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// How likely each effect of a model is, over the model and those that differ from it by one effect:
-// without it, or with another candidate in its place. Weights of the models are pseudo-BMA+ (Yao,
-// Vehtari, Simpson, Gelman, Bayesian Analysis 2018): held-out errors by block are the likelihood,
-// the costs of score.cpp the prior, and a Bayesian bootstrap over blocks (Rubin 1981) keeps a few
-// blocks from deciding more than they know.
+// How likely each effect of a model is, over the models that the search preferred it to and those
+// that differ from it by one effect: without it, or with another candidate in its place. Weights of
+// the models are pseudo-BMA+ (Yao, Vehtari, Simpson, Gelman, Bayesian Analysis 2018): held-out
+// errors by block are the likelihood, the costs of score.cpp the prior, and a Bayesian bootstrap
+// over blocks (Rubin 1981) keeps a few blocks from deciding more than they know.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,6 @@
 #include "diagnose/selection/selection.hpp"
 
 namespace ravencal::diagnose {
-
-/// Probability that a name and those that it is not told apart from hold together.
-inline constexpr double kCredible = 0.95;
 
 /// One id that may stand in an effect's place, and how likely it is given that something does.
 struct InPlace {
@@ -53,6 +50,11 @@ EffectPosterior weigh(const std::vector<Alternative>& alternatives,
 /// For the model's chosen effect; `coefficients` are the model's.
 EffectPosterior posterior_of(const ChannelModel& model, const Eigen::VectorXd& coefficients,
                              std::size_t chosen, const Gates& gates, std::uint64_t seed);
+
+/// For the model's step, which `id` names; `same`: ids that make the same step.
+EffectPosterior posterior_of_step(const ChannelModel& model, std::size_t step,
+                                  const std::string& id, const std::vector<std::string>& same,
+                                  std::uint64_t seed);
 
 /// For the model's constant, which `form` names.
 EffectPosterior posterior_of_constant(const ChannelModel& model, const EffectForm& form,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/selection/selection.hpp"
 
 namespace ravencal::diagnose {
@@ -13,15 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// Cost of missing physics: one candidate out of some twenty (2 ln 20).
-constexpr double kPhysicsCost = 6.0;
-/// Per free coefficient and shape (Akaike).
-constexpr double kFreedomCost = 2.0;
-
-/// Odds of 3 : 1 against a motor that is not what its data sheet says: friction changes with wear,
-/// warmth and assembly, a magnet and a winding do not.
-constexpr double kMotorCost = 2.2;
 
 }  // namespace
 
@@ -37,7 +29,11 @@ VectorXd held_out_errors(const ChannelModel& model) {
 }
 
 double effect_cost(Index numbers) {
-  return kPhysicsCost + kFreedomCost * static_cast<double>(numbers);
+  return kCandidateCost + kFreedomCost * static_cast<double>(numbers);
+}
+
+double missing_cost(const EffectForm& form, const Series& series) {
+  return form.ordinary(series) ? 0.0 : kMissingCost;
 }
 
 // A size that a replay takes as its shape has no coefficient of its own.
@@ -59,19 +55,14 @@ double cost_of(const ChannelModel& model, const Chosen& chosen, const VectorXd& 
   if (const auto term = form.nominal_term())
     return number_cost(coefficients[0], model.tolerance[*term]);
   const auto off = form.off_by(coefficients);
-  return off ? number_cost(*off, 1.0) + kMotorCost : effect_cost(freedom_of(model, chosen));
+  if (off) return number_cost(*off, 1.0) + kMotorCost;
+  return effect_cost(freedom_of(model, chosen)) + missing_cost(form, *model.series);
 }
 
 double chosen_cost(const ChannelModel& model, std::size_t effect, const VectorXd& coefficients) {
   const Chosen& chosen = model.chosen[effect];
   return cost_of(model, chosen,
                  coefficients.segment(model.first_column(effect), chosen.columns.cols()));
-}
-
-double chosen_cost(const ChannelModel& model, const VectorXd& coefficients) {
-  double cost = 0.0;
-  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, coefficients);
-  return cost;
 }
 
 double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
@@ -81,6 +72,13 @@ double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
     cost += change * change;
   }
   return cost;
+}
+
+Compared as_compared(const ChannelModel& model) {
+  Compared out{
+      {}, !model.steps.empty(), held_out_errors(model), prior_cost(model, joint_fit(model)), 0.0};
+  for (const Chosen& chosen : model.chosen) out.candidates.push_back(chosen.candidate);
+  return out;
 }
 
 ChannelModel without_constant(const ChannelModel& model) {
@@ -95,8 +93,22 @@ double score_of(const ChannelModel& model) {
   return held_out_errors(model).sum() / noise_unit(model) + nominal_cost(model, joint_fit(model));
 }
 
+double prior_cost(const ChannelModel& model, const VectorXd& coefficients) {
+  double cost = nominal_cost(model, coefficients);
+  for (std::size_t i = 0; i < model.chosen.size(); ++i) cost += chosen_cost(model, i, coefficients);
+  // In the transmission homing brings one; a drive has one where physics is missing.
+  if (model.has_constant())
+    cost += effect_cost(1) + (model.series->stage == Stage::kDrive ? kMissingCost : 0.0);
+  // Of a step also the time is free.
+  return cost + static_cast<double>(model.steps.size()) * effect_cost(2);
+}
+
+double penalised_score(const ChannelModel& model, double unit) {
+  return held_out_errors(model).sum() / unit + prior_cost(model, joint_fit(model));
+}
+
 double penalised_score(const ChannelModel& model) {
-  return score_of(model) + chosen_cost(model, joint_fit(model));
+  return penalised_score(model, noise_unit(model));
 }
 
 bool tied(const VectorXd& a, const VectorXd& b) {

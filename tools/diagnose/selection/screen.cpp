@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/selection/selection.hpp"
 
 namespace ravencal::diagnose {
@@ -14,8 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Steps of a slow column between blocks must stand out this far before its levels count in full.
-constexpr double kLeastStepZ = 8.0;
 /// A column with more of its energy in the means of blocks is slow.
 constexpr double kSlowShare = 0.4;
 
@@ -90,7 +89,7 @@ class Wander {
     const double slope = dx.dot(dy) / std::max(dx.squaredNorm(), 1e-300);
     const double left = (dy - slope * dx).squaredNorm() / static_cast<double>(count - 2);
     const double z2 = slope * slope * dx.squaredNorm() / std::max(left, 1e-300);
-    return std::min(1.0, z2 / (kLeastStepZ * kLeastStepZ));
+    return std::min(1.0, z2 / (kLeastStep_z * kLeastStep_z));
   }
 
   const ChannelModel& model_;

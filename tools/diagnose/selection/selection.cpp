@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnose/fit/derived_seed.hpp"
-#include "diagnose/selection/cable_family.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/selection/contenders.hpp"
-#include "diagnose/selection/pairs.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -17,14 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMostEffects = 7;
-
 /// Cuts into blocks until they are as long as the noise within them asks for.
 constexpr int kBlockRounds = 4;
-
-/// A nominal parameter may leave its tolerance by this much before the rest looks for a name: the
-/// simulation's friction and cable are not the real ones to the last percent.
-constexpr double kBeyondTolerance = 1.25;
 
 /// Ridge of the saturated model relative to each column's energy: it holds columns that imitate
 /// each other and costs 0.1 % of a real effect.
@@ -116,46 +108,6 @@ double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
 }
 
-void refine_all(ChannelModel& model) {
-  model.hold_nominal();
-  for (int round = 0; round < 2; ++round) {
-    for (std::size_t i = 0; i < model.chosen.size(); ++i) {
-      model.chosen[i] = refined(model.without(i), model.chosen[i]);
-    }
-  }
-}
-
-/// Replaces effects by rivals that explain clearly more in their place.
-void swap_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
-  for (std::size_t i = 0; i + 1 < model.chosen.size(); ++i) {
-    const ScreenResult without = screen(model.without(i), gates, seed);
-    const auto own = std::find_if(
-        without.tested.begin(), without.tested.end(),
-        [&](const TestedCandidate& t) { return t.candidate == model.chosen[i].candidate; });
-    const auto rival = pick(without, model.without(i), gates);
-    if (!rival || own == without.tested.end() || rival->tested == &*own) continue;
-    const VectorXd present = held_out_errors(model);
-    if (rival->errors.sum() < present.sum() && !tied(rival->errors, present)) {
-      model.chosen[i] = rival->tested->best;
-      model.hold_nominal();
-    }
-  }
-}
-
-/// Drops effects that the later ones made superfluous.
-void drop_pass(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
-  for (std::size_t i = model.chosen.size(); i-- > 0;) {
-    const EffectForm& form = *model.candidates[model.chosen[i].candidate]->form;
-    const Evidence e = evidence_of(model, i, gates, seed);
-    if (model.permits(form) && e.p_value <= gates.alpha && e.share >= gates.least_share &&
-        (repeats(gates, e.z, e.block_p) ||
-         takes_most(form, held_out_errors(model.without(i)), held_out_errors(model), gates)))
-      continue;
-    model.chosen.erase(model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
-    model.hold_nominal();
-  }
-}
-
 void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
   const double variance = model.noise.squaredNorm() / static_cast<double>(model.noise.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -205,6 +157,11 @@ bool ChannelModel::permits(const EffectForm& form) const {
   return std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& c) {
     return candidates[c.candidate]->form->id() == needed;
   });
+}
+
+void ChannelModel::take_noise(Eigen::VectorXd residual) {
+  noise = std::move(residual);
+  floor = std::min(floor, rms(noise));
 }
 
 bool ChannelModel::offers(std::size_t candidate) const {
@@ -343,49 +300,6 @@ Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates&
     return anew(tested.evidence, result.errors, held_out_errors(model), rows, seed);
   }
   return {};
-}
-
-void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
-  std::vector<std::size_t> dropped;
-  while (model.chosen.size() < kMostEffects) {
-    model.noise = noise_of(model);
-    model.floor = std::min(model.floor, rms(model.noise));
-    ScreenResult result = screen(model, gates, derived_seed(seed, "search", model.chosen.size()));
-    std::erase_if(result.tested, [&](const TestedCandidate& tested) {
-      return std::find(dropped.begin(), dropped.end(), tested.candidate) != dropped.end();
-    });
-    const auto next = pick(result, model, gates);
-    const std::vector<Chosen> found =
-        next ? std::vector<Chosen>{next->tested->best}
-             : pick_pair(model, dropped, gates, derived_seed(seed, "pairs", model.chosen.size()));
-    if (found.empty()) break;
-    const std::vector<Chosen> alone = model.chosen;
-    model.chosen.insert(model.chosen.end(), found.begin(), found.end());
-    refine_all(model);
-    // What two effects hid from each other passed for noise.
-    if (found.size() > 1) model.noise = noise_of(model);
-    swap_pass(model, gates, seed);
-    std::vector<std::size_t> before;
-    for (const Chosen& chosen : model.chosen) before.push_back(chosen.candidate);
-    drop_pass(model, gates, seed);
-    // Of two that entered together, one says nothing without the other.
-    if (found.size() > 1 && model.chosen.size() < before.size()) {
-      model.chosen = alone;
-      model.hold_nominal();
-    }
-    // What was dropped once does not come back: the search must end.
-    for (const std::size_t candidate : before) {
-      const bool kept =
-          std::any_of(model.chosen.begin(), model.chosen.end(),
-                      [&](const Chosen& chosen) { return chosen.candidate == candidate; });
-      if (!kept) dropped.push_back(candidate);
-    }
-  }
-  settle_cable(model, gates);
-  model.noise = noise_of(model);
-  drop_pass(model, gates, seed);
-  model.noise = noise_of(model);
-  model.floor = std::min(model.floor, rms(model.noise));
 }
 
 }  // namespace ravencal::diagnose

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Forward selection of effects for one residual channel, with refinement, swaps and drops. A
-// candidate enters only through its gates: held-out gain over blocks, chance over all candidates,
-// physical size, physical bounds.
+// The model of one residual channel: what the plant says, its numbers within their tolerances,
+// steps and effects; what a candidate would add to it, and the gates through which it enters:
+// held-out gain over blocks, chance over all candidates, physical size, physical bounds.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,35 +14,25 @@
 
 #include "diagnose/effects/effect_form.hpp"
 #include "diagnose/effects/nominal.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/fit/block_fit.hpp"
 #include "diagnose/fit/sign_flip.hpp"
+#include "diagnose/selection/step.hpp"
 
 namespace ravencal::diagnose {
-
-/// Twice the log of a likelihood ratio from which a rival is out (20 : 1).
-inline constexpr double kClearScore = 6.0;
-
-/// What a search through some hundred sets or pairs must gain that nothing called for: twice the
-/// logs of their number and of 200 : 1.
-inline constexpr double kUncalledScore = 20.0;
-
-/// Share of what the plant predicts: LuGre's and Maxwell's friction differ by as much from a
-/// slip element, a stiffening cable from a straight one.
-inline constexpr double kModelForm = 0.04;
 
 /// True if one column is the other, up to a factor; nothing is the same as an empty one.
 bool same_column(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
 /// The gates (MISMATCH: four gates before an effect is named; the fourth is in invariance.hpp).
 struct Gates {
-  double alpha = 0.01;          ///< chance over all candidates of one channel
-  double least_z = 2.5;         ///< held-out gain over its standard error, blocks as observations
-  double block_p = 0.0124;      ///< or by sign flips: two-sided chance of a normal beyond least_z
-  double least_share = 0.02;    ///< of the held-out squared error that is left
-  double most_share = 0.5;      ///< of it: what few stretches repeat counts as well
-  double size_per_floor = 0.5;  ///< of what no other part of the model can say
-  /// The same of what has no name: no physics speaks for it beforehand.
-  double unnamed_per_floor = 0.7;
+  double alpha = kAlpha;
+  double least_z = kLeastGain_z;
+  double block_p = kLeastGain_p;
+  double least_share = kLeastShare;
+  double most_share = kMostShare;
+  double size_per_floor = kSizePerFloor;
+  double unnamed_per_floor = kUnnamedPerFloor;
 };
 
 /// The gain in held-out blocks is repeated and not made by a few of them.
@@ -79,12 +69,13 @@ struct Evidence {
   double size = 0.0;  ///< RMS of its contribution
 };
 
-/// A set of the cable's effects that was fitted together and compared with others.
-struct CableSet {
+/// A whole model that the chosen one was preferred to.
+struct Compared {
   std::vector<std::size_t> candidates;
+  bool steps = false;
   Eigen::VectorXd errors;   ///< held-out squared error by block
   double cost = 0.0;        ///< twice the negative log of the prior
-  double form_error = 0.0;  ///< squared error by which simulations of the same cable differ
+  double form_error = 0.0;  ///< squared error by which simulations of the same physics differ
 };
 
 /// What is known about one channel while effects are added.
@@ -92,6 +83,7 @@ struct ChannelModel {
   const Series* series = nullptr;
   Blocks blocks;
   Eigen::MatrixXd base;       ///< constant, nominal parameters' changes, steps
+  std::vector<Step> steps;    ///< each a column of the base, the last ones
   Eigen::VectorXd precision;  ///< of the base's coefficients
   Eigen::VectorXd target;     ///< residual after the nominal prediction
   /// Nominal parameters stay within their tolerance: a term whose change would exceed it stands at
@@ -107,14 +99,18 @@ struct ChannelModel {
   /// Columns at all rows of nominal terms that were taken anew beside the cable's effects; by term.
   std::map<std::size_t, Eigen::VectorXd> moved_terms;
   std::vector<Chosen> chosen;
-  std::vector<CableSet> cable_sets;  ///< that the chosen one was preferred to, itself first
-  Eigen::VectorXd noise;             ///< residual of the saturated model, held out
-  double floor = 0.0;                ///< RMS below which no held-out model got
+  std::vector<Compared> compared;
+  Eigen::VectorXd noise;  ///< residual of the saturated model, held out
+  double floor = 0.0;     ///< RMS below which no held-out model got
   double correlation_rows = 1.0;
 
   [[nodiscard]] Eigen::MatrixXd columns() const;
   /// Place of a chosen effect's first column in columns().
   [[nodiscard]] Eigen::Index first_column(std::size_t effect) const;
+  /// Place of a step's column in columns().
+  [[nodiscard]] Eigen::Index step_at(std::size_t step) const {
+    return static_cast<Eigen::Index>(1 + limit.size() + step);
+  }
   [[nodiscard]] Eigen::VectorXd column_precision(Eigen::Index count) const;
   /// True if the prerequisite of a candidate is met by the effects chosen or the plant.
   [[nodiscard]] bool permits(const EffectForm& form) const;
@@ -124,6 +120,8 @@ struct ChannelModel {
   /// The model with one more effect, and without one of its own; nominal terms held anew.
   [[nodiscard]] ChannelModel with(const Chosen& effect) const;
   [[nodiscard]] ChannelModel without(std::size_t effect) const;
+  /// Takes that residual for noise; the floor is the least that any had.
+  void take_noise(Eigen::VectorXd residual);
   /// Holds the nominal terms that leave their limits, given the effects chosen.
   void hold_nominal();
   [[nodiscard]] bool has_constant() const { return !free_base.col(0).isZero(0.0); }
@@ -173,34 +171,41 @@ double z_score(const Eigen::VectorXd& gains);
 /// Squared error that counts as one: the noise's, as often as it says something new.
 double noise_unit(const ChannelModel& model);
 
+/// What comparisons keep of the model.
+Compared as_compared(const ChannelModel& model);
+
 /// Held-out squared error of the model per block.
 Eigen::VectorXd held_out_errors(const ChannelModel& model);
 
-/// Twice the negative log of what is thought of it beforehand: missing physics with so many free
-/// numbers; a number of the plant with that relative change; the plant's numbers with
-/// `coefficients` of the model, within their tolerances.
+/// Twice the negative log of the prior: of one candidate with so many free numbers; more where it
+/// is physics that the plant lacks; of a number of the plant with that relative change.
 double effect_cost(Eigen::Index numbers);
+double missing_cost(const EffectForm& form, const Series& series);
+double number_cost(double change, double tolerance);
 /// Numbers of a chosen effect that the data settle.
 Eigen::Index freedom_of(const ChannelModel& model, const Chosen& chosen);
-double number_cost(double change, double tolerance);
 /// Of an effect with these coefficients: one of the former.
 double cost_of(const ChannelModel& model, const Chosen& chosen,
                const Eigen::VectorXd& coefficients);
 /// Of the effect chosen there. `coefficients` are the model's.
 double chosen_cost(const ChannelModel& model, std::size_t effect,
                    const Eigen::VectorXd& coefficients);
-/// Of all chosen effects.
-double chosen_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
+/// Of the plant's numbers within their tolerances.
 double nominal_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
+/// Of the whole model: numbers, effects, steps, constant.
+double prior_cost(const ChannelModel& model, const Eigen::VectorXd& coefficients);
 
 /// The model with its constant out of reach.
 ChannelModel without_constant(const ChannelModel& model);
 
-/// Score of the model as `contenders` reckons it, its chosen effects' own cost aside.
+/// Twice the negative log of likelihood and the plant's numbers' prior: held-out squared error in
+/// units of the noise, effects' own cost aside.
 double score_of(const ChannelModel& model);
 
-/// The same with what is thought of its effects beforehand.
+/// The same with the whole prior; least is likeliest. Models of one channel are compared in one
+/// unit.
 double penalised_score(const ChannelModel& model);
+double penalised_score(const ChannelModel& model, double unit);
 
 /// True if held-out errors per block cannot be told apart by two standard errors.
 bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
@@ -214,9 +219,6 @@ Eigen::VectorXd saturated_noise(const ChannelModel& model);
 
 /// Rows over which that noise resembles itself, drifts and steps aside.
 double noise_memory(const ChannelModel& model, const Eigen::VectorXd& noise);
-
-/// Adds effects until no candidate passes its gates.
-void select_effects(ChannelModel& model, const Gates& gates, std::uint64_t seed);
 
 /// Evidence for an effect of the model, given all the others in it.
 Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates& gates,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/channel/slip.hpp"
+#include "diagnose/selection/step.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/median.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
@@ -15,7 +16,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostSteps = 4;
-constexpr double kRatio = 2.0;
 
 /// First training row of the stretch without a new start that holds training row n.
 std::vector<Index> stretch_starts(const Series& series, const Blocks& blocks) {
@@ -93,7 +93,7 @@ std::vector<Step> find_steps(const Series& series, const Blocks& blocks, const V
     const double deviation = peak->deviation();
     const double chance =
         chance_anywhere(std::abs(size) / std::max(deviation, 1e-300), peak->independent);
-    if (std::abs(size) < kRatio * peak->quantile99 || chance > kStepChance) break;
+    if (std::abs(size) < kStepRatio * peak->quantile99 || chance > kStepChance) break;
     const Index row = blocks.rows[static_cast<std::size_t>(peak->at)];
     steps.push_back(
         {row, series.t_s[row], size, deviation, std::abs(size) / peak->quantile99, chance, window});
@@ -111,7 +111,7 @@ std::optional<double> least_step(const Series& series, const Blocks& blocks,
   const auto peak =
       peak_of(step_statistic(residual, stretch_starts(series, blocks), window), window);
   if (!peak) return std::nullopt;
-  double deviations = 2.58 * kRatio;
+  double deviations = 2.58 * kStepRatio;
   while (chance_anywhere(deviations, peak->independent) > kStepChance) deviations += 0.1;
   return (deviations + kNineInTen) * peak->deviation();
 }

@@ -24,9 +24,6 @@ struct Step {
   Eigen::Index window = 0;  ///< rows by which the step may be misplaced
 };
 
-/// Chance of a step anywhere in a recording without one.
-inline constexpr double kStepChance = 0.005;
-
 /// `residual` at the training rows; `correlation_rows`: how far its noise resembles itself.
 std::vector<Step> find_steps(const Series& series, const Blocks& blocks,
                              const Eigen::VectorXd& residual, double correlation_rows);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//
-// Steps of the transmission at one moment are looked for before anything has a name: they would
-// bend whatever is fitted beside them.
+#include "diagnose/selection/with_steps.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "diagnose/channel/channel.hpp"
+#include "diagnose/findings/policy.hpp"
+#include "diagnose/fit/derived_seed.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -15,9 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-void append_step(ChannelFit& fit, const Step& step) {
-  ChannelModel& model = fit.model;
-  fit.steps.push_back(step);
+void append_step(ChannelModel& model, const Step& step) {
+  model.steps.push_back(step);
   model.base.conservativeResize(Eigen::NoChange, model.base.cols() + 1);
   model.base.rightCols(1) = model.blocks.gather(step_column(*model.series, step));
   model.free_base.conservativeResize(Eigen::NoChange, model.base.cols());
@@ -80,38 +79,34 @@ Index likeliest_row(const ChannelModel& model, const VectorXd& left) {
 /// and what is not fitted yet bends the place where it seems to be. The likeliest one is taken into
 /// the model, which gives honest noise, and put back onto that noise to say where it is, in turns.
 /// Where it comes to rest it must take a quarter of what passed for noise, or it would hide
-/// nothing; whether it is real is asked by the likelihood of the whole model (keep_proven_steps).
-/// From one start to the next homing may have changed, which bends as much and is no step.
-void adopt_hidden_step(ChannelFit& fit) {
-  constexpr double kSuspicious = 0.15;
-  constexpr double kMostLeft = 0.75;
+/// nothing; whether it is real is asked by the score of the whole model. From one start to the next
+/// homing may have changed, which bends as much and is no step.
+void append_hidden_step(ChannelModel& model) {
   constexpr int kTurns = 6;
-  ChannelModel& model = fit.model;
   if (stretches_of(*model.series, model.blocks.rows).size() > 1) return;
   auto [suspect, share] = likeliest_step(model);
-  if (share < kSuspicious) return;
+  if (share < kHidingShare) return;
   const Index near = std::max<Index>(4, model.target.size() / 1000);
   for (int turn = 0; turn < kTurns; ++turn) {
-    ChannelFit trial;
-    trial.model = model;
+    ChannelModel trial = model;
     append_step(trial, suspect);
-    trial.model.hold_nominal();
-    const VectorXd noise = saturated_noise(trial.model);
-    const VectorXd coefficients = joint_fit(trial.model);
+    trial.hold_nominal();
+    const VectorXd noise = saturated_noise(trial);
+    const VectorXd coefficients = joint_fit(trial);
     suspect.size = coefficients[coefficients.size() - 1];
-    const VectorXd column = trial.model.base.rightCols(1);
+    const VectorXd column = trial.base.rightCols(1);
     const Index row = likeliest_row(model, noise + suspect.size * column);
     if (std::abs(row - suspect.row) <= near) {
-      const double memory = noise_memory(trial.model, noise);
+      const double memory = noise_memory(trial, noise);
       const auto rows = static_cast<double>(noise.size());
       const double variance = noise.squaredNorm() / rows;
-      if (noise.squaredNorm() > kMostLeft * model.noise.squaredNorm()) return;
+      if (noise.squaredNorm() > kMostLeftOfHidden * model.noise.squaredNorm()) return;
       const double energy = (column.array() - column.mean()).square().sum();
       suspect.window = near;
       suspect.deviation = std::sqrt(variance * memory / energy);
       suspect.p_value =
           chance_anywhere(std::abs(suspect.size) / suspect.deviation, 0.5 * rows / memory);
-      append_step(fit, suspect);
+      append_step(model, suspect);
       model.hold_nominal();
       model.noise = noise;
       model.correlation_rows = memory;
@@ -123,16 +118,64 @@ void adopt_hidden_step(ChannelFit& fit) {
   }
 }
 
+/// True if the step says clearly more than a constant of the whole stretch that it is in: homing
+/// may have changed from one start to the next.
+bool is_within_its_stretch(const ChannelModel& model, std::size_t step) {
+  const Series& s = *model.series;
+  Step whole = model.steps[step];
+  while (whole.row > 0 && s.fresh[static_cast<std::size_t>(whole.row)] == 0) --whole.row;
+  const VectorXd column = model.blocks.gather(step_column(s, whole)).col(0);
+  if (same_column(column, VectorXd::Ones(column.size()))) return true;
+  ChannelModel other = model;
+  const Index at = model.step_at(step);
+  other.base.col(at) = column;
+  other.free_base.col(at) = column;
+  other.hold_nominal();
+  return held_out_errors(other).sum() - held_out_errors(model).sum() >
+         kClearScore * noise_unit(model);
+}
+
 }  // namespace
 
-void adopt_steps(ChannelFit& fit) {
-  ChannelModel& model = fit.model;
-  const Series& series = *model.series;
-  if (series.stage != Stage::kTransmission) return;
+ChannelModel without_step(const ChannelModel& model, std::size_t step) {
+  ChannelModel out = model;
+  const Index at = model.step_at(step);
+  out.steps.erase(out.steps.begin() + static_cast<std::ptrdiff_t>(step));
+  const auto erase = [at](MatrixXd& x) {
+    const Index behind = x.cols() - at - 1;
+    x.middleCols(at, behind) = x.rightCols(behind).eval();
+    x.conservativeResize(Eigen::NoChange, x.cols() - 1);
+  };
+  erase(out.base);
+  erase(out.free_base);
+  const Index behind = out.precision.size() - at - 1;
+  out.precision.segment(at, behind) = out.precision.tail(behind).eval();
+  out.precision.conservativeResize(out.precision.size() - 1);
+  out.hold_nominal();
+  return out;
+}
+
+std::optional<ChannelModel> with_steps(const ChannelModel& plain) {
+  const Series& series = *plain.series;
+  if (series.stage != Stage::kTransmission) return std::nullopt;
+  ChannelModel model = plain;
   auto steps = find_steps(series, model.blocks, model.noise, model.correlation_rows);
   std::erase_if(steps, [&](const Step& step) { return std::abs(step.size) < model.floor; });
-  for (const Step& step : steps) append_step(fit, step);
-  if (steps.empty()) adopt_hidden_step(fit);
+  for (const Step& step : steps) append_step(model, step);
+  if (steps.empty()) append_hidden_step(model);
+  return model.steps.empty() ? std::nullopt : std::optional(std::move(model));
+}
+
+void drop_unproven_steps(ChannelModel& model, const Gates& gates, std::uint64_t seed) {
+  for (std::size_t k = model.steps.size(); k-- > 0;) {
+    ChannelModel rest = without_step(model, k);
+    const VectorXd before = held_out_errors(rest);
+    const VectorXd gains = before - held_out_errors(model);
+    const bool proven =
+        repeats(gates, z_score(gains), sign_flip_p(gains, derived_seed(seed, "steps", k))) &&
+        gains.sum() > gates.least_share * before.sum() && is_within_its_stretch(model, k);
+    if (!proven) model = std::move(rest);
+  }
 }
 
 }  // namespace ravencal::diagnose
