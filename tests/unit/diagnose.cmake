@@ -6,6 +6,7 @@ ravencal_test(NAME diagnose_test
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_arm_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_kept_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_effects_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_followed_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_location_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_posterior_test.cpp
+         ${CMAKE_CURRENT_LIST_DIR}/diagnose_search_test.cpp
          ${CMAKE_CURRENT_LIST_DIR}/diagnose_settling_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_suggest_test.cpp
   LIBS ravencal_diagnose fmt::fmt LABELS unit)
 target_include_directories(diagnose_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})

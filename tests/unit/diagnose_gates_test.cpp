@@ -25,13 +25,8 @@ using diagnose::FlipCandidate;
 using diagnose::FlipOption;
 using Eigen::Index;
 using Eigen::VectorXd;
-
-VectorXd noise(Index count, std::uint64_t seed) {
-  std::mt19937_64 engine(seed);
-  VectorXd x(count);
-  for (Index i = 0; i < count; ++i) x[i] = static_cast<double>(engine() >> 11U) * 0x1.0p-52 - 1.0;
-  return x;
-}
+using generator::Given;
+using generator::noise;
 
 /// A candidate whose column is `column`, for noise `residual` in blocks of `length`.
 FlipCandidate candidate_of(const VectorXd& column, const VectorXd& residual, Index length,
@@ -210,54 +205,6 @@ TEST(Gates, WhatTwoStretchesShowEachPredictsTheOther) {
   EXPECT_EQ(chosen_with(5e-3, false, 2), 1U);
 }
 
-/// A column of numbers under a name.
-class Given final : public diagnose::EffectForm {
- public:
-  Given(std::string_view id, VectorXd column)
-      : EffectForm(diagnose::effect_kind(id)), column_(std::move(column)) {}
-  Eigen::MatrixXd columns(const diagnose::Series&, const diagnose::Shape&) const override {
-    return column_;
-  }
-  std::vector<diagnose::FormParameter> parameters(const diagnose::Series&, const diagnose::Shape&,
-                                                  const VectorXd&) const override {
-    return {};
-  }
-  std::string separate_by() const override { return ""; }
-
- private:
-  VectorXd column_;
-};
-
-TEST(Gates, AreAskedOfTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
-  // Columns that are much alike and act against each other, each more in some blocks than in
-  // others: what one alone gains where it is the larger, it loses where the other is.
-  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
-  for (const double size : {1e-3, 0.0}) {
-    diagnose::SeriesSet set = series_of({}, plant);
-    diagnose::Series& series = set.series.front();
-    const Index rows = series.rows();
-    const VectorXd level_one = noise(rows, 103), level_two = noise(rows, 203);
-    VectorXd one = noise(rows, 303);
-    VectorXd two = 0.8 * one + 0.6 * noise(rows, 403);
-    for (Index i = 0; i < rows; ++i) {
-      one[i] *= std::exp(1.5 * level_one[i / 100]);
-      two[i] *= std::exp(1.5 * level_two[i / 100]);
-    }
-    one.normalize();
-    two.normalize();
-    series.y += size * std::sqrt(static_cast<double>(rows)) * (one - two);
-    diagnose::Forms forms;
-    forms.push_back(std::make_unique<Given>("gain_error", one));
-    forms.push_back(std::make_unique<Given>("compliance", two));
-    forms.push_back(std::make_unique<Given>("delay", noise(rows, 23)));
-    diagnose::ChannelModel model =
-        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
-    EXPECT_FALSE(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value());
-    diagnose::select_effects(model, {}, 1);
-    EXPECT_EQ(model.chosen.size(), size > 0.0 ? 2U : 0U);
-  }
-}
-
 TEST(Gates, ALoadByPostureHoldsBeyondWhereItWasFitted) {
   constexpr double kOrder = 9.0;  ///< some one and a half waves over the range
   const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
@@ -273,29 +220,6 @@ TEST(Gates, ALoadByPostureHoldsBeyondWhereItWasFitted) {
     const diagnose::ChannelModel model =
         diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
     EXPECT_EQ(diagnose::pick(diagnose::screen(model, {}, 1), model, {}).has_value(), is_load);
-  }
-}
-
-TEST(Gates, TwoEffectsThatUndoEachOtherAreFoundTogether) {
-  // Either alone takes 1.5 % off the error, both together nearly all of it: a stream that is late
-  // lags the motion as strands run ahead of it.
-  const auto plant = physics::parse_plant(generator::plant_text(), "test").value();
-  for (const double size : {4e-3, 0.0}) {
-    diagnose::SeriesSet set = series_of({}, plant);
-    diagnose::Series& series = set.series.front();
-    const Index rows = series.rows();
-    const VectorXd one = noise(rows, 303).normalized();
-    const VectorXd two = (0.97 * one + 0.2431 * noise(rows, 403).normalized()).normalized();
-    series.y += size * std::sqrt(static_cast<double>(rows)) * (one - two);
-    diagnose::Forms forms;
-    forms.push_back(std::make_unique<Given>("hysteresis", one));
-    forms.push_back(std::make_unique<Given>("delay", two));
-    forms.push_back(std::make_unique<Given>("gain_error", noise(rows, 23)));
-    diagnose::ChannelModel model =
-        diagnose::prepare_channel(series, diagnose::nominal_of(series, plant), forms);
-    diagnose::select_effects(model, {}, 1);
-    ASSERT_EQ(model.chosen.size(), size > 0.0 ? 2U : 0U);
-    for (const auto& chosen : model.chosen) EXPECT_LT(chosen.candidate, 2U);
   }
 }
 

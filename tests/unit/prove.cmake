@@ -7,4 +7,5 @@ ravencal_test(NAME prove_generator_test
 ravencal_test(NAME prove_proof_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/prove_proof_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/prove_others_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/prove_reliability_test.cpp
   LIBS ravencal_prove fmt::fmt nlohmann_json::nlohmann_json LABELS unit)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "prove/statistics.hpp"
@@ -25,28 +26,35 @@ std::string range_text(const Json& range) {
 }  // namespace
 
 Json reliability_json(const std::vector<CaseScore>& scores) {
-  std::array<Share, kEnds.size()> there{};
-  std::array<double, kEnds.size()> sums{};
+  struct Range {
+    Share there;
+    double sum = 0.0;
+  };
+  std::map<std::string, std::array<Range, kEnds.size()>> worlds;
   for (const CaseScore& score : scores) {
     for (const Name& name : score.names) {
       if (!name.probability || name.parameter) continue;
-      const auto range = static_cast<std::size_t>(
-          std::upper_bound(kEnds.begin(), kEnds.end() - 1, *name.probability) - kEnds.begin());
-      there[range].count(name.hidden);
-      sums[range] += *name.probability;
+      const auto at = std::upper_bound(kEnds.begin(), kEnds.end() - 1, *name.probability);
+      Range& range = worlds[score.world][static_cast<std::size_t>(at - kEnds.begin())];
+      range.there.count(name.hidden);
+      range.sum += *name.probability;
     }
   }
   Json out = Json::array();
-  for (std::size_t k = 0; k < kEnds.size(); ++k) {
-    if (there[k].of == 0) continue;
-    const auto [low, high] = wilson(there[k]);
-    out.push_back({{"from", k == 0 ? 0.0 : kEnds[k - 1]},
-                   {"to", kEnds[k]},
-                   {"said", there[k].of},
-                   {"mean_said", sums[k] / there[k].of},
-                   {"there", there[k].hits},
-                   {"share_there", there[k].value()},
-                   {"ci95", {low, high}}});
+  for (const auto& [world, ranges] : worlds) {
+    for (std::size_t k = 0; k < kEnds.size(); ++k) {
+      const Share& there = ranges[k].there;
+      if (there.of == 0) continue;
+      const auto [low, high] = wilson(there);
+      out.push_back({{"world", world},
+                     {"from", k == 0 ? 0.0 : kEnds[k - 1]},
+                     {"to", kEnds[k]},
+                     {"said", there.of},
+                     {"mean_said", ranges[k].sum / there.of},
+                     {"there", there.hits},
+                     {"share_there", there.value()},
+                     {"ci95", {low, high}}});
+    }
   }
   return out;
 }
@@ -54,10 +62,10 @@ Json reliability_json(const std::vector<CaseScore>& scores) {
 std::string reliability_text(const Json& reliability) {
   std::string text;
   for (const Json& range : reliability) {
-    text += fmt::format("  said with {:<13} {:>4} names, {:>5.1f} % on average; there {:>5.1f} %\n",
-                        range_text(range), range["said"].get<int>(),
-                        100.0 * range["mean_said"].get<double>(),
-                        100.0 * range["share_there"].get<double>());
+    text += fmt::format(
+        "  {:<21} said with {:<13} {:>4} names, {:>5.1f} % on average; there {:>5.1f} %\n",
+        range["world"].get<std::string>(), range_text(range), range["said"].get<int>(),
+        100.0 * range["mean_said"].get<double>(), 100.0 * range["share_there"].get<double>());
   }
   return text.empty() ? text : "probabilities of the names:\n" + text;
 }
@@ -67,15 +75,17 @@ std::string reliability_html(const Json& reliability) {
   std::string rows;
   for (const Json& range : reliability) {
     rows += fmt::format(
-        "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.1f} %</td><td class=\"n\">{:.1f} "
+        "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.1f} %</td><td "
+        "class=\"n\">{:.1f} "
         "% <span class=\"quiet\">({:.0f} to {:.0f})</span></td></tr>",
-        range_text(range), range["said"].get<int>(), 100.0 * range["mean_said"].get<double>(),
-        100.0 * range["share_there"].get<double>(), 100.0 * range["ci95"][0].get<double>(),
-        100.0 * range["ci95"][1].get<double>());
+        range["world"].get<std::string>(), range_text(range), range["said"].get<int>(),
+        100.0 * range["mean_said"].get<double>(), 100.0 * range["share_there"].get<double>(),
+        100.0 * range["ci95"][0].get<double>(), 100.0 * range["ci95"][1].get<double>());
   }
   return "<h2>Do probabilities mean what they say?</h2><p>Names of physics by the probability that "
          "the report gives them, and how many of those effects were hidden at that joint.</p><div "
-         "class=\"scroll\"><table><thead><tr><th>said with</th><th>names</th><th>mean "
+         "class=\"scroll\"><table><thead><tr><th>world</th><th>said "
+         "with</th><th>names</th><th>mean "
          "said</th><th>there</th></tr></thead><tbody>" +
          rows + "</tbody></table></div>";
 }

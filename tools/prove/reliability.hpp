@@ -11,8 +11,8 @@
 
 namespace ravencal::prove {
 
-/// One entry per range of the probability said, in rising order: how many physics were named with
-/// it, the mean of what was said, and how many of them were hidden at that joint.
+/// One entry per world and range of the probability said, in rising order: how many physics were
+/// named with it, the mean of what was said, and how many of them were hidden at that joint.
 nlohmann::ordered_json reliability_json(const std::vector<CaseScore>& scores);
 
 /// The same as lines for a terminal; empty where no report said a probability.

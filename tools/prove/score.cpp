@@ -262,6 +262,8 @@ core::Result<CaseScore> score_case(const OpenedCase& opened) {
   score.kind = text(manifest, "kind");
   score.track = manifest.value("track", "synthetic");
   score.robot = text(manifest, "robot");
+  score.world = text(manifest, "engine");
+  if (score.world.empty()) score.world = "recorded";
   score.motion = text(manifest, "motion");
   score.excited = manifest.value("excited", true);
   score.generate_s = number(manifest, "generate_s");

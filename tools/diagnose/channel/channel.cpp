@@ -188,7 +188,9 @@ std::unique_ptr<ChannelFit> fit_channel(const Series& recorded, const physics::P
     break;
   }
   settle_loops(fit, plant);
-  if (options.details) fit.unnamed = find_unnamed(fit, options, findings);
+  if (options.details) {
+    if (auto shape = likeliest_shape(fit, options)) fit.unnamed = std::move(shape->what);
+  }
   predict(fit);
   const auto share = settle_at_rest(fit);
   if (share && *share < 0.9) {

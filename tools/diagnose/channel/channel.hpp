@@ -206,10 +206,13 @@ void add_location(const ChannelFit& fit, const ChannelOptions& options, ChannelF
 /// percent of what they do at best.
 double least_remainder(const ChannelFit& fit);
 
-/// What a shape without a name explains beyond the effects; names that it beats by far are
-/// withdrawn. The share is of the error that the effects leave.
-std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
-                                        ChannelFindings& findings);
+/// A shape without a name that explains what the effects leave, and the chosen effects that say a
+/// part of what it says.
+struct UnnamedShape {
+  Unexplained what;  ///< the share is of the error that the effects leave
+  std::vector<std::size_t> says_more_than;
+};
+std::optional<UnnamedShape> likeliest_shape(const ChannelFit& fit, const ChannelOptions& options);
 
 /// A tone that goes through the whole recording: nothing of the vocabulary makes one.
 void add_tone(const ChannelFit& fit, const ChannelOptions& options, ChannelFindings& findings);

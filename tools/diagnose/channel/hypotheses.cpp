@@ -94,11 +94,24 @@ ChannelFit fit_of(const ChannelFit& fit, ChannelModel model) {
   return out;
 }
 
+/// Why a chosen effect has no claim to its name; empty where it has one.
+std::string objection(const ChannelFit& fit, std::size_t i,
+                      const std::optional<UnnamedShape>& shape, const ChannelOptions& options) {
+  if (uncertain(fit, i, options)) return "its interval contains zero";
+  const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
+  if (invariance.is_proxy())
+    return fmt::format("its size changes with {} (halves differ by {:.0f} %)", invariance.worst,
+                       100.0 * invariance.spread);
+  if (shape && std::count(shape->says_more_than.begin(), shape->says_more_than.end(), i) > 0)
+    return fmt::format("it depends on {} in another way", shape->what.depends_on.front());
+  return {};
+}
+
 bool supported(const ChannelFit& fit, const ChannelOptions& options) {
-  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i) {
-    if (uncertain(fit, i, options) || invariance_of(fit.model, fit.coefficients, i).is_proxy())
-      return false;
-  }
+  if (fit.model.chosen.empty()) return true;
+  const auto shape = likeliest_shape(fit, options);
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i)
+    if (!objection(fit, i, shape, options).empty()) return false;
   return true;
 }
 
@@ -126,22 +139,19 @@ std::vector<ChannelModel> neighbours(const ChannelFit& fit, const ChannelOptions
   return out;
 }
 
-/// Effects that may be none are dropped; those whose size depends on circumstances lose their name.
+/// Effects without a claim to their name leave the model, the last first.
 void drop_unsupported(ChannelFit& fit, const ChannelOptions& options,
                       std::vector<std::string>& notes) {
+  auto shape = likeliest_shape(fit, options);
   for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
-    const bool none = uncertain(fit, i, options);
-    const Invariance invariance = invariance_of(fit.model, fit.coefficients, i);
-    if (!none && !invariance.is_proxy()) continue;
+    const std::string why = objection(fit, i, shape, options);
+    if (why.empty()) continue;
     const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-    if (!none)
-      notes.push_back(
-          fmt::format("something in joint {} ({}) behaves like {}, but its size changes with {} "
-                      "(halves differ by {:.0f} %), so the name is withdrawn",
-                      fit.model.series->joint, stage_word(fit.model.series->stage), form.key(),
-                      invariance.worst, 100.0 * invariance.spread));
-    fit.model = fit.model.without(i);
-    fit.coefficients = joint_fit(fit.model);
+    notes.push_back(
+        fmt::format("something in joint {} ({}) behaves like {}, but {}, so the name is withdrawn",
+                    fit.model.series->joint, stage_word(fit.model.series->stage), form.key(), why));
+    fit = fit_of(fit, fit.model.without(i));
+    shape = likeliest_shape(fit, options);
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the named effects leave, against shapes that have no name; and names that such a shape beats
-// by far, which are proxies of something that the vocabulary does not hold.
+// What the chosen effects leave, against shapes that have no name; and effects that such a shape
+// beats by far, which are proxies of something that the vocabulary does not hold.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -88,45 +88,32 @@ double least_remainder(const ChannelFit& fit) {
   return std::sqrt(squares / static_cast<double>(prediction.size()));
 }
 
-std::optional<Unexplained> find_unnamed(ChannelFit& fit, const ChannelOptions& options,
-                                        ChannelFindings& findings) {
-  const Forms shapes = unnamed_forms(*fit.model.series);
+std::optional<UnnamedShape> likeliest_shape(const ChannelFit& fit, const ChannelOptions& options) {
+  const Series& s = *fit.model.series;
+  const Forms shapes = unnamed_forms(s);
   if (shapes.empty()) return std::nullopt;
+  ChannelModel probe = probe_of(fit.model, shapes);
+  // A null that still holds what is looked for would hide it.
+  probe.noise = saturated_noise(probe);
+  const ScreenResult result = screen(probe, options.gates, derived_seed(options.seed, "unnamed"));
   const double least_size = least_remainder(fit);
-  std::optional<Unexplained> found;
-  for (int round = 0; round < 3; ++round) {
-    ChannelModel probe = probe_of(fit.model, shapes);
-    // A null that still holds what is looked for would hide it.
-    probe.noise = saturated_noise(probe);
-    const ScreenResult result = screen(probe, options.gates, derived_seed(options.seed, "unnamed"));
-    const TestedCandidate* best = nullptr;
-    for (const TestedCandidate& t : result.tested) {
-      if (!counts(t, probe, options.gates, least_size)) continue;
-      if (best == nullptr || t.errors.sum() < best->errors.sum()) best = &t;
-    }
-    if (best == nullptr) return found;
-    const EffectForm& shape = *probe.candidates[best->candidate]->form;
-    found = Unexplained{findings.joint,       std::string(stage_word(findings.stage)),
-                        best->evidence.share, best->evidence.size,
-                        findings.unit,        {shape.from()}};
-    ChannelModel with = probe;
-    with.chosen.push_back(best->best);
-    bool withdrawn = false;
-    for (std::size_t i = fit.model.chosen.size(); i-- > 0;) {
-      if (!is_proxy(with, i, result.errors.sum())) continue;
-      const EffectForm& form = *fit.model.candidates[fit.model.chosen[i].candidate]->form;
-      findings.notes.push_back(fmt::format(
-          "something in joint {} ({}) behaves like {}, but depends on {} in another way, so the "
-          "name is withdrawn",
-          findings.joint, stage_word(findings.stage), form.key(), shape.from()));
-      fit.model.chosen.erase(fit.model.chosen.begin() + static_cast<std::ptrdiff_t>(i));
-      withdrawn = true;
-      break;
-    }
-    if (!withdrawn) return found;
-    fit.model.hold_nominal();
-    fit.coefficients = joint_fit(fit.model);
+  const TestedCandidate* best = nullptr;
+  for (const TestedCandidate& t : result.tested) {
+    if (!counts(t, probe, options.gates, least_size)) continue;
+    if (best == nullptr || t.errors.sum() < best->errors.sum()) best = &t;
   }
+  if (best == nullptr) return std::nullopt;
+  UnnamedShape found;
+  found.what = {s.joint,
+                std::string(stage_word(s.stage)),
+                best->evidence.share,
+                best->evidence.size,
+                s.unit,
+                {probe.candidates[best->candidate]->form->from()}};
+  ChannelModel with = probe;
+  with.chosen.push_back(best->best);
+  for (std::size_t i = 0; i < fit.model.chosen.size(); ++i)
+    if (is_proxy(with, i, result.errors.sum())) found.says_more_than.push_back(i);
   return found;
 }
 

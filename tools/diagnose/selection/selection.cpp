@@ -46,40 +46,6 @@ std::vector<VectorXd> events_of(const ChannelModel& model) {
   return events;
 }
 
-/// Residual of a model with every candidate in it, each with the shape that alone helps most, held
-/// out; or of the present model, if that predicts better.
-VectorXd noise_of(const ChannelModel& model) {
-  const MatrixXd present = model.columns();
-  const VectorXd precision = model.column_precision(present.cols());
-  const Moments moments = moments_of(model.blocks, present, model.target);
-  const double alone = held_out_error(model.blocks, moments, precision).sum();
-  MatrixXd all = present;
-  for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-    const Candidate& candidate = *model.candidates[c];
-    if (!model.offers(c)) continue;
-    const MatrixXd* best = nullptr;
-    double least = alone;
-    for (const MatrixXd& columns : candidate.columns) {
-      const Moments with = extended(model.blocks, moments, present, columns, model.target);
-      const double error =
-          held_out_error(model.blocks, with, model.column_precision(with.columns())).sum();
-      if (error < least) {
-        least = error;
-        best = &columns;
-      }
-    }
-    if (best == nullptr) continue;
-    all.conservativeResize(Eigen::NoChange, all.cols() + best->cols());
-    all.rightCols(best->cols()) = *best;
-  }
-  VectorXd residual = held_out_residual(model.blocks, moments, precision, present, model.target);
-  if (all.cols() == present.cols()) return residual;
-  const Moments saturated = moments_of(model.blocks, all, model.target);
-  VectorXd rich = held_out_residual(model.blocks, saturated, model.column_precision(all.cols()),
-                                    all, model.target, kSaturatedRidge);
-  return rich.squaredNorm() < residual.squaredNorm() ? rich : residual;
-}
-
 /// Without its mean over a twelfth of the recording around each row: a drift or a step is no noise,
 /// and would make blocks of a few minutes out of noise that remembers a second.
 VectorXd without_trend(const Series& series, const Blocks& blocks, const VectorXd& x) {
@@ -264,7 +230,7 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   model.blocks = make_blocks(series, first_guess_rows, events);
   double assumed_rows = 0.0;
   for (int round = 0; round < kBlockRounds; ++round) {
-    model.noise = noise_of(model);
+    model.noise = saturated_noise(model);
     model.correlation_rows = noise_memory(model, model.noise);
     set_precision(model, nominal.terms);
     model.hold_nominal();
@@ -277,7 +243,37 @@ ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const
   return model;
 }
 
-VectorXd saturated_noise(const ChannelModel& model) { return noise_of(model); }
+VectorXd saturated_noise(const ChannelModel& model) {
+  const MatrixXd present = model.columns();
+  const VectorXd precision = model.column_precision(present.cols());
+  const Moments moments = moments_of(model.blocks, present, model.target);
+  const double alone = held_out_error(model.blocks, moments, precision).sum();
+  MatrixXd all = present;
+  for (std::size_t c = 0; c < model.candidates.size(); ++c) {
+    const Candidate& candidate = *model.candidates[c];
+    if (!model.offers(c)) continue;
+    const MatrixXd* best = nullptr;
+    double least = alone;
+    for (const MatrixXd& columns : candidate.columns) {
+      const Moments with = extended(model.blocks, moments, present, columns, model.target);
+      const double error =
+          held_out_error(model.blocks, with, model.column_precision(with.columns())).sum();
+      if (error < least) {
+        least = error;
+        best = &columns;
+      }
+    }
+    if (best == nullptr) continue;
+    all.conservativeResize(Eigen::NoChange, all.cols() + best->cols());
+    all.rightCols(best->cols()) = *best;
+  }
+  VectorXd residual = held_out_residual(model.blocks, moments, precision, present, model.target);
+  if (all.cols() == present.cols()) return residual;
+  const Moments saturated = moments_of(model.blocks, all, model.target);
+  VectorXd rich = held_out_residual(model.blocks, saturated, model.column_precision(all.cols()),
+                                    all, model.target, kSaturatedRidge);
+  return rich.squaredNorm() < residual.squaredNorm() ? rich : residual;
+}
 
 double noise_memory(const ChannelModel& model, const VectorXd& noise) {
   return correlation_length(*model.series, model.blocks,

@@ -213,8 +213,8 @@ bool tied(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 /// Blocks, noise and prior weights for a channel; `forms` must outlive the model.
 ChannelModel prepare_channel(const Series& series, const Nominal& nominal, const Forms& forms);
 
-/// Residual at the training rows of a model with every candidate in it, held out; or of the model
-/// itself, if that predicts better.
+/// Residual at the training rows of a model with every candidate in it, each with the shape that
+/// alone helps most, held out; or of the model itself, if that predicts better.
 Eigen::VectorXd saturated_noise(const ChannelModel& model);
 
 /// Rows over which that noise resembles itself, drifts and steps aside.
