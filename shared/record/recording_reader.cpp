@@ -138,9 +138,9 @@ core::Status Reader::read_channels() {
     const auto unit = core::find_unit(channel.unit);
     if (!role || !unit) {
       const std::string& word = role ? channel.unit : role_name;
-      return damaged(
-          fmt::format("channel {}: unknown {} '{}'{}", channel.name, role ? "unit" : "role", word,
-                      core::instead_of(word, role ? core::unit_names() : role_names())));
+      return damaged(fmt::format("channel {}: unknown {} '{}'{}", channel.name,
+                                 role ? "unit" : "role", word,
+                                 core::instead_of(word, role ? core::unit_names() : role_names())));
     }
     channel.role = *role;
     channel.unit = unit->si_name;

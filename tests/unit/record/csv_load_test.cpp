@@ -141,8 +141,7 @@ TEST(ProfileCsv, KeepsWhatItTookTheTimeFrom) {
   EXPECT_FALSE(stated.meta.contains("assumed_row_period_s"));
   EXPECT_EQ(stated.t_ns[1], 2'000'000);
   const auto missing = profile(scratch, "time = 't'\ntime_missing = 'row_number'");
-  const Recording lost =
-      load(scratch.write("b.csv", "t,e,w\n0,1,1\nnan,2,2\n"), missing.string());
+  const Recording lost = load(scratch.write("b.csv", "t,e,w\n0,1,1\nnan,2,2\n"), missing.string());
   EXPECT_EQ(lost.meta.at("assumed_row_period_s"), "0.01") << "some stamps were there";
   const auto given = profile(scratch, "time = 't'");
   EXPECT_FALSE(load(scratch.write("c.csv", "t,e,w\n0,1,1\n1,2,2\n"), given.string())
