@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose_generator.hpp"
@@ -197,7 +198,7 @@ TEST(DiagnoseSimulated, ComparesEffortsWithTheSimulationWhateverThePlantSays) {
 }
 
 TEST(DiagnoseSimulated, DoesNotCompareTheEffortThatDroveTheSimulation) {
-  const Recording real = named("real.db", {}, {.coulomb_n_m = 0.5, .gap_half_rad = 0.01});
+  const Recording real = named("real.db", {}, {.gap_half_rad = 0.01, .coulomb_n_m = 0.5});
   Recording forward = named("forward.db", {.noise = 0.0}, {.gain = 0.02});
   const auto torque = *real.column(Role::kDriveTorque, "one");
   forward.samples.col(torque) = real.samples.col(torque);
@@ -212,6 +213,26 @@ TEST(DiagnoseSimulated, DoesNotCompareTheEffortThatDroveTheSimulation) {
                 "inverse simulation",
                 "joint one (transmission): the simulation has a motion of "
                 "its own (its position differs by"});
+}
+
+/// Without a truth, what is left of such a simulation is how it follows what was asked of it.
+TEST(DiagnoseSimulated, ComparesTheMotionOfWhatTheRecordedEffortDrove) {
+  Recording real = named("real.db", {.with_truth = false});
+  const auto columns = real.samples.cols();
+  real.channels.push_back({"one.desired", "rad", Role::kDesiredPosition, "one"});
+  real.samples.conservativeResize(Eigen::NoChange, columns + 1);
+  real.samples.col(columns) = real.samples.col(0);
+  const Recording same_command = real;
+  real.samples.col(0) = named("real.db", {}, {.gap_half_rad = 0.01}).samples.col(2);
+  const auto report = against({real}, {same_command}, two_joints());
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const diagnose::HeldOut* tracking = figure(*report, "tracking_rmse");
+  ASSERT_NE(tracking, nullptr);
+  EXPECT_NEAR(tracking->before, 0.01, 0.002);
+  EXPECT_EQ(figure(*report, "effort_relative_error"), nullptr);
+  expect_words(report->verdict.text,
+               {"joint one (drive) is not compared",
+                "joint one (tracking): the simulation has a motion of its own"});
 }
 
 TEST(DiagnoseSimulated, RefusesWhereNothingIsLeftToCompare) {

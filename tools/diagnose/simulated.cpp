@@ -8,10 +8,12 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <set>
 
-#include "core/units.hpp"
 #include "diagnose/effects/nominal.hpp"
 #include "diagnose/series/input.hpp"
+#include "diagnose/simulated_channel.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -19,16 +21,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using record::Recording;
-
-/// A signal that is nearer to the measured one than this share of it was copied from it. Source:
-/// converters of drives have 12 bits or a little more and resolve a few thousandths of a usual
-/// effort, so that nothing computed comes nearer to what they measured.
-constexpr double kCopied = 1e-3;
-
-/// Share of the motion's variance that a simulation may miss and still be compared row by row.
-/// Source: a simulation is satisfactory from an efficiency (1 - this share) of 0.5 on (Moriasi et
-/// al. 2007, Transactions of the ASABE 50, 885-900; the efficiency is Nash's and Sutcliffe's).
-constexpr double kMostMotionMissed = 0.5;
 
 /// Simulators often count from zero: stamps that nowhere overlap count from each start.
 std::int64_t shift_of(const Recording& real, const Recording& simulated) {
@@ -92,99 +84,6 @@ const Series* same_channel(const SeriesSet& set, const Series& series) {
   return nullptr;
 }
 
-std::string channel_words(const Series& series) {
-  return fmt::format("joint {} ({})", series.joint, stage_word(series.stage));
-}
-
-/// What a channel's residual follows first: friction and inertia the speed, cables the position.
-const VectorXd& followed_motion(const Series& series) {
-  return series.stage == Stage::kDrive ? series.motion.v : series.motion.q;
-}
-
-/// Of values one after the other (Welford, 1962).
-class Spread {
- public:
-  void add(double x) {
-    count_ += 1.0;
-    const double from_mean = x - mean_;
-    mean_ += from_mean / count_;
-    squares_ += from_mean * (x - mean_);
-  }
-  [[nodiscard]] double deviation() const { return std::sqrt(squares_ / std::max(1.0, count_)); }
-
- private:
-  double count_ = 0.0, mean_ = 0.0, squares_ = 0.0;
-};
-
-/// How a simulation's channel differs from the recorded one, over rows that both have.
-struct Difference {
-  double measured = 0.0;  ///< deviation of the recorded signal
-  double signal = 0.0;    ///< RMS of recording minus simulation
-  double moved = 0.0;     ///< deviation of the recorded motion
-  double motion = 0.0;    ///< deviation of recorded minus simulated motion
-  Index rows = 0;
-
-  [[nodiscard]] bool copied() const { return signal <= kCopied * measured; }
-  [[nodiscard]] bool same_motion() const { return motion <= kCopied * moved; }
-  /// Of the motion's variance.
-  [[nodiscard]] double missed() const {
-    return moved > 0.0 ? motion * motion / (moved * moved) : 0.0;
-  }
-};
-
-Difference difference_of(const Series& real, const Series& simulated) {
-  const VectorXd& a = followed_motion(real);
-  const VectorXd& b = followed_motion(simulated);
-  double signal = 0.0;
-  Spread measured, moved, apart;
-  Difference out;
-  for (Index i = 0; i < real.rows(); ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    if (real.valid[n] == 0 || simulated.valid[n] == 0) continue;
-    ++out.rows;
-    signal += std::pow(real.y[i] - simulated.y[i], 2);
-    measured.add(real.y[i]);
-    moved.add(a[i]);
-    apart.add(a[i] - b[i]);
-  }
-  out.signal = std::sqrt(signal / static_cast<double>(std::max<Index>(1, out.rows)));
-  out.measured = measured.deviation();
-  out.moved = moved.deviation();
-  out.motion = apart.deviation();
-  return out;
-}
-
-/// "0.12 deg of 3.4 deg", with the unit of what the channel follows.
-std::string motion_words(const Series& series, const Difference& d) {
-  const core::DisplayUnit unit = core::display_unit(series.prismatic ? "m" : "rad");
-  const bool speed = series.stage == Stage::kDrive;
-  return fmt::format("{} differs by {:.3g} of {:.3g} {}{} RMS", speed ? "speed" : "position",
-                     d.motion * unit.per_si, d.moved * unit.per_si, unit.name, speed ? "/s" : "");
-}
-
-/// Why the channel cannot be compared with its simulation; empty if it can.
-std::string incomparable(const Series& series, const Difference& d) {
-  const bool drive = series.stage == Stage::kDrive;
-  if (d.rows == 0) return "the simulation has no row in common with the recording";
-  if (d.copied()) {
-    return fmt::format(
-        "the simulation has the recorded {} ({:.2g} of it differs), so that nothing is left to "
-        "compare; {}",
-        drive ? "effort" : "error", d.measured > 0.0 ? d.signal / d.measured : 0.0,
-        drive ? "give an inverse simulation, which computes the effort of the recorded motion, or "
-                "leave --simulated out"
-              : "give a simulation that computes the joint from the motor");
-  }
-  if (d.missed() > kMostMotionMissed) {
-    return fmt::format(
-        "the simulation moves too differently to be compared row by row: its {}, {:.0f} % of the "
-        "variance, and {:.0f} % is the most; give an inverse simulation, or start the simulation "
-        "anew from the recorded state more often",
-        motion_words(series, d), 100.0 * d.missed(), 100.0 * kMostMotionMissed);
-  }
-  return {};
-}
-
 void shift_residual(Series& series, const Series& simulated, const physics::Plant& plant) {
   const VectorXd nominal = nominal_of(series, plant).prediction;
   series.measured_y = series.y;
@@ -210,34 +109,98 @@ std::string signals_for(Stage stage) {
   return "joint_truth, or joint_estimate or motor_position beside it";
 }
 
-void drop(const Series& series, const std::string& why, SeriesSet& set,
-          std::vector<std::string>& reasons) {
-  std::string& reason = set.not_possible[series.joint];
-  reason += (reason.empty() ? "" : "; ") + why;
-  reasons.push_back(fmt::format("{} is not compared: {}", channel_words(series), why));
-}
+/// Recordings as build_series takes them.
+struct Sessions {
+  std::vector<Recording> training, held_out;
+};
 
-core::Result<SeriesSet> baseline_of(const std::vector<Recording>& training,
-                                    const std::vector<Recording>& held_out,
-                                    const std::vector<Recording>& simulated,
-                                    const physics::Plant& plant, const SeriesOptions& options,
-                                    std::vector<std::string>& notes) {
+/// The simulations at the recordings' times.
+core::Result<Sessions> aligned_sessions(const std::vector<Recording>& training,
+                                        const std::vector<Recording>& held_out,
+                                        const std::vector<Recording>& simulated,
+                                        std::vector<std::string>& notes) {
   if (simulated.size() != training.size() + held_out.size()) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("--simulated: {} files for {} recordings; give one per "
                                    "recording, held-out recordings last",
                                    simulated.size(), training.size() + held_out.size())};
   }
-  for (std::string& note : input_notes(simulated, {}, {})) notes.push_back(std::move(note));
-  std::vector<Recording> first, second;
+  notes = input_notes(simulated, {}, {});
+  Sessions out;
   for (std::size_t i = 0; i < simulated.size(); ++i) {
     const bool trains = i < training.size();
     const Recording& real = trains ? training[i] : held_out[i - training.size()];
     RAVENCAL_ASSIGN_OR_RETURN(Recording recording, aligned(real, simulated[i], notes));
-    (trains ? first : second).push_back(std::move(recording));
+    (trains ? out.training : out.held_out).push_back(std::move(recording));
   }
-  return build_series(first, second, plant, options);
+  return out;
 }
+
+/// What is left of these joints is their motion.
+std::vector<Recording> without_efforts(std::vector<Recording> recordings,
+                                       const std::set<std::string>& joints) {
+  for (Recording& recording : recordings) {
+    for (record::Channel& channel : recording.channels) {
+      const bool effort =
+          channel.role == record::Role::kDriveTorque || channel.role == record::Role::kDriveInput;
+      if (effort && joints.contains(channel.joint)) channel.role = record::Role::kFeature;
+    }
+  }
+  return recordings;
+}
+
+/// Compares channel by channel and says what of it cannot be compared.
+class Comparison {
+ public:
+  explicit Comparison(const physics::Plant& plant) : plant_(plant) {}
+
+  void compare(SeriesSet& set, const SeriesSet& baseline) {
+    for (Series& series : set.series) {
+      // The command stage compares the recording with itself.
+      if (series.stage != Stage::kCommand) compare(series, same_channel(baseline, series));
+    }
+  }
+
+  /// The channels that a simulation driven by the recorded efforts leaves: how the joint lags
+  /// behind what was asked of it, in both.
+  void compare_tracking(SeriesSet& set, const SeriesSet& baseline) {
+    for (Series& series : set.series) {
+      if (series.stage == Stage::kTracking && driven.contains(series.joint))
+        compare(series, same_channel(baseline, series));
+    }
+  }
+
+  std::vector<Series> kept;
+  std::set<std::string> driven;  ///< joints that the recorded effort drives in the simulation
+  std::map<std::string, std::string> not_possible;  ///< joint -> why
+  std::vector<std::string> notes, reasons;
+
+ private:
+  void compare(Series& series, const Series* simulated) {
+    if (simulated == nullptr)
+      return drop(series, "the simulation lacks " + signals_for(series.stage));
+    const Difference difference = difference_of(series, *simulated);
+    if (const std::string why = incomparable(series, difference); !why.empty()) {
+      if (series.stage == Stage::kDrive && difference.copied()) driven.insert(series.joint);
+      return drop(series, why);
+    }
+    if (!difference.same_motion())
+      notes.push_back(
+          fmt::format("{}: the simulation has a motion of its own (its {}), and what "
+                      "follows from that counts as error",
+                      channel_words(series), motion_words(series, difference)));
+    shift_residual(series, *simulated, plant_);
+    kept.push_back(std::move(series));
+  }
+
+  void drop(const Series& series, const std::string& why) {
+    std::string& reason = not_possible[series.joint];
+    reason += (reason.empty() ? "" : "; ") + why;
+    reasons.push_back(fmt::format("{} is not compared: {}", channel_words(series), why));
+  }
+
+  const physics::Plant& plant_;
+};
 
 /// RMS over the rows that figures are on: held-out ones or, without any, those that fits see.
 double rms_of_figures(const Series& series, const VectorXd& x) {
@@ -294,38 +257,33 @@ core::Status take_simulation_as_baseline(SeriesSet& set, const std::vector<Recor
                                          const std::vector<Recording>& simulated,
                                          const physics::Plant& plant,
                                          const SeriesOptions& options) {
-  std::vector<std::string> notes, reasons;
+  Comparison comparison(plant);
+  RAVENCAL_ASSIGN_OR_RETURN(const Sessions other,
+                            aligned_sessions(training, held_out, simulated, comparison.notes));
   RAVENCAL_ASSIGN_OR_RETURN(const SeriesSet baseline,
-                            baseline_of(training, held_out, simulated, plant, options, notes));
-  std::vector<Series> kept;
-  for (Series& series : set.series) {
-    // The command stage compares the recording with itself.
-    if (series.stage == Stage::kCommand) continue;
-    const Series* other = same_channel(baseline, series);
-    if (other == nullptr) {
-      drop(series, "the simulation lacks " + signals_for(series.stage), set, reasons);
-      continue;
-    }
-    const Difference difference = difference_of(series, *other);
-    if (const std::string why = incomparable(series, difference); !why.empty()) {
-      drop(series, why, set, reasons);
-      continue;
-    }
-    if (!difference.same_motion())
-      notes.push_back(
-          fmt::format("{}: the simulation has a motion of its own (its {}), and what "
-                      "follows from that counts as error",
-                      channel_words(series), motion_words(series, difference)));
-    shift_residual(series, *other, plant);
-    kept.push_back(std::move(series));
+                            build_series(other.training, other.held_out, plant, options));
+  comparison.compare(set, baseline);
+  if (!comparison.driven.empty()) {
+    const std::set<std::string>& joints = comparison.driven;
+    auto moved = build_series(without_efforts(training, joints), without_efforts(held_out, joints),
+                              plant, options);
+    const auto simulated_moved =
+        build_series(without_efforts(other.training, joints),
+                     without_efforts(other.held_out, joints), plant, options);
+    // Without a desired position there is no such channel, and the reasons above stand.
+    if (moved.ok() && simulated_moved.ok()) comparison.compare_tracking(*moved, *simulated_moved);
   }
-  set.series = std::move(kept);
-  if (set.series.empty()) {
+  if (comparison.kept.empty()) {
     return core::Error{core::ErrorCode::kData,
                        fmt::format("{}: nothing to compare with {}: {}", simulated.front().source,
-                                   training.front().source, fmt::join(reasons, "; "))};
+                                   training.front().source, fmt::join(comparison.reasons, "; "))};
   }
-  for (std::vector<std::string>* more : {&notes, &reasons})
+  set.series = std::move(comparison.kept);
+  for (const auto& [joint, why] : comparison.not_possible) {
+    std::string& reason = set.not_possible[joint];
+    reason += (reason.empty() ? "" : "; ") + why;
+  }
+  for (std::vector<std::string>* more : {&comparison.notes, &comparison.reasons})
     std::move(more->begin(), more->end(), std::back_inserter(set.notes));
   return {};
 }
