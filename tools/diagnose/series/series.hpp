@@ -157,9 +157,9 @@ struct SeriesOptions {
 bool looks_at(const record::Channel& channel, const physics::Plant& plant);
 
 /// All channels that these recordings allow, in the plant's order of joints, with the reasons for
-/// those they do not allow. `held_out` recordings may be empty. Errors: `held_out_from_s` that holds
-/// nothing out or leaves nothing to fit (kUsage); too few samples, units that do not fit the plant,
-/// or no joint with two signals to compare (kData).
+/// those they do not allow. `held_out` recordings may be empty. Errors: `held_out_from_s` that
+/// holds nothing out or leaves nothing to fit (kUsage); too few samples, units that do not fit the
+/// plant, or no joint with two signals to compare (kData).
 struct SeriesSet {
   std::vector<Series> series;
   std::map<std::string, std::string> not_possible;  ///< joint -> why a stage could not be looked at
