@@ -140,7 +140,6 @@ void add_missing_sources(const Series& series, const physics::Joint& joint,
   for (const auto* list : {&series.others, &series.loads})
     for (const Companion& companion : *list) recorded.push_back(companion.name);
   for (const physics::Effect& effect : joint.effects) {
-    if (effect.id == "coupling") continue;
     for (const std::string& name : {effect.from, effect.posture}) {
       if (name.empty() || std::find(recorded.begin(), recorded.end(), name) != recorded.end())
         continue;
