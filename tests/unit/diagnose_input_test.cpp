@@ -227,7 +227,7 @@ TEST(DiagnoseSimulated, ComparesTheMotionOfWhatTheRecordedEffortDrove) {
   const auto report = against({real}, {same_command}, two_joints());
   ASSERT_TRUE(report.ok()) << report.error().message;
   const diagnose::HeldOut* tracking = figure(*report, "tracking_rmse");
-  ASSERT_NE(tracking, nullptr);
+  ASSERT_NE(tracking, nullptr) << report->verdict.text;
   EXPECT_NEAR(tracking->before, 0.01, 0.002);
   EXPECT_EQ(figure(*report, "effort_relative_error"), nullptr);
   expect_words(report->verdict.text,

@@ -87,8 +87,10 @@ const Series* same_channel(const SeriesSet& set, const Series& series) {
 void shift_residual(Series& series, const Series& simulated, const physics::Plant& plant) {
   const VectorXd nominal = nominal_of(series, plant).prediction;
   series.measured_y = series.y;
-  series.y += nominal - simulated.y;
-  if (series.recorded.size() > 0) {
+  // Both efforts through one filter, which each motion would choose for itself.
+  const bool effort = series.recorded.size() > 0;
+  series.y += nominal - (effort ? series.as_seen(simulated.recorded) : simulated.y);
+  if (effort) {
     series.measured_recorded = series.recorded;
     series.recorded += nominal - simulated.recorded;
   }
@@ -99,7 +101,7 @@ void shift_residual(Series& series, const Series& simulated, const physics::Plan
     series.valid[n] = known ? 1 : 0;
     if (known) continue;
     series.y[i] = series.measured_y[i] = 0.0;
-    if (series.recorded.size() > 0) series.recorded[i] = series.measured_recorded[i] = 0.0;
+    if (effort) series.recorded[i] = series.measured_recorded[i] = 0.0;
   }
 }
 

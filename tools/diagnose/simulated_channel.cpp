@@ -21,6 +21,11 @@ VectorXd followed_motion(const Series& series) {
   return series.motion.q;
 }
 
+/// What a simulation may have copied: filters differ between two motions, signals do not.
+const VectorXd& unfiltered(const Series& series) {
+  return series.recorded.size() > 0 ? series.recorded : series.y;
+}
+
 /// Of values one after the other (Welford, 1962).
 class Spread {
  public:
@@ -41,15 +46,18 @@ class Spread {
 Difference difference_of(const Series& recorded, const Series& simulated) {
   const VectorXd a = followed_motion(recorded);
   const VectorXd b = followed_motion(simulated);
+  const VectorXd& x = unfiltered(recorded);
+  const VectorXd& y = unfiltered(simulated);
   double signal = 0.0;
   Spread measured, moved, apart;
   Difference out;
   for (Index i = 0; i < recorded.rows(); ++i) {
     const auto n = static_cast<std::size_t>(i);
-    if (recorded.valid[n] == 0 || simulated.valid[n] == 0) continue;
+    const bool known = recorded.valid[n] != 0 && simulated.valid[n] != 0;
+    if (!known || !std::isfinite(x[i] - y[i])) continue;
     ++out.rows;
-    signal += std::pow(recorded.y[i] - simulated.y[i], 2);
-    measured.add(recorded.y[i]);
+    signal += std::pow(x[i] - y[i], 2);
+    measured.add(x[i]);
     moved.add(a[i]);
     apart.add(a[i] - b[i]);
   }
