@@ -17,7 +17,7 @@ using record::Channel;
 using record::Recording;
 using record::Role;
 
-double length_s(const Recording& recording) {
+double recorded_s(const Recording& recording) {
   if (recording.t_ns.empty()) return 0.0;
   return 1e-9 * static_cast<double>(recording.t_ns.back() - recording.t_ns.front());
 }
@@ -25,14 +25,14 @@ double length_s(const Recording& recording) {
 core::Status check_held_out_from(const Recordings& training, double from_s) {
   const auto longest = std::max_element(
       training.begin(), training.end(),
-      [](const Recording& a, const Recording& b) { return length_s(a) < length_s(b); });
+      [](const Recording& a, const Recording& b) { return recorded_s(a) < recorded_s(b); });
   const auto refuse = [&](std::string_view why) {
     return core::Error{
         core::ErrorCode::kUsage,
         fmt::format("--held-out-from {:g}: {}; {} ends at {:.6g} s: give a time between 0 and that",
-                    from_s, why, longest->source, length_s(*longest))};
+                    from_s, why, longest->source, recorded_s(*longest))};
   };
-  if (!(from_s <= length_s(*longest))) return refuse("no recording is that long");
+  if (!(from_s <= recorded_s(*longest))) return refuse("no recording is that long");
   if (!(from_s > 0.0)) return refuse("leaves no row to fit");
   return {};
 }
@@ -95,8 +95,8 @@ std::string meta_or_empty(const Recording& recording, const std::string& key) {
 }
 
 /// Signals that tell of the joint in another recording and not in this one.
-std::string lacking(const Recording& recording, const std::vector<const Recording*>& all,
-                    const std::string& joint) {
+std::string missing_signals(const Recording& recording, const std::vector<const Recording*>& all,
+                            const std::string& joint) {
   constexpr std::array kSignals = {Role::kJointEstimate,   Role::kJointTruth,  Role::kMotorPosition,
                                    Role::kDesiredPosition, Role::kDriveTorque, Role::kDriveInput};
   std::vector<std::string_view> names;
@@ -125,7 +125,7 @@ void add_silent_recordings(const Series& series, const std::vector<const Recordi
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (rows[r] == 0)
       notes.push_back(fmt::format("{} says nothing of {}: {}", file_name(*all[r]), where,
-                                  lacking(*all[r], all, series.joint)));
+                                  missing_signals(*all[r], all, series.joint)));
   }
   if (series.any_held_out() && unseen == 0)
     notes.push_back(
@@ -190,11 +190,11 @@ std::vector<std::string> input_notes(const Recordings& training, const Recording
   }
   if (!options.held_out_from_s) return notes;
   for (const Recording& recording : training) {
-    if (length_s(recording) < *options.held_out_from_s)
+    if (recorded_s(recording) < *options.held_out_from_s)
       notes.push_back(
           fmt::format("{} ends at {:.6g} s, before --held-out-from {:g}: all of it is "
                       "fitted",
-                      file_name(recording), length_s(recording), *options.held_out_from_s));
+                      file_name(recording), recorded_s(recording), *options.held_out_from_s));
   }
   return notes;
 }
