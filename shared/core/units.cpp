@@ -42,6 +42,12 @@ constexpr std::array<Unit, 26> kUnits = {{
 
 std::span<const Unit> known_units() { return kUnits; }
 
+std::vector<std::string> unit_names() {
+  std::vector<std::string> names;
+  for (const Unit& unit : kUnits) names.emplace_back(unit.name);
+  return names;
+}
+
 std::optional<Unit> find_unit(std::string_view name) {
   const auto it =
       std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });

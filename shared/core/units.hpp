@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ravencal::core {
 
@@ -18,8 +19,10 @@ struct Unit {
   double to_si;
 };
 
-/// All known units, for error messages and documentation.
+/// All known units, for documentation.
 std::span<const Unit> known_units();
+/// Their names, for error messages.
+std::vector<std::string> unit_names();
 
 /// Looks a unit up by name; nullopt if unknown.
 std::optional<Unit> find_unit(std::string_view name);

@@ -9,6 +9,7 @@
 #include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
+#include "physics/tolerance_keys.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -214,6 +215,8 @@ core::Result<Joint> read_joint(TomlTable& table) {
   RAVENCAL_RETURN_IF_ERROR(read_effects(table, joint));
   if (auto tolerance = table.table("tolerance")) {
     for (const std::string& key : tolerance->unread_keys()) {
+      if (const std::string flaw = flaw_of_tolerance(key, joint); !flaw.empty())
+        tolerance->fail(key, flaw);
       joint.tolerance.emplace(key, tolerance->number(key, kNotNegative));
     }
     RAVENCAL_RETURN_IF_ERROR(tolerance->finish());

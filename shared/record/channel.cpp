@@ -16,6 +16,8 @@ constexpr std::array<std::string_view, 12> kRoleNames = {
 
 std::string_view name_of(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
 
+std::vector<std::string> role_names() { return {kRoleNames.begin(), kRoleNames.end()}; }
+
 std::optional<Role> role_from(std::string_view name) {
   const auto it = std::find(kRoleNames.begin(), kRoleNames.end(), name);
   if (it == kRoleNames.end()) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ravencal::record {
 
@@ -26,6 +27,8 @@ enum class Role {
 /// "joint_estimate" etc.
 std::string_view name_of(Role role);
 std::optional<Role> role_from(std::string_view name);
+/// Of all roles, for error messages.
+std::vector<std::string> role_names();
 
 /// One column of a recording. In memory and in files alike, names are unique within a recording.
 struct Channel {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/known_words.hpp"
 #include "core/units.hpp"
 
 namespace ravencal::record {
@@ -74,8 +75,9 @@ core::Status Binder::bind_channel(const ProfileChannel& channel) {
       bind_number(channel.column, channel.index, channel.channel.name, channel.may_be_missing));
   const auto unit = core::find_unit(channel.channel.unit);
   if (!unit) {
-    return wrong(
-        fmt::format("channel {}: unknown unit '{}'", channel.channel.name, channel.channel.unit));
+    return wrong(fmt::format("channel {}: unknown unit '{}'{}", channel.channel.name,
+                             channel.channel.unit,
+                             core::instead_of(channel.channel.unit, core::unit_names())));
   }
   binding_.factors.push_back(unit->to_si);
   binding_.condition_words.emplace_back();

@@ -122,6 +122,8 @@ core::Status CsvLoader::find_times() {
   double to_ns = core::find_unit(profile_.time_unit)->to_si * 1e9;
   if (by_row_number) {
     to_ns = profile_.row_period_s * 1e9;
+    if (binding_.has_time || !profile_.row_period_stated)
+      recording_.meta["assumed_row_period_s"] = fmt::format("{:g}", profile_.row_period_s);
     time_.resize(keep_.size());
     for (std::size_t row = 0; row < time_.size(); ++row) time_[row] = static_cast<double>(row);
   }

@@ -40,8 +40,9 @@ struct Profile {
   std::string time_column;  ///< header name of the time; empty: row number
   std::optional<std::size_t> time_index;
   std::string time_unit = "s";
-  double row_period_s = 0.01;    ///< used when the source has no time
-  std::size_t column_count = 0;  ///< columns that every row must have; 0 = those of the first row
+  double row_period_s = 0.01;      ///< used when the source has no time
+  bool row_period_stated = false;  ///< it is the profile's own, not the default
+  std::size_t column_count = 0;    ///< columns that every row must have; 0 = those of the first row
   bool row_number_if_time_missing = false;  ///< a time of nan anywhere: row numbers everywhere
   bool time_restarts = false;    ///< time running backwards begins an episode, is no error
   ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/known_words.hpp"
 #include "core/toml_table.hpp"
 #include "core/units.hpp"
 #include "record/profile_builtin.hpp"
@@ -50,13 +51,15 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   take_column(table, channel.column, channel.index);
   if (channel.channel.name.empty()) table.fail("a channel needs a name");
   if (!core::find_unit(channel.channel.unit)) {
-    table.fail(
-        fmt::format("channel {}: unknown unit '{}'", channel.channel.name, channel.channel.unit));
+    table.fail("unit", fmt::format("channel {}: unknown unit '{}'{}", channel.channel.name,
+                                   channel.channel.unit,
+                                   core::instead_of(channel.channel.unit, core::unit_names())));
   }
   if (const auto known = role_from(role)) {
     channel.channel.role = *known;
   } else {
-    table.fail(fmt::format("channel {}: unknown role '{}'", channel.channel.name, role));
+    table.fail("role", fmt::format("channel {}: unknown role '{}'{}", channel.channel.name, role,
+                                   core::instead_of(role, role_names())));
   }
   if (auto condition = table.table("valid_when")) {
     RAVENCAL_ASSIGN_OR_RETURN(channel.valid_when, read_filter(*condition, "equals"));
@@ -78,6 +81,7 @@ void take_time(TomlTable& table, Profile& profile) {
   if (!unit || unit->si_name != "s") {
     table.fail(fmt::format("time_unit '{}' is not s, ms, us or ns", profile.time_unit));
   }
+  profile.row_period_stated = table.has("row_period_s");
   profile.row_period_s = table.number_or("row_period_s", profile.row_period_s);
   if (!(profile.row_period_s > 0.0)) table.fail("row_period_s must be above 0");
   profile.time_restarts = table.boolean_or("time_restarts", profile.time_restarts);

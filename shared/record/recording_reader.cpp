@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/known_words.hpp"
 #include "core/units.hpp"
 #include "record/recording_file.hpp"
 #include "record/sqlite.hpp"
@@ -136,8 +137,10 @@ core::Status Reader::read_channels() {
     const auto role = role_from(role_name);
     const auto unit = core::find_unit(channel.unit);
     if (!role || !unit) {
-      return damaged(fmt::format("channel {}: unknown {} '{}'", channel.name,
-                                 role ? "unit" : "role", role ? channel.unit : role_name));
+      const std::string& word = role ? channel.unit : role_name;
+      return damaged(fmt::format("channel {}: unknown {} '{}'{}", channel.name,
+                                 role ? "unit" : "role", word,
+                                 core::instead_of(word, role ? core::unit_names() : role_names())));
     }
     channel.role = *role;
     channel.unit = unit->si_name;

@@ -14,6 +14,7 @@
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 #include "physics/plant_writer.hpp"
+#include "physics/tolerance_keys.hpp"
 
 namespace {
 
@@ -82,7 +83,8 @@ Joint draw_joint(std::size_t index) {
     Effect effect = draw_effect(spec, index);
     if (flaw_of(effect).empty()) joint.effects.push_back(std::move(effect));
   }
-  if (chance()) joint.tolerance.emplace(words(), positive());
+  const std::vector<std::string> keys = tolerance_keys();
+  if (chance()) joint.tolerance.emplace(*rc::gen::elementOf(keys), positive());
   return joint;
 }
 

@@ -1,6 +1,7 @@
 ravencal_test(NAME core_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/catalogue_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/known_words_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/median_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/toml_table_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/whole_file_test.cpp

@@ -115,6 +115,42 @@ TEST_F(DiagnoseProgram, RefusesToHoldOutWhatItFits) {
   EXPECT_FALSE(fs::exists(folder_ / "why"));
 }
 
+/// What is asked for and cannot be done is an error of usage, before anything is written.
+TEST_F(DiagnoseProgram, LeavesNothingUndoneInSilence) {
+  const std::pair<const char*, const char*> wrong[] = {
+      {" --held-out-from 100", "--held-out-from 100: no recording is that long; a.csv ends at"},
+      {" --held-out-from -1", "--held-out-from -1: leaves no row to fit"},
+      {" --held-out b.csv ./b.csv", "b.csv: is given twice"},
+      {" ./a.csv", "a.csv: is given twice"},
+      {" --held-out-profile profile.toml", "--held-out"},
+      {" --simulated-profile profile.toml", "--simulated"},
+      {" --held-out b.db --held-out-profile profile.toml",
+       "--held-out-profile: is not read, since b.db needs no profile"},
+  };
+  for (const auto& [option, complaint] : wrong) {
+    const Outcome outcome = run(std::string(kDiagnose) + option);
+    EXPECT_EQ(outcome.exit_code, 2) << option << ": " << outcome.text;
+    EXPECT_NE(outcome.text.find(complaint), std::string::npos) << option << ": " << outcome.text;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "why"));
+}
+
+TEST_F(DiagnoseProgram, SaysHowFarItTakesRowsWithoutTimeToBeApart) {
+  std::string text = kProfile;
+  text.erase(text.find("time = "), std::string_view("time = \"t_s\"\n").size());
+  std::ofstream(folder_ / "rows.toml") << text;
+  const Outcome assumed =
+      run("diagnose a.csv --profile rows.toml --plant plant.toml --out why --placebo 0");
+  EXPECT_EQ(assumed.exit_code, 0) << assumed.text;
+  EXPECT_NE(assumed.text.find("a.csv has no time in each row, so that its rows count as 0.01 s"),
+            std::string::npos)
+      << assumed.text;
+  const Outcome kept = run("import a.csv --profile rows.toml --out a.db");
+  EXPECT_NE(kept.text.find("rows count as 0.01 s apart"), std::string::npos) << kept.text;
+  const Outcome later = run("diagnose a.db --plant plant.toml --out why --placebo 0");
+  EXPECT_NE(later.text.find("a.db has no time in each row"), std::string::npos) << later.text;
+}
+
 /// Two profiles may take different rows of one file.
 TEST_F(DiagnoseProgram, HoldsOutWhatAnotherProfileTakesFromTheSameFile) {
   std::ofstream(folder_ / "others.toml") << kProfile;

@@ -69,6 +69,29 @@ TEST(Plant, NamesFileLineAndKnownKeysOfAnUnknownKey) {
   EXPECT_NE(unknown.find("unknown key 'wheels'"), std::string::npos) << unknown;
 }
 
+TEST(Plant, RefusesAToleranceOfNothingAndSaysWhichExist) {
+  const auto with = [](const std::string& line) {
+    return changed("  [joint.drive]", "  [joint.tolerance]\n  " + line + "\n\n  [joint.drive]");
+  };
+  const std::string text = with("intertia = 0.5");
+  const std::string error = error_of(text);
+  for (const char* words :
+       {"tolerance of 'intertia'", "did you mean 'inertia'?",
+        "joint 'shoulder' has:", "compliance.stiffness", "weight_scale", "controller_gain"})
+    EXPECT_NE(error.find(words), std::string::npos) << words << " in " << error;
+  EXPECT_TRUE(error.starts_with("p.toml:" + std::to_string(line_of(text, "intertia")) + ":"))
+      << error;
+  EXPECT_NE(error_of(with("stiffness_n_m_per_rad = 0.5")).find("did you mean 'stiffness'?"),
+            std::string::npos)
+      << "units are not part of a key";
+  for (const char* key : {"inertia", "\"viscous_friction.damping\"", "viscous_friction_damping",
+                          "damping", "creep", "controller_gain", "weight_scale"}) {
+    const auto plant = parse_plant(with(std::string(key) + " = 0.3"), "p.toml");
+    ASSERT_TRUE(plant.ok()) << plant.error().message;
+    EXPECT_EQ(plant->joints[0].tolerance.size(), 1U);
+  }
+}
+
 TEST(Plant, RefusesAnEffectOutsideTheVocabularyAndSaysWhichExist) {
   const std::string text = changed("id = \"backlash\"", "id = \"gremlins\"");
   const std::string error = error_of(text);

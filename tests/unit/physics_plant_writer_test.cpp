@@ -99,7 +99,7 @@ TEST(PlantText, KeepsWhatIsHardToWrite) {
   plant.sensors.motor_encoder_counts_per_rev = 9007199254740993.0;
   plant.joints[0].controller->gravity_compensation = true;
   plant.joints[0].homing.reset();
-  plant.joints[0].tolerance = {{"stiffness", 1.0 / 3.0}, {"", 0.0}, {"with blank", 0.2}};
+  plant.joints[0].tolerance = {{"stiffness", 1.0 / 3.0}, {"creep.time", 0.0}};
   plant.joints[1].controller.reset();
   plant.joints[1].drive = {"current_a", -2.5, 1e22};
   plant.joints[2].effects = {{"hysteresis", "elbow", {{"half_loop", 0.1}, {"width", 0.2}}},

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
@@ -35,7 +36,7 @@ struct DiagnoseArguments {
   std::string held_out_profile;
   std::string out;
   std::string json;
-  double held_out_from_s = -1.0;
+  std::optional<double> held_out_from_s;
   bool skip_bad = false;
   bool check = false;
   diagnose::Options options;
@@ -113,8 +114,48 @@ core::Status held_out_is_unseen(const DiagnoseArguments& arguments) {
   return {};
 }
 
+/// A recording that is given twice would count as two that agree.
+core::Status none_is_given_twice(const std::vector<std::string>& paths) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::vector<std::string> before(paths.begin(),
+                                          paths.begin() + static_cast<std::ptrdiff_t>(i));
+    if (is_among(paths[i], before))
+      return core::Error{core::ErrorCode::kUsage,
+                         fmt::format("{}: is given twice; it counts once", paths[i])};
+  }
+  return {};
+}
+
+/// True if a profile is read for any of them: a .db says itself which column is what.
+bool need_a_profile(const std::vector<std::string>& paths) {
+  return std::any_of(paths.begin(), paths.end(), [](const std::string& path) {
+    return std::filesystem::path(path).extension() != ".db";
+  });
+}
+
+/// No profile is left unread in silence.
+core::Status profiles_are_read(const DiagnoseArguments& a) {
+  const auto refuse = [](std::string_view option, const std::string& path) {
+    return core::Error{
+        core::ErrorCode::kUsage,
+        fmt::format("{}: is not read, since {} needs no profile; leave it out", option, path)};
+  };
+  const bool first = need_a_profile(a.recordings) ||
+                     (a.held_out_profile.empty() && need_a_profile(a.held_out)) ||
+                     (a.simulated_profile.empty() && need_a_profile(a.simulated));
+  if (!a.profile.empty() && !first) return refuse("--profile", a.recordings.front());
+  if (!a.held_out_profile.empty() && !need_a_profile(a.held_out))
+    return refuse("--held-out-profile", a.held_out.front());
+  if (!a.simulated_profile.empty() && !need_a_profile(a.simulated))
+    return refuse("--simulated-profile", a.simulated.front());
+  return {};
+}
+
 core::Result<bool> run(const DiagnoseArguments& arguments) {
+  RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.recordings));
+  RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.held_out));
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
+  RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(
       auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
@@ -127,7 +168,7 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
       arguments.simulated_profile.empty() ? arguments.profile : arguments.simulated_profile;
   RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
                             load_all(arguments.simulated, third, arguments.skip_bad, plant));
-  if (arguments.held_out_from_s >= 0.0) options.series.held_out_from_s = arguments.held_out_from_s;
+  options.series.held_out_from_s = arguments.held_out_from_s;
   cli::catch_interrupts();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {
@@ -164,16 +205,22 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                    "Folder for report.json, report.html, plant_improved.toml")
       ->required();
   command->add_option("--json", arguments->json, "Also write report.json here");
-  command->add_option("--held-out", arguments->held_out,
-                      "Recordings that no fit sees; the figures come from them");
-  command->add_option("--held-out-profile", arguments->held_out_profile,
-                      "Profile of the held-out recordings, if another");
-  command->add_option("--simulated", arguments->simulated,
-                      "Another simulator's recordings of the same motion, one per recording, "
-                      "held-out ones last. They replace the plant's own simulation; the plant then "
-                      "states what that simulator contains and the tolerance of its numbers");
-  command->add_option("--simulated-profile", arguments->simulated_profile,
-                      "Profile of the simulations, if another");
+  CLI::Option* held_out = command->add_option(
+      "--held-out", arguments->held_out, "Recordings that no fit sees; the figures come from them");
+  command
+      ->add_option("--held-out-profile", arguments->held_out_profile,
+                   "Profile of the held-out recordings, if another")
+      ->needs(held_out);
+  CLI::Option* simulated = command->add_option(
+      "--simulated", arguments->simulated,
+      "Another simulator's recordings, one per recording, held-out ones last: of the same motion "
+      "with an effort of their own, or of the same command with a motion of their own. They "
+      "replace the plant's own simulation; the plant then states what that simulator contains and "
+      "the tolerance of its numbers");
+  command
+      ->add_option("--simulated-profile", arguments->simulated_profile,
+                   "Profile of the simulations, if another")
+      ->needs(simulated);
   command->add_option("--held-out-from", arguments->held_out_from_s,
                       "Hold out each recording from this time on, s");
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")

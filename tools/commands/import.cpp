@@ -37,6 +37,13 @@ core::Status run(const ImportArguments& arguments) {
   if (dropped != recording.meta.end()) {
     fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);
   }
+  const auto assumed = recording.meta.find("assumed_row_period_s");
+  if (assumed != recording.meta.end()) {
+    fmt::print(
+        "no time in each row: rows count as {} s apart; the profile's time or row_period_s says "
+        "how far they are\n",
+        assumed->second);
+  }
   return {};
 }
 

@@ -316,7 +316,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
 
   std::vector<ChannelFindings>& findings = analysis.findings;
   if (against_plant) keep_what_runs(set, plant, options, findings);
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = set.notes;
   if (analysis.payload) report.effects.push_back(*analysis.payload);
   for (ChannelFindings& f : findings) {
     append(report.mismatch, f.mismatch);
@@ -330,6 +330,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
     append(report.refitted, f.refitted);
     if (!f.plot.t_s.empty()) report.plots.push_back(std::move(f.plot));
   }
+  if (!against_plant) refer_to_measured(set, report);
   merge_joint_friction(plant, report);
   move_friction_to_motor(plant, findings, report);
   // Another simulator's drive cannot be run here.

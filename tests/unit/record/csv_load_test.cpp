@@ -132,6 +132,22 @@ TEST(ProfileCsv, CountsRowsWhereTheTimeIsMissing) {
   EXPECT_EQ(r.t_ns, (std::vector<std::int64_t>{0, 500'000'000}));
 }
 
+TEST(ProfileCsv, KeepsWhatItTookTheTimeFrom) {
+  const Scratch scratch;
+  const auto csv = scratch.write("a.csv", "e,w\n1,1\n2,2\n");
+  const Recording assumed = load(csv, profile(scratch, "").string());
+  EXPECT_EQ(assumed.meta.at("assumed_row_period_s"), "0.01");
+  const Recording stated = load(csv, profile(scratch, "row_period_s = 0.002").string());
+  EXPECT_FALSE(stated.meta.contains("assumed_row_period_s"));
+  EXPECT_EQ(stated.t_ns[1], 2'000'000);
+  const auto missing = profile(scratch, "time = 't'\ntime_missing = 'row_number'");
+  const Recording lost = load(scratch.write("b.csv", "t,e,w\n0,1,1\nnan,2,2\n"), missing.string());
+  EXPECT_EQ(lost.meta.at("assumed_row_period_s"), "0.01") << "some stamps were there";
+  const auto given = profile(scratch, "time = 't'");
+  EXPECT_FALSE(load(scratch.write("c.csv", "t,e,w\n0,1,1\n1,2,2\n"), given.string())
+                   .meta.contains("assumed_row_period_s"));
+}
+
 TEST(ProfileCsv, SplitsEpisodesAndRefersTheTruthToTheirFirstRow) {
   const Scratch scratch;
   const auto p =

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnose/series/input.hpp"
 #include "diagnose/series/operators.hpp"
 #include "diagnose/series/posture.hpp"
 #include "diagnose/series/rest.hpp"
@@ -341,6 +342,7 @@ class Builder {
 core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
                                      const std::vector<Recording>& held_out,
                                      const physics::Plant& plant, const SeriesOptions& options) {
+  RAVENCAL_RETURN_IF_ERROR(check_input(training, held_out, plant, options));
   const Table table(training, held_out, options);
   if (table.rows() < 50) {
     return core::Error{core::ErrorCode::kData,
@@ -354,9 +356,13 @@ core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
         fmt::format(
             "{}: no joint of the plant {} has two signals to compare: joint_truth with "
             "joint_estimate or motor_position, drive_torque or drive_input with a position, "
-            "or desired_position with a measured one",
-            training.front().source, plant.source)};
+            "or desired_position with a measured one; recorded: {} (`ravencal info {}` lists all)",
+            training.front().source, plant.source, recorded_joints(training),
+            training.front().source)};
   }
+  set.notes = input_notes(training, held_out, options);
+  for (std::string& note : series_notes(set, training, held_out, plant))
+    set.notes.push_back(std::move(note));
   return set;
 }
 

@@ -67,6 +67,9 @@ struct Series {
   std::vector<char> at_rest;   ///< drive stage: 1 where friction may be anything; not fitted
   Eigen::VectorXd y;           ///< the residual before any nominal term
   Eigen::VectorXd recorded;    ///< drive stage: the effort before it was filtered like the motion
+  /// `y` and `recorded` as they were measured, where another simulation has taken the plant's place
+  /// in both. Empty: they are.
+  Eigen::VectorXd measured_y, measured_recorded;
 
   Motion motion;                     ///< of this joint: motor side, or desired (tracking)
   std::vector<Companion> others;     ///< positions of the other joints, same side
@@ -154,10 +157,14 @@ struct SeriesOptions {
 bool looks_at(const record::Channel& channel, const physics::Plant& plant);
 
 /// All channels that these recordings allow, in the plant's order of joints, with the reasons for
-/// those they do not allow. `held_out` recordings may be empty.
+/// those they do not allow. `held_out` recordings may be empty. Errors: `held_out_from_s` that
+/// holds nothing out or leaves nothing to fit (kUsage); too few samples, units that do not fit the
+/// plant, or no joint with two signals to compare (kData).
 struct SeriesSet {
   std::vector<Series> series;
   std::map<std::string, std::string> not_possible;  ///< joint -> why a stage could not be looked at
+  /// What was taken for granted or left out, for whoever reads the report; no full stop.
+  std::vector<std::string> notes;
 };
 core::Result<SeriesSet> build_series(const std::vector<record::Recording>& training,
                                      const std::vector<record::Recording>& held_out,

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which numbers of a plant `[joint.tolerance]` may speak of.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/plant.hpp"
+
+namespace ravencal::physics {
+
+/// Every key that a tolerance may have: an effect's id, a parameter, "id.parameter" or
+/// "id_parameter". What a joint has without naming an effect counts as one: `inertia_error`,
+/// `gravity`, `controller_gain`.
+std::vector<std::string> tolerance_keys();
+
+/// What is wrong with that key, and which ones name numbers of this joint; empty if it is a key.
+std::string flaw_of_tolerance(std::string_view key, const Joint& joint);
+
+}  // namespace ravencal::physics
