@@ -27,6 +27,8 @@ constexpr double kCorrelationsPerPass = 5.0;
 constexpr std::size_t kFewestPasses = 4;
 /// Below it compared rows have less in common than not.
 constexpr double kLeastAgreement = 0.5;
+/// Of the squared signal: a plant that leaves more of it explains less than it leaves.
+constexpr double kMostOfSignal = 0.5;
 
 /// Mean square, over that of the floor, of an error in which nothing without a name is as large as
 /// the gates ask for.
@@ -221,7 +223,15 @@ bool measured_by_repetition(const ChannelFit& fit, const Judged& judged, ErrorLe
   return true;
 }
 
-/// Takes the floor from what the channel's sensors resolve; false where they show nothing.
+/// RMS of what was recorded, about its mean: the effort, or the position that an error adds to.
+double signal_of(const Series& s) {
+  const VectorXd& signal = s.stage == Stage::kDrive ? s.y : s.motion.q;
+  return s.training_rms(signal.array() - s.training_mean(signal));
+}
+
+/// Takes the floor from what the channel's sensors resolve; false where they show nothing. A sensor
+/// wanders by more than it resolves, and without repetition nobody knows by how much: the alarm
+/// waits until most of what was recorded is left.
 bool measured_by_resolution(const ChannelFit& fit, ErrorLeft& e) {
   const Series& s = *fit.model.series;
   const bool filtered = s.recorded.size() > 0;
@@ -229,7 +239,8 @@ bool measured_by_resolution(const ChannelFit& fit, ErrorLeft& e) {
   if (filtered) e.floor *= noise_gain(s, derived_seed(1, "noise gain"));
   if (!(e.floor > 0.0)) return false;
   e.measured_by = "resolution";
-  e.allowed = std::hypot(std::sqrt(floor_factor2()) * e.floor, least_remainder(fit));
+  e.allowed = std::max(std::hypot(std::sqrt(floor_factor2()) * e.floor, least_remainder(fit)),
+                       std::sqrt(kMostOfSignal) * signal_of(s));
   e.reached = e.left <= e.allowed;
   return true;
 }

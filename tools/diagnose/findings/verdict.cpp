@@ -124,21 +124,26 @@ std::string left_sentences(const Report& report) {
   return text;
 }
 
-/// By what floors the channels were judged.
+/// By what floors the channels were judged, and where that says little.
 std::string grounds_sentence(const Report& report) {
-  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
-      {"repetition", "repetition in the same circumstances"},
-      {"resolution", "what the sensors resolve"},
-      {"none", "no floor at all, since nothing repeats and no sensor shows its steps"}};
-  std::vector<std::string> parts;
-  for (const auto& [how, words] : kWords) {
-    const auto count =
-        std::count_if(report.left.begin(), report.left.end(),
-                      [how = how](const ErrorLeft& e) { return e.measured_by == how; });
-    if (count > 0)
-      parts.push_back(fmt::format("{} channel{} by {}", count, count == 1 ? "" : "s", words));
+  const auto repeated =
+      std::count_if(report.left.begin(), report.left.end(),
+                    [](const ErrorLeft& e) { return e.measured_by == "repetition"; });
+  std::string text;
+  if (repeated > 0)
+    text = fmt::format(" Passes in the same circumstances judged {} of {} channels.", repeated,
+                       report.left.size());
+  for (const ErrorLeft& e : report.left) {
+    if (e.measured_by == "resolution") {
+      text += fmt::format(
+          " Joint {}, {} does not repeat itself: {} of the squared error is above what the sensors "
+          "resolve, and may be slow noise.",
+          e.joint, e.stage, share_words(e.share()));
+    } else if (e.measured_by == "none") {
+      text += fmt::format(" Joint {}, {} has no floor to be judged by.", e.joint, e.stage);
+    }
   }
-  return parts.empty() ? "" : fmt::format(" What is left was judged, {}.", fmt::join(parts, ", "));
+  return text;
 }
 
 std::string kind_of(const Report& report) {

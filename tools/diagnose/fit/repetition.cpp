@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 /// More rows make the comparison slower and not better: those of a pass resemble each other.
 constexpr Index kMostAsked = 1000;
-constexpr Index kMostKnown = 12000;
+constexpr Index kMostKnown = 6000;
 constexpr int kPassResamples = 200;
 
 /// Sums over the rows of a pass.
