@@ -48,7 +48,7 @@ bool named_at(const Report& report, const Place& place) {
     // A sensor's effect is named in the transmission's channel.
     const bool same =
         effect.stage == place.stage || (effect.stage == "sensor" && place.stage == "transmission");
-    return effect.joint == place.joint && same && effect.id != kUnknown;
+    return effect.joint == place.joint && same;
   });
 }
 
