@@ -323,6 +323,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
     append(report.effects, f.effects);
     append(report.kept, f.kept);
     append(report.held_out, f.held_out);
+    if (f.left) report.left.push_back(*f.left);
     append(report.unexplained, f.unexplained);
     append(report.not_found, f.not_found);
     append(report.candidates, f.candidates);

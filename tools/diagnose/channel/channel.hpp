@@ -43,6 +43,7 @@ struct ChannelFindings {
   std::vector<NamedEffect> effects;
   std::vector<NamedEffect> kept;  ///< in the improved plant without a name
   std::vector<HeldOut> held_out;
+  std::optional<ErrorLeft> left;
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;
   std::vector<CandidateRow> candidates;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/channel/error_left.hpp"
 #include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
@@ -148,6 +149,8 @@ void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
                                std::sqrt(total.after / total.count), findings.floor,
                                change_interval(blocks), by_recording(blocks)});
   add_relative(fit, total, findings);
+  // Placebos are asked for names only.
+  if (findings.placebo) add_error_left(fit, findings);
 }
 
 }  // namespace ravencal::diagnose

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -97,6 +98,25 @@ struct HeldOut {
   std::vector<RecordingFigure> by_recording{};  ///< of a figure that has an interval
 
   [[nodiscard]] double change() const { return after / before - 1.0; }
+};
+
+/// What a channel's plant, as improved, leaves of its error on rows that no fit saw, against a
+/// floor in which no effect of the vocabulary has a part. RMS in the channel's unit.
+struct ErrorLeft {
+  std::string joint, stage, unit;
+  double before = 0.0;      ///< of the plant as it is
+  double left = 0.0;        ///< of the plant as improved
+  std::string measured_by;  ///< what the floor is: repetition, resolution, none
+  double floor = 0.0;
+  std::size_t compared_rows = 0;  ///< that met another pass; 0 without repetition
+  double agreement = 0.0;  ///< share of the circumstances' variance that rows so compared share
+  double allowed = 0.0;    ///< up to which the floor is reached: chance and the form of simulations
+  bool reached = true;     ///< always without a floor
+
+  /// Of the squared error: what is left above the floor.
+  [[nodiscard]] double share() const {
+    return before > 0.0 ? std::max(0.0, left * left - floor * floor) / (before * before) : 0.0;
+  }
 };
 
 struct Unexplained {
@@ -214,6 +234,7 @@ struct Report {
   std::vector<NamedEffect> effects;
   std::vector<NamedEffect> kept;  ///< no names: they predict better and are in the improved plant
   std::vector<HeldOut> held_out;
+  std::vector<ErrorLeft> left;  ///< of each channel that was looked at as a whole
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;
   std::vector<NamedEffect> refitted;  ///< nominal parameters, moved within their tolerance

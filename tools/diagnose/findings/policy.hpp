@@ -111,6 +111,19 @@ inline constexpr double kOwnGain = 0.3;
 /// ...and the shape must explain this much more of the excess than the name did.
 inline constexpr double kMoreThanName = 0.15;
 
+// --- What is left, whatever has a name
+// ------------------------------------------------------------
+
+/// Rows of a pass over those that resemble each other: two passes have noise of their own.
+inline constexpr double kCorrelationsPerPass = 5.0;
+/// Fewest passes for a standard error over them.
+inline constexpr std::size_t kFewestPasses = 4;
+/// Share of the circumstances' variance that rows of two passes must share to be compared: below
+/// it they have less in common than not.
+inline constexpr double kLeastAgreement = 0.5;
+/// Of the squared signal: a plant that leaves more of it explains less than it leaves.
+inline constexpr double kMostOfSignal = 0.5;
+
 // --- Steps of the transmission
 // --------------------------------------------------------------------
 

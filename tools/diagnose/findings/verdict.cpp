@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace ravencal::diagnose {
 namespace {
@@ -31,25 +33,59 @@ std::string sentence_of(const NamedEffect& effect) {
   return text + ".";
 }
 
+std::string sentence_of(const Unexplained& u) {
+  return fmt::format("Joint {}, {}: {} of the excess ({}) has no name{}{}.", u.joint, u.stage,
+                     u.share_of_excess < 0.01 ? std::string("less than 1 %")
+                                              : fmt::format("{:.0f} %", 100.0 * u.share_of_excess),
+                     quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
+                     fmt::format("{}", fmt::join(u.depends_on, ", ")));
+}
+
+/// True if an effect is named in that channel.
+template <typename Place>
+bool named_at(const Report& report, const Place& place) {
+  return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
+    // A sensor's effect is named in the transmission's channel.
+    const bool same =
+        effect.stage == place.stage || (effect.stage == "sensor" && place.stage == "transmission");
+    return effect.joint == place.joint && same;
+  });
+}
+
+/// An error above its floor has no name where nothing else is said of its channel.
+void add_unexplained(Report& report) {
+  for (const ErrorLeft& e : report.left) {
+    const bool said =
+        std::any_of(report.unexplained.begin(), report.unexplained.end(),
+                    [&](const Unexplained& u) { return u.joint == e.joint && u.stage == e.stage; });
+    if (e.reached || said || named_at(report, e)) continue;
+    report.unexplained.push_back({e.joint,
+                                  e.stage,
+                                  std::min(1.0, e.share()),
+                                  std::sqrt(std::max(0.0, e.left * e.left - e.floor * e.floor)),
+                                  e.unit,
+                                  {}});
+  }
+}
+
 /// Where something real was found and nothing named, the schema's `unknown` says so.
 void add_unknown(Report& report) {
   for (const Unexplained& u : report.unexplained) {
-    const bool named =
-        std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
-          // A sensor's effect is named in the transmission's channel.
-          const bool same =
-              effect.stage == u.stage || (effect.stage == "sensor" && u.stage == "transmission");
-          return effect.joint == u.joint && same;
-        });
-    if (named) continue;
+    if (named_at(report, u)) continue;
     NamedEffect effect;
     effect.id = kUnknown;
     effect.joint = u.joint;
     effect.stage = u.stage;
     effect.unit = u.unit;
     effect.size = u.size;
-    effect.separate_by =
-        "vary one circumstance at a time: " + fmt::format("{}", fmt::join(u.depends_on, ", "));
+    effect.separate_by = "vary one circumstance at a time";
+    if (!u.depends_on.empty())
+      effect.separate_by += fmt::format(": {}", fmt::join(u.depends_on, ", "));
+    for (const ErrorLeft& e : report.left) {
+      if (e.joint != u.joint || e.stage != u.stage) continue;
+      effect.held_out_before = e.before;
+      effect.held_out_after = e.left;
+    }
     for (const Mismatch& m : report.mismatch) {
       if (m.joint != u.joint || m.stage != u.stage) continue;
       effect.held_out_before = std::hypot(m.excess_rmse, m.floor);
@@ -66,6 +102,48 @@ std::string alarms_sentence(const Verdict& verdict) {
       "On {1} placebo recordings, made of this one with nothing left out, something was named in "
       "{0:.0f}.",
       verdict.false_alarm_rate.value_or(0.0) * verdict.placebos, verdict.placebos);
+}
+
+std::string share_words(double share) {
+  return share < 0.01 ? std::string("less than 1 %") : fmt::format("{:.3g} %", 100.0 * share);
+}
+
+/// Of each channel whose error is above its floor.
+std::string left_sentences(const Report& report) {
+  std::string text;
+  for (const ErrorLeft& e : report.left) {
+    if (e.reached) continue;
+    text += fmt::format(
+        "{}Joint {}, {}: {} of the squared error is left{}: {} where {} {}.",
+        text.empty() ? "" : " ", e.joint, e.stage, share_words(e.share()),
+        named_at(report, e) ? " beside what is named" : " and has no name",
+        quantity(e.left, e.unit),
+        e.measured_by == "repetition" ? "repetition gives at most" : "the sensors resolve",
+        quantity(e.floor, e.unit));
+  }
+  return text;
+}
+
+/// By what floors the channels were judged, and where that says little.
+std::string grounds_sentence(const Report& report) {
+  const auto repeated =
+      std::count_if(report.left.begin(), report.left.end(),
+                    [](const ErrorLeft& e) { return e.measured_by == "repetition"; });
+  std::string text;
+  if (repeated > 0)
+    text = fmt::format(" Passes in the same circumstances judged {} of {} channels.", repeated,
+                       report.left.size());
+  for (const ErrorLeft& e : report.left) {
+    if (e.measured_by == "resolution") {
+      text += fmt::format(
+          " Joint {}, {} does not repeat itself: {} of the squared error is above what the sensors "
+          "resolve, and may be slow noise.",
+          e.joint, e.stage, share_words(e.share()));
+    } else if (e.measured_by == "none") {
+      text += fmt::format(" Joint {}, {} has no floor to be judged by.", e.joint, e.stage);
+    }
+  }
+  return text;
 }
 
 std::string kind_of(const Report& report) {
@@ -98,14 +176,20 @@ std::string quantity(double value, const std::string& unit) {
 }
 
 void decide(Report& report, const std::vector<std::string>& notes) {
+  const std::size_t described = report.unexplained.size();
+  const std::string left = left_sentences(report);
+  add_unexplained(report);
   add_unknown(report);
   Verdict& verdict = report.verdict;
   verdict.kind = kind_of(report);
   std::string text;
-  if (verdict.kind == "nothing_left_out") {
+  if (verdict.kind == "unexplained") {
+    text = left;
+  } else if (verdict.kind == "nothing_left_out") {
     text =
         "Nothing is left out of the plant that this recording can show; not_found lists what would "
-        "have been seen, and from which size on.";
+        "have been seen, and from which size on." +
+        grounds_sentence(report);
   } else if (verdict.kind == "not_testable") {
     text =
         "This recording cannot tell: it lacks the signals or the motion that would show a "
@@ -114,15 +198,9 @@ void decide(Report& report, const std::vector<std::string>& notes) {
   for (const NamedEffect& effect : report.effects) {
     if (effect.id != kUnknown) text += (text.empty() ? "" : " ") + sentence_of(effect);
   }
-  for (const Unexplained& u : report.unexplained) {
-    text +=
-        fmt::format("{}Joint {}, {}: {} of the excess ({}) has no name{}{}.",
-                    text.empty() ? "" : " ", u.joint, u.stage,
-                    u.share_of_excess < 0.01 ? std::string("less than 1 %")
-                                             : fmt::format("{:.0f} %", 100.0 * u.share_of_excess),
-                    quantity(u.size, u.unit), u.depends_on.empty() ? "" : "; it depends on ",
-                    fmt::format("{}", fmt::join(u.depends_on, ", ")));
-  }
+  if (verdict.kind != "unexplained" && !left.empty()) text += (text.empty() ? "" : " ") + left;
+  for (std::size_t i = 0; i < described; ++i)
+    text += (text.empty() ? "" : " ") + sentence_of(report.unexplained[i]);
   std::string kept;
   for (const NamedEffect& e : report.kept) {
     kept += fmt::format("{}{} of joint {}{}", kept.empty() ? "" : ", ", e.id, e.joint,

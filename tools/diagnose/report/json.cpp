@@ -99,6 +99,22 @@ Json held_out_json(const HeldOut& h) {
           {"by_recording", std::move(recordings)}};
 }
 
+Json error_left_json(const ErrorLeft& e) {
+  const bool measured = e.measured_by != "none";
+  return {{"joint", e.joint},
+          {"stage", e.stage},
+          {"unit", e.unit},
+          {"before", number(e.before)},
+          {"left", number(e.left)},
+          {"measured_by", e.measured_by},
+          {"floor", measured ? number(e.floor) : Json(nullptr)},
+          {"compared_rows", e.compared_rows},
+          {"agreement", number(e.agreement)},
+          {"allowed", measured ? number(e.allowed) : Json(nullptr)},
+          {"share_left", number(e.share())},
+          {"reached", e.reached}};
+}
+
 Json recording_json(const SeenRecording& r) {
   return {{"name", r.name}, {"held_out", r.held_out}, {"duration_s", number(r.duration_s)}};
 }
@@ -129,6 +145,7 @@ Json contract_of(const Report& report) {
   json["effects"] = array_of(report.effects, effect_json);
   json["kept_without_name"] = array_of(report.kept, effect_json);
   json["held_out"] = array_of(report.held_out, held_out_json);
+  json["error_left"] = array_of(report.left, error_left_json);
   json["unexplained"] = array_of(report.unexplained, unexplained_json);
   json["not_found"] = array_of(report.not_found, not_found_json);
   json["known_together"] = array_of(report.combinations, combination_json);

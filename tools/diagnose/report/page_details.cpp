@@ -99,6 +99,31 @@ std::string figures_html(const Report& report) {
                     rows);
 }
 
+std::string left_html(const Report& report) {
+  std::string rows;
+  for (const ErrorLeft& e : report.left) {
+    const bool measured = e.measured_by != "none";
+    const std::string left = html_escape(quantity(e.left, e.unit));
+    rows += row_html(
+        {html_escape(e.joint), e.stage, html_escape(quantity(e.before, e.unit)),
+         e.reached ? left : "<span class=\"worse\">" + left + "</span>",
+         measured ? html_escape(quantity(e.floor, e.unit)) : "not known",
+         e.measured_by == "repetition"
+             ? fmt::format("repetition: {} rows that share {:.0f} % of their circumstances",
+                           e.compared_rows, 100.0 * e.agreement)
+             : e.measured_by,
+         measured ? html_escape(quantity(e.allowed, e.unit)) : "",
+         fmt::format("{:.3g} %", 100.0 * e.share())});
+  }
+  if (rows.empty()) return "";
+  return note(
+             "No effect has a part in this floor. Red: more is left than chance and the form of "
+             "simulations allow.") +
+         table_html({"joint", "stage", "plant as it is", "improved", "floor", "measured by",
+                     "allowed", "share left above the floor"},
+                    rows);
+}
+
 std::string mismatch_html(const Report& report) {
   constexpr std::size_t kMostTimes = 6;
   std::string rows;
@@ -276,6 +301,7 @@ void add_details(const Report& report, Document& page) {
   page.section("details", "Details");
   page.add(folded("The verdict in full", "<p>" + html_escape(report.verdict.text) + "</p>"));
   page.add(folded("Every figure on unseen motion", figures_html(report)));
+  page.add(folded("What is left of the error", left_html(report)));
   page.add(folded("Where the plant and the recordings part", mismatch_html(report)));
   for (const ChannelPlot& plot : report.plots)
     page.add(folded(place_of(plot), channel_html(report, plot, page)));

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/fit/repetition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <utility>
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// More rows make the comparison slower and not better: those of a pass resemble each other.
+constexpr Index kMostAsked = 1000;
+constexpr Index kMostKnown = 6000;
+constexpr int kPassResamples = 200;
+
+/// Sums over the rows of a pass.
+struct Sums {
+  double left = 0.0, half_difference2 = 0.0, distance2 = 0.0, rows = 0.0;
+
+  void add(const Sums& other) {
+    left += other.left;
+    half_difference2 += other.half_difference2;
+    distance2 += other.distance2;
+    rows += other.rows;
+  }
+  [[nodiscard]] double excess(double per_floor) const {
+    return (left - per_floor * half_difference2) / rows;
+  }
+};
+
+Index stride_for(Index rows, Index most) { return std::max<Index>(1, (rows + most - 1) / most); }
+
+/// Squared distance to the nearest row that may be compared, and which; none: infinite.
+std::pair<double, Index> nearest(const Passes& known, const VectorXd& at, int not_beside) {
+  std::pair<double, Index> best{std::numeric_limits<double>::infinity(), 0};
+  const Index stride = stride_for(known.residual.size(), kMostKnown);
+  for (Index j = 0; j < known.residual.size(); j += stride) {
+    if (not_beside >= 0 && std::abs(known.pass[static_cast<std::size_t>(j)] - not_beside) < 2)
+      continue;
+    const double d = (known.circumstances.col(j) - at).squaredNorm();
+    if (d < best.first) best = {d, j};
+  }
+  return best;
+}
+
+/// By pass of `asked`; passes without a comparable row are left out.
+std::vector<Sums> sums_of(const Passes& asked, const Passes& known, bool same) {
+  std::vector<Sums> sums(static_cast<std::size_t>(asked.pass.back()) + 1);
+  const Index stride = stride_for(asked.residual.size(), kMostAsked);
+  for (Index i = 0; i < asked.residual.size(); i += stride) {
+    const int pass = asked.pass[static_cast<std::size_t>(i)];
+    const auto [distance2, row] = nearest(known, asked.circumstances.col(i), same ? pass : -1);
+    if (!std::isfinite(distance2)) continue;
+    const double difference = asked.residual[i] - known.residual[row];
+    sums[static_cast<std::size_t>(pass)].add(
+        {asked.residual[i] * asked.residual[i], 0.5 * difference * difference, distance2, 1.0});
+  }
+  sums.erase(std::remove_if(sums.begin(), sums.end(), [](const Sums& s) { return s.rows == 0.0; }),
+             sums.end());
+  return sums;
+}
+
+/// Standard error over passes by bootstrap.
+double excess_deviation(const std::vector<Sums>& sums, const Sums& total, double per_floor,
+                        std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  double square = 0.0;
+  for (int r = 0; r < kPassResamples; ++r) {
+    Sums drawn;
+    for (std::size_t n = 0; n < sums.size(); ++n) drawn.add(sums[engine() % sums.size()]);
+    square += std::pow(drawn.excess(per_floor) - total.excess(per_floor), 2);
+  }
+  return std::sqrt(square / kPassResamples);
+}
+
+}  // namespace
+
+std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known, bool same,
+                                        double per_floor, std::uint64_t seed) {
+  if (asked.pass.empty() || known.pass.empty()) return std::nullopt;
+  const std::vector<Sums> sums = sums_of(asked, known, same);
+  if (sums.empty()) return std::nullopt;
+  Sums total;
+  for (const Sums& s : sums) total.add(s);
+  Repetition found;
+  found.left = total.left / total.rows;
+  found.differs = total.half_difference2 / total.rows;
+  found.excess_deviation = excess_deviation(sums, total, per_floor, seed);
+  // Rows that have nothing to do with each other are sqrt(2) deviations apart in each quantity.
+  const auto quantities = static_cast<double>(std::max<Index>(1, asked.circumstances.rows()));
+  found.agreement = std::max(0.0, 1.0 - total.distance2 / (2.0 * quantities * total.rows));
+  found.rows = static_cast<std::size_t>(total.rows);
+  found.passes = sums.size();
+  return found;
+}
+
+}  // namespace ravencal::diagnose
