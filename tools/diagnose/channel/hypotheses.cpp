@@ -139,6 +139,21 @@ std::vector<ChannelModel> neighbours(const ChannelFit& fit, const ChannelOptions
   return out;
 }
 
+/// The likeliest of the models that is supported and not clearly less likely than the fit's own.
+std::optional<ChannelFit> likeliest_supported(const ChannelFit& fit,
+                                              std::vector<ChannelModel> models,
+                                              const ChannelOptions& options) {
+  const double unit = noise_unit(fit.model);
+  const double most = penalised_score(fit.model, unit) + kClearScore;
+  sort_by_score(models);
+  for (ChannelModel& model : models) {
+    if (penalised_score(model, unit) > most) continue;
+    ChannelFit trial = fit_of(fit, std::move(model));
+    if (supported(trial, options)) return trial;
+  }
+  return std::nullopt;
+}
+
 /// Effects without a claim to their name leave the model, the last first.
 void drop_unsupported(ChannelFit& fit, const ChannelOptions& options,
                       std::vector<std::string>& notes) {
@@ -181,18 +196,12 @@ void choose_model(ChannelFit& fit, const physics::Plant& plant, const ChannelOpt
   fit.coefficients = joint_fit(fit.model);
   if (!supported(fit, options)) {
     append(models, neighbours(fit, options));
-    const double most = penalised_score(fit.model) + kClearScore;
-    const double unit = noise_unit(fit.model);
-    sort_by_score(models);
-    for (ChannelModel& model : models) {
-      if (penalised_score(model, unit) > most) continue;
-      ChannelFit trial = fit_of(fit, std::move(model));
-      if (!supported(trial, options)) continue;
-      fit = std::move(trial);
-      break;
-    }
+    auto instead = likeliest_supported(fit, std::move(models), options);
+    if (instead)
+      fit = std::move(*instead);
+    else
+      drop_unsupported(fit, options, notes);
   }
-  drop_unsupported(fit, options, notes);
   keep_compared(fit.model, others);
   for (const auto& [term, column] : fit.model.moved_terms) fit.nominal->terms[term].column = column;
 }

@@ -99,19 +99,25 @@ void join(Climb& climb, const std::vector<Chosen>& found, const Gates& gates, st
     if (!is_among(kept, candidate)) climb.dropped.push_back(candidate);
 }
 
-/// To where nothing more is admitted.
-ChannelModel climbed(Climb climb, const Gates& gates, std::uint64_t seed) {
+/// The model at the end of a climb, the cable's effects fitted together.
+ChannelModel settled(ChannelModel model, const Gates& gates, std::uint64_t seed) {
+  settle_cable(model, gates);
+  model.noise = saturated_noise(model);
+  drop_superfluous(model, gates, seed);
+  model.take_noise(saturated_noise(model));
+  return model;
+}
+
+/// From a beginning to where nothing more is admitted.
+ChannelModel climbed(Climb climb, const std::vector<Chosen>& beginning, const Gates& gates,
+                     std::uint64_t seed) {
+  join(climb, beginning, gates, seed);
   while (climb.model.chosen.size() < kMostEffects) {
     const auto next = additions(climb, gates, seed);
     if (next.empty()) break;
     join(climb, next.front(), gates, seed);
   }
-  ChannelModel& model = climb.model;
-  settle_cable(model, gates);
-  model.noise = saturated_noise(model);
-  drop_superfluous(model, gates, seed);
-  model.take_noise(saturated_noise(model));
-  return std::move(model);
+  return settled(std::move(climb.model), gates, seed);
 }
 
 /// True if the model leaves more than a search among some hundred would gain by chance.
@@ -143,11 +149,9 @@ std::vector<ChannelModel> search_effects(const ChannelModel& start, const Gates&
   std::vector<ChannelModel> models;
   for (std::size_t n = 0; n < std::min(kBeginnings, beginnings.size()); ++n) {
     if (n > 0 && !leaves_error(models.front())) break;
-    Climb climb = root;
-    join(climb, beginnings[n], gates, seed);
-    models.push_back(climbed(std::move(climb), gates, seed));
+    models.push_back(climbed(root, beginnings[n], gates, seed));
   }
-  if (models.empty()) models.push_back(climbed(std::move(root), gates, seed));
+  if (models.empty()) models.push_back(settled(std::move(root.model), gates, seed));
   sort_by_score(models);
   return models;
 }
