@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -21,6 +20,7 @@
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/free_run/judge.hpp"
 #include "diagnose/report/improved_plant.hpp"
+#include "diagnose/series/input.hpp"
 #include "diagnose/simulated.hpp"
 
 namespace ravencal::diagnose {
@@ -279,12 +279,8 @@ std::vector<SeenRecording> seen(const std::vector<record::Recording>& training,
                                 const std::vector<record::Recording>& held_out) {
   std::vector<SeenRecording> out;
   for (const auto* list : {&training, &held_out}) {
-    for (const record::Recording& r : *list) {
-      const double duration_s =
-          r.t_ns.empty() ? 0.0 : 1e-9 * static_cast<double>(r.t_ns.back() - r.t_ns.front());
-      out.push_back(
-          {std::filesystem::path(r.source).filename().string(), list == &held_out, duration_s});
-    }
+    for (const record::Recording& r : *list)
+      out.push_back({file_name(r), list == &held_out, recorded_s(r)});
   }
   return out;
 }

@@ -172,7 +172,7 @@ void drop_unsupported(ChannelFit& fit, const ChannelOptions& options,
 
 /// The models that differ by more than one effect; those that differ by one are made anew.
 void keep_compared(ChannelModel& model, const std::vector<Compared>& others) {
-  std::vector<std::size_t> own = as_compared(model).candidates;
+  std::vector<std::size_t> own = model.chosen_candidates();
   std::sort(own.begin(), own.end());
   for (const Compared& other : others) {
     std::vector<std::size_t> theirs = other.candidates, apart;

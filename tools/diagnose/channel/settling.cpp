@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/channel/settling.hpp"
-#include "diagnose/findings/policy.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "core/median.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {

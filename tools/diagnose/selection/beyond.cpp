@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/selection/beyond.hpp"
-#include "diagnose/findings/policy.hpp"
 
 #include <algorithm>
 #include <vector>
+
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -21,10 +21,6 @@ constexpr std::size_t kShortList = 5;
 /// this far apart.
 constexpr double kMostMissized = 2.5;
 
-bool contains(const std::vector<std::size_t>& all, std::size_t one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
-
 /// One candidate with one of its shapes.
 struct Option {
   std::size_t candidate = 0, shape = 0;
@@ -43,7 +39,7 @@ class Pairs {
   Pairs(const ChannelModel& model, const std::vector<std::size_t>& dropped)
       : model_(model), base_(model.columns()) {
     for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-      if (!model.offers(c) || contains(dropped, c)) continue;
+      if (!model.offers(c) || is_among(dropped, c)) continue;
       for (std::size_t s = 0; s < model.candidates[c]->columns.size(); ++s) {
         const Index count = model.candidates[c]->columns[s].cols();
         options_.push_back({c, s, width_, count});
@@ -170,7 +166,7 @@ std::vector<Chosen> pick_pair(const ChannelModel& model, const std::vector<std::
     one.noise = saturated_noise(one);
     ScreenResult beside = screen(one, gates, seed);
     std::erase_if(beside.tested, [&](const TestedCandidate& tested) {
-      return contains(dropped, tested.candidate);
+      return is_among(dropped, tested.candidate);
     });
     if (const auto second = pick(beside, one, gates)) return {first, second->tested->best};
   }

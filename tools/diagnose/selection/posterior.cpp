@@ -71,32 +71,30 @@ void add_rivals(const ChannelModel& rest, const Gates& gates, std::uint64_t seed
   }
 }
 
-bool has(const std::vector<std::size_t>& all, std::size_t one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
-
-/// The models that the search preferred this one to, each with what stands in the effect's place:
-/// itself, what the chosen model lacks, or nothing.
-void add_compared(const ChannelModel& model, std::size_t candidate, std::vector<Alternative>& out) {
-  const std::vector<std::size_t> own = as_compared(model).candidates;
+/// The models that the search preferred this one to, each with what stands in the place of `id`:
+/// itself where `holds` finds it there, what the chosen model lacks, or nothing.
+template <typename Holds>
+void add_compared(const ChannelModel& model, const std::string& id, Holds&& holds,
+                  std::vector<Alternative>& out) {
+  const std::vector<std::size_t> own = model.chosen_candidates();
   for (const Compared& other : model.compared) {
-    std::string id;
-    if (has(other.candidates, candidate)) {
-      id = model.candidates[candidate]->form->id();
+    std::string in_place;
+    if (holds(other)) {
+      in_place = id;
     } else {
-      if (other.steps && model.steps.empty()) id = slip_kind().id();
+      if (other.steps && model.steps.empty()) in_place = slip_kind().id();
       for (const std::size_t one : other.candidates)
-        if (!has(own, one)) id = model.candidates[one]->form->id();
+        if (!is_among(own, one)) in_place = model.candidates[one]->form->id();
     }
-    out.push_back({std::move(id), other.errors, other.cost, other.form_error});
+    out.push_back({std::move(in_place), other.errors, other.cost, other.form_error});
   }
 }
 
 }  // namespace
 
 Alternative alternative_of(const ChannelModel& model, std::string id) {
-  const VectorXd b = joint_fit(model);
-  return {std::move(id), held_out_errors(model), prior_cost(model, b)};
+  Compared own = as_compared(model);
+  return {std::move(id), std::move(own.errors), own.cost};
 }
 
 std::vector<std::string> EffectPosterior::credible_others(double mass) const {
@@ -139,13 +137,16 @@ EffectPosterior posterior_of(const ChannelModel& model, const VectorXd& coeffici
   const Chosen& own = model.chosen[chosen];
   const EffectForm& form = *model.candidates[own.candidate]->form;
   const std::vector<std::string> same = form.look_alikes(*model.series);
-  const ChannelModel rest = model.without(chosen);
   std::vector<Alternative> all = {alternative_of(model, form.id())};
-  add_compared(model, own.candidate, all);
+  const auto holds = [&own](const Compared& other) {
+    return is_among(other.candidates, own.candidate);
+  };
+  add_compared(model, form.id(), holds, all);
   if (own.everywhere.size() > 0 && all.size() > 1) {
     // One by one the cable's effects hide each other.
     all.front().form_error = all[1].form_error;
   } else {
+    const ChannelModel rest = model.without(chosen);
     all.push_back(alternative_of(rest, ""));
     const VectorXd part =
         own.columns * coefficients.segment(model.first_column(chosen), own.columns.cols());
@@ -164,13 +165,8 @@ EffectPosterior posterior_of_step(const ChannelModel& model, std::size_t step,
                                   std::uint64_t seed) {
   std::vector<Alternative> all = {alternative_of(model, id),
                                   alternative_of(without_step(model, step), "")};
-  const std::vector<std::size_t> own = as_compared(model).candidates;
-  for (const Compared& other : model.compared) {
-    std::string in_place = other.steps ? id : "";
-    for (const std::size_t one : other.candidates)
-      if (!other.steps && !has(own, one)) in_place = model.candidates[one]->form->id();
-    all.push_back({std::move(in_place), other.errors, other.cost, other.form_error});
-  }
+  const auto holds = [](const Compared& other) { return other.steps; };
+  add_compared(model, id, holds, all);
   return weigh(all, same, noise_unit(model), seed);
 }
 

@@ -75,10 +75,8 @@ double nominal_cost(const ChannelModel& model, const VectorXd& coefficients) {
 }
 
 Compared as_compared(const ChannelModel& model) {
-  Compared out{
-      {}, !model.steps.empty(), held_out_errors(model), prior_cost(model, joint_fit(model)), 0.0};
-  for (const Chosen& chosen : model.chosen) out.candidates.push_back(chosen.candidate);
-  return out;
+  return {model.chosen_candidates(), !model.steps.empty(), held_out_errors(model),
+          prior_cost(model, joint_fit(model)), 0.0};
 }
 
 ChannelModel without_constant(const ChannelModel& model) {

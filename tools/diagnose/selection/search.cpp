@@ -14,8 +14,6 @@
 namespace ravencal::diagnose {
 namespace {
 
-using Eigen::VectorXd;
-
 constexpr std::size_t kMostEffects = 7;
 /// First effects from which climbs begin.
 constexpr std::size_t kBeginnings = 3;
@@ -26,16 +24,6 @@ struct Climb {
   ChannelModel model;
   std::vector<std::size_t> dropped;
 };
-
-bool is_among(const std::vector<std::size_t>& all, std::size_t one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
-
-std::vector<std::size_t> candidates_in(const ChannelModel& model) {
-  std::vector<std::size_t> out;
-  for (const Chosen& chosen : model.chosen) out.push_back(chosen.candidate);
-  return out;
-}
 
 void refine_all(ChannelModel& model) {
   model.hold_nominal();
@@ -87,14 +75,14 @@ void join(Climb& climb, const std::vector<Chosen>& found, const Gates& gates, st
   refine_all(model);
   // What two effects hid from each other passed for noise.
   if (found.size() > 1) model.noise = saturated_noise(model);
-  const std::vector<std::size_t> before = candidates_in(model);
+  const std::vector<std::size_t> before = model.chosen_candidates();
   drop_superfluous(model, gates, seed);
   // Of two that entered together, one says nothing without the other.
   if (found.size() > 1 && model.chosen.size() < before.size()) {
     model.chosen = alone;
     model.hold_nominal();
   }
-  const std::vector<std::size_t> kept = candidates_in(model);
+  const std::vector<std::size_t> kept = model.chosen_candidates();
   for (const std::size_t candidate : before)
     if (!is_among(kept, candidate)) climb.dropped.push_back(candidate);
 }
@@ -129,6 +117,7 @@ bool leaves_error(const ChannelModel& model) {
 }  // namespace
 
 void sort_by_score(std::vector<ChannelModel>& models) {
+  if (models.size() < 2) return;
   double unit = std::numeric_limits<double>::infinity();
   for (const ChannelModel& model : models) unit = std::min(unit, noise_unit(model));
   std::vector<double> score;

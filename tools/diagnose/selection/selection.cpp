@@ -85,6 +85,10 @@ void set_precision(ChannelModel& model, const std::vector<NominalTerm>& terms) {
 
 }  // namespace
 
+bool is_among(const std::vector<std::size_t>& candidates, std::size_t candidate) {
+  return std::find(candidates.begin(), candidates.end(), candidate) != candidates.end();
+}
+
 bool same_column(const VectorXd& a, const VectorXd& b) {
   constexpr double kCosine = 0.99999;
   return std::abs(a.dot(b)) > kCosine * a.norm() * b.norm();
@@ -101,6 +105,12 @@ MatrixXd ChannelModel::columns() const {
     at += c.columns.cols();
   }
   return all;
+}
+
+std::vector<std::size_t> ChannelModel::chosen_candidates() const {
+  std::vector<std::size_t> out;
+  for (const Chosen& c : chosen) out.push_back(c.candidate);
+  return out;
 }
 
 Index ChannelModel::first_column(std::size_t effect) const {
@@ -133,10 +143,7 @@ void ChannelModel::take_noise(Eigen::VectorXd residual) {
 bool ChannelModel::offers(std::size_t candidate) const {
   const Candidate& c = *candidates[candidate];
   if (!c.untestable.empty() || !permits(*c.form)) return false;
-  const bool in_model = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
-    return other.candidate == candidate;
-  });
-  if (in_model) return false;
+  if (is_among(chosen_candidates(), candidate)) return false;
   const auto term = c.form->nominal_term();
   return !term || held[*term] != 0.0;
 }

@@ -21,6 +21,9 @@
 
 namespace ravencal::diagnose {
 
+/// True if the candidate is one of those.
+bool is_among(const std::vector<std::size_t>& candidates, std::size_t candidate);
+
 /// True if one column is the other, up to a factor; nothing is the same as an empty one.
 bool same_column(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
@@ -105,6 +108,8 @@ struct ChannelModel {
   double correlation_rows = 1.0;
 
   [[nodiscard]] Eigen::MatrixXd columns() const;
+  /// Of the effects chosen, in their order.
+  [[nodiscard]] std::vector<std::size_t> chosen_candidates() const;
   /// Place of a chosen effect's first column in columns().
   [[nodiscard]] Eigen::Index first_column(std::size_t effect) const;
   /// Place of a step's column in columns().

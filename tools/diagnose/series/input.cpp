@@ -17,11 +17,6 @@ using record::Channel;
 using record::Recording;
 using record::Role;
 
-double recorded_s(const Recording& recording) {
-  if (recording.t_ns.empty()) return 0.0;
-  return 1e-9 * static_cast<double>(recording.t_ns.back() - recording.t_ns.front());
-}
-
 core::Status check_held_out_from(const Recordings& training, double from_s) {
   const auto longest = std::max_element(
       training.begin(), training.end(),
@@ -162,6 +157,11 @@ std::vector<const Recording*> in_order(const Recordings& training, const Recordi
 
 std::string file_name(const Recording& recording) {
   return std::filesystem::path(recording.source).filename().string();
+}
+
+double recorded_s(const Recording& recording) {
+  if (recording.t_ns.empty()) return 0.0;
+  return 1e-9 * static_cast<double>(recording.t_ns.back() - recording.t_ns.front());
 }
 
 core::Status check_input(const Recordings& training, const Recordings& held_out,

@@ -19,6 +19,9 @@ using Recordings = std::vector<record::Recording>;
 /// Name of the recording's file without its folder.
 std::string file_name(const record::Recording& recording);
 
+/// From its first row to its last; 0 without rows.
+double recorded_s(const record::Recording& recording);
+
 /// Every role in a unit in which the plant can take it, and every `held_out_from_s` within a
 /// recording. Errors: kUsage, kData.
 core::Status check_input(const Recordings& training, const Recordings& held_out,
