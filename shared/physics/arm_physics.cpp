@@ -98,18 +98,28 @@ HardStop hard_stop(const Joint& joint) {
   return stop;
 }
 
-/// Joints that the drive asks for, from motor angles over nominal reduction: the controller's
-/// coupling and ratio with the plant's errors on top.
-Matrix3d true_coupling(const Plant& plant) {
-  Matrix3d coupling = Matrix3d::Zero();
+/// Where a cable without stretch holds each joint: `of_motor` times motor angles over nominal
+/// reduction, the controller's coupling and ratio with the plant's errors on top, and `of_joint`
+/// times the joints whose links cables follow. By virtual work tensions act on both through the
+/// transposes.
+struct Drives {
+  Matrix3d of_motor, of_joint;
+};
+
+Drives true_drives(const Plant& plant) {
+  Matrix3d through_drive = Matrix3d::Zero();
+  Matrix3d through_link = Matrix3d::Zero();
   Vector3d gain;
   for (Index i = 0; i < 3; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    gain[i] = 1.0 + plant.joints[row].parameter("gain_error", "ratio");
+    const Joint& joint = plant.joints[row];
+    gain[i] = 1.0 + joint.parameter("gain_error", "ratio");
+    Matrix3d& coupling = joint.coupling_through == Through::kLink ? through_link : through_drive;
     for (Index k = 0; k < 3; ++k)
       coupling(i, k) = coupling_of(plant, row, static_cast<std::size_t>(k));
   }
-  return (Matrix3d::Identity() - coupling).inverse() * gain.asDiagonal();
+  const Matrix3d driven = (Matrix3d::Identity() - through_drive).inverse();
+  return {driven * gain.asDiagonal(), driven * through_link};
 }
 
 }  // namespace
@@ -118,8 +128,7 @@ struct ArmPhysics::Impl {
   Impl(const Plant& plant, std::vector<Cable> cables_in, bool drift)
       : cables(std::move(cables_in)),
         dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true),
-        drive_from_motor(true_coupling(plant)),
-        motor_from_drive(drive_from_motor.inverse()),
+        drives(true_drives(plant)),
         cycle_s(1.0 / plant.robot.control_rate_hz),
         inner_steps(static_cast<int>(plant.robot.inner_rate_hz / plant.robot.control_rate_hz)),
         with_drift(drift) {
@@ -156,8 +165,9 @@ struct ArmPhysics::Impl {
 
   /// Semi-implicit Euler: velocities from efforts at the old positions, then positions.
   void inner_step(const Vector3d& drive_effort, double dt_s) {
-    const Vector3d drive = drive_from_motor * motor;
-    const Vector3d drive_velocity = drive_from_motor * motor_velocity;
+    const Vector3d drive = drives.of_motor * motor + drives.of_joint * joint;
+    const Vector3d drive_velocity =
+        drives.of_motor * motor_velocity + drives.of_joint * joint_velocity;
     Vector3d tension;
     Vector3d joint_effort;
     for (Index i = 0; i < 3; ++i) {
@@ -168,7 +178,8 @@ struct ArmPhysics::Impl {
                         joint_frictions[n].step(joint_velocity[i], dt_s, tension[i]) +
                         stops[n].effort(joint[i], joint_velocity[i]);
     }
-    const Vector3d reaction = drive_from_motor.transpose() * tension;
+    joint_effort -= drives.of_joint.transpose() * tension;
+    const Vector3d reaction = drives.of_motor.transpose() * tension;
     for (Index i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
       double friction = motor_frictions[n].step(motor_velocity[i], dt_s, tension[i]) +
@@ -188,8 +199,7 @@ struct ArmPhysics::Impl {
   std::vector<Friction> joint_frictions;
   std::vector<HardStop> stops;
   ArmDynamics dynamics;
-  Matrix3d drive_from_motor;
-  Matrix3d motor_from_drive;
+  Drives drives;
   Vector3d reduction;
   Vector3d inertia;            // of motor and gearbox, at the joint
   Vector3d effort_per_torque;  // joint effort per torque at the gearbox output
@@ -240,7 +250,8 @@ ArmPhysics::~ArmPhysics() = default;
 void ArmPhysics::place(const Vector3d& joints_ji) {
   impl_->joint = joints_ji;
   impl_->joint_velocity.setZero();
-  impl_->motor = impl_->motor_from_drive * joints_ji;
+  const Drives& drives = impl_->drives;
+  impl_->motor = drives.of_motor.inverse() * (joints_ji - drives.of_joint * joints_ji);
   impl_->motor_velocity.setZero();
   impl_->motors_rad = impl_->motor.cwiseProduct(impl_->reduction);
 }

@@ -34,6 +34,12 @@ struct Effect {
   bool operator==(const Effect&) const = default;
 };
 
+/// What the cable of a joint follows that other joints move: their links, over whose pulleys it
+/// runs, or their drives. By virtual work its tension acts on what it follows.
+enum class Through { kLink, kDrive };
+/// As a plant says it: "link" or "drive".
+std::string_view through_word(Through through);
+
 /// Rigid link that the joint moves. Frame: the joint's, after Craig's Denavit-Hartenberg
 /// convention.
 struct Link {
@@ -85,6 +91,7 @@ struct Joint {
   double reduction = 1.0;                    ///< motor rad per joint rad, or per m
   double encoder_sign = 1.0;                 ///< sign of the raw motor encoder count
   double joint_encoder_resolution_ji = 0.0;  ///< rad or m per count of the external encoder
+  std::optional<Through> coupling_through;   ///< of its row of the coupling; empty: nobody says
   Link link;
   Drive drive;
   std::optional<Controller> controller;
@@ -152,6 +159,9 @@ struct Plant {
 
   bool operator==(const Plant&) const = default;
 };
+
+/// True if by the plant's coupling other joints move this one.
+bool coupled(const Plant& plant, std::size_t joint);
 
 /// Reads a plant. Unknown keys and effect ids are errors: `raven2.toml:41: unknown key 'mas_kg'
 /// ...`.

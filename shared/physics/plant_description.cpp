@@ -39,6 +39,9 @@ std::string describe_plant(const Plant& plant) {
         fmt::format("  {}: {}, reduction {:.6g} {}, motor inertia {:.3g} kg m2, link {:.3g} kg\n",
                     joint.name, revolute ? "revolute" : "prismatic", joint.reduction,
                     revolute ? "rad/rad" : "rad/m", joint.motor_inertia_kg_m2, joint.link.mass_kg);
+    if (joint.coupling_through)
+      text += fmt::format("    its cable follows the other joints' {}s\n",
+                          through_word(*joint.coupling_through));
     if (joint.controller) {
       text += fmt::format(
           "    PD {:.4g} N m/rad, {:.4g} N m s/rad at the motor, clipped at {:.0f} DAC counts\n",
@@ -69,6 +72,8 @@ std::string describe_plant_in_json(const Plant& plant) {
                       {"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
                       {"link_mass_kg", joint.link.mass_kg},
                       {"effects", std::move(effects)}});
+    if (joint.coupling_through)
+      joints.back()["coupling_through"] = through_word(*joint.coupling_through);
   }
   const nlohmann::json document = {{"plant", plant.robot.name},
                                    {"arm", plant.robot.arm},

@@ -62,6 +62,21 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   return efforts;
 }
 
+std::vector<VectorXd> payload_efforts_per_kg(const Plant& plant,
+                                             const std::vector<VectorXd>& positions) {
+  Plant loaded = plant;
+  loaded.payload.mass_kg += 1.0;
+  std::vector<VectorXd> efforts = holding_efforts(loaded, positions);
+  const std::vector<VectorXd> without = holding_efforts(plant, positions);
+  for (std::size_t j = 0; j < efforts.size(); ++j) {
+    if (efforts[j].size() == 0 || without[j].size() == 0)
+      efforts[j].resize(0);
+    else
+      efforts[j] -= without[j];
+  }
+  return efforts;
+}
+
 double coupling_of(const Plant& plant, std::size_t to, std::size_t from) {
   double factor = plant.coupling[to][from];
   for (const Effect& effect : plant.joints[to].effects) {
@@ -84,6 +99,19 @@ std::vector<VectorXd> motor_efforts(const Plant& plant,
     motors[j] = (1.0 + plant.joints[j].parameter("gain_error", "ratio")) * through[j];
   }
   return motors;
+}
+
+std::vector<VectorXd> cable_efforts(const Plant& plant,
+                                    const std::vector<VectorXd>& joint_efforts) {
+  std::vector<VectorXd> cables = joint_efforts;
+  for (std::size_t k = cables.size(); k-- > 0;) {
+    if (plant.joints[k].coupling_through != Through::kLink || cables[k].size() == 0) continue;
+    for (std::size_t j = 0; j < k; ++j) {
+      const double factor = coupling_of(plant, k, j);
+      if (factor != 0.0 && cables[j].size() > 0) cables[j] += factor * cables[k];
+    }
+  }
+  return cables;
 }
 
 double link_inertia(const Joint& j) {

@@ -14,6 +14,10 @@ namespace ravencal::physics {
 std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
+/// The same of a kilogram where the plant hangs its payload; empty where the plant has no weight.
+std::vector<Eigen::VectorXd> payload_efforts_per_kg(const Plant& plant,
+                                                    const std::vector<Eigen::VectorXd>& positions);
+
 /// Joint `to` per joint `from`, both in their units: the controller's coupling and the plant's
 /// error on top.
 double coupling_of(const Plant& plant, std::size_t to, std::size_t from);
@@ -23,6 +27,12 @@ double coupling_of(const Plant& plant, std::size_t to, std::size_t from);
 /// these motors, and a joint that moves further than its motor angle says loads its motor more
 /// (effects gain_error and coupling).
 std::vector<Eigen::VectorXd> motor_efforts(const Plant& plant,
+                                           const std::vector<Eigen::VectorXd>& joint_efforts);
+
+/// The same as the joints' own cables carry them: by virtual work a cable that follows other
+/// joints' links (Joint::coupling_through) pulls at these joints, and their cables hold it. Where
+/// the plant does not say so, a cable carries its own joint alone.
+std::vector<Eigen::VectorXd> cable_efforts(const Plant& plant,
                                            const std::vector<Eigen::VectorXd>& joint_efforts);
 
 /// The link's inertia about its joint (kg m^2 or kg): its own moment and its mass about the axis z;

@@ -138,6 +138,20 @@ core::Status read_homing(TomlTable& joint, JointKind kind, std::optional<Homing>
   return table->finish();
 }
 
+std::optional<Through> read_through(TomlTable& joint) {
+  constexpr std::array<Through, 2> kAll = {Through::kLink, Through::kDrive};
+  if (!joint.has("coupling_through")) return std::nullopt;
+  const std::string word = joint.text("coupling_through");
+  std::string known;
+  for (const Through through : kAll) {
+    if (word == through_word(through)) return through;
+    known += (known.empty() ? "" : ", ") + std::string(through_word(through));
+  }
+  joint.fail("coupling_through",
+             fmt::format("coupling_through '{}' is not one of {}", word, known));
+  return std::nullopt;
+}
+
 std::string known_effect_ids() {
   std::string ids;
   for (const EffectSpec& spec : effect_specs()) {
@@ -203,6 +217,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   joint.encoder_sign = table.number_or("encoder_sign", 1.0);
   joint.joint_encoder_resolution_ji =
       table.number(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m");
+  joint.coupling_through = read_through(table);
   for (const auto& [key, value] :
        {std::pair{"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
         std::pair{"gearbox_ratio", joint.gearbox_ratio}, std::pair{"reduction", joint.reduction}}) {
@@ -242,6 +257,17 @@ core::Status read_coupling(TomlTable& root, Plant& plant) {
   return {};
 }
 
+core::Status check_routing(const Plant& plant) {
+  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
+    if (!plant.joints[i].coupling_through || coupled(plant, i)) continue;
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: joint '{}' has coupling_through, but by `coupling` no joint moves it",
+                    plant.source, plant.joints[i].name)};
+  }
+  return {};
+}
+
 core::Status check_names(const Plant& plant) {
   for (std::size_t i = 0; i < plant.joints.size(); ++i) {
     const Joint& joint = plant.joints[i];
@@ -262,6 +288,15 @@ core::Status check_names(const Plant& plant) {
 }
 
 }  // namespace
+
+std::string_view through_word(Through through) {
+  return through == Through::kLink ? "link" : "drive";
+}
+
+bool coupled(const Plant& plant, std::size_t joint) {
+  const auto& row = plant.coupling[joint];
+  return std::any_of(row.begin(), row.end(), [](double factor) { return factor != 0.0; });
+}
 
 const Effect* Joint::find_effect(std::string_view id) const {
   const auto it = std::find_if(effects.begin(), effects.end(), [&](const Effect& effect) {
@@ -298,6 +333,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   if (plant.joints.empty()) root.fail("joint", "a plant needs at least one [[joint]]");
   RAVENCAL_RETURN_IF_ERROR(read_coupling(root, plant));
   RAVENCAL_RETURN_IF_ERROR(root.finish());
+  RAVENCAL_RETURN_IF_ERROR(check_routing(plant));
   RAVENCAL_RETURN_IF_ERROR(check_names(plant));
   return plant;
 }

@@ -188,6 +188,7 @@ void write_joint(PlantText& out, const Joint& joint) {
   out.unless(1.0, "encoder_sign", joint.encoder_sign);
   out.value(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m",
             joint.joint_encoder_resolution_ji);
+  if (joint.coupling_through) out.value("coupling_through", through_word(*joint.coupling_through));
   write_link_and_drive(out, joint);
   write_servo(out, joint);
   for (const Effect& effect : joint.effects) write_effect(out, effect, joint.kind);

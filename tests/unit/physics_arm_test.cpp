@@ -185,6 +185,42 @@ TEST(ArmPhysics, AnOffsetOfTheEffortIsAskedOnTopOfWhatTheMotionNeeds) {
   EXPECT_LT((asked->joints_ji() - needed->joints_ji()).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+/// Motors that do not move, and an arm that hangs in its cables: stretch is load over stiffness.
+TEST(ArmPhysics, ACableOverALinkLoadsThatLinksCable) {
+  for (const bool link : {true, false}) {
+    Plant plant = shipped_plant();
+    for (Joint& joint : plant.joints) {
+      std::erase_if(joint.effects, [](const Effect& effect) { return effect.id != "compliance"; });
+      joint.homing.reset();
+      joint.motor_inertia_kg_m2 = 1e6;
+      for (Effect& effect : joint.effects)
+        effect.parameters["damping"] = 0.05 * effect.parameters["stiffness"];
+    }
+    if (link) plant.joints[1].coupling_through = plant.joints[2].coupling_through = Through::kLink;
+    auto arm = ArmPhysics::create(plant, false);
+    ASSERT_TRUE(arm.ok());
+    RandomSource random(1);
+    const Vector3d start(0.7, 1.4, 0.38);
+    arm->place(start);
+    for (int i = 0; i < 5000; ++i) arm->advance(Vector3d::Zero(), random);
+    const Vector3d q = arm->joints_ji();
+    Vector3d load = ArmDynamics(plant, Arm::kGold, true).gravity(q);
+    // The end of each cable at its motor's side, and what cables behind it pull at this one's link.
+    Vector3d end = start;
+    if (link) {
+      end[1] += plant.coupling[1][0] * (q[0] - start[0]);
+      end[2] += plant.coupling[2][0] * (q[0] - start[0]) + plant.coupling[2][1] * (q[1] - start[1]);
+      load[1] += plant.coupling[2][1] * load[2];
+      load[0] += plant.coupling[2][0] * load[2] + plant.coupling[1][0] * load[1];
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const double stiffness =
+          plant.joints[static_cast<std::size_t>(i)].parameter("compliance", "stiffness");
+      EXPECT_NEAR(stiffness * (end[i] - q[i]), load[i], 1e-3 * std::abs(load[i])) << link << i;
+    }
+  }
+}
+
 TEST(ArmPhysics, RefusesAPlantWithoutCables) {
   Plant plant = shipped_plant();
   remove_effect(plant, "compliance");

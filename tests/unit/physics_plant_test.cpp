@@ -10,6 +10,7 @@
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 #include "physics/plant_effort.hpp"
+#include "physics/plant_writer.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -234,6 +235,50 @@ TEST(MotorEfforts, DoTheWorkOfTheJoints) {
         (Eigen::Matrix3d::Identity() - coupling).inverse() * gain.cwiseProduct(turn);
     EXPECT_NEAR(1e-3 * of_motors[static_cast<std::size_t>(motor)][3], efforts.dot(moved), 1e-12);
   }
+}
+
+/// The same of cables: one that follows a link pulls at it while the motors stand.
+TEST(CableEfforts, DoTheWorkOfCablesOverLinks) {
+  Plant plant = load_plant(kPlantPath).value();
+  const std::vector<Eigen::VectorXd> of_joints = {Eigen::VectorXd::Constant(1, 1.5),
+                                                  Eigen::VectorXd::Constant(1, -2.0),
+                                                  Eigen::VectorXd::Constant(1, 8.0)};
+  const auto silent = cable_efforts(plant, of_joints);
+  for (std::size_t j = 0; j < 3; ++j) EXPECT_EQ(silent[j][0], of_joints[j][0]);
+  plant.joints[1].coupling_through = Through::kLink;
+  plant.joints[2].coupling_through = Through::kDrive;
+  const auto cables = cable_efforts(plant, of_joints);
+  EXPECT_NEAR(cables[0][0], 1.5 - 2.0 * coupling_of(plant, 1, 0), 1e-12);
+  EXPECT_EQ(cables[1][0], -2.0);
+  // Where every cable follows links, it holds at unit ratios what motors feel.
+  plant.joints[2].coupling_through = Through::kLink;
+  for (Joint& joint : plant.joints)
+    std::erase_if(joint.effects, [](const Effect& effect) { return effect.id == "gain_error"; });
+  const auto all = cable_efforts(plant, of_joints);
+  const auto motors = motor_efforts(plant, of_joints);
+  for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(all[j][0], motors[j][0], 1e-12);
+}
+
+TEST(Plant, SaysWhatACoupledCableFollows) {
+  const std::string text = plant_text(load_plant(kPlantPath).value());
+  const auto with = [&](const std::string& joint, const std::string& word) {
+    const std::string name = "name = \"" + joint + "\"\n";
+    std::string more = text;
+    more.insert(more.find(name) + name.size(), "coupling_through = \"" + word + "\"\n");
+    return parse_plant(more, "test");
+  };
+  const auto said = with("elbow", "link");
+  ASSERT_TRUE(said.ok()) << said.error().message;
+  EXPECT_EQ(said->joints[1].coupling_through, Through::kLink);
+  EXPECT_FALSE(said->joints[2].coupling_through);
+  EXPECT_EQ(parse_plant(plant_text(*said), "again")->joints[1].coupling_through, Through::kLink);
+  EXPECT_NE(describe_plant(*said).find("links"), std::string::npos);
+  const auto unknown = with("elbow", "cable");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().message.find("not one of link, drive"), std::string::npos);
+  const auto uncoupled = with("shoulder", "link");
+  ASSERT_FALSE(uncoupled.ok());
+  EXPECT_NE(uncoupled.error().message.find("shoulder"), std::string::npos);
 }
 
 }  // namespace

@@ -79,6 +79,29 @@ TEST(ProveCases, WritePlantsThatTheToolReads) {
   }
 }
 
+TEST(ProveCases, DrawWhatCablesFollowAndHalfOfThePlantsSayIt) {
+  int arms = 0, said = 0, cables = 0, over_links = 0;
+  for (int number = 0; number < 100; ++number) {
+    const CaseDesign design = draw_case(number, quick());
+    if (design.nominal.joints.size() < 2) continue;
+    ++arms;
+    const auto plant = ravencal::physics::parse_plant(plant_text(design.nominal), "case");
+    ASSERT_TRUE(plant.ok()) << plant.error().message;
+    said += plant->joints[1].coupling_through ? 1 : 0;
+    for (std::size_t j = 1; j < plant->joints.size(); ++j) {
+      const bool link = session_of(design).robot.joints[j].follows_links;
+      ++cables;
+      over_links += link ? 1 : 0;
+      EXPECT_EQ(plant->joints[j].coupling_through.has_value(), design.nominal.says_ways);
+      const auto truth =
+          link ? ravencal::physics::Through::kLink : ravencal::physics::Through::kDrive;
+      EXPECT_EQ(plant->joints[j].coupling_through.value_or(truth), truth);
+    }
+  }
+  EXPECT_NEAR(said, arms / 2.0, arms / 4.0);
+  EXPECT_NEAR(over_links, cables / 2.0, cables / 4.0);
+}
+
 TEST(ProveCases, StayWithinTolerancesUnlessThatIsWhatTheyHide) {
   for (int n = 0; n < 60; ++n) {
     const CaseDesign design = draw_case(n, quick());

@@ -58,6 +58,50 @@ TEST(ProveMechanics, KeepsTheEnergyOfACableThatDoesNotLose) {
   EXPECT_NEAR(mechanics.energy(), before, 2e-3 * before);
 }
 
+/// Two such axes about one line; the second one's cable goes over the first one's link or drive.
+RobotPhysics coupled_axes(bool over_links, const Vector3d& gravity) {
+  RobotPhysics robot = bare_axis();
+  robot.joints.push_back(robot.joints[0]);
+  robot.joints[1].follows_links = over_links;
+  robot.coupling(1, 0) = -0.4;
+  ChainLink link;
+  link.mass_kg = 0.5;
+  link.com_m = {0.2, 0.0, 0.0};
+  link.inertia_kg_m2 = {0.05, 0.05, 0.05};
+  robot.chain = Chain({link, link}, gravity);
+  return robot;
+}
+
+TEST(ProveMechanics, KeepsTheEnergyOfACableOverALink) {
+  for (const bool over_links : {true, false}) {
+    Mechanics mechanics = started(coupled_axes(over_links, Vector3d::Zero()));
+    CycleInputs push;
+    push.effort[1] = 4.0;
+    run(mechanics, push, 0.1);
+    const double before = mechanics.energy();
+    ASSERT_GT(before, 0.1);
+    run(mechanics, {}, 5.0);
+    EXPECT_NEAR(mechanics.energy(), before, 3e-3 * before) << over_links;
+  }
+}
+
+/// Motors that do not move: links hang in their cables.
+TEST(ProveMechanics, LoadsTheCableOfALinkThatAnotherCableRunsOver) {
+  for (const bool over_links : {true, false}) {
+    RobotPhysics robot = coupled_axes(over_links, {9.81, 0.0, 0.0});
+    for (JointPhysics& joint : robot.joints) {
+      joint.motor_inertia = 1e9;
+      joint.cable.damping = 20.0;
+    }
+    Mechanics mechanics = started(robot, {0.6, 0.5, 0.0});
+    run(mechanics, {}, 5.0);
+    const Vector3d weight = robot.chain.weight(mechanics.joints());
+    const Vector3d tension = mechanics.tensions();
+    EXPECT_NEAR(tension[1], weight[1], 1e-4);
+    EXPECT_NEAR(tension[0], weight[0] + (over_links ? -0.4 * weight[1] : 0.0), 1e-4);
+  }
+}
+
 TEST(ProveMechanics, GainsTheWorkThatTheDriveDoes) {
   Mechanics mechanics = started(bare_axis());
   CycleInputs push;

@@ -15,6 +15,7 @@
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/channel/looked.hpp"
 #include "diagnose/channel/placebo.hpp"
+#include "diagnose/channel/routing.hpp"
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/fit/derived_seed.hpp"
@@ -123,6 +124,7 @@ class Analysis {
     }
     drives_.clear();
     load_transmissions(set_, findings);
+    if (!find_ways()) return false;
     if (!analyse([](Stage stage) { return stage == Stage::kTransmission; })) return false;
     agree_on_friction();
     return !watch_.stopped();
@@ -130,8 +132,26 @@ class Analysis {
 
   std::vector<ChannelFindings> findings;  ///< of each channel of the set
   std::optional<NamedEffect> payload;     ///< that all drives weigh together
+  std::vector<Routing> routings;          ///< ways of the cables that other joints move
 
  private:
+  /// Transmissions that hold both ways of a cable are fitted, and anew once a way is decided.
+  bool find_ways() {
+    named_.resize(set_.series.size());
+    in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
+      const Series& series = set_.series[i];
+      const bool against_plant = series.measured_y.size() == 0;
+      if (!watch_.stopped() && against_plant && admits_both(series))
+        named_[i] = name_channel(series, plant_, channel_options_);
+    });
+    if (watch_.stopped()) return false;
+    routings = routings_of(set_, named_, plant_);
+    const std::vector<char> changed = route(routings, set_);
+    for (std::size_t i = 0; i < named_.size(); ++i)
+      if (changed[i] != 0) named_[i] = {};
+    return true;
+  }
+
   template <typename Wanted>
   bool analyse(Wanted&& wanted) {
     in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
@@ -161,7 +181,9 @@ class Analysis {
   ChannelFindings findings_of(std::size_t i) {
     const Series& series = set_.series[i];
     if (series.stage == Stage::kCommand) return analyse_command(series, plant_, channel_options_);
-    NamedChannel named = name_channel(series, plant_, channel_options_);
+    NamedChannel named;
+    if (i < named_.size()) named = std::move(named_[i]);
+    if (!named.fit) named = name_channel(series, plant_, channel_options_);
     ChannelFindings described = describe(named, plant_, channel_options_);
     if (series.stage == Stage::kDrive) drives_[i] = std::move(named.fit);
     return described;
@@ -173,6 +195,7 @@ class Analysis {
   const Options& options_;
   Watch& watch_;
   std::vector<std::unique_ptr<ChannelFit>> drives_;  ///< until the arm is weighed
+  std::vector<NamedChannel> named_;                  ///< transmissions, until they are described
 };
 
 template <typename T>
@@ -313,6 +336,11 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   std::vector<ChannelFindings>& findings = analysis.findings;
   if (against_plant) keep_what_runs(set, plant, options, findings);
   std::vector<std::string> notes = set.notes;
+  report.routings = std::move(analysis.routings);
+  for (const Routing& routing : report.routings) {
+    if (std::string sentence = sentence_for(routing); !sentence.empty())
+      notes.push_back(std::move(sentence));
+  }
   if (analysis.payload) report.effects.push_back(*analysis.payload);
   for (ChannelFindings& f : findings) {
     append(report.mismatch, f.mismatch);

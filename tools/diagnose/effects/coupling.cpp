@@ -3,7 +3,9 @@
 // Another joint's motion moves this one more or less than the plant says.
 #include "diagnose/effects/effects.hpp"
 #include "diagnose/effects/nominal_builder.hpp"
+#include "diagnose/effects/routing.hpp"
 #include "diagnose/effects/shapes.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -58,6 +60,7 @@ class CouplingKind final : public EffectKind {
       }
     }
     inherited(builder);
+    carried(builder);
   }
 
   [[nodiscard]] PlantValues plant_values(const NamedEffect& e,
@@ -66,15 +69,37 @@ class CouplingKind final : public EffectKind {
   }
 
  private:
-  /// Half of what other joints may pass on is expected, none and all of it are as likely.
+  /// Half of what may be passed on is expected, none and all of it are as likely.
+  void either(NominalBuilder& builder, std::string_view parameter, const std::string& from,
+              const Eigen::VectorXd& column, double deviation = 1.0) const {
+    if (column.isZero(0.0)) return;
+    builder.add(0.5 * column);
+    builder.form(*this, std::string(parameter), "1", 0.5, deviation, 0.5 * column)->from = from;
+  }
+
+  /// What moves this joint's cable beside its motor: stretch of the cables before it reaches those
+  /// that follow links, as far as their stiffness is known, and no others.
   void inherited(NominalBuilder& builder) const {
     for (const Inherited& part : builder.series().inherited) {
-      for (const Eigen::VectorXd* column : {&part.stretch, &part.rest}) {
-        if (column->isZero(0.0)) continue;
-        builder.add(0.5 * *column);
-        builder.form(*this, "inherited_share", "1", 0.5, 1.0, 0.5 * *column)->from = part.from;
+      either(builder, "inherited_share", part.from, part.rest);
+      if (!part.through) {
+        either(builder, kStretchShare, part.from, part.stretch);
+      } else if (*part.through == physics::Through::kLink && !part.stretch.isZero(0.0)) {
+        builder.add(part.stretch);
+        builder.form(*this, std::string(kStretchShare), "1", 1.0, kUnstatedTolerance, part.stretch)
+            ->from = part.from;
       }
     }
+  }
+
+  /// What the cables of other joints may load this joint's with.
+  void carried(NominalBuilder& builder) const {
+    const Series& s = builder.series();
+    if (!builder.has_cable()) return;
+    for (const Carried& part : s.carried)
+      either(builder, kLoadShare, part.from,
+             builder.under_load(with(s.weight, part.weight), with(s.inertial, part.moving)),
+             kLoadShareDeviation);
   }
 };
 

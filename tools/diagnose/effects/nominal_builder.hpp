@@ -40,6 +40,11 @@ class NominalBuilder {
   /// A form of the simulation rather than a number of the plant: never named.
   NominalTerm* form(const EffectKind& kind, const std::string& parameter, const std::string& unit,
                     double value, double deviation, Eigen::VectorXd column);
+  /// What another load than the plant's does to the cable's replay.
+  [[nodiscard]] Eigen::VectorXd under_load(const Eigen::VectorXd& weight,
+                                           const Eigen::VectorXd& inertial) const {
+    return -cable_stretch(s_, weight, inertial, s_.cable) - replay_;
+  }
   void add(const Eigen::VectorXd& prediction) { nominal_.prediction += prediction; }
   /// A slow change that the plant admits is no finding: per recording its slow cosines, each with
   /// the deviation that an Ornstein-Uhlenbeck process has there, 2 S(w) / length with

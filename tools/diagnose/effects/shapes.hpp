@@ -110,11 +110,15 @@ inline std::vector<FormParameter> wave_parameters(const Series& s, const Shape& 
           {"phase", std::remainder(phase, 2.0 * std::numbers::pi), "rad"}};
 }
 
-/// Motor minus joint with this cable, the recorded motor motion forced in.
+/// Motor minus joint with this cable under these loads, the recorded motor motion forced in.
+inline Eigen::VectorXd cable_stretch(const Series& s, const Eigen::VectorXd& weight,
+                                     const Eigen::VectorXd& inertial, const CableNumbers& cable) {
+  return replay_cable({s.t_s, s.motion.q, weight, inertial, s.fresh, s.rest_width()}, cable)
+      .stretch;
+}
 inline Eigen::VectorXd cable_stretch(const Series& s, const Eigen::VectorXd& weight,
                                      const CableNumbers& cable) {
-  return replay_cable({s.t_s, s.motion.q, weight, s.inertial, s.fresh, s.rest_width()}, cable)
-      .stretch;
+  return cable_stretch(s, weight, s.inertial, cable);
 }
 inline Eigen::VectorXd cable_stretch(const Series& s, const CableNumbers& cable) {
   return cable_stretch(s, s.weight, cable);

@@ -225,6 +225,14 @@ struct NotLookedAt {
   std::string joint, stage, because;
 };
 
+/// What a joint's cable follows of the joints that move it, by all transmissions that show it.
+struct Routing {
+  std::string joint;
+  std::string through;             ///< "link", "drive" or "unknown"
+  bool by_plant = false;           ///< the plant says so
+  double link = 0.0, drive = 0.0;  ///< probabilities; the rest: neither explains what was seen
+};
+
 struct Report {
   Verdict verdict;
   std::vector<SeenRecording> recordings;
@@ -239,6 +247,7 @@ struct Report {
   std::vector<NotFound> not_found;
   std::vector<NamedEffect> refitted;  ///< nominal parameters, moved within their tolerance
   std::vector<Combination> combinations;
+  std::vector<Routing> routings;  ///< of cables that other joints move
   std::vector<CandidateRow> candidates;
   std::vector<ChannelPlot> plots;
   std::vector<std::pair<std::string, std::string>> provenance;

@@ -37,6 +37,10 @@ inline constexpr double kKnownVariation = 2.0;
 /// Two drives of one kind differ by this much in effort per current, whatever is fitted to them.
 inline constexpr double kLeastWeightDeviation = 0.05;
 
+/// Relative deviation of the share of another cable's load that stretches this one, about a half:
+/// it is none or all, but a cable that is softer than the plant's stretches by more than all.
+inline constexpr double kLoadShareDeviation = 2.0;
+
 // --- Differences of scores
 // ------------------------------------------------------------------------
 

@@ -31,6 +31,13 @@ Improved improve(const physics::Plant& plant, const Report& report) {
     if (index && kind.refits(plant.joints[*index]))
       kind.improve(out.plant, {plant, *index, e, report.effects});
   }
+  for (const Routing& routing : report.routings) {
+    const auto index = plant.joint_index(routing.joint);
+    if (!index) continue;
+    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
+      if (routing.through == physics::through_word(through))
+        out.plant.joints[*index].coupling_through = through;
+  }
   std::vector<NamedEffect> found = report.kept;
   found.insert(found.end(), report.effects.begin(), report.effects.end());
   for (NamedEffect& e : found) {

@@ -125,6 +125,14 @@ Json unexplained_json(const Unexplained& u) {
       {"size", number(u.size)}, {"unit", u.unit},   {"depends_on", u.depends_on}};
 }
 
+Json routing_json(const Routing& r) {
+  return {{"joint", r.joint},
+          {"through", r.through},
+          {"by_plant", r.by_plant},
+          {"link_probability", number(r.link)},
+          {"drive_probability", number(r.drive)}};
+}
+
 template <typename T>
 Json array_of(const std::vector<T>& items, Json (*json_of)(const T&)) {
   Json out = Json::array();
@@ -149,6 +157,7 @@ Json contract_of(const Report& report) {
   json["unexplained"] = array_of(report.unexplained, unexplained_json);
   json["not_found"] = array_of(report.not_found, not_found_json);
   json["known_together"] = array_of(report.combinations, combination_json);
+  json["coupled_cables"] = array_of(report.routings, routing_json);
   return json;
 }
 

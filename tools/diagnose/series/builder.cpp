@@ -46,22 +46,18 @@ class Builder {
     }
     const std::vector<VectorXd> posture = posture_of(believed, truth, table_.recording());
     weights_ = holding_efforts(plant_, posture);
-    physics::Plant loaded = plant_;
-    loaded.payload.mass_kg += 1.0;
-    payloads_ = holding_efforts(loaded, posture);
-    for (std::size_t j = 0; j < payloads_.size(); ++j) {
-      if (payloads_[j].size() == 0 || weights_[j].size() == 0)
-        payloads_[j].resize(0);
-      else
-        payloads_[j] -= weights_[j];
-    }
+    payloads_ = physics::payload_efforts_per_kg(plant_, posture);
     drive_weights_ = physics::motor_efforts(plant_, weights_);
     drive_payloads_ = physics::motor_efforts(plant_, payloads_);
+    cable_weights_ = physics::cable_efforts(plant_, weights_);
+    cable_payloads_ = physics::cable_efforts(plant_, payloads_);
     for (std::size_t j = 0; j < positions_.size(); ++j)
       frictions_.push_back(cable_friction(table_.t_s(),
                                           Table::bridged(best_position(positions_[j])),
                                           table_.fresh(), cable_numbers(plant_.joints[j])));
     drive_frictions_ = physics::motor_efforts(plant_, frictions_);
+    for (std::size_t j = 0; j < positions_.size(); ++j) moving_.push_back(moving_effort(j));
+    cable_moving_ = physics::cable_efforts(plant_, moving_);
     stretches_.resize(positions_.size());
     for (std::size_t j = 0; j < positions_.size(); ++j) add_joint(j, set);
     return set;
@@ -110,6 +106,16 @@ class Builder {
     return p.truth.size() > 0 ? p.truth : p.desired;
   }
 
+  /// Effort of the joint's link and of the friction behind its cable, position by position; empty
+  /// where nothing says how it moves.
+  [[nodiscard]] VectorXd moving_effort(std::size_t j) const {
+    const VectorXd position = Table::bridged(best_position(positions_[j]));
+    if (position.size() == 0) return {};
+    const Motion motion =
+        smooth_motion(table_.t_s(), position, table_.fresh(), table_.held_out(), 2);
+    return physics::link_inertia(plant_.joints[j]) * motion.a + frictions_[j];
+  }
+
   void add_joint(std::size_t j, SeriesSet& set) {
     const Positions& p = positions_[j];
     const std::string& name = plant_.joints[j].name;
@@ -152,9 +158,9 @@ class Builder {
     series.inertia = joint_inertia(plant_, j);
     series.presliding = joint.parameter("presliding", "displacement");
     const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
-    series.weight = drive ? drive_weights_[j] : weights_[j];
+    series.weight = drive ? drive_weights_[j] : cable_weights_[j];
     series.effort_recorded = positions_[j].effort.size() > 0;
-    series.payload_per_kg = drive ? drive_payloads_[j] : payloads_[j];
+    series.payload_per_kg = drive ? drive_payloads_[j] : cable_payloads_[j];
     const Positions& own = positions_[j];
     if (own.desired.size() > 0 && best_position(own).size() > 0)
       series.tracking_error = own.desired - best_position(own);
@@ -172,6 +178,8 @@ class Builder {
     series.cable = cable_numbers(joint);
     series.inertial = link_inertia(joint) * series.motion.a;
     if (stage == Stage::kDrive) wind(j, series);
+    if (stage == Stage::kTransmission && cable_moving_[j].size() > 0)
+      series.inertial += cable_moving_[j] - moving_[j];
     CableMotion cable = series.cable_motion();
     series.transmitted = std::move(cable.tension);
     if (!drive && !series.cable.rigid()) stretches_[j] = std::move(cable.stretch);
@@ -192,9 +200,7 @@ class Builder {
   /// cable follows the joint, and other joints' loads their motors (see motor_efforts).
   void wind(std::size_t j, Series& series) const {
     const Positions& p = positions_[j];
-    const auto& row = plant_.coupling[j];
-    const bool coupled = std::any_of(row.begin(), row.end(), [](double f) { return f != 0.0; });
-    if (coupled && p.motor.size() > 0 && p.estimate.size() > 0)
+    if (physics::coupled(plant_, j) && p.motor.size() > 0 && p.estimate.size() > 0)
       series.wound = Table::bridged(p.estimate);
     const VectorXd others = drive_frictions_[j] - frictions_[j];
     if (!others.isZero(0.0)) series.others_friction = others;
@@ -257,10 +263,28 @@ class Builder {
       const VectorXd whole = factor * (other.truth - other.estimate);
       const double finite = std::max(1.0, whole.array().isFinite().cast<double>().sum());
       const double mean = whole.array().isFinite().select(whole.array(), 0.0).sum() / finite;
-      Inherited part{plant_.joints[k].name, stretch, whole - stretch, mean};
+      Inherited part{plant_.joints[k].name,
+                     plant_.joints[j].coupling_through,
+                     factor,
+                     stretch,
+                     whole - stretch,
+                     mean};
       centre(part.stretch);
       centre(part.rest);
       out.push_back(std::move(part));
+    }
+    return out;
+  }
+
+  /// What cables of joints behind this one may add to its own, where the plant does not say.
+  [[nodiscard]] std::vector<Carried> carried(std::size_t j) const {
+    std::vector<Carried> out;
+    for (std::size_t k = j + 1; k < positions_.size(); ++k) {
+      const double factor = physics::coupling_of(plant_, k, j);
+      if (factor == 0.0 || plant_.joints[k].coupling_through || cable_moving_[k].size() == 0)
+        continue;
+      out.push_back({plant_.joints[k].name, factor * cable_weights_[k], factor * cable_payloads_[k],
+                     factor * cable_moving_[k]});
     }
     return out;
   }
@@ -279,7 +303,10 @@ class Builder {
     Series series = basis(j, stage, believed);
     series.unit = series.prismatic ? "m" : "rad";
     series.y = measured - believed;
-    if (stage == Stage::kTransmission) series.inherited = inherited(j);
+    if (stage == Stage::kTransmission) {
+      series.inherited = inherited(j);
+      series.carried = carried(j);
+    }
     if (stage == Stage::kTracking) series.driven = driven(series);
     mark_valid(series);
     return series;
@@ -334,6 +361,9 @@ class Builder {
   std::vector<VectorXd> payloads_;       ///< per kg
   std::vector<VectorXd> drive_payloads_;
   std::vector<VectorXd> frictions_, drive_frictions_;  ///< behind the cables: at joints, at motors
+  std::vector<VectorXd> moving_;                       ///< accelerations and those frictions
+  /// As the cables carry them, those of cables over their links included.
+  std::vector<VectorXd> cable_weights_, cable_payloads_, cable_moving_;
   std::vector<VectorXd> stretches_;  ///< of the plant's cables, once their transmission was built
 };
 

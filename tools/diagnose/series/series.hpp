@@ -46,9 +46,19 @@ struct Companion {
 /// those that wrap its link follow the link itself, stretch included.
 struct Inherited {
   std::string from;
+  std::optional<physics::Through> through;  ///< what this joint's cable follows; empty: unknown
+  double factor = 0.0;                      ///< of the coupling
   Eigen::VectorXd stretch;  ///< coupling times minus the other's cable stretch; zero mean
   Eigen::VectorXd rest;     ///< coupling times what else parts its truth from its estimate
   double offset = 0.0;      ///< mean of both together before it was removed
+};
+
+/// Effort that another joint's cable puts on this one, and this one's cable has to hold, if it
+/// runs over this joint's link: coupling times its tension.
+struct Carried {
+  std::string from;
+  Eigen::VectorXd weight, payload_per_kg;  ///< parts of that joint's; empty: it has none
+  Eigen::VectorXd moving;                  ///< accelerations and friction behind that cable
 };
 
 struct Series {
@@ -75,6 +85,7 @@ struct Series {
   std::vector<Companion> others;     ///< positions of the other joints, same side
   std::vector<Companion> loads;      ///< recorded loads that act on this joint
   std::vector<Inherited> inherited;  ///< transmission stage
+  std::vector<Carried> carried;      ///< transmission stage: of cables that may run either way
   /// Where positions are compared: the motion with what other joints' cables add to it. Empty:
   /// nothing.
   Eigen::VectorXd followed;
@@ -108,8 +119,9 @@ struct Series {
   double payload_kg = 0.0;
   Eigen::VectorXd payload_effort;
   Eigen::VectorXd tracking_error;  ///< desired minus believed position, where recorded
-  Eigen::VectorXd inertial;        ///< the link's own acceleration, as an effort
-  CableNumbers cable;              ///< the plant's
+  /// Accelerations as an effort, and friction that cables over this joint's link pass on.
+  Eigen::VectorXd inertial;
+  CableNumbers cable;  ///< the plant's
 
   /// Command stage only: what the control law sees.
   Eigen::VectorXd position_error;

@@ -104,6 +104,8 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   const MotionKind motion = rich ? MotionKind::kRich : MotionKind::kSlow;
   design.nominal = robot_for(plan.subjects, random) == 'r' ? draw_raven(random) : draw_axis(random);
   design.nominal.row_rate_hz = rate_hz;
+  Random ways(options.seed, fmt::format("ways {}", number));
+  draw_ways(design.nominal, ways);
   const auto figures =
       motion_figures(design.nominal, motion, options.duration_s, design.motion_seed);
   for (const SubjectKind* kind : plan.subjects)

@@ -280,6 +280,11 @@ class Maker {
              {"joint", design_.nominal.joints[design_.off->joint].name},
              {"factor", design_.off->factor}};
     }
+    Json cables = Json::object();
+    for (std::size_t j = 1; j < design_.nominal.joints.size(); ++j) {
+      const NominalJoint& joint = design_.nominal.joints[j];
+      cables[joint.name] = joint.follows_links ? "link" : "drive";
+    }
     const Json json = {{"schema", 1},
                        {"case", design_.number},
                        {"kind", word_of(design_.kind)},
@@ -293,6 +298,8 @@ class Maker {
                        {"seeds", {design_.motion_seed, design_.noise_seed, design_.held_out_seed}},
                        {"subjects", std::move(subjects)},
                        {"parameter_off", off},
+                       {"cables_follow", cables},
+                       {"plant_says_what_cables_follow", design_.nominal.says_ways},
                        {"excited", excited()},
                        {"floors", floors}};
     return json.dump(1) + "\n";

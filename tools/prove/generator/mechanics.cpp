@@ -111,9 +111,15 @@ CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, 
 struct Mechanics::Impl {
   explicit Impl(const RobotPhysics& r) : robot(r), count(static_cast<Index>(r.joints.size())) {
     Eigen::Matrix3d gain = Eigen::Matrix3d::Identity();
-    for (Index i = 0; i < count; ++i)
-      gain(i, i) = 1.0 + r.joints[static_cast<std::size_t>(i)].cable.ratio_error;
-    drive_from_motor = (Eigen::Matrix3d::Identity() - r.coupling).inverse() * gain;
+    Eigen::Matrix3d over_drives = r.coupling, over_links = r.coupling;
+    for (Index i = 0; i < count; ++i) {
+      const JointPhysics& joint = r.joints[static_cast<std::size_t>(i)];
+      gain(i, i) = 1.0 + joint.cable.ratio_error;
+      (joint.follows_links ? over_drives : over_links).row(i).setZero();
+    }
+    const Eigen::Matrix3d wound = (Eigen::Matrix3d::Identity() - over_drives).inverse();
+    drive_from_motor = wound * gain;
+    drive_from_joint = wound * over_links;
     motor_from_drive = drive_from_motor.inverse();
   }
   Impl(const Impl&) = delete;
@@ -133,9 +139,14 @@ struct Mechanics::Impl {
     return out;
   }
 
+  /// Ends of the cables at the drives, or their velocities: what motors and followed links say.
+  [[nodiscard]] Vector3d drive_at(const double* all, State motor, State joint) const {
+    return drive_from_motor * gathered(all, motor) + drive_from_joint * gathered(all, joint);
+  }
+
   void derivative(const double* all, double* rate) const {
-    const Vector3d drive = drive_from_motor * gathered(all, kMotor);
-    const Vector3d drive_velocity = drive_from_motor * gathered(all, kMotorVelocity);
+    const Vector3d drive = drive_at(all, kMotor, kJoint);
+    const Vector3d drive_velocity = drive_at(all, kMotorVelocity, kJointVelocity);
     Vector3d tension = Vector3d::Zero();
     Vector3d joint_effort = Vector3d::Zero();
     for (Index i = 0; i < count; ++i) {
@@ -156,6 +167,8 @@ struct Mechanics::Impl {
       r[kCreep] = cable.creep_rate;
       joint_effort[i] = cable.tension - slow.bias[i] - held.effort + flexible(joint, s, r);
     }
+    // Virtual work: a cable pulls at whatever moves its end.
+    joint_effort -= drive_from_joint.transpose() * tension;
     const Vector3d reaction = drive_from_motor.transpose() * tension;
     for (Index i = 0; i < count; ++i) {
       const JointPhysics& joint = robot.joints[static_cast<std::size_t>(i)];
@@ -209,6 +222,7 @@ struct Mechanics::Impl {
   RobotPhysics robot;
   Index count;
   Eigen::Matrix3d drive_from_motor, motor_from_drive;
+  Eigen::Matrix3d drive_from_joint;  ///< of cables that follow links
   ChainDynamics slow;
   Eigen::Matrix3d inverse_mass = Eigen::Matrix3d::Identity();
   CycleInputs inputs;
@@ -257,11 +271,12 @@ Mechanics::~Mechanics() = default;
 void Mechanics::place(const Vector3d& joints) {
   double* all = N_VGetArrayPointer(impl_->y);
   N_VConst(0.0, impl_->y);
-  const Vector3d weight = impl_->robot.chain.weight(joints);
+  const Eigen::Matrix3d pulled = Eigen::Matrix3d::Identity() - impl_->drive_from_joint.transpose();
+  const Vector3d tension = pulled.inverse() * impl_->robot.chain.weight(joints);
   Vector3d drive = joints;
   for (Index i = 0; i < impl_->count; ++i)
-    drive[i] += weight[i] / impl_->robot.joints[static_cast<std::size_t>(i)].cable.stiffness;
-  const Vector3d motors = impl_->motor_from_drive * drive;
+    drive[i] += tension[i] / impl_->robot.joints[static_cast<std::size_t>(i)].cable.stiffness;
+  const Vector3d motors = impl_->motor_from_drive * (drive - impl_->drive_from_joint * joints);
   for (Index i = 0; i < impl_->count; ++i) {
     all[i * kStatesPerJoint + kMotor] = motors[i];
     all[i * kStatesPerJoint + kJoint] = joints[i];
@@ -294,8 +309,8 @@ Vector3d Mechanics::joints() const { return impl_->gathered(N_VGetArrayPointer(i
 
 Vector3d Mechanics::tensions() const {
   const double* all = N_VGetArrayPointer(impl_->y);
-  const Vector3d drive = impl_->drive_from_motor * motors();
-  const Vector3d velocity = impl_->drive_from_motor * impl_->gathered(all, kMotorVelocity);
+  const Vector3d drive = impl_->drive_at(all, kMotor, kJoint);
+  const Vector3d velocity = impl_->drive_at(all, kMotorVelocity, kJointVelocity);
   Vector3d tension = Vector3d::Zero();
   for (Index i = 0; i < impl_->count; ++i) {
     tension[i] = cable_of(impl_->robot.joints[static_cast<std::size_t>(i)].cable, drive[i],
@@ -324,7 +339,7 @@ Vector3d Mechanics::motor_frictions() const {
 double Mechanics::energy() const {
   const double* all = N_VGetArrayPointer(impl_->y);
   const Vector3d velocity = impl_->gathered(all, kJointVelocity);
-  const Vector3d drive = impl_->drive_from_motor * motors();
+  const Vector3d drive = impl_->drive_at(all, kMotor, kJoint);
   const ChainDynamics now = impl_->robot.chain.at(joints(), velocity);
   const auto count = impl_->count;
   double energy =

@@ -107,6 +107,12 @@ Chain chain_of(const NominalRobot& robot) {
   return {links, robot.gravity};
 }
 
+void draw_ways(NominalRobot& robot, Random& random) {
+  robot.says_ways = random.uniform() < 0.5;
+  for (std::size_t i = 1; i < robot.joints.size(); ++i)
+    robot.joints[i].follows_links = random.uniform() < 0.5;
+}
+
 Session exact_session(const NominalRobot& robot) {
   Session session;
   session.believed_coupling = robot.coupling;
@@ -123,6 +129,7 @@ Session exact_session(const NominalRobot& robot) {
     p.reduction = n.reduction;
     p.gearbox_ratio = n.gearbox_ratio;
     p.motor_inertia = n.motor_inertia_kg_m2 * n.reduction * n.reduction;
+    p.follows_links = n.follows_links;
     p.viscous = n.viscous;
     const double short_bristle = n.prismatic ? kShortBristlePrismatic : kShortBristle;
     p.motor_friction.level = n.coulomb;

@@ -24,6 +24,8 @@ struct NominalJoint {
   Vector3d com_m = Vector3d::Zero(), inertia_kg_m2 = Vector3d::Zero();
   double kp = 0.0, kd = 0.0, dac_limit_counts = 0.0, dac_counts_per_n_m = 1.0;
   double truth_resolution = 0.0;
+  bool follows_links =
+      false;  ///< its cable runs over the links that move it, not over their drives
   double stiffness = 0.0, cable_damping = 0.0;
   double joint_friction = 0.0, joint_presliding = 0.0;
   double coulomb = 0.0, viscous = 0.0, stribeck_extra = 0.0, stribeck_velocity = 0.0;
@@ -38,6 +40,7 @@ struct NominalRobot {
   Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
   double truth_period_s = 0.0104, truth_latency_s = 0.004;
   double row_rate_hz = 100.0;
+  bool says_ways = false;  ///< plant.toml has `coupling_through`
 };
 
 /// RAVEN-II, joints 1 to 3, with geometry, transmission and servo as published (uw-biorobotics/
@@ -48,6 +51,10 @@ NominalRobot draw_axis(Random& random);
 
 /// Chain of these masses; RAVEN's screws for three joints, a plain axis for one.
 Chain chain_of(const NominalRobot& robot);
+
+/// Cables of joints that others move run over links or drives, each as likely; half of the plants
+/// say which.
+void draw_ways(NominalRobot& robot, Random& random);
 
 /// The same robot without noise: parameters exact where `deviation` is 0, else off by up to that
 /// share of the tolerance.

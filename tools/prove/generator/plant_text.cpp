@@ -16,7 +16,7 @@ std::string effect(const char* id, std::initializer_list<std::pair<const char*, 
   return text;
 }
 
-std::string joint_text(const NominalJoint& j) {
+std::string joint_text(const NominalJoint& j, bool says_way) {
   const bool p = j.prismatic;
   std::string text = fmt::format(
       "\n[[joint]]\nname = \"{}\"\nkind = \"{}\"\nmotor_inertia_kg_m2 = {:.9g}\n"
@@ -24,6 +24,8 @@ std::string joint_text(const NominalJoint& j) {
       j.name, p ? "prismatic" : "revolute", j.motor_inertia_kg_m2, j.gearbox_ratio,
       p ? "reduction_rad_per_m" : "reduction", j.reduction,
       p ? "joint_encoder_resolution_m" : "joint_encoder_resolution_rad", j.truth_resolution);
+  if (says_way)
+    text += fmt::format("coupling_through = \"{}\"\n", j.follows_links ? "link" : "drive");
   text += fmt::format("\n  [joint.link]\n  mass_kg = {:.9g}\n  com_m = {}\n  inertia_kg_m2 = {}\n",
                       j.mass_kg, list(j.com_m), list(j.inertia_kg_m2));
   text += fmt::format(
@@ -74,7 +76,8 @@ std::string plant_text(const NominalRobot& robot) {
       "truth_latency_deviation_s = 0.0015\n",
       robot.name, list(robot.gravity), robot.row_rate_hz, robot.truth_period_s,
       robot.truth_latency_s);
-  for (const NominalJoint& joint : robot.joints) text += joint_text(joint);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    text += joint_text(robot.joints[i], i > 0 && robot.says_ways);
   return text;
 }
 

@@ -64,6 +64,8 @@ struct JointPhysics {
   double saturation = 0.0;    ///< the amplifier clips here; 0: never
   double tension_leak = 0.0;  ///< share of another joint's tension that loads this motor
   int leak_from = 0;
+  bool follows_links =
+      false;  ///< its cable runs over the links that move it, not over their drives
   double flexible_inertia = 0.0, flexible_stiffness = 0.0, flexible_damping = 0.0;
 };
 
