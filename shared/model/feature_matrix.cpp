@@ -10,6 +10,7 @@
 
 #include "core/median.hpp"
 #include "model/feature_state.hpp"
+#include "model/mean_gain.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -20,8 +21,15 @@ struct Plan {
   std::vector<FeatureOp> ops;
 };
 
+core::Error no_period(const FeatureSpec& feature, const record::Recording& recording) {
+  return {core::ErrorCode::kData,
+          fmt::format("{}: its rows carry no time, which the mean '{}' needs", recording.source,
+                      feature.text())};
+}
+
 core::Result<Plan> make_plan(std::span<const FeatureSpec> features,
-                             const record::Recording& recording, double rows_per_lag) {
+                             const record::Recording& recording, double rows_per_lag,
+                             double tick_s) {
   Plan plan;
   std::vector<std::string> missing;
   for (const FeatureSpec& feature : features) {
@@ -43,6 +51,10 @@ core::Result<Plan> make_plan(std::span<const FeatureSpec> features,
     op.lag_ticks =
         static_cast<std::uint32_t>(std::max(1L, std::lround(feature.lag_rows * rows_per_lag)));
     op.half_width = feature.play_half_width;
+    if (is_mean(feature.transform) && recording.rows() > 1) {
+      if (!(tick_s > 0.0)) return no_period(feature, recording);
+      op.gain = mean_gain(tick_s, static_cast<double>(feature.time_constant_s));
+    }
     plan.ops.push_back(op);
   }
   if (missing.empty()) return plan;
@@ -78,7 +90,8 @@ core::Result<FeatureMatrix> feature_matrix(std::span<const FeatureSpec> features
                                            const record::Recording& recording, double row_period) {
   const double period = row_period_s(recording);
   const double rows_per_lag = row_period > 0.0 && period > 0.0 ? row_period / period : 1.0;
-  RAVENCAL_ASSIGN_OR_RETURN(const Plan plan, make_plan(features, recording, rows_per_lag));
+  const double tick_s = period > 0.0 ? period : row_period;
+  RAVENCAL_ASSIGN_OR_RETURN(const Plan plan, make_plan(features, recording, rows_per_lag, tick_s));
   std::vector<float> memory(FeatureState::memory_floats(plan.ops, plan.columns.size()));
   FeatureState state(plan.ops, plan.columns.size(), memory);
   std::vector<float> sources(plan.columns.size());

@@ -5,14 +5,16 @@
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace ravencal::model {
 namespace {
 
 core::Error bad_feature(std::string_view text, std::string_view why) {
   return {core::ErrorCode::kUsage,
-          fmt::format("feature '{}': {}; write CHANNEL, CHANNEL@ROWS or CHANNEL~HALF_WIDTH", text,
-                      why)};
+          fmt::format("feature '{}': {}; write CHANNEL, CHANNEL@ROWS, CHANNEL~HALF_WIDTH, "
+                      "CHANNEL%SECONDS or CHANNEL%absSECONDS",
+                      text, why)};
 }
 
 /// True if all of `text` is a number of that type.
@@ -23,6 +25,20 @@ bool parse_number(std::string_view text, Number& number) {
   return error == std::errc{} && rest == end;
 }
 
+constexpr std::string_view kAbs = "abs";
+
+/// Reads what follows the %.
+core::Result<FeatureSpec> parse_mean(std::string_view text, std::string_view number,
+                                     FeatureSpec spec) {
+  spec.transform = number.starts_with(kAbs) ? Transform::kMeanOfAbs : Transform::kMean;
+  if (spec.transform == Transform::kMeanOfAbs) number.remove_prefix(kAbs.size());
+  if (!parse_number(number, spec.time_constant_s) || !is_time_constant(spec.time_constant_s)) {
+    return bad_feature(text, fmt::format("'{}' is not a time constant from {} to {} s", number,
+                                         kMinTimeConstantS, kMaxTimeConstantS));
+  }
+  return spec;
+}
+
 }  // namespace
 
 std::string FeatureSpec::text() const {
@@ -31,6 +47,10 @@ std::string FeatureSpec::text() const {
       return fmt::format("{}@{}", channel, lag_rows);
     case Transform::kPlay:
       return fmt::format("{}~{}", channel, play_half_width);
+    case Transform::kMean:
+      return fmt::format("{}%{}", channel, time_constant_s);
+    case Transform::kMeanOfAbs:
+      return fmt::format("{}%{}{}", channel, kAbs, time_constant_s);
     case Transform::kValue:
       break;
   }
@@ -39,11 +59,12 @@ std::string FeatureSpec::text() const {
 
 core::Result<FeatureSpec> FeatureSpec::parse(std::string_view text) {
   FeatureSpec spec;
-  const std::size_t mark = text.find_first_of("@~");
+  const std::size_t mark = text.find_first_of("@~%");
   spec.channel = text.substr(0, mark);
   if (spec.channel.empty()) return bad_feature(text, "the channel's name is missing");
   if (mark == std::string_view::npos) return spec;
   const std::string_view number = text.substr(mark + 1);
+  if (text[mark] == '%') return parse_mean(text, number, std::move(spec));
   if (text[mark] == '@') {
     spec.transform = Transform::kLag;
     if (!parse_number(number, spec.lag_rows) || spec.lag_rows == 0) {

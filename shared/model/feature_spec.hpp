@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which inputs a network sees. An input is a channel, or a channel as it was some rows ago, or a
-// play operator of a channel (the memory of a cable with slack): x -> clamp(state, x - r, x + r).
+// play operator of a channel (the memory of a cable with slack): x -> clamp(state, x - r, x + r),
+// or an exponential mean of a channel or of its size (load, temperature, wear of the last seconds).
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,14 @@
 namespace ravencal::model {
 
 /// One network input. Text form: "jpos.elbow", "jpos.elbow@3" (3 rows ago), "jpos.elbow~0.01"
-/// (play of half-width 0.01, in the channel's SI unit).
+/// (play of half-width 0.01, in the channel's SI unit), "tau.elbow%0.5" (exponential mean with a
+/// time constant of 0.5 s), "tau.elbow%abs0.5" (the same of the absolute value).
 struct FeatureSpec {
   std::string channel;
   Transform transform = Transform::kValue;
   std::uint32_t lag_rows = 0;
   float play_half_width = 0.0F;
+  float time_constant_s = 0.0F;  ///< of a mean
 
   [[nodiscard]] std::string text() const;
   static core::Result<FeatureSpec> parse(std::string_view text);
@@ -36,8 +39,9 @@ struct FeatureSpec {
 ///   group:joint_pose | joint:elbow      a feature group, or everything of a joint
 ///   jpos.* | tau.elbow                  channel names, * as wildcard
 ///   jpos.*@3 | jpos.elbow~0.01          their lags and play operators
-///   -TERM                               removes what TERM selects; without @ or ~ with all its
-///                                       lags and play operators
+///   jpos.*%0.5 | tau.elbow%abs0.5       their means, and means of their absolute values
+///   -TERM                               removes what TERM selects; without @, ~ or % with all its
+///                                       lags, play operators and means
 /// A list that begins with a removal removes from what the empty text gives: paper112 where its
 /// channels exist, else every channel that is not truth. `available` are the recording's channels;
 /// truth channels are never features. Errors (kUsage) name the term and what there is instead.

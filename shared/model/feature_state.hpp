@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Turns the channels of one tick into network inputs, remembering what lags and play operators
-// need. Training runs it over recordings (one tick per row), the plugin in the robot's loop (one
-// tick per control cycle; there a lag of k rows is k * row_period / tick ticks). Real-time safe:
-// all memory comes from the caller, the time of a tick does not depend on the values. One thread.
+// Turns the channels of one tick into network inputs, remembering what lags, play operators and
+// means need. Training runs it over recordings (one tick per row), the plugin in the robot's loop
+// (one tick per control cycle; there a lag of k rows is k * row_period / tick ticks). Real-time
+// safe: all memory comes from the caller, the time of a tick does not depend on the values. One
+// thread.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +22,7 @@ struct FeatureOp {
   Transform transform = Transform::kValue;
   std::uint32_t lag_ticks = 0;  ///< kLag only
   float half_width = 0.0F;      ///< kPlay only, in the source's unit, >= 0
+  float gain = 1.0F;            ///< means only, of one tick, in (0, 1] (mean_gain.hpp)
 };
 
 class FeatureState {
@@ -28,7 +30,14 @@ class FeatureState {
   /// Floats of memory that `ops` over `source_count` sources need.
   static constexpr std::size_t memory_floats(std::span<const FeatureOp> ops,
                                              std::size_t source_count) noexcept {
-    return ops.size() + history_rows(ops) * source_count;
+    return memory_floats(ops.size(), has_means(ops), history_rows(ops), source_count);
+  }
+
+  /// The same from counts; `history_rows`: one more than the longest lag in ticks, 0 without lags.
+  static constexpr std::size_t memory_floats(std::size_t ops, bool has_means,
+                                             std::size_t history_rows,
+                                             std::size_t source_count) noexcept {
+    return (has_means ? 2 : 1) * ops + history_rows * source_count;
   }
 
   FeatureState() = default;
@@ -40,8 +49,9 @@ class FeatureState {
       : ops_(ops),
         source_count_(source_count),
         history_rows_(history_rows(ops)),
-        play_(memory.first(ops.size())),
-        history_(memory.subspan(ops.size(), history_rows_ * source_count)) {
+        states_(memory.first(ops.size())),
+        rests_(memory.subspan(ops.size(), has_means(ops) ? ops.size() : 0)),
+        history_(memory.subspan(ops.size() + rests_.size(), history_rows_ * source_count)) {
     reset();
   }
 
@@ -49,12 +59,12 @@ class FeatureState {
   void reset() noexcept {
     known_rows_ = 0;
     head_ = 0;
-    for (float& state : play_) state = kUnset;
+    for (float& state : states_) state = kUnset;
   }
 
   /// Takes the channels of one tick, shape [source_count], and writes the inputs, shape [ops].
   /// A lag that reaches further back than the first tick gives the oldest value known; a play
-  /// operator starts at its first value. A NaN passes through and does not disturb a play operator.
+  /// operator or mean starts at its first value. A NaN passes through and does not disturb them.
   void advance(std::span<const float> sources, std::span<float> features) noexcept {
     remember(sources);
     for (std::size_t i = 0; i < ops_.size(); ++i) {
@@ -68,7 +78,13 @@ class FeatureState {
           features[i] = history_[row_before(op.lag_ticks) * source_count_ + op.source];
           break;
         case Transform::kPlay:
-          features[i] = play(play_[i], now, op.half_width);
+          features[i] = play(states_[i], now, op.half_width);
+          break;
+        case Transform::kMean:
+          features[i] = mean(states_[i], rests_[i], now, op.gain);
+          break;
+        case Transform::kMeanOfAbs:
+          features[i] = mean(states_[i], rests_[i], now < 0.0F ? -now : now, op.gain);
           break;
       }
     }
@@ -86,6 +102,13 @@ class FeatureState {
       }
     }
     return rows;
+  }
+
+  static constexpr bool has_means(std::span<const FeatureOp> ops) noexcept {
+    for (const FeatureOp& op : ops) {
+      if (is_mean(op.transform)) return true;
+    }
+    return false;
   }
 
   void remember(std::span<const float> sources) noexcept {
@@ -109,10 +132,28 @@ class FeatureState {
     return now == now ? state : now;
   }
 
+  /// The mean is state + rest: a step far below the state's last digit is not lost but added up in
+  /// the rest (Knuth's exact sum of two numbers), so that slow means do not stall. An infinity
+  /// passes through like a NaN.
+  static float mean(float& state, float& rest, float now, float gain) noexcept {
+    if (now - now != 0.0F) return now;
+    if (state != state) {  // the first value
+      state = now;
+      rest = 0.0F;
+    }
+    const float step = gain * ((now - state) - rest) + rest;
+    const float sum = state + step;
+    const float taken = sum - state;
+    rest = (state - (sum - taken)) + (step - taken);
+    state = sum;
+    return state;
+  }
+
   std::span<const FeatureOp> ops_;
   std::size_t source_count_ = 0;
   std::size_t history_rows_ = 0;
-  std::span<float> play_;     ///< one per op; kUnset before its first value
+  std::span<float> states_;   ///< of plays and means; one per op; kUnset before its first value
+  std::span<float> rests_;    ///< what the states of means lack; one per op if any is a mean
   std::span<float> history_;  ///< ring of whole source rows: the lags of one tick share cache lines
   std::size_t known_rows_ = 0;
   std::size_t head_ = 0;

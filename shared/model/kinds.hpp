@@ -12,10 +12,25 @@ namespace ravencal::model {
 
 /// How an input is made from a channel.
 enum class Transform : std::uint8_t {
-  kValue = 0,  ///< the channel now
-  kLag = 1,    ///< the channel some rows ago
-  kPlay = 2,   ///< play operator of the channel: the memory of a cable with slack
+  kValue = 0,      ///< the channel now
+  kLag = 1,        ///< the channel some rows ago
+  kPlay = 2,       ///< play operator of the channel: the memory of a cable with slack
+  kMean = 3,       ///< exponential mean of the channel: a first-order low-pass
+  kMeanOfAbs = 4,  ///< exponential mean of the channel's size
 };
+
+constexpr bool is_mean(Transform transform) noexcept {
+  return transform == Transform::kMean || transform == Transform::kMeanOfAbs;
+}
+
+/// Time constants of exponential means, s.
+inline constexpr float kMinTimeConstantS = 1e-3F;
+inline constexpr float kMaxTimeConstantS = 1000.0F;
+
+/// False for NaN.
+constexpr bool is_time_constant(float time_constant_s) noexcept {
+  return time_constant_s >= kMinTimeConstantS && time_constant_s <= kMaxTimeConstantS;
+}
 
 /// What a layer applies to each of its sums.
 enum class Activation : std::uint8_t { kLinear = 0, kSigmoid = 1, kTanh = 2, kRelu = 3 };
