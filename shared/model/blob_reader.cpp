@@ -36,7 +36,7 @@ core::Status read_features(const BlobView& view, std::string_view source, Calibr
   for (std::size_t i = 0; i < view.feature_count(); ++i) {
     const BlobFeature feature = view.feature(i);
     model.features.push_back({std::string(feature.channel), feature.transform, feature.lag_rows,
-                              feature.play_half_width});
+                              feature.play_half_width, feature.time_constant_s});
     // The plugin goes by the number, people by the name: they must agree.
     const auto index = core::catalogue_index_of(feature.channel);
     const std::size_t expected = index ? *index : blob::kNoCatalogueIndex;

@@ -193,7 +193,9 @@ void write_features(ByteWriter& out, const CalibrationModel& model) {
     out.u8(static_cast<std::uint8_t>(feature.transform));
     out.u8(0);
     out.u32(feature.transform == Transform::kLag ? feature.lag_rows : 0);
-    out.f32(feature.transform == Transform::kPlay ? feature.play_half_width : 0.0F);
+    out.f32(is_mean(feature.transform)              ? feature.time_constant_s
+            : feature.transform == Transform::kPlay ? feature.play_half_width
+                                                    : 0.0F);
     out.u32(0);
     out.text(feature.channel, kFeatureNameBytes);
   }
@@ -261,10 +263,18 @@ void write_appended(ByteWriter& out, const CalibrationModel& model) {
   out.zeros_to(kHeaderBytes);
 }
 
+/// The least that can say what the model holds, so that older readers take what they can.
+std::uint16_t minor_of(const CalibrationModel& model) {
+  const bool has_means =
+      std::any_of(model.features.begin(), model.features.end(),
+                  [](const FeatureSpec& feature) { return is_mean(feature.transform); });
+  return has_means ? kMinorOfMeans : kMinorOfHeader;
+}
+
 void write_header(ByteWriter& out, const CalibrationModel& model, const Contents& contents) {
   for (const std::uint8_t byte : kMagic) out.u8(byte);
   out.u16(kMajor);
-  out.u16(kMinor);
+  out.u16(minor_of(model));
   out.u32(kHeaderBytes);
   out.u32(0);  // file size, known at the end
   out.u32(static_cast<std::size_t>(contents.precision));
