@@ -7,6 +7,7 @@
 // thread.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -84,7 +85,7 @@ class FeatureState {
           features[i] = mean(states_[i], rests_[i], now, op.gain);
           break;
         case Transform::kMeanOfAbs:
-          features[i] = mean(states_[i], rests_[i], now < 0.0F ? -now : now, op.gain);
+          features[i] = mean(states_[i], rests_[i], std::fabs(now), op.gain);
           break;
       }
     }
@@ -136,17 +137,17 @@ class FeatureState {
   /// the rest (Knuth's exact sum of two numbers), so that slow means do not stall. An infinity
   /// passes through like a NaN.
   static float mean(float& state, float& rest, float now, float gain) noexcept {
-    if (now - now != 0.0F) return now;
-    if (state != state) {  // the first value
-      state = now;
-      rest = 0.0F;
-    }
-    const float step = gain * ((now - state) - rest) + rest;
-    const float sum = state + step;
-    const float taken = sum - state;
-    rest = (state - (sum - taken)) + (step - taken);
-    state = sum;
-    return state;
+    const bool is_number = now - now == 0.0F;
+    const bool is_first = state != state;
+    const float from = is_first ? now : state;
+    const float left = is_first ? 0.0F : rest;
+    const float step = gain * ((now - from) - left) + left;
+    const float sum = from + step;
+    const float taken = sum - from;
+    const float lost = (from - (sum - taken)) + (step - taken);
+    state = is_number ? sum : state;
+    rest = is_number ? lost : rest;
+    return is_number ? sum : now;
   }
 
   std::span<const FeatureOp> ops_;
