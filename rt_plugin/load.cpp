@@ -131,7 +131,8 @@ class ModelLoader {
       const std::uint64_t ticks = lag_ticks(feature.lag_rows);
       if (ticks > longest_lag_ticks_) longest_lag_ticks_ = ticks;
       has_lags_ = has_lags_ || feature.transform == model::Transform::kLag;
-      has_means_ = has_means_ || model::is_mean(feature.transform);
+      const std::size_t states = model::FeatureState::states_of(feature.transform);
+      if (states > states_per_input_) states_per_input_ = states;
       add_channel(feature.catalogue_index);
     }
     if (longest_lag_ticks_ > kMaxMappingBytes / sizeof(float) / channel_count_) {
@@ -188,8 +189,8 @@ class ModelLoader {
     const auto scratch =
         layout.take<std::byte>(kernels::scratch_bytes(view_.network().header().widest) +
                                kernels::memory_bytes(view_.network(), ticks_per_row()));
-    feature_memory_ = layout.take<float>(
-        model::FeatureState::memory_floats(inputs, has_means_, history_rows, channel_count_));
+    feature_memory_ = layout.take<float>(model::FeatureState::memory_floats(
+        inputs, states_per_input_, history_rows, channel_count_));
     if (model.empty()) return;
     model_ = model.data();
     model_->readers_ = readers;
@@ -354,7 +355,7 @@ class ModelLoader {
   std::size_t channel_count_ = 0;
   std::uint64_t longest_lag_ticks_ = 0;
   bool has_lags_ = false;
-  bool has_means_ = false;
+  std::size_t states_per_input_ = 1;
   kernels::Isa isa_;
   LoadedModel* model_ = nullptr;
   std::span<float> feature_memory_;

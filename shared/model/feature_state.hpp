@@ -7,6 +7,7 @@
 // thread.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +24,9 @@ struct FeatureOp {
   Transform transform = Transform::kValue;
   std::uint32_t lag_ticks = 0;  ///< kLag only
   float half_width = 0.0F;      ///< kPlay only, in the source's unit, >= 0
-  float gain = 1.0F;            ///< means only, of one tick, in (0, 1] (mean_gain.hpp)
+  float gain = 1.0F;            ///< means over time only, of one tick, in (0, 1] (mean_gain.hpp)
+  float travel = 1.0F;      ///< means over travel only, their length in the position's unit, > 0
+  std::uint32_t along = 0;  ///< means over travel only: index of the position in the sources
 };
 
 class FeatureState {
@@ -31,28 +34,35 @@ class FeatureState {
   /// Floats of memory that `ops` over `source_count` sources need.
   static constexpr std::size_t memory_floats(std::span<const FeatureOp> ops,
                                              std::size_t source_count) noexcept {
-    return memory_floats(ops.size(), has_means(ops), history_rows(ops), source_count);
+    return memory_floats(ops.size(), states_per_op(ops), history_rows(ops), source_count);
   }
 
-  /// The same from counts; `history_rows`: one more than the longest lag in ticks, 0 without lags.
-  static constexpr std::size_t memory_floats(std::size_t ops, bool has_means,
+  /// The same from counts; `states_per_op`: the largest states_of the ops' transforms;
+  /// `history_rows`: one more than the longest lag in ticks, 0 without lags.
+  static constexpr std::size_t memory_floats(std::size_t ops, std::size_t states_per_op,
                                              std::size_t history_rows,
                                              std::size_t source_count) noexcept {
-    return (has_means ? 2 : 1) * ops + history_rows * source_count;
+    return states_per_op * ops + history_rows * source_count;
+  }
+
+  /// Floats that an op of this transform makes every op need.
+  static constexpr std::size_t states_of(Transform transform) noexcept {
+    return is_travel_mean(transform) ? 3 : is_mean(transform) ? 2 : 1;
   }
 
   FeatureState() = default;
 
   /// `ops` and `memory` (at least memory_floats) are borrowed and must outlive this object. Every
-  /// op's source must be below `source_count`.
+  /// op's source and position must be below `source_count`.
   FeatureState(std::span<const FeatureOp> ops, std::size_t source_count,
                std::span<float> memory) noexcept
       : ops_(ops),
         source_count_(source_count),
         history_rows_(history_rows(ops)),
         states_(memory.first(ops.size())),
-        rests_(memory.subspan(ops.size(), has_means(ops) ? ops.size() : 0)),
-        history_(memory.subspan(ops.size() + rests_.size(), history_rows_ * source_count)) {
+        rests_(memory.subspan(ops.size(), states_per_op(ops) > 1 ? ops.size() : 0)),
+        followers_(memory.subspan(2 * rests_.size(), states_per_op(ops) > 2 ? ops.size() : 0)),
+        history_(memory.subspan(states_per_op(ops) * ops.size(), history_rows_ * source_count)) {
     reset();
   }
 
@@ -61,6 +71,7 @@ class FeatureState {
     known_rows_ = 0;
     head_ = 0;
     for (float& state : states_) state = kUnset;
+    for (float& follower : followers_) follower = kUnset;
   }
 
   /// Takes the channels of one tick, shape [source_count], and writes the inputs, shape [ops].
@@ -87,6 +98,14 @@ class FeatureState {
         case Transform::kMeanOfAbs:
           features[i] = mean(states_[i], rests_[i], std::fabs(now), op.gain);
           break;
+        case Transform::kTravelMean:
+          features[i] = mean(states_[i], rests_[i], now,
+                             travel_gain(followers_[i], sources[op.along], op.travel));
+          break;
+        case Transform::kTravelMeanOfAbs:
+          features[i] = mean(states_[i], rests_[i], std::fabs(now),
+                             travel_gain(followers_[i], sources[op.along], op.travel));
+          break;
       }
     }
   }
@@ -105,11 +124,10 @@ class FeatureState {
     return rows;
   }
 
-  static constexpr bool has_means(std::span<const FeatureOp> ops) noexcept {
-    for (const FeatureOp& op : ops) {
-      if (is_mean(op.transform)) return true;
-    }
-    return false;
+  static constexpr std::size_t states_per_op(std::span<const FeatureOp> ops) noexcept {
+    std::size_t states = 1;
+    for (const FeatureOp& op : ops) states = std::max(states, states_of(op.transform));
+    return states;
   }
 
   void remember(std::span<const float> sources) noexcept {
@@ -150,11 +168,30 @@ class FeatureState {
     return is_number ? sum : now;
   }
 
+  /// Share of the way from the mean to the value that the travel of this tick goes: the implicit
+  /// Euler step d / (d + travel) of an exponential mean over travel. It needs no exp, never
+  /// overshoots, and to first order in d / travel is the same in one tick as in ten of a tenth of
+  /// d. d is what the tick moves a play of the position, 0 at its first value and at one that is no
+  /// number.
+  static float travel_gain(float& follower, float position, float travel) noexcept {
+    const float half_width = kTravelDeadband * travel;
+    const bool is_number = position - position == 0.0F;
+    const float before = follower != follower ? position : follower;
+    const float low = position - half_width;
+    const float high = position + half_width;
+    const float raised = before < low ? low : before;
+    const float after = raised > high ? high : raised;
+    const float moved = is_number ? std::fabs(after - before) : 0.0F;
+    follower = is_number ? after : follower;
+    return moved / (moved + travel);
+  }
+
   std::span<const FeatureOp> ops_;
   std::size_t source_count_ = 0;
   std::size_t history_rows_ = 0;
-  std::span<float> states_;   ///< of plays and means; one per op; kUnset before its first value
-  std::span<float> rests_;    ///< what the states of means lack; one per op if any is a mean
+  std::span<float> states_;     ///< of plays and means; one per op; kUnset before its first value
+  std::span<float> rests_;      ///< what the states of means lack; one per op if any is a mean
+  std::span<float> followers_;  ///< plays of positions; one per op if any is a mean over travel
   std::span<float> history_;  ///< ring of whole source rows: the lags of one tick share cache lines
   std::size_t known_rows_ = 0;
   std::size_t head_ = 0;

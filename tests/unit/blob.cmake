@@ -9,6 +9,7 @@ ravencal_test(NAME blob_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/blob_test.cpp ${C
 ravencal_test(NAME trust_region_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/trust_region_test.cpp
   LIBS ravencal_blob_sample LABELS unit)
 ravencal_test(NAME feature_state_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/feature_state_test.cpp
+              ${CMAKE_CURRENT_LIST_DIR}/travel_mean_test.cpp
   LIBS ravencal::model LABELS unit)
 ravencal_test(NAME layers_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/layers_test.cpp
   LIBS ravencal::model LABELS unit)

@@ -126,6 +126,27 @@ TEST(FeatureSelection, TakesAndRemovesMeans) {
             std::string::npos);
 }
 
+TEST(FeatureSelection, TakesAndRemovesMeansOverTravel) {
+  EXPECT_EQ(selected("tau.elbow%0.1:jpos.elbow,tau.elbow%abs2:mpos.elbow"),
+            (std::vector<std::string>{"tau.elbow%0.1:jpos.elbow", "tau.elbow%abs2:mpos.elbow"}));
+  EXPECT_EQ(selected("tau.*%0.1:jpos.elbow").size(), 8U);
+  EXPECT_EQ(selected("tau.*%0.1:jpos.elbow,-tau.elbow%0.1:jpos.elbow").size(), 7U);
+  EXPECT_EQ(selected("mvel.elbow,tau.elbow%0.1:jpos.elbow,-tau.elbow"),
+            std::vector<std::string>{"mvel.elbow"});
+  EXPECT_EQ(selected("jpos.elbow,tau.elbow%0.1:jpos.elbow,-jpos.elbow"),
+            std::vector<std::string>{"tau.elbow%0.1:jpos.elbow"});
+  EXPECT_NE(refusal("tau.elbow%0.1:").find("the position's name is missing"), std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:jpos.*").find("'jpos.*' is not the name of one position"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%2000:jpos.elbow").find("'2000' is not a length of travel from"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:jpos.elbwo").find("needs the position 'jpos.elbwo'"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:ext_jpos.elbow").find("needs the position 'ext_jpos.elbow'"),
+            std::string::npos)
+      << "a truth is no position";
+}
+
 TEST(FeatureSelection, TakesEverythingButTheTruthOfARecordingThatIsNotARaven) {
   const std::vector<Channel> arm = {{"q1", "rad", Role::kJointEstimate, "j1"},
                                     {"t1", "rad", Role::kJointTruth, "j1"},
@@ -147,11 +168,18 @@ TEST(FeatureSelection, NamesTheTermThatIsWrong) {
 }
 
 TEST(FeatureSpec, RefusesTextThatIsNoFeature) {
-  for (const char* text :
-       {"",     "@3",    "q@",     "q@0",     "q@-1",  "q@1.5",  "q@3x",     "q@99999999999",
-        "q~",   "q~0",   "q~-1",   "q~nan",   "q~inf", "q~1e99", "q~1x",     "q@3~1",
-        "%1",   "q%",    "q%0",    "q%-1",    "q%nan", "q%inf",  "q%0.0009", "q%1000.1",
-        "q%1s", "q%abs", "q%abs0", "q%abs-1", "q%ab1", "q%1abs", "q%1%1",    "q%1@3"}) {
+  for (const char* text : {"",         "@3",         "q@",       "q@0",
+                           "q@-1",     "q@1.5",      "q@3x",     "q@99999999999",
+                           "q~",       "q~0",        "q~-1",     "q~nan",
+                           "q~inf",    "q~1e99",     "q~1x",     "q@3~1",
+                           "%1",       "q%",         "q%0",      "q%-1",
+                           "q%nan",    "q%inf",      "q%0.0009", "q%1000.1",
+                           "q%1s",     "q%abs",      "q%abs0",   "q%abs-1",
+                           "q%ab1",    "q%1abs",     "q%1%1",    "q%1@3",
+                           "%1:p",     "q%1:",       "q%:p",     "q%abs:p",
+                           "q%0:p",    "q%-1:p",     "q%nan:p",  "q%inf:p",
+                           "q%9e-7:p", "q%1000.1:p", "q%1:p@3",  "q%1:p~1",
+                           "q%1:p%1",  "q%1:*",      "q@1:p",    "q~1:p"}) {
     EXPECT_FALSE(FeatureSpec::parse(text).ok()) << text;
   }
 }
@@ -236,6 +264,32 @@ TEST(FeatureMatrix, TakesMeansByTheTimeBetweenTheRecordingsRows) {
     EXPECT_NEAR((*matrix)(row, 0), expected, 1e-6);
     EXPECT_NEAR((*matrix)(row, 1), -expected, 1e-6);
   }
+}
+
+TEST(FeatureMatrix, TakesMeansOverTravelOfAPositionThatIsNoInput) {
+  const std::vector<FeatureSpec> features = {
+      {.channel = "y", .transform = Transform::kTravelMean, .travel_si = 2.0F, .along = "x"},
+      {.channel = "y", .transform = Transform::kTravelMeanOfAbs, .travel_si = 2.0F, .along = "x"}};
+  record::Recording recording = ramp();
+  recording.samples.col(1) *= -1.0;
+  recording.t_ns.assign(6, 0);  // it needs no time
+  const auto matrix = feature_matrix(features, recording);
+  ASSERT_TRUE(matrix.ok()) << matrix.error().message;
+  constexpr double kHalfWidth = 2.0 / 64.0;
+  const double travelled[] = {0.0, 1.0 - kHalfWidth, 1.0, 1.0, 1.0 - 2.0 * kHalfWidth, 1.0};
+  double expected = -10.0;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    const double d = travelled[row];
+    expected += d / (d + 2.0) * (recording.samples(row, 1) - expected);
+    EXPECT_NEAR((*matrix)(row, 0), expected, 1e-5) << row;
+    EXPECT_NEAR((*matrix)(row, 1), -expected, 1e-5) << row;
+  }
+  recording.events = {{0, "episode", ""}};
+  EXPECT_EQ((*feature_matrix(features, recording))(0, 0), -10.0F);
+  recording.channels[0].name = "z";
+  const auto refused = feature_matrix(features, recording);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().message, "ramp.csv: lacks 1 channel(s) that the model needs: x");
 }
 
 TEST(FeatureMatrix, NeedsAPeriodForAMean) {
