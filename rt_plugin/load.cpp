@@ -223,11 +223,20 @@ class ModelLoader {
     fill_info(needs_cycle_end);
   }
 
+  /// Of the channels that the model reads.
+  [[nodiscard]] std::uint32_t channel_number(const model::BlobFeature& feature) const noexcept {
+    return static_cast<std::uint32_t>(channel_of_[feature.catalogue_index] - 1);
+  }
+
   void fill_input(std::size_t i) noexcept {
     const model::BlobFeature feature = view_.feature(i);
     const std::uint64_t lag = lag_ticks(feature.lag_rows);
-    model_->ops_[i] = {static_cast<std::uint32_t>(channel_of_[feature.catalogue_index] - 1),
-                       feature.transform, static_cast<std::uint32_t>(lag), feature.play_half_width};
+    model_->ops_[i] = {channel_number(feature), feature.transform, static_cast<std::uint32_t>(lag),
+                       feature.play_half_width};
+    if (model::is_travel_mean(feature.transform)) {
+      model_->ops_[i].travel = feature.travel_si;
+      model_->ops_[i].along = channel_number(view_.feature(feature.along));
+    }
     if (model::is_mean(feature.transform)) {
       model_->ops_[i].gain = model::mean_gain(static_cast<double>(config_.tick_ns) * 1e-9,
                                               static_cast<double>(feature.time_constant_s));

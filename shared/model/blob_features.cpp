@@ -17,7 +17,7 @@ namespace {
 BlobCheck check_transform(const std::byte* record, std::uint16_t minor) noexcept {
   const auto number = static_cast<std::uint8_t>(record[kFeatureTransformAt]);
   const auto transform = static_cast<Transform>(number);
-  const auto newest = minor < kMinorOfMeans ? Transform::kPlay : Transform::kMeanOfAbs;
+  const auto newest = minor < kMinorOfMeans ? Transform::kPlay : Transform::kTravelMeanOfAbs;
   if (number > static_cast<std::uint8_t>(newest))
     return {BlobStatus::kFeature, kFeatureTransformAt};
   if (record[kFeatureTransformAt + 1] != std::byte{0}) {
@@ -34,7 +34,22 @@ BlobCheck check_transform(const std::byte* record, std::uint16_t minor) noexcept
     valid = parameter >= 0.0F && parameter <= std::numeric_limits<float>::max();
   }
   if (is_mean(transform)) valid = is_time_constant(parameter);
+  if (is_travel_mean(transform)) valid = is_travel(parameter);
   return valid ? BlobCheck{} : BlobCheck{BlobStatus::kFeature, kFeatureParameterAt};
+}
+
+/// The input that is the position of a mean over travel.
+BlobCheck check_along(std::span<const std::byte> records, std::size_t at) noexcept {
+  const std::byte* const record = records.data() + at;
+  if (!is_travel_mean(static_cast<Transform>(record[kFeatureTransformAt]))) {
+    return check_zero(records.subspan(at), kFeatureAlongAt, kFeatureNameAt);
+  }
+  const std::size_t along = load_u32(record + kFeatureAlongAt);
+  const bool valid =
+      along >= 1 && along <= records.size() / kFeatureBytes &&
+      static_cast<Transform>(records[(along - 1) * kFeatureBytes + kFeatureTransformAt]) ==
+          Transform::kValue;
+  return valid ? BlobCheck{} : BlobCheck{BlobStatus::kFeature, kFeatureAlongAt};
 }
 
 }  // namespace
@@ -43,7 +58,7 @@ BlobCheck check_features(std::span<const std::byte> records, std::size_t start,
                          std::uint16_t minor) noexcept {
   for (std::size_t at = 0; at < records.size(); at += kFeatureBytes) {
     BlobCheck check = check_transform(records.data() + at, minor);
-    if (check.ok()) check = check_zero(records.subspan(at), kFeatureZeroAt, kFeatureNameAt);
+    if (check.ok()) check = check_along(records, at);
     if (check.ok() && !is_name(records.subspan(at), kFeatureNameAt, kFeatureNameBytes)) {
       check = {BlobStatus::kFeature, kFeatureNameAt};
     }

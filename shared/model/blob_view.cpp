@@ -73,6 +73,8 @@ BlobFeature BlobView::feature(std::size_t i) const noexcept {
           load_u32(at + kFeatureLagAt),
           transform == Transform::kPlay ? parameter : 0.0F,
           is_mean(transform) ? parameter : 0.0F,
+          is_travel_mean(transform) ? parameter : 0.0F,
+          is_travel_mean(transform) ? load_u32(at + kFeatureAlongAt) - 1 : 0,
           text(static_cast<std::size_t>(at - bytes_.data()) + kFeatureNameAt, kFeatureNameBytes)};
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <utility>
@@ -115,6 +116,12 @@ std::optional<std::size_t> position_of(std::span<const FeatureSpec> features,
     }
   }
   return std::nullopt;
+}
+
+bool is_needed_position(std::span<const FeatureSpec> features, std::size_t i) {
+  return std::any_of(features.begin(), features.end(), [&](const FeatureSpec& feature) {
+    return is_travel_mean(feature.transform) && position_of(features, feature) == i;
+  });
 }
 
 void add_history(std::vector<FeatureSpec>& features, std::uint32_t history,

@@ -62,6 +62,9 @@ core::Result<std::vector<FeatureSpec>> select_features(std::string_view text,
 std::optional<std::size_t> position_of(std::span<const FeatureSpec> features,
                                        const FeatureSpec& feature);
 
+/// Whether input i is the position of one of the means over travel, which cannot do without it.
+bool is_needed_position(std::span<const FeatureSpec> features, std::size_t i);
+
 /// Adds lagged copies (rows step, 2*step, ... history*step) of every plain feature.
 void add_history(std::vector<FeatureSpec>& features, std::uint32_t history,
                  std::uint32_t step_rows);

@@ -118,7 +118,7 @@ TEST(BlobMeans, AreRefusedInAnEarlierVersionAndUnknownTransformsInEvery) {
     bytes = golden_bytes(kGoldenOfMeans);
     bytes[blob::kMinorAt] = static_cast<std::byte>(minor);
     EXPECT_TRUE(check_repaired(bytes).ok()) << "2." << minor;
-    bytes[feature_at(bytes, 1) + 2] = std::byte{5};
+    bytes[feature_at(bytes, 1) + 2] = std::byte{7};
     EXPECT_EQ(check_repaired(bytes).status, BlobStatus::kFeature) << "2." << minor;
   }
 }
@@ -150,7 +150,7 @@ TEST(BlobMeans, HaveATimeConstantWithinItsRange) {
   put_f32(plain, feature_at(golden, 0) + blob::kFeatureParameterAt, 0.5F);
   EXPECT_EQ(check_repaired(plain).status, BlobStatus::kFeature) << "a value has no time constant";
   Bytes reserved = golden;
-  reserved[feature_at(golden, 1) + blob::kFeatureZeroAt] = std::byte{1};
+  reserved[feature_at(golden, 1) + blob::kFeatureAlongAt] = std::byte{1};
   EXPECT_EQ(check_repaired(reserved).status, BlobStatus::kReserved);
 }
 
