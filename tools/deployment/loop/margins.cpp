@@ -34,7 +34,7 @@ struct Input {
   core::RavenField field;
   std::size_t element;
   int lag_cycles;
-  double mean_gain;  ///< of a cycle; 1 if it is no mean
+  double mean_gain;  ///< of a cycle; 1 if it is no mean over time
   bool signless;     ///< a mean of the absolute value
   Index column;
 };
@@ -51,9 +51,12 @@ std::vector<Input> inputs_of(const model::CalibrationModel& model, double cycle_
                             ? static_cast<double>(model::mean_gain(
                                   cycle_s, static_cast<double>(feature.time_constant_s)))
                             : 1.0;
+    const bool signless = feature.transform == model::Transform::kMeanOfAbs ||
+                          feature.transform == model::Transform::kTravelMeanOfAbs;
+    // The step of a mean over travel depends on the speed: it is taken to follow its channel at
+    // once, which is the most that it can do.
     inputs.push_back({entry.field, entry.element, static_cast<int>(std::lround(lag_s / cycle_s)),
-                      gain, feature.transform == model::Transform::kMeanOfAbs,
-                      static_cast<Index>(i)});
+                      gain, signless, static_cast<Index>(i)});
   }
   return inputs;
 }
