@@ -14,6 +14,7 @@
 #include "core/catalogue.hpp"
 #include "model/blob_view.hpp"
 #include "model/input_limits.hpp"
+#include "model/mean_gain.hpp"
 #include "rt_plugin/admission.hpp"
 #include "rt_plugin/blob_memory.hpp"
 #include "rt_plugin/fp_mode.hpp"
@@ -130,6 +131,8 @@ class ModelLoader {
       const std::uint64_t ticks = lag_ticks(feature.lag_rows);
       if (ticks > longest_lag_ticks_) longest_lag_ticks_ = ticks;
       has_lags_ = has_lags_ || feature.transform == model::Transform::kLag;
+      const std::size_t states = model::FeatureState::states_of(feature.transform);
+      if (states > states_per_input_) states_per_input_ = states;
       add_channel(feature.catalogue_index);
     }
     if (longest_lag_ticks_ > kMaxMappingBytes / sizeof(float) / channel_count_) {
@@ -186,7 +189,8 @@ class ModelLoader {
     const auto scratch =
         layout.take<std::byte>(kernels::scratch_bytes(view_.network().header().widest) +
                                kernels::memory_bytes(view_.network(), ticks_per_row()));
-    feature_memory_ = layout.take<float>(inputs + history_rows * channel_count_);
+    feature_memory_ = layout.take<float>(model::FeatureState::memory_floats(
+        inputs, states_per_input_, history_rows, channel_count_));
     if (model.empty()) return;
     model_ = model.data();
     model_->readers_ = readers;
@@ -219,11 +223,24 @@ class ModelLoader {
     fill_info(needs_cycle_end);
   }
 
+  /// Of the channels that the model reads.
+  [[nodiscard]] std::uint32_t channel_number(const model::BlobFeature& feature) const noexcept {
+    return static_cast<std::uint32_t>(channel_of_[feature.catalogue_index] - 1);
+  }
+
   void fill_input(std::size_t i) noexcept {
     const model::BlobFeature feature = view_.feature(i);
     const std::uint64_t lag = lag_ticks(feature.lag_rows);
-    model_->ops_[i] = {static_cast<std::uint32_t>(channel_of_[feature.catalogue_index] - 1),
-                       feature.transform, static_cast<std::uint32_t>(lag), feature.play_half_width};
+    model_->ops_[i] = {channel_number(feature), feature.transform, static_cast<std::uint32_t>(lag),
+                       feature.play_half_width};
+    if (model::is_travel_mean(feature.transform)) {
+      model_->ops_[i].travel = feature.travel_si;
+      model_->ops_[i].along = channel_number(view_.feature(feature.along));
+    }
+    if (model::is_mean(feature.transform)) {
+      model_->ops_[i].gain = model::mean_gain(static_cast<double>(config_.tick_ns) * 1e-9,
+                                              static_cast<double>(feature.time_constant_s));
+    }
     const double low = view_.input_min(i);
     const double high = view_.input_max(i);
     const model::InputLimits limits = model::input_limits(low, high);
@@ -347,6 +364,7 @@ class ModelLoader {
   std::size_t channel_count_ = 0;
   std::uint64_t longest_lag_ticks_ = 0;
   bool has_lags_ = false;
+  std::size_t states_per_input_ = 1;
   kernels::Isa isa_;
   LoadedModel* model_ = nullptr;
   std::span<float> feature_memory_;

@@ -32,4 +32,11 @@ inline std::size_t text_length(std::span<const std::byte> bytes, std::size_t fro
   return check_zero(bytes, from + length, from + capacity).ok() ? length : capacity;
 }
 
+/// A zero-padded text of at least one printable ASCII character and no blank.
+inline bool is_name(std::span<const std::byte> bytes, std::size_t from,
+                    std::size_t capacity) noexcept {
+  const std::size_t length = text_length(bytes, from, capacity, '!');
+  return length > 0 && length < capacity;
+}
+
 }  // namespace ravencal::model

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Byte layout of the weight blob, version 2.1: the numbers of shared/FORMATS.md ("Weights") as
+// Byte layout of the weight blob, version 2.2: the numbers of shared/FORMATS.md ("Weights") as
 // constants. Writer and view use nothing else. All values are little-endian.
 #pragma once
 
@@ -14,7 +14,9 @@ namespace ravencal::model::blob {
 inline constexpr std::array<std::uint8_t, 12> kMagic = {0x89, 'R', 'A', 'V',  'E',  'N',
                                                         'C',  'A', 'L', 0x0D, 0x0A, 0x1A};
 inline constexpr std::uint16_t kMajor = 2;
-inline constexpr std::uint16_t kMinor = 1;
+inline constexpr std::uint16_t kMinor = 2;          ///< the latest that this build reads
+inline constexpr std::uint16_t kMinorOfHeader = 1;  ///< the first with the header of kHeaderBytes
+inline constexpr std::uint16_t kMinorOfMeans = 2;   ///< the first with exponential means
 inline constexpr std::size_t kAlignment = 64;
 
 // Offsets within the header.
@@ -67,6 +69,10 @@ enum Section : std::size_t {
 };
 
 inline constexpr std::size_t kFeatureBytes = 64;
+inline constexpr std::size_t kFeatureTransformAt = 2;
+inline constexpr std::size_t kFeatureLagAt = 4;
+inline constexpr std::size_t kFeatureParameterAt = 8;
+inline constexpr std::size_t kFeatureAlongAt = 12;
 inline constexpr std::size_t kFeatureNameAt = 16;
 inline constexpr std::size_t kFeatureNameBytes = 48;
 inline constexpr std::uint16_t kNoCatalogueIndex = 0xFFFF;

@@ -35,8 +35,11 @@ core::Result<BlobView> open_view(std::span<const std::byte> bytes, std::string_v
 core::Status read_features(const BlobView& view, std::string_view source, CalibrationModel& model) {
   for (std::size_t i = 0; i < view.feature_count(); ++i) {
     const BlobFeature feature = view.feature(i);
+    const std::string_view along =
+        is_travel_mean(feature.transform) ? view.feature(feature.along).channel : "";
     model.features.push_back({std::string(feature.channel), feature.transform, feature.lag_rows,
-                              feature.play_half_width});
+                              feature.play_half_width, feature.time_constant_s, feature.travel_si,
+                              std::string(along)});
     // The plugin goes by the number, people by the name: they must agree.
     const auto index = core::catalogue_index_of(feature.channel);
     const std::size_t expected = index ? *index : blob::kNoCatalogueIndex;

@@ -5,6 +5,7 @@
 
 #include "model/blob_appended.hpp"
 #include "model/blob_checks.hpp"
+#include "model/blob_features.hpp"
 #include "model/blob_view.hpp"
 
 namespace ravencal::model {
@@ -204,37 +205,10 @@ class BlobValidator {
     return {};
   }
 
-  /// A zero-padded text of at least one printable ASCII character and no blank.
-  [[nodiscard]] bool valid_text(std::size_t from, std::size_t capacity) const noexcept {
-    const std::size_t length = text_length(bytes_, from, capacity, '!');
-    return length > 0 && length < capacity;
-  }
-
   BlobCheck check_features() noexcept {
-    const std::size_t start = section_entry(bytes_.data(), kFeatures).offset;
-    for (std::size_t i = 0; i < view_.features_; ++i) {
-      const std::size_t record = start + i * kFeatureBytes;
-      const BlobFeature feature = view_.feature(i);
-      const bool lag = feature.transform == Transform::kLag;
-      const bool play = feature.transform == Transform::kPlay;
-      if (static_cast<std::uint8_t>(feature.transform) >
-          static_cast<std::uint8_t>(Transform::kPlay)) {
-        return refuse(BlobStatus::kFeature, record + 2);
-      }
-      if (bytes_[record + 3] != std::byte{0}) return refuse(BlobStatus::kReserved, record + 3);
-      if (lag ? feature.lag_rows == 0 || feature.lag_rows > kMaxLagRows : feature.lag_rows != 0) {
-        return refuse(BlobStatus::kFeature, record + 4);
-      }
-      const auto half_width = static_cast<double>(feature.play_half_width);
-      if (play ? !finite(half_width) || half_width < 0.0 : load_u32(at(record + 8)) != 0) {
-        return refuse(BlobStatus::kFeature, record + 8);
-      }
-      if (load_u32(at(record + 12)) != 0) return refuse(BlobStatus::kReserved, record + 12);
-      if (!valid_text(record + kFeatureNameAt, kFeatureNameBytes)) {
-        return refuse(BlobStatus::kFeature, record + kFeatureNameAt);
-      }
-    }
-    return {};
+    const SectionEntry entry = section_entry(bytes_.data(), kFeatures);
+    return model::check_features(bytes_.subspan(entry.offset, entry.bytes), entry.offset,
+                                 load_u16(at(kMinorAt)));
   }
 
   BlobCheck check_scale(Section section, std::size_t count) const noexcept {
@@ -334,9 +308,9 @@ class BlobValidator {
       }
       const BlobCheck zero = check_zero(record + 1, record + kOutputJointAt);
       if (!zero.ok()) return zero;
-      if (!valid_text(record + kOutputJointAt, kOutputJointBytes) ||
-          !valid_text(record + kOutputChannelAt, kOutputChannelBytes) ||
-          !valid_text(record + kOutputUnitAt, kOutputUnitBytes)) {
+      if (!is_name(bytes_, record + kOutputJointAt, kOutputJointBytes) ||
+          !is_name(bytes_, record + kOutputChannelAt, kOutputChannelBytes) ||
+          !is_name(bytes_, record + kOutputUnitAt, kOutputUnitBytes)) {
         return refuse(BlobStatus::kOutput, record + kOutputJointAt);
       }
       const BlobCheck tail = check_zero(record + kOutputTailAt, record + kOutputBytes);

@@ -66,7 +66,15 @@ float BlobView::loop_gain(LoopGroup group, std::size_t j) const noexcept {
 
 BlobFeature BlobView::feature(std::size_t i) const noexcept {
   const std::byte* const at = section(kFeatures) + i * kFeatureBytes;
-  return {load_u16(at), static_cast<Transform>(at[2]), load_u32(at + 4), load_f32(at + 8),
+  const auto transform = static_cast<Transform>(at[kFeatureTransformAt]);
+  const float parameter = load_f32(at + kFeatureParameterAt);
+  return {load_u16(at),
+          transform,
+          load_u32(at + kFeatureLagAt),
+          transform == Transform::kPlay ? parameter : 0.0F,
+          is_mean(transform) ? parameter : 0.0F,
+          is_travel_mean(transform) ? parameter : 0.0F,
+          is_travel_mean(transform) ? load_u32(at + kFeatureAlongAt) - 1 : 0,
           text(static_cast<std::size_t>(at - bytes_.data()) + kFeatureNameAt, kFeatureNameBytes)};
 }
 

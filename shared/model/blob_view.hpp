@@ -22,7 +22,10 @@ struct BlobFeature {
   std::uint16_t catalogue_index = blob::kNoCatalogueIndex;  ///< core/catalogue.hpp, or none
   Transform transform = Transform::kValue;
   std::uint32_t lag_rows = 0;
-  float play_half_width = 0.0F;  ///< SI unit of the channel
+  float play_half_width = 0.0F;  ///< of a play, SI unit of the channel
+  float time_constant_s = 0.0F;  ///< of a mean over time
+  float travel_si = 0.0F;        ///< length of a mean over travel, SI unit of the position
+  std::uint32_t along = 0;       ///< the input that is the position of a mean over travel
   std::string_view channel;
 };
 

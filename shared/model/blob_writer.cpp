@@ -186,6 +186,28 @@ void write_vector(ByteWriter& out, const Eigen::VectorXd& values) {
   for (const double value : values) out.f64(value);
 }
 
+/// 1 + the input that is the position of a mean over travel; 0 for others, and where it is missing.
+std::size_t number_of_position(const CalibrationModel& model, const FeatureSpec& feature) {
+  if (!is_travel_mean(feature.transform)) return 0;
+  const auto position = position_of(model.features, feature);
+  return position ? *position + 1 : 0;
+}
+
+core::Status check_position(const CalibrationModel& model, const FeatureSpec& feature) {
+  if (!is_travel_mean(feature.transform) || number_of_position(model, feature) != 0) return {};
+  return core::data_error(fmt::format(
+      "input '{}' goes by the travel of '{}', which is no input of the model: add {} to "
+      "the features",
+      feature.text(), feature.along, feature.along));
+}
+
+/// The number that makes the input from its channel.
+float parameter_of(const FeatureSpec& feature) {
+  if (feature.transform == Transform::kPlay) return feature.play_half_width;
+  if (is_mean(feature.transform)) return feature.time_constant_s;
+  return is_travel_mean(feature.transform) ? feature.travel_si : 0.0F;
+}
+
 void write_features(ByteWriter& out, const CalibrationModel& model) {
   for (const FeatureSpec& feature : model.features) {
     const auto index = core::catalogue_index_of(feature.channel);
@@ -193,8 +215,8 @@ void write_features(ByteWriter& out, const CalibrationModel& model) {
     out.u8(static_cast<std::uint8_t>(feature.transform));
     out.u8(0);
     out.u32(feature.transform == Transform::kLag ? feature.lag_rows : 0);
-    out.f32(feature.transform == Transform::kPlay ? feature.play_half_width : 0.0F);
-    out.u32(0);
+    out.f32(parameter_of(feature));
+    out.u32(number_of_position(model, feature));
     out.text(feature.channel, kFeatureNameBytes);
   }
 }
@@ -261,10 +283,19 @@ void write_appended(ByteWriter& out, const CalibrationModel& model) {
   out.zeros_to(kHeaderBytes);
 }
 
+/// The least that can say what the model holds, so that older readers take what they can.
+std::uint16_t minor_of(const CalibrationModel& model) {
+  const bool has_means =
+      std::any_of(model.features.begin(), model.features.end(), [](const FeatureSpec& feature) {
+        return is_mean(feature.transform) || is_travel_mean(feature.transform);
+      });
+  return has_means ? kMinorOfMeans : kMinorOfHeader;
+}
+
 void write_header(ByteWriter& out, const CalibrationModel& model, const Contents& contents) {
   for (const std::uint8_t byte : kMagic) out.u8(byte);
   out.u16(kMajor);
-  out.u16(kMinor);
+  out.u16(minor_of(model));
   out.u32(kHeaderBytes);
   out.u32(0);  // file size, known at the end
   out.u32(static_cast<std::size_t>(contents.precision));
@@ -317,6 +348,7 @@ core::Result<std::vector<std::byte>> encode_blob(const CalibrationModel& model,
   RAVENCAL_RETURN_IF_ERROR(check_shapes(model));
   for (const FeatureSpec& feature : model.features) {
     RAVENCAL_RETURN_IF_ERROR(check_text("channel", feature.channel, kFeatureNameBytes));
+    RAVENCAL_RETURN_IF_ERROR(check_position(model, feature));
   }
   for (const OutputSpec& output : model.outputs) {
     RAVENCAL_RETURN_IF_ERROR(check_text("joint", output.joint, kOutputJointBytes));

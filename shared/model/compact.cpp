@@ -97,6 +97,7 @@ bool drop_exact(CalibrationModel& model, std::vector<std::size_t>& inputs) {
       double value = 0.0;
       const bool constant = is_constant(model, l, i, value);
       if (!constant && !model.layers[l].weights.col(i).isZero(0.0F)) continue;
+      if (l == 0 && is_needed_position(model.features, static_cast<std::size_t>(i))) continue;
       selection.value[l][i] = constant ? value : 0.0;
       keep[static_cast<std::size_t>(i)] = false;
       --remaining;

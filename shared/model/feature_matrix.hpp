@@ -20,7 +20,9 @@ using FeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen
 /// SI units. A lost value is NaN in its row, and in later rows that look back at it.
 /// `row_period_s` is the unit of lags (of the rows that the model was trained on): in a recording
 /// with another period a lag is rounded to the nearest row, at least 1. 0: one row is one row.
-/// Errors (kData): the recording lacks channels, which are named.
+/// Means over time go by the time between the recording's own rows; a recording without times is
+/// taken for one of `row_period_s`. Errors (kData): the recording lacks channels or positions of
+/// means over travel, which are named; means over time of rows whose period nobody knows.
 core::Result<FeatureMatrix> feature_matrix(std::span<const FeatureSpec> features,
                                            const record::Recording& recording,
                                            double row_period_s = 0.0);

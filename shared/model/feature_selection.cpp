@@ -136,7 +136,16 @@ class Selector {
     }
   }
 
-  /// Names of the channels that a term (without @ or ~) selects.
+  /// Whether there is the position of a mean over travel.
+  [[nodiscard]] core::Status check_position(const FeatureSpec& feature) const {
+    if (!is_travel_mean(feature.transform) || has(feature.along)) return {};
+    return core::usage_error(fmt::format(
+        "features: '{}' needs the position '{}', which is no channel that an input may use; the "
+        "recording has {}",
+        feature.text(), feature.along, some_of(where([](const Channel&) { return true; }))));
+  }
+
+  /// Names of the channels that a term (without @, ~ or %) selects.
   core::Result<std::vector<std::string>> select(std::string_view term) const {
     if (const EntryTest preset = preset_from(term)) return select_preset(term, preset);
     constexpr std::string_view kGroup = "group:";
@@ -246,6 +255,7 @@ core::Status apply(const Selector& selector, std::string_view term,
     return {};
   }
   RAVENCAL_ASSIGN_OR_RETURN(const FeatureSpec pattern, FeatureSpec::parse(term));
+  RAVENCAL_RETURN_IF_ERROR(selector.check_position(pattern));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::string> names, selector.select(pattern.channel));
   for (const std::string& name : names) {
     FeatureSpec feature = pattern;

@@ -30,9 +30,9 @@ FeatureMatrix evenly_drawn(const FeatureMatrix& rows, Eigen::Index count);
 inline constexpr Eigen::Index kLoopGainRows = 4096;
 
 /// Largest gains over the rows, of which at most kLoopGainRows are looked at, evenly drawn. All
-/// features of one channel (value, lags, plays) are added up by size: an upper bound at every
-/// frequency. The gain of a play operator is counted as 1, its largest. Without rows or without
-/// features that answer: no channels and zeros.
+/// features of one channel (value, lags, plays, means) are added up by size: an upper bound at
+/// every frequency. The gain of a play operator or mean is counted as 1, its largest. Without rows
+/// or without features that answer: no channels and zeros.
 LoopGains loop_gains(const CalibrationModel& model, const FeatureMatrix& rows_si);
 
 }  // namespace ravencal::model

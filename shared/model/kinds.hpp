@@ -12,10 +12,46 @@ namespace ravencal::model {
 
 /// How an input is made from a channel.
 enum class Transform : std::uint8_t {
-  kValue = 0,  ///< the channel now
-  kLag = 1,    ///< the channel some rows ago
-  kPlay = 2,   ///< play operator of the channel: the memory of a cable with slack
+  kValue = 0,            ///< the channel now
+  kLag = 1,              ///< the channel some rows ago
+  kPlay = 2,             ///< play operator of the channel: the memory of a cable with slack
+  kMean = 3,             ///< exponential mean of the channel over time: a first-order low-pass
+  kMeanOfAbs = 4,        ///< exponential mean of the channel's size over time
+  kTravelMean = 5,       ///< exponential mean of the channel over the travel of a position
+  kTravelMeanOfAbs = 6,  ///< exponential mean of the channel's size over the travel of a position
 };
+
+/// Over time.
+
+constexpr bool is_mean(Transform transform) noexcept {
+  return transform == Transform::kMean || transform == Transform::kMeanOfAbs;
+}
+
+/// Time constants of exponential means, s.
+inline constexpr float kMinTimeConstantS = 1e-3F;
+inline constexpr float kMaxTimeConstantS = 1000.0F;
+
+/// False for NaN.
+constexpr bool is_time_constant(float time_constant_s) noexcept {
+  return time_constant_s >= kMinTimeConstantS && time_constant_s <= kMaxTimeConstantS;
+}
+
+constexpr bool is_travel_mean(Transform transform) noexcept {
+  return transform == Transform::kTravelMean || transform == Transform::kTravelMeanOfAbs;
+}
+
+/// Lengths of means over travel, SI unit of the position.
+inline constexpr float kMinTravelSi = 1e-6F;
+inline constexpr float kMaxTravelSi = 1000.0F;
+
+/// False for NaN.
+constexpr bool is_travel(float travel_si) noexcept {
+  return travel_si >= kMinTravelSi && travel_si <= kMaxTravelSi;
+}
+
+/// Half-width of the play that a position must leave before it counts as travel, in lengths of the
+/// mean: the noise of an encoder at standstill is no travel.
+inline constexpr float kTravelDeadband = 1.0F / 64.0F;
 
 /// What a layer applies to each of its sums.
 enum class Activation : std::uint8_t { kLinear = 0, kSigmoid = 1, kTanh = 2, kRelu = 3 };

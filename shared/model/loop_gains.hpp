@@ -27,7 +27,7 @@ struct LoopGains {
   std::uint32_t rows = 0;             ///< over which the largest were taken
   std::vector<std::string> channels;  ///< that answer; empty if read back from a blob
   /// [outputs x channels] largest |d output / d channel|, SI unit of the output per SI unit of the
-  /// channel, all lags and plays of the channel added up by their size.
+  /// channel, all lags, plays and means of the channel added up by their size.
   Eigen::MatrixXd largest;
   /// [outputs x kLoopGroupCount] largest |d output / d channel| of the group times the channel's
   /// standard deviation in the training: SI unit of the output. So N m and DAC counts compare.

@@ -69,6 +69,19 @@ Eigen::MatrixXd sums_of(const DenseLayer& layer, const std::vector<Eigen::Index>
   return (weights * inputs).colwise() + biases;
 }
 
+/// Adds the positions of those kept that are means over travel; `kept` ascends.
+void add_positions(std::vector<Eigen::Index>& kept, const std::vector<FeatureSpec>& features) {
+  const std::vector<Eigen::Index> chosen = kept;
+  for (const Eigen::Index i : chosen) {
+    const FeatureSpec& feature = features[static_cast<std::size_t>(i)];
+    if (!is_travel_mean(feature.transform)) continue;
+    const auto position = position_of(features, feature);
+    if (position) kept.push_back(static_cast<Eigen::Index>(*position));
+  }
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+}
+
 }  // namespace
 
 Values layer_values(const CalibrationModel& model, const Eigen::MatrixXd& scaled_inputs) {
@@ -113,6 +126,7 @@ UnitReduction::Result UnitReduction::reduce(double level) const {
     kept.push_back(ranking.first_within(level * level));
     std::sort(kept.back().begin(), kept.back().end());
   }
+  add_positions(kept.front(), model_.features);
   Result result{model_, kept.front(), 0.0};
   keep_inputs(result.model, kept.front());
   std::vector<Eigen::Index> outputs(static_cast<std::size_t>(values_.back().rows()));

@@ -43,7 +43,8 @@ class BlobMutations : public ::testing::TestWithParam<const char*> {};
 
 INSTANTIATE_TEST_SUITE_P(Golden, BlobMutations,
                          ::testing::Values("weights_v2.blob", "weights_v2_bf16.blob",
-                                           "weights_v2_int8.blob", "weights_v2_1.blob"));
+                                           "weights_v2_int8.blob", "weights_v2_1.blob",
+                                           "weights_v2_2.blob"));
 
 TEST_P(BlobMutations, AreReadOrRefusedWithoutACrash) {
   std::mt19937_64 random(20230204);

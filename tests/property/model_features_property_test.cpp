@@ -24,11 +24,22 @@ std::vector<record::Channel> catalogue_channels() {
 FeatureSpec arbitrary_feature() {
   FeatureSpec feature;
   feature.channel = core::catalogue()[*rc::gen::inRange<std::size_t>(0, core::kCatalogueSize)].name;
-  feature.transform = *rc::gen::element(Transform::kValue, Transform::kLag, Transform::kPlay);
+  feature.transform =
+      *rc::gen::element(Transform::kValue, Transform::kLag, Transform::kPlay, Transform::kMean,
+                        Transform::kMeanOfAbs, Transform::kTravelMean, Transform::kTravelMeanOfAbs);
   if (feature.transform == Transform::kLag) feature.lag_rows = *rc::gen::inRange(1U, 100000U);
   if (feature.transform == Transform::kPlay) {
     feature.play_half_width =
         std::ldexp(static_cast<float>(*rc::gen::inRange(1, 1 << 24)), *rc::gen::inRange(-60, 10));
+  }
+  if (is_mean(feature.transform)) {
+    feature.time_constant_s = 1e-6F * static_cast<float>(*rc::gen::inRange(1000, 1'000'000'000));
+    RC_PRE(is_time_constant(feature.time_constant_s));
+  }
+  if (is_travel_mean(feature.transform)) {
+    feature.travel_si = 1e-6F * static_cast<float>(*rc::gen::inRange(1, 1'000'000'000));
+    RC_PRE(is_travel(feature.travel_si));
+    feature.along = core::catalogue()[*rc::gen::inRange<std::size_t>(0, core::kCatalogueSize)].name;
   }
   return feature;
 }
@@ -42,7 +53,7 @@ RC_GTEST_PROP(FeatureSpec, ReadsWhatItWrites, ()) {
 
 RC_GTEST_PROP(FeatureSpec, AcceptsOrRefusesAnyTextAndKeepsWhatItAccepts, ()) {
   const auto text =
-      *rc::gen::container<std::string>(rc::gen::elementOf(std::string("ab.*@~0159-+e")));
+      *rc::gen::container<std::string>(rc::gen::elementOf(std::string("abs.*@~%:0159-+e")));
   const auto read = FeatureSpec::parse(text);
   if (!read.ok()) return;
   const auto again = FeatureSpec::parse(read->text());
@@ -70,7 +81,9 @@ RC_GTEST_PROP(FeatureSelection, GivesExactlyTheFeaturesOfAListOfThem, ()) {
 RC_GTEST_PROP(FeatureSelection, NeverRepeatsAFeatureAndNeverLeavesOneThatWasRemovedLast, ()) {
   const auto term = [] {
     return *rc::gen::element<std::string>("paper112", "light", "tau.*", "group:joint_pose",
-                                          "joint:elbow", "*.wrist", "jpos.elbow@3", "mpos.*~0.01");
+                                          "joint:elbow", "*.wrist", "jpos.elbow@3", "mpos.*~0.01",
+                                          "tau.*%0.5", "tau.elbow%abs0.5", "tau.*%0.1:jpos.elbow",
+                                          "tau.elbow%abs0.1:jpos.elbow");
   };
   std::string text = term();
   const int count = *rc::gen::inRange(0, 6);

@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -91,6 +92,7 @@ class Situations {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     in_every_state();
     in_fault();
+    with_means();
     with_data("step_again", [](ravencal_state&) {});
     with_data("step_zeros", [](ravencal_state& state) { set_arm(state, 0.0F); });
     with_data("step_denormal", [](ravencal_state& state) { set_arm(state, 1e-41F); });
@@ -152,6 +154,29 @@ class Situations {
     rig.tick_until(RAVENCAL_STATE_FAULT);
     rig.tick();
     count_step(rig, "flawed_fault");
+  }
+
+  /// Inputs that are exponential means.
+  void with_means() {
+    std::vector<model::FeatureSpec> features;
+    for (const char* joint : {"shoulder", "elbow", "insertion"}) {
+      for (const char* field : {"jpos.", "mpos.", "mvel.", "tau."}) {
+        features.push_back(mean_of(std::string(field) + joint, 0.5F));
+        features.push_back(mean_of_abs(std::string(field) + joint, 100.0F));
+      }
+    }
+    Rig rig(RAVENCAL_ISA_AVX2);
+    rig.load(make_model(features, {}));
+    rig.enable();
+    rig.tick_until(RAVENCAL_STATE_ACTIVE);
+    rig.tick();
+    count_step(rig, "means_again");
+    set_arm(rig.state, -0.0625F);
+    count_step(rig, "means_negative");
+    set_arm(rig.state, 0.0F);
+    count_step(rig, "means_zeros");
+    set_arm(rig.state, 1e-41F);
+    count_step(rig, "means_denormal");
   }
 
   void with_data(const char* situation, const Change& change) {

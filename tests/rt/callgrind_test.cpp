@@ -99,6 +99,7 @@ TEST_P(Callgrind, AStepStaysWithinItsGateAndItsInstructionsDoNotDependOnTheData)
   constexpr std::int64_t kBranches = 400;
   EXPECT_LE(std::abs(counts.at("step_again") - counts.at("step_zeros")), kClock);
   EXPECT_LE(std::abs(counts.at("step_again") - counts.at("step_denormal")), kClock);
+  EXPECT_LE(spread(counts, "means_"), kClock);
   EXPECT_LE(spread(counts, "step_"), kBranches);
   EXPECT_LE(spread(counts, "state_"), kBranches);
   EXPECT_LE(spread(counts, "flawed_"), kBranches);

@@ -33,7 +33,8 @@ if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc and locks themselves, 
 endif()
 ravencal_test(NAME plugin_parity_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp
-  LIBS ravencal_test_rig LABELS rt)
+          ${CMAKE_CURRENT_LIST_DIR}/means_test.cpp
+  LIBS ravencal_test_rig ravencal_blob_sample LABELS rt)
 ravencal_test(NAME plugin_property_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/control_pair_property_test.cpp

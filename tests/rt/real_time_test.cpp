@@ -146,6 +146,8 @@ std::vector<model::FeatureSpec> mixed_features() {
     }
     features.push_back(lagged(std::string("jpos.") + joint, 5));
     features.push_back(with_play(std::string("jpos.") + joint, 0.01F));
+    features.push_back(mean_of(std::string("tau.") + joint, 0.5F));
+    features.push_back(mean_of_abs(std::string("mvel.") + joint, 10.0F));
   }
   return features;
 }

@@ -54,6 +54,14 @@ model::FeatureSpec with_play(const std::string& channel, float half_width) {
   return {channel, model::Transform::kPlay, 0, half_width};
 }
 
+model::FeatureSpec mean_of(const std::string& channel, float time_constant_s) {
+  return {channel, model::Transform::kMean, 0, 0.0F, time_constant_s};
+}
+
+model::FeatureSpec mean_of_abs(const std::string& channel, float time_constant_s) {
+  return {channel, model::Transform::kMeanOfAbs, 0, 0.0F, time_constant_s};
+}
+
 model::CalibrationModel make_model(const std::vector<model::FeatureSpec>& features,
                                    const std::vector<std::uint32_t>& hidden, std::uint64_t seed) {
   std::mt19937_64 random(seed);

@@ -31,6 +31,8 @@ model::CalibrationModel make_model(const std::vector<model::FeatureSpec>& featur
 model::FeatureSpec plain(const std::string& channel);
 model::FeatureSpec lagged(const std::string& channel, std::uint32_t rows);
 model::FeatureSpec with_play(const std::string& channel, float half_width);
+model::FeatureSpec mean_of(const std::string& channel, float time_constant_s);
+model::FeatureSpec mean_of_abs(const std::string& channel, float time_constant_s);
 
 /// Homed, pedal up, every value in the middle of make_model's trained ranges.
 ravencal_state healthy_state(std::int64_t t_ns = 0);

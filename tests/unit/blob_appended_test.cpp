@@ -36,7 +36,7 @@ Bytes with_longer_header(std::size_t more) {
   const auto put_u32 = [&](std::size_t at, std::size_t value) {
     for (std::size_t i = 0; i < 4; ++i) newer[at + i] = static_cast<std::byte>(value >> (8 * i));
   };
-  put_at(newer, blob::kMinorAt, {2});
+  put_at(newer, blob::kMinorAt, {blob::kMinor + 1U});
   put_u32(blob::kHeaderBytesAt, blob::kHeaderBytes + more);
   put_u32(blob::kFileBytesAt, newer.size());
   for (std::size_t s = 0; s < blob::kSectionCount; ++s) {

@@ -54,6 +54,13 @@ model::CalibrationModel golden_model_2_1() {
   return model;
 }
 
+model::CalibrationModel golden_model_2_2() {
+  model::CalibrationModel model = golden_model_2_1();
+  model.features[1] = {"jpos.elbow", model::Transform::kMean, 0, 0.0F, 0.5F};
+  model.features[2] = {"mpos.shoulder", model::Transform::kMeanOfAbs, 0, 0.0F, 128.0F};
+  return model;
+}
+
 model::CalibrationModel golden_wide_model() {
   model::CalibrationModel model = golden_model();
   model.layers[0].weights.resize(12, 3);

@@ -10,12 +10,16 @@
 
 namespace ravencal::test {
 
-/// The model of tests/golden/weights_v2.blob: every transform, two layers, two outputs, numbers
-/// that a person can check in a hex dump.
+/// The model of tests/golden/weights_v2.blob: the transforms of version 2.0, two layers, two
+/// outputs, numbers that a person can check in a hex dump.
 model::CalibrationModel golden_model();
 
 /// The model of tests/golden/weights_v2_1.blob: golden_model() with origin, loop gains and margins.
 model::CalibrationModel golden_model_2_1();
+
+/// The model of tests/golden/weights_v2_2.blob: golden_model_2_1() whose lag is a mean with a time
+/// constant of 0.5 s, and whose play is one of the absolute value, of 128 s.
+model::CalibrationModel golden_model_2_2();
 
 /// The model of the golden files of other precisions: golden_model() with twelve hidden units, one
 /// panel, and weights that both precisions round.

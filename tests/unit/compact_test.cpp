@@ -60,6 +60,7 @@ TEST(Compact, LeavesANetworkWhoseEveryPartIsUsed) {
 
 TEST(Compact, RemovesUnreadInputsAndConstantOrUnreadUnitsWithoutChangingAnyOutput) {
   auto model = busy_model();
+  model.features[5] = {"channel5", Transform::kMean, 0, 0.0F, 0.5F};
   model.layers[0].weights.col(4).setZero();  // input 4 is unread
   model.layers[0].weights.row(2).setZero();  // unit 2 is constant
   model.layers[1].weights.col(7).setZero();  // unit 7 is unread
@@ -71,7 +72,7 @@ TEST(Compact, RemovesUnreadInputsAndConstantOrUnreadUnitsWithoutChangingAnyOutpu
   const Compacted& small = result.value();
   EXPECT_EQ(small.kept_inputs, (std::vector<std::size_t>{0, 1, 2, 3, 5, 6, 7, 8, 10, 11}));
   EXPECT_EQ(small.model.layers[0].weights.rows(), 8);
-  EXPECT_EQ(small.model.features[4].channel, "channel5");
+  EXPECT_EQ(small.model.features[4], model.features[5]);
   EXPECT_EQ(small.model.input_max[4], model.input_max[5]);
   const auto features = rows_for(model, 200, 5);
   const Eigen::MatrixXd before = model.predict(features);

@@ -169,6 +169,16 @@ TEST_F(Files, OfScalingTakeColumnsOfTheAuthorsTable) {
   json["arm"] = "green";
   json["newest_rows_ago"] = 5;
   const auto green = conversion::read_scaling_file(write("green.json", json.dump()));
+  json["features"] = {"jpos.elbow", "tau.elbow%0.5", "tau.elbow%abs2", "jpos.elbow@3"};
+  const auto late = conversion::read_scaling_file(write("late.json", json.dump()));
+  json.erase("newest_rows_ago");
+  json["feature_units"] = "si";
+  const auto means = conversion::read_scaling_file(write("means.json", json.dump()));
+  ASSERT_FALSE(late.ok());
+  EXPECT_NE(late.error().message.find("mean ('tau.elbow%0.5')"), std::string::npos)
+      << late.error().message;
+  ASSERT_TRUE(means.ok()) << means.error().message;
+  EXPECT_EQ(means->features[2].text(), "tau.elbow%abs2");
   ASSERT_TRUE(gold.ok() && green.ok()) << gold.error().message;
   EXPECT_EQ(gold->features[0].text(), "jpos.shoulder");
   EXPECT_EQ(gold->features[2].text(), "mpos.elbow");

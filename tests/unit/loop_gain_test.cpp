@@ -134,6 +134,23 @@ TEST(LoopGains, AreTheLargestOverRowsWithLagsAndPlaysAddedUp) {
   EXPECT_LT((found.by_group - by_group).norm(), 1e-6);
 }
 
+TEST(LoopGains, CountAMeanAsItsChannel) {
+  Eigen::MatrixXd gains(2, 3);
+  gains << 0.5, -0.25, 1.0,  //
+      -0.1, 0.2, 0.0;
+  const model::CalibrationModel model =
+      linear({{"tau.elbow", Transform::kMean, 0, 0.0F, 0.5F},
+              {"tau.elbow", Transform::kMeanOfAbs, 0, 0.0F, 100.0F},
+              {"jpos.elbow", Transform::kMean, 0, 0.0F, 0.5F}},
+             gains, 0.5);
+  EXPECT_EQ(model::answering_features(model), (std::vector<std::size_t>{0, 1}));
+  const auto found = model::loop_gains(model, model::FeatureMatrix::Random(10, 3));
+  ASSERT_EQ(found.channels, std::vector<std::string>{"tau.elbow"});
+  EXPECT_NEAR(found.largest(0, 0), 0.75, 1e-6);
+  EXPECT_NEAR(found.largest(1, 0), 0.3, 1e-6);
+  EXPECT_NEAR(found.by_group(0, static_cast<int>(LoopGroup::kTorque)), 0.375, 1e-6);
+}
+
 TEST(LoopGains, OfANetworkGrowWithTheSteepestRow) {
   model::CalibrationModel model =
       network({{"tau.elbow"}}, {Activation::kTanh, Activation::kLinear});

@@ -124,6 +124,30 @@ TEST(Margins, OfTwoCyclesOfTheDesiredMotorsAreThoseOfHand) {
   EXPECT_FALSE(found.enough());
 }
 
+TEST(Margins, OfAMeanOfTheDesiredMotorsAreThoseOfHand) {
+  // The mean of gain a turns L = -k / z into -k a / (z - (1 - a)), which is real at 0 and 500 Hz
+  // only: -k, and k a / (2 - a).
+  constexpr double kLoop = 0.25;
+  MatrixXd gain = MatrixXd::Zero(3, 1);
+  gain(0, 0) = kLoop / 136.196255507;
+  constexpr float kTimeConstantS = 0.004F;
+  const double a = 1.0 - std::exp(-1.0 / 4.0);
+  const model::FeatureSpec mean{"mpos_d.shoulder", model::Transform::kMean, 0, 0.0F,
+                                kTimeConstantS};
+  const Margins found = margins_of(raven(), {mean}, gain);
+  EXPECT_NEAR(found.gain.value, (2.0 - a) / (a * kLoop), 1e-2);
+  EXPECT_NEAR(found.gain.frequency_hz, 500.0, 1e-6);
+  EXPECT_NEAR(margins_of(raven(), {mean}, -gain).gain.value, 1.0 / kLoop, 1e-3);
+  // A channel below 0 turns the sign of the mean of its size.
+  const model::FeatureSpec of_abs{"mpos_d.shoulder", model::Transform::kMeanOfAbs, 0, 0.0F,
+                                  kTimeConstantS};
+  for (const double sign : {1.0, -1.0}) {
+    const Margins worst = margins_of(raven(), {of_abs}, sign * gain);
+    EXPECT_NEAR(worst.gain.value, 1.0 / kLoop, 1e-3);
+    EXPECT_EQ(worst.gain.frequency_hz, 0.0);
+  }
+}
+
 TEST(Margins, AreEndlessWithoutInputsThatAnswer) {
   const Margins none =
       margins_of(raven(), {{"tau.wrist"}, {"runlevel"}, {"other.tau.elbow"}}, MatrixXd::Ones(3, 3));

@@ -112,6 +112,41 @@ TEST(FeatureSelection, TakesAndRemovesLagsAndPlayOperators) {
             std::vector<std::string>{"tau.elbow"});
 }
 
+TEST(FeatureSelection, TakesAndRemovesMeans) {
+  EXPECT_EQ(selected("jpos.elbow,jpos.elbow%0.5,tau.elbow%abs2"),
+            (std::vector<std::string>{"jpos.elbow", "jpos.elbow%0.5", "tau.elbow%abs2"}));
+  EXPECT_EQ(selected("tau.*%0.5").size(), 8U);
+  EXPECT_EQ(selected("tau.*%abs0.5,-tau.elbow%abs0.5").size(), 7U);
+  EXPECT_EQ(selected("tau.elbow%0.5,tau.elbow%abs0.5,-tau.elbow%0.5"),
+            std::vector<std::string>{"tau.elbow%abs0.5"});
+  EXPECT_EQ(selected("tau.elbow,jpos.elbow%1,jpos.elbow%abs1,-jpos.elbow"),
+            std::vector<std::string>{"tau.elbow"});
+  EXPECT_NE(refusal("tau.elbow%abs").find("CHANNEL%absSECONDS"), std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%2000").find("'2000' is not a time constant from 0.001 to 1000 s"),
+            std::string::npos);
+}
+
+TEST(FeatureSelection, TakesAndRemovesMeansOverTravel) {
+  EXPECT_EQ(selected("tau.elbow%0.1:jpos.elbow,tau.elbow%abs2:mpos.elbow"),
+            (std::vector<std::string>{"tau.elbow%0.1:jpos.elbow", "tau.elbow%abs2:mpos.elbow"}));
+  EXPECT_EQ(selected("tau.*%0.1:jpos.elbow").size(), 8U);
+  EXPECT_EQ(selected("tau.*%0.1:jpos.elbow,-tau.elbow%0.1:jpos.elbow").size(), 7U);
+  EXPECT_EQ(selected("mvel.elbow,tau.elbow%0.1:jpos.elbow,-tau.elbow"),
+            std::vector<std::string>{"mvel.elbow"});
+  EXPECT_EQ(selected("jpos.elbow,tau.elbow%0.1:jpos.elbow,-jpos.elbow"),
+            std::vector<std::string>{"tau.elbow%0.1:jpos.elbow"});
+  EXPECT_NE(refusal("tau.elbow%0.1:").find("the position's name is missing"), std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:jpos.*").find("'jpos.*' is not the name of one position"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%2000:jpos.elbow").find("'2000' is not a length of travel from"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:jpos.elbwo").find("needs the position 'jpos.elbwo'"),
+            std::string::npos);
+  EXPECT_NE(refusal("tau.elbow%0.1:ext_jpos.elbow").find("needs the position 'ext_jpos.elbow'"),
+            std::string::npos)
+      << "a truth is no position";
+}
+
 TEST(FeatureSelection, TakesEverythingButTheTruthOfARecordingThatIsNotARaven) {
   const std::vector<Channel> arm = {{"q1", "rad", Role::kJointEstimate, "j1"},
                                     {"t1", "rad", Role::kJointTruth, "j1"},
@@ -133,18 +168,29 @@ TEST(FeatureSelection, NamesTheTermThatIsWrong) {
 }
 
 TEST(FeatureSpec, RefusesTextThatIsNoFeature) {
-  for (const char* text : {"", "@3", "q@", "q@0", "q@-1", "q@1.5", "q@3x", "q@99999999999", "q~",
-                           "q~0", "q~-1", "q~nan", "q~inf", "q~1e99", "q~1x", "q@3~1"}) {
+  for (const char* text : {"",         "@3",         "q@",       "q@0",
+                           "q@-1",     "q@1.5",      "q@3x",     "q@99999999999",
+                           "q~",       "q~0",        "q~-1",     "q~nan",
+                           "q~inf",    "q~1e99",     "q~1x",     "q@3~1",
+                           "%1",       "q%",         "q%0",      "q%-1",
+                           "q%nan",    "q%inf",      "q%0.0009", "q%1000.1",
+                           "q%1s",     "q%abs",      "q%abs0",   "q%abs-1",
+                           "q%ab1",    "q%1abs",     "q%1%1",    "q%1@3",
+                           "%1:p",     "q%1:",       "q%:p",     "q%abs:p",
+                           "q%0:p",    "q%-1:p",     "q%nan:p",  "q%inf:p",
+                           "q%9e-7:p", "q%1000.1:p", "q%1:p@3",  "q%1:p~1",
+                           "q%1:p%1",  "q%1:*",      "q@1:p",    "q~1:p"}) {
     EXPECT_FALSE(FeatureSpec::parse(text).ok()) << text;
   }
 }
 
 TEST(FeatureSpec, AddsHistoryOfPlainFeaturesOnly) {
-  std::vector<FeatureSpec> features = {{"a"}, {"b", Transform::kPlay, 0, 0.5F}};
+  std::vector<FeatureSpec> features = {
+      {"a"}, {"b", Transform::kPlay, 0, 0.5F}, {"c", Transform::kMean, 0, 0.0F, 0.5F}};
   add_history(features, 2, 5);
-  ASSERT_EQ(features.size(), 4U);
-  EXPECT_EQ(features[2].text(), "a@5");
-  EXPECT_EQ(features[3].text(), "a@10");
+  ASSERT_EQ(features.size(), 5U);
+  EXPECT_EQ(features[3].text(), "a@5");
+  EXPECT_EQ(features[4].text(), "a@10");
 }
 
 TEST(FeatureSpec, AddsPlayOfPositionsOnly) {
@@ -186,11 +232,13 @@ TEST(FeatureMatrix, ForgetsThePastAtEveryEpisode) {
   record::Recording recording = ramp();
   recording.events = {{30'000'000, "episode", ""}, {20'000'000, "homing", ""}};
   const std::vector<FeatureSpec> features = {{"x", Transform::kLag, 2},
-                                             {"x", Transform::kPlay, 0, 0.5F}};
+                                             {"x", Transform::kPlay, 0, 0.5F},
+                                             {"x", Transform::kMean, 0, 0.0F, 1e-3F}};
   const auto matrix = feature_matrix(features, recording);
   ASSERT_TRUE(matrix.ok());
   EXPECT_EQ(column(*matrix, 0), (std::vector<float>{0, 0, 0, 3, 3, 3}));
   EXPECT_EQ(column(*matrix, 1), (std::vector<float>{0, 0.5F, 1.5F, 3, 2.5F, 1.5F}));
+  EXPECT_EQ((*matrix)(3, 2), 3.0F);
 }
 
 TEST(FeatureMatrix, ReachesBackByTimeWhenTheRecordingHasAnotherRate) {
@@ -199,6 +247,66 @@ TEST(FeatureMatrix, ReachesBackByTimeWhenTheRecordingHasAnotherRate) {
             (std::vector<float>{0, 0, 0, 1, 2, 3}));
   EXPECT_EQ(column(*feature_matrix(features, ramp(), 0.001), 0),
             (std::vector<float>{0, 0, 1, 2, 3, 2}));
+}
+
+TEST(FeatureMatrix, TakesMeansByTheTimeBetweenTheRecordingsRows) {
+  const std::vector<FeatureSpec> features = {{"x", Transform::kMean, 0, 0.0F, 0.05F},
+                                             {"x", Transform::kMeanOfAbs, 0, 0.0F, 0.05F}};
+  record::Recording recording = ramp();
+  recording.samples.col(0) *= -1.0;
+  const double share = 1.0 - std::exp(-0.01 / 0.05);
+  double expected = recording.samples(0, 0);
+  // The period of the training does not matter: the recording knows its own.
+  const auto matrix = feature_matrix(features, recording, 0.001);
+  ASSERT_TRUE(matrix.ok());
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    expected += share * (recording.samples(row, 0) - expected);
+    EXPECT_NEAR((*matrix)(row, 0), expected, 1e-6);
+    EXPECT_NEAR((*matrix)(row, 1), -expected, 1e-6);
+  }
+}
+
+TEST(FeatureMatrix, TakesMeansOverTravelOfAPositionThatIsNoInput) {
+  const std::vector<FeatureSpec> features = {
+      {.channel = "y", .transform = Transform::kTravelMean, .travel_si = 2.0F, .along = "x"},
+      {.channel = "y", .transform = Transform::kTravelMeanOfAbs, .travel_si = 2.0F, .along = "x"}};
+  record::Recording recording = ramp();
+  recording.samples.col(1) *= -1.0;
+  recording.t_ns.assign(6, 0);  // it needs no time
+  const auto matrix = feature_matrix(features, recording);
+  ASSERT_TRUE(matrix.ok()) << matrix.error().message;
+  constexpr double kHalfWidth = 2.0 / 64.0;
+  const double travelled[] = {0.0, 1.0 - kHalfWidth, 1.0, 1.0, 1.0 - 2.0 * kHalfWidth, 1.0};
+  double expected = -10.0;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    const double d = travelled[row];
+    expected += d / (d + 2.0) * (recording.samples(row, 1) - expected);
+    EXPECT_NEAR((*matrix)(row, 0), expected, 1e-5) << row;
+    EXPECT_NEAR((*matrix)(row, 1), -expected, 1e-5) << row;
+  }
+  recording.events = {{0, "episode", ""}};
+  EXPECT_EQ((*feature_matrix(features, recording))(0, 0), -10.0F);
+  recording.channels[0].name = "z";
+  const auto refused = feature_matrix(features, recording);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().message, "ramp.csv: lacks 1 channel(s) that the model needs: x");
+}
+
+TEST(FeatureMatrix, NeedsAPeriodForAMean) {
+  const std::vector<FeatureSpec> features = {{"x", Transform::kMean, 0, 0.0F, 0.05F}};
+  record::Recording recording = ramp();
+  recording.t_ns.assign(6, 0);
+  const auto refused = feature_matrix(features, recording);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("'x%0.05'"), std::string::npos) << refused.error().message;
+  const auto timed = feature_matrix(features, ramp());
+  const auto taken = feature_matrix(features, recording, 0.01);
+  ASSERT_TRUE(timed.ok() && taken.ok());
+  EXPECT_EQ(*timed, *taken);
+  record::Recording one = ramp();
+  one.samples.conservativeResize(1, Eigen::NoChange);
+  one.t_ns.resize(1);
+  EXPECT_TRUE(feature_matrix(features, one).ok());
 }
 
 TEST(FeatureMatrix, NamesEveryMissingChannelOnce) {

@@ -190,7 +190,9 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
   command.add_option("--features", train.features,
                      "paper112, notebook208, light, light-open (no input answers to the motor "
                      "command, so no loop is closed), group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
-                     "NAME~HALF_WIDTH, -TERM; separated by commas");
+                     "NAME~HALF_WIDTH, NAME%SECONDS (exponential mean), NAME%absSECONDS (mean of "
+                     "the absolute value), NAME%LENGTH:POSITION and NAME%absLENGTH:POSITION (the "
+                     "same over the travel of POSITION), -TERM; separated by commas");
   command.add_option("--history", train.history, "Past copies of each feature")
       ->check(CLI::Range(0, 1000));
   command.add_option("--history-step", train.history_step, "Rows between past copies")

@@ -115,6 +115,19 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->outputs[1].unit, "m");
 }
 
+TEST_F(OnnxFile, KeepsMeans) {
+  model::CalibrationModel model = sample_model();
+  model.features[1] = {"jpos.elbow", model::Transform::kMean, 0, 0.0F, 0.1F};
+  model.features[2] = {"tau.elbow", model::Transform::kMeanOfAbs, 0, 0.0F, 30.0F};
+  const auto read = read_onnx(write(model));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->features, model.features);
+  const std::string text = describe_in_words(*read);
+  for (const char* words : {"jpos.elbow%0.1", "tau.elbow%abs30"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  }
+}
+
 TEST_F(OnnxFile, PassesTheCheckerOfOnnx) {
   EXPECT_NO_THROW(onnx::checker::check_model(proto_of(write())));
 }

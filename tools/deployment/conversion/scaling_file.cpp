@@ -276,9 +276,10 @@ class Reader {
                               count("newest_rows_ago", 0, model::packed::kMaxStrideRows));
     for (model::FeatureSpec& feature : file_.features) {
       if (ago == 0) break;
-      if (feature.transform == model::Transform::kPlay) {
+      if (feature.transform == model::Transform::kPlay || model::is_mean(feature.transform) ||
+          model::is_travel_mean(feature.transform)) {
         return core::data_error(fmt::format(
-            "'newest_rows_ago' cannot be had together with play ('{}')", feature.text()));
+            "'newest_rows_ago' cannot be had together with a play or mean ('{}')", feature.text()));
       }
       feature.transform = model::Transform::kLag;
       feature.lag_rows += ago;

@@ -18,6 +18,7 @@
 #include "core/joint_layout.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
+#include "model/mean_gain.hpp"
 
 namespace ravencal::loop {
 namespace {
@@ -33,6 +34,8 @@ struct Input {
   core::RavenField field;
   std::size_t element;
   int lag_cycles;
+  double mean_gain;  ///< of a cycle; 1 if it is no mean over time
+  bool signless;     ///< a mean of the absolute value
   Index column;
 };
 
@@ -44,8 +47,16 @@ std::vector<Input> inputs_of(const model::CalibrationModel& model, double cycle_
     const core::CatalogueEntry& entry =
         core::catalogue()[*core::catalogue_index_of(feature.channel)];
     const double lag_s = feature.lag_rows * model.row_period_s;
+    const double gain = model::is_mean(feature.transform)
+                            ? static_cast<double>(model::mean_gain(
+                                  cycle_s, static_cast<double>(feature.time_constant_s)))
+                            : 1.0;
+    const bool signless = feature.transform == model::Transform::kMeanOfAbs ||
+                          feature.transform == model::Transform::kTravelMeanOfAbs;
+    // The step of a mean over travel depends on the speed: it is taken to follow its channel at
+    // once, which is the most that it can do.
     inputs.push_back({entry.field, entry.element, static_cast<int>(std::lround(lag_s / cycle_s)),
-                      static_cast<Index>(i)});
+                      gain, signless, static_cast<Index>(i)});
   }
   return inputs;
 }
@@ -146,18 +157,42 @@ Loci eigenvalues(const Matrix3cd& loop) {
   return {values[0], values[1], values[2]};
 }
 
+/// What the input makes of its channel; `side`: the sign of channels of which only the size counts.
+Complex transform_of(const Input& input, double side, Complex z) {
+  const Complex mean = input.mean_gain / (1.0 - (1.0 - input.mean_gain) / z);
+  return std::pow(z, -input.lag_cycles) * mean * (input.signless ? side : 1.0);
+}
+
 /// L at the servo's present frequency.
 Matrix3cd loop_transfer(const std::vector<Input>& inputs, const std::vector<Index>& joints,
-                        const Eigen::MatrixXd& slopes, const ServoLoop& servo, Complex z) {
+                        const Eigen::MatrixXd& slopes, const ServoLoop& servo, double side,
+                        Complex z) {
   Matrix3cd loop = Matrix3cd::Zero();
   for (const Input& input : inputs) {
-    const Response response = std::pow(z, -input.lag_cycles) * servo.of(input.field, input.element);
+    const Response response = transform_of(input, side, z) * servo.of(input.field, input.element);
     for (std::size_t k = 0; k < joints.size(); ++k) {
       if (joints[k] < 0) continue;
       loop.row(joints[k]) += slopes(static_cast<Index>(k), input.column) * response;
     }
   }
   return loop;
+}
+
+/// Shows the tracker the loci of one row at every frequency of the grid.
+template <typename LociAt>
+void follow(Tracker& tracker, ServoLoop& servo, Index row, const LociAt& loci_at) {
+  const double cycle_s = servo.cycle_s();
+  const double top_hz = 0.5 / cycle_s;
+  servo.set_frequency(1.0, true);
+  tracker.begin(row, loci_at(1.0));
+  for (int i = 1; i <= kFrequencies; ++i) {
+    const double hz =
+        kLowestHz * std::pow(top_hz / kLowestHz, static_cast<double>(i - 1) / (kFrequencies - 1));
+    const Complex z = i == kFrequencies ? Complex(-1.0) : std::polar(1.0, 2.0 * kPi * hz * cycle_s);
+    servo.set_frequency(z);
+    tracker.next(loci_at(z), hz);
+  }
+  tracker.end();
 }
 
 std::vector<std::string> unmodelled(const model::CalibrationModel& model) {
@@ -225,27 +260,22 @@ Margins margins(const model::CalibrationModel& model, const OperatingPoints& poi
   worst.gain.value = std::numeric_limits<double>::infinity();
   worst.phase_rad.value = kPi;
   worst.left_out = unmodelled(model);
-  const double cycle_s = servo.cycle_s();
-  const std::vector<Input> inputs = inputs_of(model, cycle_s);
+  const std::vector<Input> inputs = inputs_of(model, servo.cycle_s());
   if (inputs.empty()) return worst;
   const std::vector<Index> joints = joints_of(model);
   const std::vector<Eigen::MatrixXd> slopes = model::jacobians(model, points.inputs_si);
-  const double top_hz = 0.5 / cycle_s;
+  const bool signless =
+      std::any_of(inputs.begin(), inputs.end(), [](const Input& input) { return input.signless; });
   Tracker tracker(worst);
   for (Index row = 0; row < points.inputs_si.rows(); ++row) {
     const Eigen::MatrixXd& slope = slopes[static_cast<std::size_t>(row)];
     servo.set_posture(points.joints_ji.row(row).transpose());
-    servo.set_frequency(1.0, true);
-    tracker.begin(row, eigenvalues(loop_transfer(inputs, joints, slope, servo, 1.0)));
-    for (int i = 1; i <= kFrequencies; ++i) {
-      const double hz =
-          kLowestHz * std::pow(top_hz / kLowestHz, static_cast<double>(i - 1) / (kFrequencies - 1));
-      const Complex z =
-          i == kFrequencies ? Complex(-1.0) : std::polar(1.0, 2.0 * kPi * hz * cycle_s);
-      servo.set_frequency(z);
-      tracker.next(eigenvalues(loop_transfer(inputs, joints, slope, servo, z)), hz);
+    for (const double side : {1.0, -1.0}) {
+      if (side < 0.0 && !signless) break;
+      follow(tracker, servo, row, [&](Complex z) {
+        return eigenvalues(loop_transfer(inputs, joints, slope, servo, side, z));
+      });
     }
-    tracker.end();
   }
   return worst;
 }

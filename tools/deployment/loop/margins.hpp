@@ -6,9 +6,15 @@
 // column of its Jacobian), and every u answers to e as ServoLoop says. The loop's transfer is the 3
 // x 3 matrix
 //
-//     L(z) = sum over u of G_u R_u(z) z^-n_u        (n_u: a lag in control cycles)
+//     L(z) = sum over u of G_u R_u(z) F_u(z)
 //
-// and the feedback is positive: the closed loop has the characteristic equation det(I - L(z)) = 0.
+// where F_u is what the input makes of its channel: z^-n for a lag of n control cycles, a / (1 -
+// (1 - a) / z) for an exponential mean over time of gain a, and 1 otherwise, the most that a play
+// or a mean over travel does (its position is no part of it). A mean of the absolute value has that
+// of the mean with the sign of the channel, which the rows do not tell: both signs are tried, the
+// same one for all such inputs.
+//
+// The feedback is positive: the closed loop has the characteristic equation det(I - L(z)) = 0.
 // Generalised Nyquist (MacFarlane and Postlethwaite, Int. J. Control 25, 1977): with the
 // eigenvalues of L along the unit circle, the critical point is +1. The servo alone is stable, so
 // the smallest factor k at which k L has an eigenvalue of +1 is the gain margin: 1 over the largest
