@@ -47,9 +47,8 @@ struct FeatureSpec {
 ///   jpos.* | tau.elbow                  channel names, * as wildcard
 ///   jpos.*@3 | jpos.elbow~0.01          their lags and play operators
 ///   jpos.*%0.5 | tau.elbow%abs0.5       their means, and means of their absolute values
-///   tau.*%0.1:jpos.elbow                their means over the travel of a position; no * behind the
-///   : -TERM                               removes what TERM selects; without @, ~ or % with all
-///   its
+///   tau.*%0.1:jpos.elbow                their means over the travel of one position
+///   -TERM                               removes what TERM selects; without @, ~ or % with all its
 ///                                       lags, play operators and means
 /// A list that begins with a removal removes from what the empty text gives: paper112 where its
 /// channels exist, else every channel that is not truth. `available` are the recording's channels;

@@ -172,7 +172,7 @@ class FeatureState {
   /// Euler step d / (d + travel) of an exponential mean over travel. It needs no exp, never
   /// overshoots, and to first order in d / travel is the same in one tick as in ten of a tenth of
   /// d. d is what the tick moves a play of the position, 0 at its first value and at one that is no
-  /// number.
+  /// number; a jump beyond the range of a float is a full step.
   static float travel_gain(float& follower, float position, float travel) noexcept {
     const float half_width = kTravelDeadband * travel;
     const bool is_number = position - position == 0.0F;
@@ -181,7 +181,8 @@ class FeatureState {
     const float high = position + half_width;
     const float raised = before < low ? low : before;
     const float after = raised > high ? high : raised;
-    const float moved = is_number ? std::fabs(after - before) : 0.0F;
+    const float jump = std::min(std::fabs(after - before), std::numeric_limits<float>::max());
+    const float moved = is_number ? jump : 0.0F;
     follower = is_number ? after : follower;
     return moved / (moved + travel);
   }

@@ -48,7 +48,8 @@ core::Result<ExportColumn> channel_column(const Recording& recording, const Prof
         fmt::format("{}: channel {} is in {}, but profile {} wants {}", recording.source,
                     wanted.channel.name, si_unit, profile.name, unit->name)};
   }
-  ExportColumn column{ExportColumn::Source::kChannel, wanted.column, *channel, unit->to_si, 0.0};
+  ExportColumn column{ExportColumn::Source::kChannel, wanted.column, *channel,
+                      wanted.negate ? -unit->to_si : unit->to_si, 0.0};
   const auto origin = recording.meta.find("origin." + wanted.channel.name);
   if (wanted.relative && origin != recording.meta.end()) {
     column.origin = number_of(origin->second).value_or(0.0);

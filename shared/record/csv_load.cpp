@@ -51,6 +51,7 @@ class CsvLoader {
   void make_relative();
   void mark_episodes();
   void reference_first();
+  void blank_early_truth();
   void describe();
 
   [[nodiscard]] std::size_t line_of(std::size_t row) const {
@@ -271,6 +272,18 @@ void CsvLoader::reference_first() {
   }
 }
 
+void CsvLoader::blank_early_truth() {
+  if (!(profile_.truth_from_s > 0.0)) return;
+  const std::int64_t from_ns = recording_.t_ns.front() + std::llround(profile_.truth_from_s * 1e9);
+  const auto first = std::lower_bound(recording_.t_ns.begin(), recording_.t_ns.end(), from_ns);
+  for (std::size_t c = 0; c < recording_.channels.size(); ++c) {
+    if (recording_.channels[c].role != Role::kJointTruth) continue;
+    recording_.samples.col(static_cast<Eigen::Index>(c))
+        .head(first - recording_.t_ns.begin())
+        .setConstant(kNaN);
+  }
+}
+
 void CsvLoader::describe() {
   recording_.source = file_.path().string();
   recording_.meta["profile"] = profile_.name;
@@ -296,6 +309,7 @@ core::Result<Recording> CsvLoader::load(const CsvRows& rows) {
   make_relative();
   mark_episodes();
   if (profile_.reference_first) reference_first();
+  blank_early_truth();
   std::stable_sort(recording_.events.begin(), recording_.events.end(),
                    [](const Event& a, const Event& b) { return a.t_ns < b.t_ns; });
   if (!dropped_.empty()) recording_.meta["dropped_rows"] = std::to_string(dropped_.size());

@@ -27,6 +27,7 @@ struct ProfileChannel {
   Channel channel;  ///< unit = the file's unit
   std::string column;
   std::optional<std::size_t> index;
+  bool negate = false;          ///< the file counts the other way: SI value = -(file value)
   bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
   bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
   std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN
@@ -47,6 +48,7 @@ struct Profile {
   bool time_restarts = false;    ///< time running backwards begins an episode, is no error
   ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset
   bool reference_first = false;  ///< truth - estimate becomes 0 at the start of each episode
+  double truth_from_s = 0.0;     ///< the truth of the time before is lost: transient of a start
   std::string state_topic;       ///< bag: topic of raven_2/raven_state; empty: the only one
   std::string truth_topic;       ///< bag: topic of the joint encoders; empty: ext_jpos
   std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order

@@ -46,6 +46,7 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   channel.channel.unit = table.text_or("unit", channel.channel.unit);
   const std::string role = table.text_or("role", "feature");
   channel.channel.joint = table.text_or("joint", "");
+  channel.negate = table.boolean_or("negate", channel.negate);
   channel.may_be_missing = table.boolean_or("may_be_missing", channel.may_be_missing);
   channel.relative = table.boolean_or("relative", channel.relative);
   take_column(table, channel.column, channel.index);
@@ -84,6 +85,8 @@ void take_time(TomlTable& table, Profile& profile) {
   profile.row_period_stated = table.has("row_period_s");
   profile.row_period_s = table.number_or("row_period_s", profile.row_period_s);
   if (!(profile.row_period_s > 0.0)) table.fail("row_period_s must be above 0");
+  profile.truth_from_s = table.number_or("truth_from_s", profile.truth_from_s);
+  if (!(profile.truth_from_s >= 0.0)) table.fail("truth_from_s must be 0 or more");
   profile.time_restarts = table.boolean_or("time_restarts", profile.time_restarts);
   const std::string missing = table.text_or("time_missing", "error");
   profile.row_number_if_time_missing = missing == "row_number";

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# The rows of real data: trains and tests the shipped commands on two recordings of real cable-driven
+# The rows of real data: trains and tests the shipped commands on three recordings of real cable-driven
 # arms and prints RMSE on data that training never saw.
 #   real_rows.sh RAVENCAL TIP_ERROR DATA_DIR OUT_DIR
-# RAVENCAL: the program; TIP_ERROR: learn_tip_error; DATA_DIR: folder with dvrk_berkeley and
-# dvrk_jhu_tracker.
+# RAVENCAL: the program; TIP_ERROR: learn_tip_error; DATA_DIR: folder with dvrk_berkeley,
+# dvrk_jhu_tracker and, if it is there, davinci_tool4.
 set -euo pipefail
 if (($# != 4)); then
   sed -n '4,8s/^# \{0,1\}//p' "$0" >&2
@@ -57,6 +57,19 @@ tracker() {
   done
 }
 
+# Jaw of a da Vinci tool behind its cables, truth from an encoder on the jaw (O'Neill et al., RA-L 2018).
+# No setting of the set: `train` chooses by itself, from motor angle and motor current.
+jaw() {
+  local set=$data/davinci_tool4 profile=$profiles/davinci_tool4.toml
+  echo "da Vinci jaw: trained at 2 speeds and 6 loads, tested at 2 other speeds and 4 other loads"
+  "$ravencal" train "$set"/train_*.csv --profile "$profile" --out "$out/jaw.onnx" >"$out/jaw_train.txt"
+  "$ravencal" evaluate "$out/jaw.onnx" "$set"/test_*.csv --profile "$profile" --json "$out/jaw.json"
+}
+
 berkeley
 echo
 tracker
+if [[ -d $data/davinci_tool4 ]]; then
+  echo
+  jaw
+fi

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Inputs that are exponential means, through the C ABI: time constants in seconds whatever the rows
-// of the training were, the arithmetic of training, and a fresh start where time jumps.
+// Inputs that are exponential means, through the C ABI: time constants in seconds and lengths of
+// travel whatever the rows of the training were, the arithmetic of training, and a fresh start
+// where time jumps.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <fstream>
@@ -56,33 +58,99 @@ TEST(Means, AnswerToAStepWithTheirTimeConstantWhateverTheRowPeriodWas) {
   }
 }
 
-TEST(Means, GiveTheCorrectionsOfTrainingsArithmetic) {
-  const std::vector<model::FeatureSpec> features = {
-      plain("jpos.elbow"), mean_of("jpos.elbow", 0.1F), mean_of_abs("jpos.elbow", 5.0F),
-      with_play("jpos.elbow", 0.01F), lagged("jpos.elbow", 1)};
+/// Corrections and inputs of a model in motion, as the plugin and as training have them.
+struct Compared {
+  Eigen::MatrixXf live;
+  Eigen::MatrixXf trained;
+  model::FeatureMatrix inputs;
+};
+
+/// Shoulder and elbow swing at different speeds, stand still for a while, and swing on.
+Compared compare(const std::vector<model::FeatureSpec>& features) {
   const model::CalibrationModel model = make_model(features, {16, 8});
   Rig rig;
   rig.load(model);
   rig.enable();
   record::Recording recording;
   recording.source = "live";
-  recording.channels = {{"jpos.elbow", "rad", record::Role::kFeature, ""}};
+  recording.channels = {{"jpos.shoulder", "rad", record::Role::kFeature, ""},
+                        {"jpos.elbow", "rad", record::Role::kFeature, ""}};
   constexpr int kCycles = 2000;
-  recording.samples.resize(kCycles, 1);
-  Eigen::MatrixXf live(RAVENCAL_JOINTS, kCycles);
-  const float centre = rig.state.arm[0].jpos_ji[1];
+  recording.samples.resize(kCycles, 2);
+  Compared compared;
+  compared.live.resize(RAVENCAL_JOINTS, kCycles);
+  float* const jpos_ji = rig.state.arm[0].jpos_ji;
+  const float shoulder = jpos_ji[0];
+  const float elbow = jpos_ji[1];
   for (int cycle = 0; cycle < kCycles; ++cycle) {
-    rig.state.arm[0].jpos_ji[1] = centre + 0.2F * std::sin(0.003F * static_cast<float>(cycle));
+    const auto t = static_cast<float>(cycle < 800 ? cycle : std::max(cycle - 400, 800));
+    jpos_ji[0] = shoulder + 0.2F * std::sin(0.007F * t);
+    jpos_ji[1] = elbow + 0.2F * std::sin(0.003F * t);
     rig.tick();
     recording.t_ns.push_back(rig.state.t_ns);
-    recording.samples(cycle, 0) = static_cast<double>(rig.state.arm[0].jpos_ji[1]);
-    live.col(cycle) = Eigen::Map<const Eigen::Vector3f>(rig.output.predicted_ji);
+    recording.samples(cycle, 0) = static_cast<double>(jpos_ji[0]);
+    recording.samples(cycle, 1) = static_cast<double>(jpos_ji[1]);
+    compared.live.col(cycle) = Eigen::Map<const Eigen::Vector3f>(rig.output.predicted_ji);
   }
   const auto inputs = model::feature_matrix(features, recording, model.row_period_s);
-  ASSERT_TRUE(inputs.ok()) << inputs.error().message;
-  const Eigen::MatrixXf trained = model::predict_single(model, inputs->transpose());
-  EXPECT_LT((live - trained).cwiseAbs().maxCoeff(), 1e-6F);
-  EXPECT_GT((live.colwise() - live.col(0)).cwiseAbs().maxCoeff(), 1e-4F) << "the inputs moved";
+  EXPECT_TRUE(inputs.ok()) << inputs.error().message;
+  compared.inputs = *inputs;
+  compared.trained = model::predict_single(model, inputs->transpose());
+  return compared;
+}
+
+TEST(Means, GiveTheCorrectionsOfTrainingsArithmetic) {
+  const Compared motion =
+      compare({plain("jpos.elbow"), mean_of("jpos.elbow", 0.1F), mean_of_abs("jpos.elbow", 5.0F),
+               with_play("jpos.elbow", 0.01F), lagged("jpos.elbow", 1)});
+  EXPECT_LT((motion.live - motion.trained).cwiseAbs().maxCoeff(), 1e-6F);
+  EXPECT_GT((motion.live.colwise() - motion.live.col(0)).cwiseAbs().maxCoeff(), 1e-4F)
+      << "the inputs moved";
+}
+
+TEST(Means, OverTravelGiveTheCorrectionsOfTrainingsArithmetic) {
+  const Compared motion =
+      compare({travel_mean_of("jpos.shoulder", 0.05F, "jpos.elbow"), mean_of("jpos.shoulder", 0.1F),
+               travel_mean_of_abs("jpos.elbow", 0.3F, "jpos.shoulder"), plain("jpos.elbow"),
+               travel_mean_of("jpos.elbow", 0.02F, "jpos.elbow"), plain("jpos.shoulder")});
+  EXPECT_LT((motion.live - motion.trained).cwiseAbs().maxCoeff(), 1e-6F);
+  for (const Eigen::Index i : {0, 2, 4}) {
+    const auto input = motion.inputs.col(i);
+    EXPECT_GT(input.maxCoeff() - input.minCoeff(), 0.02F) << "input " << i << " moved";
+    EXPECT_EQ(input[1100], input[1199]) << "input " << i << " stands with the arm";
+  }
+}
+
+TEST(Means, OverTravelFollowTheirPositionWhateverTheRowPeriodWas) {
+  for (const double row_period_s : {0.001, 0.1}) {
+    Rig rig;
+    model::CalibrationModel model =
+        window_on({travel_mean_of("jpos.elbow", 0.5F, "jpos.shoulder"),
+                   travel_mean_of_abs("jpos.elbow", 0.25F, "jpos.shoulder"), plain("jpos.shoulder"),
+                   plain("jpos.elbow")});
+    model.row_period_s = row_period_s;
+    rig.load(model);
+    rig.enable();
+    float* const jpos_ji = rig.state.arm[0].jpos_ji;
+    jpos_ji[0] = 0.0F;
+    jpos_ji[1] = 1.0F;
+    rig.tick();
+    jpos_ji[1] = -3.0F;
+    for (int tick = 0; tick < 50; ++tick) rig.tick();
+    EXPECT_EQ(rig.output.predicted_ji[0], 1.0F) << "no travel, no change";
+    EXPECT_EQ(rig.output.predicted_ji[1], 1.0F);
+    constexpr double kStep = 1.0 / 1024.0;
+    for (int tick = 1; tick <= 1024; ++tick) {
+      jpos_ji[0] = static_cast<float>(kStep * tick);
+      rig.tick();
+      const auto answer = [&](double travel) {
+        const double slack = travel * static_cast<double>(model::kTravelDeadband);
+        return std::exp(-std::max(0.0, kStep * tick - slack) / travel);
+      };
+      ASSERT_NEAR(rig.output.predicted_ji[0], -3.0 + 4.0 * answer(0.5), 4.0 * kStep / 0.5) << tick;
+      ASSERT_NEAR(rig.output.predicted_ji[1], 3.0 - 2.0 * answer(0.25), 2.0 * kStep / 0.25) << tick;
+    }
+  }
 }
 
 TEST(Means, StartAfreshWhenTimeJumpsAndIgnoreWhatIsNoNumber) {

@@ -148,6 +148,9 @@ std::vector<model::FeatureSpec> mixed_features() {
     features.push_back(with_play(std::string("jpos.") + joint, 0.01F));
     features.push_back(mean_of(std::string("tau.") + joint, 0.5F));
     features.push_back(mean_of_abs(std::string("mvel.") + joint, 10.0F));
+    const std::string position = std::string("jpos.") + joint;
+    features.push_back(travel_mean_of(std::string("tau.") + joint, 0.1F, position));
+    features.push_back(travel_mean_of_abs(std::string("mvel.") + joint, 0.1F, position));
   }
   return features;
 }

@@ -62,6 +62,16 @@ model::FeatureSpec mean_of_abs(const std::string& channel, float time_constant_s
   return {channel, model::Transform::kMeanOfAbs, 0, 0.0F, time_constant_s};
 }
 
+model::FeatureSpec travel_mean_of(const std::string& channel, float travel_si,
+                                  const std::string& position) {
+  return {channel, model::Transform::kTravelMean, 0, 0.0F, 0.0F, travel_si, position};
+}
+
+model::FeatureSpec travel_mean_of_abs(const std::string& channel, float travel_si,
+                                      const std::string& position) {
+  return {channel, model::Transform::kTravelMeanOfAbs, 0, 0.0F, 0.0F, travel_si, position};
+}
+
 model::CalibrationModel make_model(const std::vector<model::FeatureSpec>& features,
                                    const std::vector<std::uint32_t>& hidden, std::uint64_t seed) {
   std::mt19937_64 random(seed);

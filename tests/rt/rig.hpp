@@ -33,6 +33,11 @@ model::FeatureSpec lagged(const std::string& channel, std::uint32_t rows);
 model::FeatureSpec with_play(const std::string& channel, float half_width);
 model::FeatureSpec mean_of(const std::string& channel, float time_constant_s);
 model::FeatureSpec mean_of_abs(const std::string& channel, float time_constant_s);
+/// "tau.elbow%0.1:jpos.elbow": over the travel of `position`.
+model::FeatureSpec travel_mean_of(const std::string& channel, float travel_si,
+                                  const std::string& position);
+model::FeatureSpec travel_mean_of_abs(const std::string& channel, float travel_si,
+                                      const std::string& position);
 
 /// Homed, pedal up, every value in the middle of make_model's trained ranges.
 ravencal_state healthy_state(std::int64_t t_ns = 0);

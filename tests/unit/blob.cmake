@@ -5,6 +5,7 @@ target_compile_definitions(ravencal_blob_sample PRIVATE RAVENCAL_SOURCE_DIR="${P
 target_link_libraries(ravencal_blob_sample PUBLIC ravencal::model PRIVATE ravencal_warnings)
 
 ravencal_test(NAME blob_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/blob_test.cpp ${CMAKE_CURRENT_LIST_DIR}/blob_appended_test.cpp ${CMAKE_CURRENT_LIST_DIR}/blob_means_test.cpp ${CMAKE_CURRENT_LIST_DIR}/blob_packed_test.cpp
+              ${CMAKE_CURRENT_LIST_DIR}/blob_travel_test.cpp
   LIBS ravencal_blob_sample nlohmann_json::nlohmann_json LABELS unit)
 ravencal_test(NAME trust_region_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/trust_region_test.cpp
   LIBS ravencal_blob_sample LABELS unit)

@@ -14,6 +14,7 @@
 #include "model/blob_format.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
+#include "unit/blob_bytes.hpp"
 #include "unit/blob_sample.hpp"
 
 namespace ravencal::test {
@@ -31,25 +32,9 @@ constexpr const char* kGoldenOfMeans = "weights_v2_2.blob";
 
 fs::path golden_folder() { return fs::path(RAVENCAL_SOURCE_DIR) / "tests" / "golden"; }
 
-Bytes encoded(const model::CalibrationModel& model) {
-  const auto bytes = model::encode_blob(model);
-  EXPECT_TRUE(bytes.ok()) << (bytes.ok() ? "" : bytes.error().message);
-  return bytes.ok() ? *bytes : Bytes{};
-}
-
-std::size_t feature_at(const Bytes& bytes, std::size_t i) {
-  return blob::section_entry(bytes.data(), blob::kFeatures).offset + i * blob::kFeatureBytes;
-}
-
 void put_f32(Bytes& bytes, std::size_t at, float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>(bits >> (8 * i));
-}
-
-BlobCheck check_repaired(Bytes bytes) {
-  repair_checksum(bytes);
-  BlobView view;
-  return BlobView::open(bytes, view);
 }
 
 TEST(BlobMeans, EncodesTheGoldenModelToTheGoldenBytes) {

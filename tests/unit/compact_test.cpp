@@ -81,6 +81,24 @@ TEST(Compact, RemovesUnreadInputsAndConstantOrUnreadUnitsWithoutChangingAnyOutpu
             1e-8);  // a bias is rounded to 2^-24, scale 0.01
 }
 
+TEST(Compact, KeepsThePositionOfAMeanOverTravelEvenIfItIsUnread) {
+  auto model = busy_model();
+  model.features[5] = {"channel5", Transform::kTravelMean, 0, 0.0F, 0.0F, 0.5F, "channel4"};
+  model.features[9] = {"channel9", Transform::kTravelMeanOfAbs, 0, 0.0F, 0.0F, 0.5F, "channel8"};
+  for (const Eigen::Index unread : {3, 4, 8, 9}) model.layers[0].weights.col(unread).setZero();
+  const std::vector<std::size_t> kept = {0, 1, 2, 4, 5, 6, 7, 10, 11};
+  const auto exact = compact(model, {}, {});
+  ASSERT_TRUE(exact.ok());
+  EXPECT_EQ(exact.value().kept_inputs, kept) << "nothing goes by the travel of channel 8 any more";
+  const auto within = compact(model, rows_for(model, 3000, 6).cast<float>(), {0.01});
+  ASSERT_TRUE(within.ok());
+  EXPECT_EQ(within.value().kept_inputs, kept);
+  const auto features = rows_for(model, 200, 5);
+  const Eigen::MatrixXd change =
+      model.predict(features) - within.value().model.predict(selected(features, kept));
+  EXPECT_LE(change.cwiseAbs().maxCoeff(), 1e-3) << "a tenth of the outputs' scale";
+}
+
 TEST(Compact, StaysWithinItsBudgetOnTheRowsAndNearItOnOthers) {
   auto model = busy_model();
   for (const Eigen::Index faint : {1, 3, 5, 7}) model.layers[0].weights.col(faint) *= 1e-3F;

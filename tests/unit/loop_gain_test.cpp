@@ -151,6 +151,23 @@ TEST(LoopGains, CountAMeanAsItsChannel) {
   EXPECT_NEAR(found.by_group(0, static_cast<int>(LoopGroup::kTorque)), 0.375, 1e-6);
 }
 
+TEST(LoopGains, CountAMeanOverTravelAsItsChannelAndNotAsItsPosition) {
+  Eigen::MatrixXd gains(2, 3);
+  gains << 0.5, -0.25, 1.0,  //
+      -0.1, 0.2, 0.0;
+  const model::CalibrationModel model =
+      linear({{"tau.elbow", Transform::kTravelMean, 0, 0.0F, 0.0F, 0.5F, "jpos.elbow"},
+              {"jpos.elbow", Transform::kTravelMeanOfAbs, 0, 0.0F, 0.0F, 0.5F, "mpos_d.elbow"},
+              {"jpos.elbow"}},
+             gains, 0.5);
+  EXPECT_EQ(model::answering_features(model), std::vector<std::size_t>{0});
+  const auto found = model::loop_gains(model, model::FeatureMatrix::Random(10, 3));
+  ASSERT_EQ(found.channels, std::vector<std::string>{"tau.elbow"});
+  EXPECT_NEAR(found.largest(0, 0), 0.5, 1e-6);
+  EXPECT_NEAR(found.by_group(0, static_cast<int>(LoopGroup::kTorque)), 0.25, 1e-6);
+  EXPECT_EQ(found.by_group(0, static_cast<int>(LoopGroup::kDesired)), 0.0);
+}
+
 TEST(LoopGains, OfANetworkGrowWithTheSteepestRow) {
   model::CalibrationModel model =
       network({{"tau.elbow"}}, {Activation::kTanh, Activation::kLinear});

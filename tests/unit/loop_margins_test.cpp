@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -146,6 +147,24 @@ TEST(Margins, OfAMeanOfTheDesiredMotorsAreThoseOfHand) {
     EXPECT_NEAR(worst.gain.value, 1.0 / kLoop, 1e-3);
     EXPECT_EQ(worst.gain.frequency_hz, 0.0);
   }
+}
+
+TEST(Margins, OfAMeanOverTravelAreThoseOfItsChannelAtOnce) {
+  MatrixXd gain = MatrixXd::Zero(3, 1);
+  gain(0, 0) = 0.25 / 136.196255507;
+  const Margins at_once = margins_of(raven(), {{"mpos_d.shoulder"}}, gain);
+  const model::FeatureSpec mean{
+      "mpos_d.shoulder", model::Transform::kTravelMean, 0, 0.0F, 0.0F, 0.5F, "jpos.shoulder"};
+  const Margins found = margins_of(raven(), {mean}, gain);
+  EXPECT_EQ(found.gain.value, at_once.gain.value);
+  EXPECT_EQ(found.gain.frequency_hz, at_once.gain.frequency_hz);
+  EXPECT_EQ(found.phase_rad.value, at_once.phase_rad.value);
+  model::FeatureSpec of_abs = mean;
+  of_abs.transform = model::Transform::kTravelMeanOfAbs;
+  const Margins worst = margins_of(raven(), {of_abs}, gain);
+  EXPECT_EQ(worst.gain.value,
+            std::min(at_once.gain.value, margins_of(raven(), {mean}, -gain).gain.value));
+  EXPECT_EQ(margins_of(raven(), {of_abs}, -gain).gain.value, worst.gain.value);
 }
 
 TEST(Margins, AreEndlessWithoutInputsThatAnswer) {

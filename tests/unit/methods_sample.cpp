@@ -15,6 +15,11 @@ methods::Problem sample_problem() {
   for (const char* channel : {"elbow.estimate", "wrist.estimate", "elbow.effort", "wrist.effort"})
     problem.features.push_back(model::FeatureSpec::parse(channel).value());
   problem.plain = 4;
+  using record::Role;
+  problem.channels = {{"elbow.estimate", "rad", Role::kJointEstimate, "elbow"},
+                      {"wrist.estimate", "rad", Role::kJointEstimate, "wrist"},
+                      {"elbow.effort", "N_m", Role::kDriveTorque, "elbow"},
+                      {"wrist.effort", "N_m", Role::kDriveTorque, "wrist"}};
   problem.outputs = {{"elbow", "elbow.estimate", "rad"}, {"wrist", "wrist.estimate", "rad"}};
   problem.row_period_s = 0.01;
   problem.order = methods::Order::kTime;
@@ -37,7 +42,9 @@ Series sample_series(Eigen::Index rows, std::uint64_t seed, const SampleError& e
   }
   s.estimate = s.inputs.leftCols(2);
   s.effort = s.inputs.rightCols(2);
-  s.channels = {{"position of elbow", s.inputs.col(0)}, {"position of wrist", s.inputs.col(1)}};
+  s.channels = {{"position of elbow", s.inputs.col(0)}, {"position of wrist", s.inputs.col(1)},
+                {"elbow.estimate", s.inputs.col(0)},    {"wrist.estimate", s.inputs.col(1)},
+                {"elbow.effort", s.inputs.col(2)},      {"wrist.effort", s.inputs.col(3)}};
   s.fresh.assign(static_cast<std::size_t>(rows), 0);
   s.fresh.front() = 1;
   for (Eigen::Index i = 0; i < rows; ++i) s.errors.row(i) = error(s, i).transpose();

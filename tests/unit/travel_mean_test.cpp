@@ -139,6 +139,17 @@ TEST(TravelMean, StartsAtItsFirstValueWhereverThePositionIs) {
   EXPECT_EQ(machine.advance(5.0F, -7.0F)[0], 4.0F);
 }
 
+TEST(TravelMean, AJumpBeyondTheRangeOfAFloatIsAFullStep) {
+  constexpr float kFar = std::numeric_limits<float>::max();
+  for (const float travel : {1e-6F, 1.0F, 1000.0F}) {
+    TravelMachine machine({travel_mean(travel)});
+    machine.advance(2.0F, kFar);
+    EXPECT_EQ(machine.advance(3.0F, -kFar)[0], 3.0F) << travel;
+    EXPECT_EQ(machine.advance(-5.0F, kFar)[0], -5.0F) << travel;
+    EXPECT_EQ(machine.advance(7.0F, kFar)[0], -5.0F) << travel;
+  }
+}
+
 TEST(TravelMean, ReachesAConstantInputHoweverSmallItsSteps) {
   TravelMachine machine({travel_mean(1000.0F)});
   machine.advance(1000.0F, 0.0F);

@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 
+#include "choice/choice_table.hpp"
+#include "choice/choose.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
@@ -29,6 +33,9 @@
 namespace ravencal::commands {
 namespace {
 
+constexpr const char* kAuto = "auto";
+constexpr const char* kNetwork = "network";
+
 struct TrainArguments {
   std::vector<std::string> recordings;
   std::vector<std::string> validation;
@@ -38,10 +45,28 @@ struct TrainArguments {
   std::string plant;
   std::uint32_t networks = 1;
   std::string isa;
+  std::string method;
   OriginOptions origin;
   record::LoadOptions load;
   learn::TrainOptions train;
 };
+
+/// Options that say how a network is made and trained.
+constexpr std::array kNetworkOptions = {
+    "--hidden",   "--activation", "--history",     "--play",          "--loop-noise",
+    "--ridge",    "--epochs",     "--batch",       "--learning-rate", "--penalty-scale",
+    "--networks", "--physics",    "--history-step"};
+
+/// The method that was given; without one a network where its options are given, else a choice.
+core::Result<std::string> method_of(const CLI::App& command, const std::string& given) {
+  const auto option = std::find_if(kNetworkOptions.begin(), kNetworkOptions.end(),
+                                   [&](const char* name) { return command.count(name) > 0; });
+  if (option == kNetworkOptions.end()) return given.empty() ? kAuto : given;
+  if (given.empty() || given == kNetwork) return std::string(kNetwork);
+  return core::usage_error(
+      fmt::format("{}: --method {} has no such setting; leave it out, or give --method network",
+                  *option, given));
+}
 
 core::Status complete(TrainArguments& arguments) {
   if (!arguments.isa.empty()) {
@@ -72,10 +97,21 @@ void show_epoch(cli::Progress& progress, double done, const learn::EpochReport& 
   progress.update(done, detail);
 }
 
-core::Status write_report(const TrainArguments& arguments, const learn::TrainResult& result,
+/// A model, however it was found.
+struct Trained {
+  model::CalibrationModel model;
+  std::size_t rows = 0;
+  std::vector<learn::EpochReport> epochs;  ///< of a network
+  std::uint32_t kept_epoch = 0;
+  std::vector<std::string> warnings;
+  std::string course;        ///< what was tried; may be empty
+  std::string interruption;  ///< what the model is in spite of it; empty: not interrupted
+};
+
+core::Status write_report(const TrainArguments& arguments, const Trained& trained,
                           const learn::Evaluation& evaluation, const std::string& title) {
   RAVENCAL_RETURN_IF_ERROR(report::write_html(
-      learn::make_report(result.model, evaluation, title, result.epochs, result.kept_epoch),
+      learn::make_report(trained.model, evaluation, title, trained.epochs, trained.kept_epoch),
       arguments.report));
   fmt::print("report: {}\n", arguments.report);
   return {};
@@ -108,61 +144,111 @@ core::Result<std::vector<record::Recording>> simulated(const std::string& plant_
   });
 }
 
-core::Status run(TrainArguments arguments) {
-  RAVENCAL_RETURN_IF_ERROR(complete(arguments));
-  RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
-  cli::catch_interrupts();
-  std::vector<record::Recording> simulation;
+using Recordings = std::vector<record::Recording>;
+
+core::Result<Trained> train_network(TrainArguments& arguments, const Recordings& training,
+                                    const Recordings& held_out) {
+  Recordings simulation;
   if (!arguments.physics.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(simulation,
                               simulated(arguments.physics, model::row_period_s(training.front())));
   }
   arguments.train.simulated = pointers_to(simulation);
-  core::Result<learn::TrainResult> trained = [&] {
-    cli::Progress progress("train");
-    std::uint32_t each = arguments.train.trainer.epochs;
-    if (!simulation.empty()) each += arguments.train.simulated_trainer.epochs;
-    const double epochs = static_cast<double>(each) * arguments.networks;
-    double finished = 0.0;
-    return learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
-                                 arguments.networks, [&](const learn::EpochReport& epoch) {
-                                   show_epoch(progress, ++finished / epochs, epoch);
-                                   return !cli::interrupted();
-                                 });
-  }();
-  if (!trained.ok()) return trained.error();
-  learn::TrainResult& result = *trained;
+  cli::Progress progress("train");
+  std::uint32_t each = arguments.train.trainer.epochs;
+  if (!simulation.empty()) each += arguments.train.simulated_trainer.epochs;
+  const double epochs = static_cast<double>(each) * arguments.networks;
+  double finished = 0.0;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      learn::TrainResult result,
+      learn::train_ensemble(pointers_to(training), pointers_to(held_out), arguments.train,
+                            arguments.networks, [&](const learn::EpochReport& epoch) {
+                              show_epoch(progress, ++finished / epochs, epoch);
+                              return !cli::interrupted();
+                            }));
   if (!simulation.empty()) {
     result.model.provenance["physics"] =
         fmt::format("base: {}, simulated over the workspace under {} loads", arguments.physics,
                     simulation.size());
   }
-  for (const std::string& warning : result.warnings) {
+  Trained trained{std::move(result.model),
+                  result.rows,
+                  std::move(result.epochs),
+                  result.kept_epoch,
+                  std::move(result.warnings),
+                  {},
+                  {}};
+  if (result.interrupted) {
+    trained.interruption =
+        fmt::format("the {} epoch, {} of {}", held_out.empty() ? "last finished" : "best",
+                    trained.kept_epoch, arguments.train.trainer.epochs);
+  }
+  return trained;
+}
+
+core::Result<Trained> choose(const TrainArguments& arguments, const Recordings& training) {
+  choice::ChoiceOptions options;
+  options.kinds = arguments.method == "linear"  ? choice::Kinds::kLinear
+                  : arguments.method == "units" ? choice::Kinds::kUnits
+                                                : choice::Kinds::kAll;
+  options.features = arguments.train.features;
+  options.joints = arguments.train.joints;
+  options.origin = arguments.train.origin;
+  options.at_hook = learn::is_at_hook(arguments.train.latched, training.front());
+  options.seed = arguments.train.trainer.seed;
+  cli::Progress progress("train");
+  RAVENCAL_ASSIGN_OR_RETURN(choice::Choice chosen,
+                            choice::choose_model(pointers_to(training), options,
+                                                 [&](double done, const std::string& candidate) {
+                                                   progress.update(done, candidate);
+                                                   return !cli::interrupted();
+                                                 }));
+  Trained trained;
+  trained.course = choice::choice_table(chosen);
+  trained.rows = static_cast<std::size_t>(chosen.rows.rows());
+  trained.model = std::move(chosen.model);
+  trained.warnings = std::move(chosen.warnings);
+  if (chosen.interrupted) trained.interruption = "the best of the candidates that were tried";
+  return trained;
+}
+
+std::string title_of_shown(const TrainArguments& arguments, bool held_out) {
+  if (!held_out) return "training recordings (not a test)";
+  return arguments.method == kNetwork ? "validation recordings (chose the epoch)"
+                                      : "validation recordings (chose nothing)";
+}
+
+core::Status run(TrainArguments arguments) {
+  RAVENCAL_RETURN_IF_ERROR(complete(arguments));
+  RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
+  cli::catch_interrupts();
+  RAVENCAL_ASSIGN_OR_RETURN(const Trained trained,
+                            arguments.method == kNetwork
+                                ? train_network(arguments, training, held_out)
+                                : choose(arguments, training));
+  for (const std::string& warning : trained.warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
   }
   std::optional<loop::Margins> margins;
   if (!arguments.plant.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(margins, margins_with(arguments.plant, result.model, training));
+    RAVENCAL_ASSIGN_OR_RETURN(margins, margins_with(arguments.plant, trained.model, training));
   }
-  RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(result.model, arguments.out));
-  if (result.interrupted) {
-    fmt::print("interrupted: {} holds the {} epoch, {} of {}\n", arguments.out,
-               held_out.empty() ? "last finished" : "best", result.kept_epoch,
-               arguments.train.trainer.epochs);
-  }
+  RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(trained.model, arguments.out));
+  if (!trained.interruption.empty())
+    fmt::print("interrupted: {} holds {}\n", arguments.out, trained.interruption);
   const auto& shown = held_out.empty() ? training : held_out;
-  const std::string title = held_out.empty() ? "training recordings (not a test)"
-                                             : "validation recordings (chose the epoch)";
+  const std::string title = title_of_shown(arguments, !held_out.empty());
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
-                            learn::evaluate(result.model, pointers_to(shown)));
-  fmt::print("{}: {} features, {} rows; {}:\n{}", arguments.out, result.model.features.size(),
-             result.rows, title, learn::evaluation_table(evaluation));
-  print_origin(result.model.origin);
-  fmt::print("{}", model::loop_text(result.model));
+                            learn::evaluate(trained.model, pointers_to(shown)));
+  fmt::print("{}{}: {} features, {} rows; {}:\n{}", trained.course, arguments.out,
+             trained.model.features.size(), trained.rows, title,
+             learn::evaluation_table(evaluation));
+  print_origin(trained.model.origin);
+  fmt::print("{}", model::loop_text(trained.model));
   if (margins) fmt::print("{}", loop::describe(*margins));
   if (arguments.report.empty()) return {};
-  return write_report(arguments, result, evaluation, title);
+  return write_report(arguments, trained, evaluation, title);
 }
 
 void add_data_options(CLI::App& command, TrainArguments& arguments) {
@@ -172,6 +258,13 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
   command.add_option("--validate", arguments.validation,
                      "Held-out recordings that choose the epoch; never the test set");
   command.add_option("--report", arguments.report, "HTML page to write");
+  command
+      .add_option("--method", arguments.method,
+                  "auto: compare candidates on held-out parts of the training and take the best of "
+                  "each joint; linear, units: only candidates that are linear, or that have random "
+                  "units; network: one network of --hidden. Default: auto, or network where an "
+                  "option of the network is given")
+      ->check(CLI::IsMember({kAuto, "linear", "units", kNetwork}));
   add_load_options(command, arguments.load);
   add_origin_options(command, arguments.origin);
   add_joints_option(command, arguments.train.joints);
@@ -263,12 +356,14 @@ void add_train(CLI::App& app, int& exit_code) {
                    "Instruction set of the kernels; it decides the last bits of the result")
       ->check(CLI::IsMember({"baseline", "avx2", "avx512"}));
   command->footer(
-      "Example: ravencal train run1.db run2.db --validate run3.db --features light "
-      "--hidden 128,64,32 --out arm.onnx --report train.html\n"
+      "Example: ravencal train run*.db --out arm.onnx --report train.html\n"
+      "         ravencal train run1.db run2.db --validate run3.db --features light "
+      "--hidden 128,64,32 --out arm.onnx\n"
       "         ravencal train run*.db --validate run3.db --features light-open --plant "
       "raven2.toml "
       "--out arm.onnx");
-  on_call(*command, exit_code, [arguments, command] {
+  on_call(*command, exit_code, [arguments, command]() -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(arguments->method, method_of(*command, arguments->method));
     arguments->train.origin = given_origin(*command, arguments->origin);
     return run(*arguments);
   });

@@ -118,6 +118,22 @@ TEST(CsvExport, WritesTheHeaderOfAProfileInItsUnits) {
   EXPECT_EQ(text, "t,q deg\n0.000000000,30.1\n");
 }
 
+TEST(CsvExport, TurnsTheSignBack) {
+  const Scratch scratch;
+  const auto path = scratch.write("p.toml",
+                                  "[source]\ntime = 't'\n[[channel]]\nname = 'q'\n"
+                                  "column = 'q deg'\nunit = 'deg'\nnegate = true\n");
+  const auto profile = load_profile(path.string());
+  LoadOptions options;
+  options.profile = path.string();
+  const auto loaded = load_recording(scratch.write("a.csv", "t,q deg\n0,30.1\n"), options);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  ASSERT_TRUE(export_csv(*loaded, *profile, scratch / "b.csv").ok());
+  std::ifstream file(scratch / "b.csv");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_EQ(text, "t,q deg\n0.000000000,30.1\n");
+}
+
 TEST(CsvExport, NamesTheChannelThatIsMissing) {
   const Scratch scratch;
   Recording recording;

@@ -125,6 +125,31 @@ TEST(ProfileCsv, ReadsMissingValuesAsLostWhereAllowed) {
   EXPECT_DOUBLE_EQ(r.samples(2, 1), 0.004);
 }
 
+TEST(ProfileCsv, TurnsTheSignOfAChannelThatCountsTheOtherWay) {
+  const Scratch scratch;
+  const auto p = scratch.write("p.toml",
+                               "[source]\ntime = 't'\n[[channel]]\nname = 'q'\ncolumn = 'q'\n"
+                               "unit = 'mm'\nnegate = true\n");
+  const Recording r = load(scratch.write("a.csv", "t,q\n0,1\n1,-2\n"), p.string());
+  EXPECT_DOUBLE_EQ(r.samples(0, 0), -0.001);
+  EXPECT_DOUBLE_EQ(r.samples(1, 0), 0.002);
+}
+
+TEST(ProfileCsv, LosesTheTruthOfATransientAndNothingElse) {
+  const Scratch scratch;
+  const auto p = scratch.write(
+      "p.toml",
+      "[source]\ntime = 't'\ntruth_from_s = 1.5\n"
+      "[[channel]]\nname = 'e'\ncolumn = 'e'\nunit = 'rad'\nrole = 'joint_estimate'\njoint = 'j'\n"
+      "[[channel]]\nname = 'w'\ncolumn = 'w'\nunit = 'rad'\nrole = 'joint_truth'\njoint = 'j'\n");
+  const Recording r =
+      load(scratch.write("a.csv", "t,e,w\n5,1,1\n6,2,2\n6.5,3,3\n7,4,4\n"), p.string());
+  EXPECT_TRUE(std::isnan(r.samples(0, 1)));
+  EXPECT_TRUE(std::isnan(r.samples(1, 1)));
+  EXPECT_DOUBLE_EQ(r.samples(2, 1), 3.0);
+  EXPECT_TRUE(r.samples.col(0).allFinite());
+}
+
 TEST(ProfileCsv, CountsRowsWhereTheTimeIsMissing) {
   const Scratch scratch;
   const auto p = profile(scratch, "time = 't'\ntime_missing = 'row_number'\nrow_period_s = 0.5");

@@ -13,23 +13,6 @@ namespace {
 using record::Recording;
 using record::Role;
 
-/// Truth minus estimate, [rows x outputs]; NaN where either is lost.
-core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
-                                           const Recording& recording) {
-  Eigen::MatrixXd errors(recording.rows(), static_cast<Eigen::Index>(outputs.size()));
-  for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const auto truth = recording.column(Role::kJointTruth, outputs[k].joint);
-    const auto estimate = recording.column(outputs[k].estimate_channel);
-    if (!truth || !estimate) {
-      return core::data_error(fmt::format("{}: has no {} of joint {}", recording.source,
-                                          truth ? "estimate" : "truth", outputs[k].joint));
-    }
-    errors.col(static_cast<Eigen::Index>(k)) =
-        recording.samples.col(*truth) - recording.samples.col(*estimate);
-  }
-  return errors;
-}
-
 /// Population mean and standard deviation, two passes.
 template <typename Values>
 Scaling scaling_of(const Values& values) {
@@ -57,6 +40,22 @@ Scaling scaling_of(const Values& values) {
 }
 
 }  // namespace
+
+core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
+                                           const Recording& recording) {
+  Eigen::MatrixXd errors(recording.rows(), static_cast<Eigen::Index>(outputs.size()));
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    const auto truth = recording.column(Role::kJointTruth, outputs[k].joint);
+    const auto estimate = recording.column(outputs[k].estimate_channel);
+    if (!truth || !estimate) {
+      return core::data_error(fmt::format("{}: has no {} of joint {}", recording.source,
+                                          truth ? "estimate" : "truth", outputs[k].joint));
+    }
+    errors.col(static_cast<Eigen::Index>(k)) =
+        recording.samples.col(*truth) - recording.samples.col(*estimate);
+  }
+  return errors;
+}
 
 core::Result<std::vector<model::OutputSpec>> outputs_of(const Recording& recording,
                                                         std::span<const std::string> joints) {

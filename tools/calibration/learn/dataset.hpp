@@ -30,6 +30,11 @@ struct Dataset {
 core::Result<std::vector<model::OutputSpec>> outputs_of(const record::Recording& recording,
                                                         std::span<const std::string> joints);
 
+/// Truth minus estimate, [rows x outputs]; NaN where either is lost.
+/// Errors (kData): the recording has no truth or no estimate of a joint.
+core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
+                                           const record::Recording& recording);
+
 /// Usable rows of all recordings, in order. `row_period_s` is the unit of lags.
 /// Errors (kData): a channel is missing, or no row is left.
 core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,

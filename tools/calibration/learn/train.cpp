@@ -5,13 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
-#include "learn/file_hash.hpp"
 #include "learn/linear.hpp"
 #include "learn/recording_origin.hpp"
+#include "learn/seen.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
@@ -63,17 +62,6 @@ core::Result<std::vector<model::FeatureSpec>> features_of(const TrainOptions& op
   return features;
 }
 
-std::string files_text(std::span<const Recording* const> recordings) {
-  std::vector<std::string> files;
-  for (const Recording* recording : recordings) {
-    const std::filesystem::path path(recording->source);
-    const auto hash = sha256_of_file(path);
-    files.push_back(
-        fmt::format("{} sha256:{}", path.filename().string(), hash.ok() ? *hash : "unknown"));
-  }
-  return fmt::format("{}", fmt::join(files, "; "));
-}
-
 void describe(const TrainOptions& options, TrainResult& result) {
   auto& provenance = result.model.provenance;
   const TrainerSettings& s = options.trainer;
@@ -123,31 +111,6 @@ void fit_borders(const Dataset& recorded, const Dataset& all, TrainResult& resul
         "feature",
         dropped, dropped + result.rows, result.rows_without_truth, result.rows_without_feature));
   }
-}
-
-/// Recordings as the network is to see them.
-class Seen {
- public:
-  Seen(std::span<const Recording* const> recordings, bool at_hook)
-      : recordings_(recordings.begin(), recordings.end()) {
-    if (!at_hook) return;
-    changed_.reserve(recordings.size());
-    for (const Recording*& recording : recordings_) {
-      changed_.push_back(model::as_seen_at_hook(*recording));
-      recording = &changed_.back();
-    }
-  }
-  [[nodiscard]] std::span<const Recording* const> get() const { return recordings_; }
-
- private:
-  std::vector<const Recording*> recordings_;
-  std::vector<Recording> changed_;
-};
-
-/// Rows of a control cycle each, but for jitter.
-bool has_every_cycle(const Recording& recording) {
-  const double period_s = model::row_period_s(recording);
-  return period_s > 0.5 * model::kControlCycleS && period_s < 1.5 * model::kControlCycleS;
 }
 
 /// Layers fitted to data in units of its own; epochs only where there are hidden layers.
@@ -268,9 +231,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
                                       const std::function<bool(const EpochReport&)>& keep_going) {
   if (recorded_training.empty())
     return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
-  const bool at_hook =
-      options.latched == Latched::kOn ||
-      (options.latched == Latched::kAuto && has_every_cycle(*recorded_training.front()));
+  const bool at_hook = is_at_hook(options.latched, *recorded_training.front());
   const Seen seen_training(recorded_training, at_hook);
   const Seen seen_validation(recorded_validation, at_hook);
   const std::span<const Recording* const> training = seen_training.get();

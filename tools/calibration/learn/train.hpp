@@ -11,20 +11,13 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "learn/seen.hpp"
 #include "learn/trainer.hpp"
 #include "model/calibration_model.hpp"
 #include "model/feature_matrix.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::learn {
-
-/// Whether torque, DAC, desired values and pose are taken from the control cycle before, as the
-/// plugin sees them at its hook (model/hook_view.hpp).
-enum class Latched {
-  kAuto,  ///< where rows are one control cycle apart; in slower recordings a cycle does not matter
-  kOn,
-  kOff
-};
 
 /// For simulated rows, which have no noise: many steps, and penalties of a hundredth.
 inline TrainerSettings for_simulated() {

@@ -76,7 +76,7 @@ const std::vector<std::unique_ptr<Method>>& all_methods() {
     for (const auto make :
          {make_raw, make_bias, make_linear, make_ridge, make_polynomial, make_gaussian_process,
           make_bouc_wen, make_kalman, make_gru, make_lstm, make_two_phase, make_ridge_memory,
-          make_network, make_physics, make_physics_network}) {
+          make_network, make_chosen, make_physics, make_physics_network}) {
       all.push_back(make());
     }
     return all;

@@ -110,6 +110,7 @@ std::unique_ptr<Method> make_gaussian_process();
 std::unique_ptr<Method> make_kalman();
 std::unique_ptr<Method> make_bouc_wen();
 std::unique_ptr<Method> make_two_phase();
+std::unique_ptr<Method> make_chosen();
 std::unique_ptr<Method> make_physics();
 std::unique_ptr<Method> make_physics_network();
 

@@ -62,6 +62,7 @@ core::Result<Problem> make_problem(const Recording& recording, std::string_view 
                     [](const auto& f) { return f.transform == model::Transform::kValue; });
   model::add_play(problem.features, play, recording.channels);
   RAVENCAL_ASSIGN_OR_RETURN(problem.outputs, learn::outputs_of(recording, joints));
+  problem.channels = recording.channels;
   problem.row_period_s = model::row_period_s(recording);
   const bool dynamic = problem.row_period_s > 0.0 && problem.row_period_s <= kDynamicsPeriodS;
   problem.order = dynamic ? Order::kTime : Order::kSequence;
@@ -98,6 +99,10 @@ core::Result<Series> make_series(const Problem& problem, const Recording& record
     series.t_s[row] = static_cast<double>(t_ns) * 1e-9;
   }
   series.fresh = episode_starts(recording);
+  for (const record::Event& event : recording.events) {
+    if (event.kind == "homing")
+      series.homings_s.push_back(static_cast<double>(event.t_ns - recording.t_ns.front()) * 1e-9);
+  }
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
     const record::Channel& channel = recording.channels[c];
     if (channel.role == Role::kJointTruth) continue;
@@ -119,6 +124,7 @@ Series slice(const Series& series, Eigen::Index from, Eigen::Index count) {
   part.estimate = series.estimate.middleRows(from, count);
   part.effort = series.effort.middleRows(from, count);
   part.t_s = series.t_s.segment(from, count);
+  part.homings_s = series.homings_s;
   part.fresh.assign(series.fresh.begin() + from, series.fresh.begin() + from + count);
   if (!part.fresh.empty()) part.fresh.front() = 1;
   for (const auto& [name, values] : series.channels)

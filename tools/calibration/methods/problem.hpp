@@ -35,6 +35,7 @@ struct Problem {
   std::vector<model::FeatureSpec> features;  ///< columns of Series::inputs; the plain ones first
   Eigen::Index plain = 0;                    ///< how many are channels as they are; then plays
   std::vector<model::OutputSpec> outputs;
+  std::vector<record::Channel> channels;  ///< of the recordings
   double row_period_s = 0.01;
   Order order = Order::kTime;
 };
@@ -45,7 +46,8 @@ struct Series {
   Eigen::MatrixXd estimate;  ///< [rows x outputs], what the robot believes
   Eigen::MatrixXd effort;    ///< [rows x outputs], drive torque or input; NaN where not recorded
   Eigen::VectorXd t_s;
-  std::vector<char> fresh;  ///< 1 where an episode starts, the first row always
+  std::vector<double> homings_s;  ///< times of homings on the clock of t_s
+  std::vector<char> fresh;        ///< 1 where an episode starts, the first row always
   /// Every other channel that is not truth, by name, for methods that read a plant's terms.
   std::map<std::string, Eigen::VectorXd> channels;
   std::string source;

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choice/choose.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "choice/assemble.hpp"
+#include "choice/input_sets.hpp"
+#include "choice/rows.hpp"
+#include "choice/selection.hpp"
+#include "core/version.hpp"
+#include "learn/dataset.hpp"
+#include "learn/recording_origin.hpp"
+#include "learn/seen.hpp"
+#include "model/hook_view.hpp"
+#include "model/jacobian.hpp"
+#include "model/trust_fit.hpp"
+
+namespace ravencal::choice {
+namespace {
+
+using Eigen::Index;
+using record::Recording;
+
+/// Units of a nonlinear candidate, and at least so many rows for each.
+constexpr Index kUnits = 300;
+constexpr Index kRowsPerUnit = 4;
+/// Gentle units make smooth functions of low order, steep ones bend within a standard deviation.
+struct Kind {
+  const char* name;
+  double steepness;  ///< 0: no units
+};
+constexpr std::array<Kind, 3> kKinds = {
+    {{"linear", 0.0}, {"gentle units", 0.3}, {"steep units", 1.0}}};
+
+/// A joint's rows, and how they are held out.
+struct JointData {
+  JointRows rows;
+  bool by_recording = false;
+};
+
+JointData joint_data(const Rows& rows, const Eigen::MatrixXd& scaled,
+                     const std::vector<Index>& positions, Index output) {
+  std::vector<Index> known;
+  std::vector<int> recording;
+  JointData data;
+  for (Index row = 0; row < rows.errors.rows(); ++row) {
+    if (!std::isfinite(rows.errors(row, output))) continue;
+    known.push_back(row);
+    recording.push_back(rows.recording[static_cast<std::size_t>(row)]);
+    data.rows.homing.push_back(rows.homing[static_cast<std::size_t>(row)]);
+    data.rows.homings = std::max(data.rows.homings, data.rows.homing.back() + 1);
+  }
+  data.rows.scaled = scaled(known, Eigen::all);
+  data.rows.errors = rows.errors(known, output);
+  HeldOut held_out = held_out_parts(recording, data.rows.scaled(Eigen::all, positions));
+  data.rows.held_out = std::move(held_out.rows);
+  data.by_recording = held_out.by_recording;
+  return data;
+}
+
+bool is_tried(const Kind& kind, Kinds kinds) {
+  if (kinds == Kinds::kAll) return true;
+  return (kind.steepness > 0.0) == (kinds == Kinds::kUnits);
+}
+
+/// The sets of one joint, from few to many inputs, with the one that is selected among them.
+std::vector<InputSet> sets_of(const OutputInputs& inputs, const JointRows& rows) {
+  std::vector<InputSet> sets = inputs.sets;
+  if (inputs.others.empty()) return sets;
+  InputSet selected = selected_inputs(inputs, rows);
+  const bool is_new = std::none_of(sets.begin(), sets.end(), [&](const InputSet& set) {
+    return set.columns == selected.columns;
+  });
+  if (is_new) sets.push_back(std::move(selected));
+  return sets;
+}
+
+/// Trials of one joint, from the simplest on. `keep_going` gets the share done.
+std::vector<Trial> try_all(const std::vector<InputSet>& sets, const JointRows& rows,
+                           const ChoiceOptions& options,
+                           const std::function<bool(double, const std::string&)>& keep_going) {
+  std::vector<Trial> trials = {try_bias(rows)};
+  const double all = static_cast<double>(kKinds.size() * sets.size());
+  double done = 0.0;
+  for (const Kind& kind : kKinds) {
+    for (const InputSet& set : sets) {
+      ++done;
+      if (!is_tried(kind, options.kinds)) continue;
+      std::string name = fmt::format("{}, {}", kind.name, set.name);
+      if (!keep_going((done - 1.0) / all, name)) return trials;
+      const Index units =
+          kind.steepness > 0.0 ? std::min(kUnits, rows.errors.size() / kRowsPerUnit) : 0;
+      trials.push_back(
+          try_basis(std::move(name), {set.columns, units, kind.steepness, options.seed}, rows));
+    }
+  }
+  return trials;
+}
+
+JointChoice table_of(const model::OutputSpec& output, const std::vector<Trial>& trials,
+                     const std::vector<Member>& members) {
+  JointChoice choice{output.joint, output.unit, {}};
+  for (const Trial& trial : trials) {
+    choice.tried.push_back(
+        {trial.name, trial.ridge, trial.inside_rmse, rmse_error(trial), trial.outside_rmse, 0.0});
+  }
+  for (const Member& member : members) choice.tried[member.trial].weight = member.weight;
+  return choice;
+}
+
+/// The chosen trials, fitted to all rows. A trial without inputs is the mean.
+void add_parts(Index output, const std::vector<Trial>& trials, const std::vector<Member>& members,
+               const JointRows& rows, std::vector<Part>& parts) {
+  for (const Member& member : members) {
+    const Trial& trial = trials[member.trial];
+    Basis basis = draw(trial.basis);
+    Eigen::VectorXd readout = member.weight * fit_readout(basis, trial.ridge, rows).weights;
+    parts.push_back({output, std::move(basis), std::move(readout)});
+  }
+}
+
+/// Offered inputs that some part uses; the parts' columns become theirs. At least one input stays:
+/// a network needs one.
+std::vector<Index> used_columns(std::vector<Part>& parts) {
+  std::map<Index, Index> used;
+  for (const Part& part : parts) {
+    for (const Index column : part.basis.columns) used.emplace(column, 0);
+  }
+  if (used.empty()) used.emplace(0, 0);
+  std::vector<Index> columns;
+  for (auto& [column, position] : used) {
+    position = static_cast<Index>(columns.size());
+    columns.push_back(column);
+  }
+  for (Part& part : parts) {
+    for (Index& column : part.basis.columns) column = used.at(column);
+  }
+  return columns;
+}
+
+model::Standardiser output_scaling(const Eigen::MatrixXd& errors) {
+  model::Standardiser scaling{Eigen::VectorXd(errors.cols()), Eigen::VectorXd(errors.cols())};
+  for (Index k = 0; k < errors.cols(); ++k) {
+    std::vector<Index> known;
+    for (Index row = 0; row < errors.rows(); ++row) {
+      if (std::isfinite(errors(row, k))) known.push_back(row);
+    }
+    const Eigen::MatrixXd values = errors(known, k);
+    const auto of_joint = learn::fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(values));
+    scaling.mean[k] = of_joint.standardiser.mean[0];
+    scaling.scale[k] = of_joint.standardiser.scale[0];
+  }
+  return scaling;
+}
+
+/// All of the model but its layers, over the inputs in `columns`.
+void fit_frame(const Rows& rows, const std::vector<Index>& columns, const InputSets& sets,
+               Choice& choice) {
+  model::CalibrationModel& model = choice.model;
+  choice.rows = rows.inputs(Eigen::all, columns);
+  for (const Index column : columns)
+    model.features.push_back(sets.features[static_cast<std::size_t>(column)]);
+  model.input = learn::fit_scaling(choice.rows).standardiser;
+  model.input_min = choice.rows.colwise().minCoeff().transpose().cast<double>();
+  model.input_max = choice.rows.colwise().maxCoeff().transpose().cast<double>();
+  model.trust = model::fit_trust_region(model.input, choice.rows);
+}
+
+Eigen::MatrixXd scaled_by(const model::Standardiser& scaling, const model::FeatureMatrix& inputs) {
+  return ((inputs.cast<double>().rowwise() - scaling.mean.transpose()).array().rowwise() /
+          scaling.scale.transpose().array())
+      .matrix();
+}
+
+core::Result<InputSets> input_sets(const ChoiceOptions& options,
+                                   std::span<const Recording* const> training,
+                                   std::span<const model::OutputSpec> outputs) {
+  if (options.features.empty()) return offered_inputs(training, outputs);
+  RAVENCAL_ASSIGN_OR_RETURN(std::vector<model::FeatureSpec> features,
+                            model::select_features(options.features, training.front()->channels));
+  return given_inputs(std::move(features), *training.front(), outputs.size());
+}
+
+void describe(const Rows& rows, const ChoiceOptions& options, Choice& choice) {
+  auto& provenance = choice.model.provenance;
+  provenance["ravencal_version"] = core::kVersion;
+  provenance["features"] = options.features.empty() ? "(offered)" : options.features;
+  provenance["rows"] = fmt::format("{}", rows.inputs.rows());
+  provenance["seed"] = fmt::format("{}", options.seed);
+  std::vector<std::string> chosen;
+  for (const JointChoice& joint : choice.joints) {
+    for (const TriedModel& tried : joint.tried) {
+      if (tried.weight > 0.0) {
+        chosen.push_back(fmt::format("{}: {:.2f} x ({}; ridge {:g})", joint.joint, tried.weight,
+                                     tried.name, tried.ridge));
+      }
+    }
+  }
+  provenance["settings"] = fmt::format("chosen: {}", fmt::join(chosen, "; "));
+  const std::size_t dropped = rows.without_truth + rows.without_input;
+  if (dropped > 0) {
+    choice.warnings.push_back(fmt::format(
+        "{} rows are left out: {} lack the truth or the estimate of every joint, {} lack an input",
+        dropped, rows.without_truth, rows.without_input));
+  }
+}
+
+}  // namespace
+
+core::Result<Choice> choose_model(
+    std::span<const Recording* const> recorded, const ChoiceOptions& options,
+    const std::function<bool(double, const std::string&)>& keep_going) {
+  if (recorded.empty()) return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
+  const learn::Seen seen(recorded, options.at_hook);
+  const std::span<const Recording* const> training = seen.get();
+  Choice choice;
+  model::CalibrationModel& model = choice.model;
+  RAVENCAL_ASSIGN_OR_RETURN(model.origin, learn::common_origin(options.origin, training));
+  RAVENCAL_ASSIGN_OR_RETURN(model.outputs, learn::outputs_of(*training.front(), options.joints));
+  RAVENCAL_ASSIGN_OR_RETURN(const InputSets sets, input_sets(options, training, model.outputs));
+  model.row_period_s = model::row_period_s(*training.front());
+  RAVENCAL_ASSIGN_OR_RETURN(const Rows rows,
+                            make_rows(sets.features, model.outputs, training, model.row_period_s));
+  const Eigen::MatrixXd scaled =
+      scaled_by(learn::fit_scaling(rows.inputs).standardiser, rows.inputs);
+  std::vector<Part> parts;
+  const auto outputs = static_cast<double>(model.outputs.size());
+  for (std::size_t k = 0; k < model.outputs.size(); ++k) {
+    const auto output = static_cast<Index>(k);
+    const JointData data = joint_data(rows, scaled, sets.positions, output);
+    const JointRows& of_joint = data.rows;
+    const auto trials =
+        try_all(sets_of(sets.of_output[k], of_joint), of_joint, options,
+                [&](double share, const std::string& name) {
+                  choice.interrupted =
+                      choice.interrupted || !keep_going((static_cast<double>(k) + share) / outputs,
+                                                        model.outputs[k].joint + ": " + name);
+                  return !choice.interrupted;
+                });
+    const std::vector<Member> members = combine(trials);
+    choice.joints.push_back(table_of(model.outputs[k], trials, members));
+    choice.joints.back().parts = of_joint.held_out.size() - 1;
+    choice.joints.back().parts_are_recordings = data.by_recording;
+    add_parts(output, trials, members, of_joint, parts);
+  }
+  model.output = output_scaling(rows.errors);
+  const std::vector<Index> columns = used_columns(parts);
+  fit_frame(rows, columns, sets, choice);
+  model.layers = layers_of(parts, scaled(Eigen::all, columns), model.output);
+  model.loop_gains = model::loop_gains(model, choice.rows);
+  describe(rows, options, choice);
+  if (options.at_hook) model::set_trained_at_hook(model);
+  model.provenance["recordings"] = learn::files_text(training);
+  return choice;
+}
+
+}  // namespace ravencal::choice

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The model of one joint: one trial, or a weighted mean of a few (stacking: Wolpert, 1992; weights
+// by greedy selection: Caruana et al., 2004).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "choice/trial.hpp"
+
+namespace ravencal::choice {
+
+/// More members cost time in the control loop and hardly lower the error.
+inline constexpr std::size_t kMostMembers = 3;
+
+struct Member {
+  std::size_t trial = 0;
+  double weight = 1.0;  ///< > 0; those of a combination sum up to 1
+};
+
+/// The best trial, or a mean of trials where that lowers the squared error by more than the
+/// standard error of the difference over the parts. For this comparison trial and weights are
+/// chosen without the part that judges them. `trials` must not be empty.
+std::vector<Member> combine(std::span<const Trial> trials);
+
+/// Standard error of a trial's inside_rmse over the lists, SI.
+double rmse_error(const Trial& trial);
+
+}  // namespace ravencal::choice

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choice/trial.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <span>
+
+namespace ravencal::choice {
+namespace {
+
+using Eigen::Index;
+
+/// Sums over some rows; the design's last column is the constant 1.
+struct Moments {
+  Eigen::MatrixXd gram;  ///< lower half
+  Eigen::VectorXd cross;
+  Eigen::MatrixXd sums;        ///< of design rows, [functions x homings]
+  Eigen::VectorXd error_sums;  ///< [homings]
+
+  Moments(Index size, int homings)
+      : gram(Eigen::MatrixXd::Zero(size, size)),
+        cross(Eigen::VectorXd::Zero(size)),
+        sums(Eigen::MatrixXd::Zero(size, homings)),
+        error_sums(Eigen::VectorXd::Zero(homings)) {}
+
+  /// Adds the rows (sign 1) or takes them away (-1).
+  void add(const Eigen::MatrixXd& design, const Eigen::VectorXd& errors,
+           const std::vector<int>& homing, double sign) {
+    if (design.rows() == 0) return;
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(design.transpose(), sign);
+    cross.noalias() += sign * (design.transpose() * errors);
+    for (Index row = 0; row < design.rows(); ++row) {
+      const Index h = homing[static_cast<std::size_t>(row)];
+      sums.col(h) += sign * design.row(row).transpose();
+      error_sums[h] += sign * errors[row];
+    }
+  }
+  /// Rows of a homing.
+  [[nodiscard]] double rows(Index homing) const { return sums(sums.rows() - 1, homing); }
+  [[nodiscard]] bool knows(Index homing) const { return rows(homing) > 0.5; }
+};
+
+/// Weights of a fit, [functions]; the last is 0.
+Eigen::VectorXd weights_of(const Moments& moments, double ridge) {
+  Eigen::MatrixXd system = moments.gram;
+  Eigen::VectorXd right = moments.cross;
+  double rows = 0.0;
+  for (Index h = 0; h < moments.sums.cols(); ++h) {
+    if (!moments.knows(h)) continue;
+    const Eigen::VectorXd mean = moments.sums.col(h) / moments.rows(h);
+    system.selfadjointView<Eigen::Lower>().rankUpdate(mean, -moments.rows(h));
+    right -= mean * moments.error_sums[h];
+    rows += moments.rows(h);
+  }
+  const Index last = system.rows() - 1;
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(system.rows());
+  if (last == 0) return weights;
+  Eigen::MatrixXd inner = system.topLeftCorner(last, last);
+  inner.diagonal().array() += ridge * rows + std::numeric_limits<double>::min();
+  weights.head(last) = Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(inner).solve(right.head(last));
+  return weights;
+}
+
+/// Constant of a homing that has rows.
+double constant_of(const Moments& moments, const Eigen::VectorXd& weights, Index homing) {
+  return (moments.error_sums[homing] - moments.sums.col(homing).dot(weights)) /
+         moments.rows(homing);
+}
+
+Readout readout_of(const Moments& moments, double ridge) {
+  Readout readout{weights_of(moments, ridge), {}};
+  for (Index h = 0; h < moments.sums.cols(); ++h) {
+    if (moments.knows(h)) readout.of_homings.push_back(constant_of(moments, readout.weights, h));
+  }
+  readout.weights[readout.weights.size() - 1] = mean_of(readout.of_homings);
+  return readout;
+}
+
+std::vector<int> homings_of(const JointRows& rows, const std::vector<Index>& list) {
+  std::vector<int> homings;
+  homings.reserve(list.size());
+  for (const Index row : list) homings.push_back(rows.homing[static_cast<std::size_t>(row)]);
+  return homings;
+}
+
+/// Prediction - error of a list's rows, by a fit to the rows of `others`.
+Eigen::VectorXd left_of(const Moments& others, double ridge, const Eigen::MatrixXd& design,
+                        const Eigen::VectorXd& errors, const std::vector<int>& homing) {
+  if (design.rows() == 0) return {};
+  const Eigen::VectorXd weights = weights_of(others, ridge);
+  Eigen::VectorXd left = design * weights - errors;
+  const Index homings = others.sums.cols();
+  Eigen::VectorXd shift = Eigen::VectorXd::Zero(homings);
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(homings);
+  for (Index row = 0; row < left.size(); ++row) {
+    const Index h = homing[static_cast<std::size_t>(row)];
+    shift[h] -= left[row];
+    counts[h] += 1.0;
+  }
+  for (Index h = 0; h < homings; ++h) {
+    if (others.knows(h)) {
+      shift[h] = constant_of(others, weights, h);
+    } else if (counts[h] > 0.0) {
+      shift[h] /= counts[h];
+    }
+  }
+  for (Index row = 0; row < left.size(); ++row)
+    left[row] += shift[homing[static_cast<std::size_t>(row)]];
+  return left;
+}
+
+void set_rmse(Trial& trial) {
+  const std::span<const Eigen::VectorXd> lists(trial.left);
+  trial.inside_rmse = std::sqrt(mean_of(mean_squares(lists.first(lists.size() - 1))));
+  const std::vector<double> outside = mean_squares(lists.last(1));
+  trial.outside_rmse =
+      outside.empty() ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(outside.front());
+}
+
+/// Every list divided by its least value.
+std::vector<std::vector<double>> relative(std::vector<std::vector<double>> squares) {
+  for (std::size_t list = 0; list < squares.front().size(); ++list) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& candidate : squares) least = std::min(least, candidate[list]);
+    for (auto& candidate : squares) candidate[list] = least > 0.0 ? candidate[list] / least : 1.0;
+  }
+  return squares;
+}
+
+}  // namespace
+
+std::vector<double> mean_squares(std::span<const Eigen::VectorXd> left) {
+  std::vector<double> means;
+  for (const Eigen::VectorXd& list : left) {
+    if (list.size() > 0) means.push_back(list.squaredNorm() / static_cast<double>(list.size()));
+  }
+  return means;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+double standard_error(const std::vector<double>& values) {
+  if (values.size() < 2) return std::numeric_limits<double>::infinity();
+  const double mean = mean_of(values);
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  const auto n = static_cast<double>(values.size());
+  return std::sqrt(squares / (n - 1.0) / n);
+}
+
+std::size_t simplest_of_best(const std::vector<std::vector<double>>& candidates) {
+  const auto squares = relative(candidates);
+  const auto best =
+      std::min_element(squares.begin(), squares.end(),
+                       [](const auto& a, const auto& b) { return mean_of(a) < mean_of(b); });
+  for (std::size_t c = 0; c < squares.size(); ++c) {
+    std::vector<double> excess(squares[c].size());
+    std::transform(squares[c].begin(), squares[c].end(), best->begin(), excess.begin(),
+                   std::minus<>());
+    if (mean_of(excess) <= standard_error(excess)) return c;
+  }
+  return static_cast<std::size_t>(best - squares.begin());
+}
+
+Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows) {
+  const Basis basis = draw(spec);
+  const Eigen::MatrixXd design = basis.design(rows.scaled);
+  Moments all(basis.size(), rows.homings);
+  all.add(design, rows.errors, rows.homing, 1.0);
+  std::vector<Moments> others(rows.held_out.size(), all);
+  for (std::size_t p = 0; p < others.size(); ++p) {
+    const auto& list = rows.held_out[p];
+    others[p].add(design(list, Eigen::all), rows.errors(list), homings_of(rows, list), -1.0);
+  }
+  std::vector<Trial> trials;
+  std::vector<std::vector<double>> squares;
+  for (const double ridge : kRidges) {
+    Trial& trial = trials.emplace_back();
+    trial.ridge = ridge;
+    for (std::size_t p = 0; p < others.size(); ++p) {
+      const auto& list = rows.held_out[p];
+      trial.left.push_back(left_of(others[p], ridge, design(list, Eigen::all), rows.errors(list),
+                                   homings_of(rows, list)));
+    }
+    set_rmse(trial);
+    squares.push_back(mean_squares(trial.left));
+  }
+  Trial best = std::move(trials[simplest_of_best(squares)]);
+  best.name = std::move(name);
+  best.basis = spec;
+  return best;
+}
+
+Trial try_bias(const JointRows& rows) {
+  Trial trial = try_basis("bias removed", {}, rows);
+  trial.ridge = 0.0;
+  return trial;
+}
+
+Readout fit_readout(const Basis& basis, double ridge, const JointRows& rows) {
+  Moments moments(basis.size(), rows.homings);
+  moments.add(basis.design(rows.scaled), rows.errors, rows.homing, 1.0);
+  return readout_of(moments, ridge);
+}
+
+}  // namespace ravencal::choice
