@@ -62,13 +62,23 @@ std::vector<model::FeatureSpec> every_feature() {
   features.push_back(mean_of("tau.elbow", 0.01F));
   features.push_back(mean_of_abs("mvel.shoulder", 0.02F));
   features.push_back(mean_of_abs("dac.insertion", 0.01F));
+  // Channel and position of the current and the latched state, in all four combinations.
+  features.push_back(travel_mean_of("jpos.elbow", 0.02F, "mpos.shoulder"));
+  features.push_back(travel_mean_of("tau.elbow", 0.001F, "jpos.elbow"));
+  features.push_back(travel_mean_of_abs("mvel.shoulder", 0.02F, "mpos_d.shoulder"));
+  features.push_back(travel_mean_of_abs("dac.insertion", 0.0005F, "jpos.shoulder"));
   return features;
 }
 
-/// Shows three inputs as they are: what the C ABI tells of a network's inputs.
-model::CalibrationModel make_window(std::span<const model::FeatureSpec> features) {
+/// Shows three inputs as they are: what the C ABI tells of a network's inputs. The positions of
+/// means over travel follow as inputs that are not shown.
+model::CalibrationModel make_window(std::span<const model::FeatureSpec> shown) {
+  std::vector<model::FeatureSpec> features{shown.begin(), shown.end()};
+  for (const model::FeatureSpec& feature : shown) {
+    if (!feature.along.empty()) features.push_back(plain(feature.along));
+  }
   const auto n = static_cast<Eigen::Index>(features.size());
-  model::CalibrationModel model = make_model({features.begin(), features.end()}, {});
+  model::CalibrationModel model = make_model(features, {});
   model.input.mean.setZero();
   model.input.scale.setOnes();
   model.input_min.setConstant(-1e6);
@@ -137,11 +147,12 @@ TEST(Latch, LiveInputsAreThoseOfTrainingToTheLastBit) {
   for (std::size_t i = 0; i < features.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     // The plugin's play operators and means know one cycle more than the recording: the one before
-    // its first. It takes a mean 35 time constants to forget that to the last bit of its state.
+    // its first. It takes a mean 35 time constants or lengths to forget that to the last bit of its
+    // state.
     const bool play = features[i].transform == model::Transform::kPlay;
-    const Eigen::Index first = model::is_mean(features[i].transform) ? 1000
-                               : play                                ? 10
-                                                                     : 1 + features[i].lag_rows;
+    const bool mean =
+        model::is_mean(features[i].transform) || model::is_travel_mean(features[i].transform);
+    const Eigen::Index first = mean ? 1000 : play ? 10 : 1 + features[i].lag_rows;
     EXPECT_EQ(count_differences(live, *at_hook, column, first), 0) << features[i].text();
     // Without the shift, what moves and is latched does differ.
     changed += count_differences(live, *published, column, first) > 0 ? 1 : 0;

@@ -171,12 +171,22 @@ TEST_F(Files, OfScalingTakeColumnsOfTheAuthorsTable) {
   const auto green = conversion::read_scaling_file(write("green.json", json.dump()));
   json["features"] = {"jpos.elbow", "tau.elbow%0.5", "tau.elbow%abs2", "jpos.elbow@3"};
   const auto late = conversion::read_scaling_file(write("late.json", json.dump()));
+  json["features"] = {"jpos.elbow", "tau.elbow", "tau.elbow%abs2:jpos.elbow", "jpos.elbow@3"};
+  const auto late_travel = conversion::read_scaling_file(write("late_travel.json", json.dump()));
   json.erase("newest_rows_ago");
   json["feature_units"] = "si";
+  const auto travel = conversion::read_scaling_file(write("travel.json", json.dump()));
+  json["features"] = {"jpos.elbow", "tau.elbow%0.5", "tau.elbow%abs2", "jpos.elbow@3"};
   const auto means = conversion::read_scaling_file(write("means.json", json.dump()));
   ASSERT_FALSE(late.ok());
   EXPECT_NE(late.error().message.find("mean ('tau.elbow%0.5')"), std::string::npos)
       << late.error().message;
+  ASSERT_FALSE(late_travel.ok());
+  EXPECT_NE(late_travel.error().message.find("mean ('tau.elbow%abs2:jpos.elbow')"),
+            std::string::npos)
+      << late_travel.error().message;
+  ASSERT_TRUE(travel.ok()) << travel.error().message;
+  EXPECT_EQ(travel->features[2].along, "jpos.elbow");
   ASSERT_TRUE(means.ok()) << means.error().message;
   EXPECT_EQ(means->features[2].text(), "tau.elbow%abs2");
   ASSERT_TRUE(gold.ok() && green.ok()) << gold.error().message;

@@ -128,6 +128,21 @@ TEST_F(OnnxFile, KeepsMeans) {
   }
 }
 
+TEST_F(OnnxFile, KeepsMeansOverTravelAndTheirPosition) {
+  model::CalibrationModel model = sample_model();
+  model.features[1] = {"tau.elbow", model::Transform::kTravelMean, 0, 0.0F, 0.0F, 0.1F,
+                       "jpos.elbow"};
+  model.features[3] = {"mpos.elbow", model::Transform::kTravelMeanOfAbs, 0, 0.0F, 0.0F, 30.0F,
+                       "jpos.elbow"};
+  const auto read = read_onnx(write(model));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->features, model.features);
+  const std::string text = describe_in_words(*read);
+  for (const char* words : {"tau.elbow%0.1:jpos.elbow", "mpos.elbow%abs30:jpos.elbow"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  }
+}
+
 TEST_F(OnnxFile, PassesTheCheckerOfOnnx) {
   EXPECT_NO_THROW(onnx::checker::check_model(proto_of(write())));
 }
