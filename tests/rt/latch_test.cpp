@@ -66,7 +66,7 @@ std::vector<model::FeatureSpec> every_feature() {
   features.push_back(travel_mean_of("jpos.elbow", 0.02F, "mpos.shoulder"));
   features.push_back(travel_mean_of("tau.elbow", 0.001F, "jpos.elbow"));
   features.push_back(travel_mean_of_abs("mvel.shoulder", 0.02F, "mpos_d.shoulder"));
-  features.push_back(travel_mean_of_abs("dac.insertion", 0.0005F, "jpos.shoulder"));
+  features.push_back(travel_mean_of_abs("dac.insertion", 0.02F, "mpos_d.shoulder"));
   return features;
 }
 

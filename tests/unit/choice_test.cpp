@@ -153,6 +153,19 @@ TEST(Choice, TakesJointsWhoseTruthsAreKnownInDifferentRows) {
   EXPECT_LT(left.col(1).head(2000).cwiseAbs().maxCoeff(), 0.003);
 }
 
+TEST(Choice, KeepsThePositionOfAMeanOverTravelAmongTheInputs) {
+  Recording arm = elbow(3000, 1, kLinear);
+  arm.samples.col(1) = arm.samples.col(0) + 0.05 * arm.samples.col(2);
+  ChoiceOptions options;
+  options.features = "elbow.estimate,elbow.torque%0.001:elbow.estimate";
+  const auto choice = choose({arm}, options);
+  ASSERT_TRUE(choice.ok()) << choice.error().message;
+  std::vector<std::string> texts;
+  for (const model::FeatureSpec& feature : choice->model.features) texts.push_back(feature.text());
+  EXPECT_EQ(std::count(texts.begin(), texts.end(), "elbow.estimate"), 1);
+  EXPECT_EQ(texts.size(), 2U);
+}
+
 TEST(Choice, SaysWhichJointHasNoTruth) {
   Recording arm = elbow(300, 1, kLinear);
   arm.samples.col(1).setConstant(kLost);

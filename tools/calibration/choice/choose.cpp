@@ -125,14 +125,23 @@ void add_parts(Index output, const std::vector<Trial>& trials, const std::vector
   }
 }
 
-/// Offered inputs that some part uses; the parts' columns become theirs. At least one input stays:
-/// a network needs one.
-std::vector<Index> used_columns(std::vector<Part>& parts) {
+/// Offered inputs that some part uses, and the positions of means over travel among them, which the
+/// plugin reads as inputs; the parts' columns become theirs. At least one input stays: a network
+/// needs one.
+std::vector<Index> used_columns(const std::vector<model::FeatureSpec>& features,
+                                std::vector<Part>& parts) {
   std::map<Index, Index> used;
   for (const Part& part : parts) {
     for (const Index column : part.basis.columns) used.emplace(column, 0);
   }
   if (used.empty()) used.emplace(0, 0);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (features[i].transform != model::Transform::kValue) continue;
+    const bool is_needed = std::any_of(used.begin(), used.end(), [&](const auto& column) {
+      return features[static_cast<std::size_t>(column.first)].along == features[i].channel;
+    });
+    if (is_needed) used.emplace(static_cast<Index>(i), 0);
+  }
   std::vector<Index> columns;
   for (auto& [column, position] : used) {
     position = static_cast<Index>(columns.size());
@@ -250,7 +259,7 @@ core::Result<Choice> choose_model(
     add_parts(output, trials, members, of_joint, parts);
   }
   model.output = output_scaling(rows.errors);
-  const std::vector<Index> columns = used_columns(parts);
+  const std::vector<Index> columns = used_columns(sets.features, parts);
   fit_frame(rows, columns, sets, choice);
   model.layers = layers_of(parts, scaled(Eigen::all, columns), model.output);
   model.loop_gains = model::loop_gains(model, choice.rows);
