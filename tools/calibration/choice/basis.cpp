@@ -2,7 +2,8 @@
 #include "choice/basis.hpp"
 
 #include <cmath>
-#include <random>
+
+#include "learn/random.hpp"
 
 namespace ravencal::choice {
 namespace {
@@ -10,29 +11,27 @@ namespace {
 /// Spread of a unit's bias over that of its weighted sum: centres of the units cover the rows.
 constexpr double kBiasSpread = 2.0;
 
-/// In (0, 1). The standard library's distributions differ between libraries, its generator does
-/// not.
-double uniform(std::mt19937_64& generator) {
-  return (static_cast<double>(generator() >> 11U) + 0.5) * 0x1p-53;
-}
+/// In (0, 1): the middle of the interval that Random::unit() begins.
+double uniform(learn::Random& random) { return random.unit() + 0x1p-54; }
 
-double gaussian(std::mt19937_64& generator) {
+/// Box and Muller, 1958.
+double gaussian(learn::Random& random) {
   constexpr double kTwoPi = 6.283185307179586;
-  const double radius = std::sqrt(-2.0 * std::log(uniform(generator)));
-  return radius * std::cos(kTwoPi * uniform(generator));
+  const double radius = std::sqrt(-2.0 * std::log(uniform(random)));
+  return radius * std::cos(kTwoPi * uniform(random));
 }
 
 }  // namespace
 
 Basis draw(const BasisSpec& spec) {
-  std::mt19937_64 generator(spec.seed);
+  learn::Random random(spec.seed);
   const auto columns = static_cast<Eigen::Index>(spec.columns.size());
   const double per_input = spec.steepness / std::sqrt(static_cast<double>(columns));
   Basis basis{spec.columns, Eigen::MatrixXd(spec.units, columns), Eigen::VectorXd(spec.units)};
   for (Eigen::Index unit = 0; unit < spec.units; ++unit) {
     for (Eigen::Index c = 0; c < columns; ++c)
-      basis.weights(unit, c) = per_input * gaussian(generator);
-    basis.biases[unit] = spec.steepness * kBiasSpread * (2.0 * uniform(generator) - 1.0);
+      basis.weights(unit, c) = per_input * gaussian(random);
+    basis.biases[unit] = spec.steepness * kBiasSpread * (2.0 * uniform(random) - 1.0);
   }
   return basis;
 }

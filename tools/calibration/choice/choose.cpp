@@ -19,7 +19,6 @@
 #include "learn/seen.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
-#include "model/trust_fit.hpp"
 
 namespace ravencal::choice {
 namespace {
@@ -175,10 +174,7 @@ void fit_frame(const Rows& rows, const std::vector<Index>& columns, const InputS
   choice.rows = rows.inputs(Eigen::all, columns);
   for (const Index column : columns)
     model.features.push_back(sets.features[static_cast<std::size_t>(column)]);
-  model.input = learn::fit_scaling(choice.rows).standardiser;
-  model.input_min = choice.rows.colwise().minCoeff().transpose().cast<double>();
-  model.input_max = choice.rows.colwise().maxCoeff().transpose().cast<double>();
-  model.trust = model::fit_trust_region(model.input, choice.rows);
+  learn::fit_inputs(choice.rows, model);
 }
 
 Eigen::MatrixXd scaled_by(const model::Standardiser& scaling, const model::FeatureMatrix& inputs) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/trust_fit.hpp"
+
 namespace ravencal::learn {
 namespace {
 
@@ -121,5 +123,15 @@ core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
 Scaling fit_scaling(const Eigen::Ref<const Eigen::MatrixXd>& values) { return scaling_of(values); }
 
 Scaling fit_scaling(const model::FeatureMatrix& values) { return scaling_of(values); }
+
+std::vector<Eigen::Index> fit_inputs(const model::FeatureMatrix& inputs,
+                                     model::CalibrationModel& model) {
+  Scaling scaling = fit_scaling(inputs);
+  model.input = std::move(scaling.standardiser);
+  model.input_min = inputs.colwise().minCoeff().transpose().cast<double>();
+  model.input_max = inputs.colwise().maxCoeff().transpose().cast<double>();
+  model.trust = model::fit_trust_region(model.input, inputs);
+  return scaling.constant;
+}
 
 }  // namespace ravencal::learn

@@ -52,4 +52,9 @@ struct Scaling {
 Scaling fit_scaling(const Eigen::Ref<const Eigen::MatrixXd>& values);
 Scaling fit_scaling(const model::FeatureMatrix& values);
 
+/// Sets scaling, range and trust region of the model's inputs to those of training rows
+/// `inputs` [rows x features], SI units. Returns the columns that are constant.
+std::vector<Eigen::Index> fit_inputs(const model::FeatureMatrix& inputs,
+                                     model::CalibrationModel& model);
+
 }  // namespace ravencal::learn

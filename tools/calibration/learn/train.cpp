@@ -15,7 +15,6 @@
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 #include "model/layers.hpp"
-#include "model/trust_fit.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -88,17 +87,13 @@ void describe(const TrainOptions& options, TrainResult& result) {
 /// The bias is that of the recordings; `all` has the simulated rows as well.
 void fit_borders(const Dataset& recorded, const Dataset& all, TrainResult& result) {
   CalibrationModel& model = result.model;
-  Scaling inputs = fit_scaling(all.features);
+  const std::vector<Eigen::Index> constant_inputs = fit_inputs(all.features, model);
   Scaling outputs = fit_scaling(Eigen::Ref<const Eigen::MatrixXd>(recorded.errors));
-  model.input = std::move(inputs.standardiser);
   model.output = std::move(outputs.standardiser);
-  model.input_min = all.features.colwise().minCoeff().transpose().cast<double>();
-  model.input_max = all.features.colwise().maxCoeff().transpose().cast<double>();
-  model.trust = model::fit_trust_region(model.input, all.features);
-  if (!inputs.constant.empty()) {
+  if (!constant_inputs.empty()) {
     result.warnings.push_back(fmt::format(
-        "{} feature(s) never change in training and keep scale 1: {}", inputs.constant.size(),
-        fmt::join(names_of(model.features, inputs.constant), ", ")));
+        "{} feature(s) never change in training and keep scale 1: {}", constant_inputs.size(),
+        fmt::join(names_of(model.features, constant_inputs), ", ")));
   }
   for (const Eigen::Index index : outputs.constant) {
     result.warnings.push_back(fmt::format("the error of joint {} never changes in training",
