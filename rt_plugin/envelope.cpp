@@ -28,8 +28,7 @@ std::int32_t status_of(std::int32_t resting) noexcept {
   return resting == RAVENCAL_STATE_CONSTANT ? RAVENCAL_HELD : RAVENCAL_BYPASS;
 }
 
-/// So many joint units per second are so many per tick. The tick's length is the configured one,
-/// never the measured one: late, early or frozen clocks cannot enlarge a step.
+/// So many joint units per second are so many per tick of the configured length.
 JointVector per_tick(const float (&per_s)[RAVENCAL_JOINTS], std::uint32_t tick_ns) noexcept {
   const double tick_s = static_cast<double>(tick_ns) * core::kSecondsPerNs;
   JointVector step{};
@@ -37,6 +36,13 @@ JointVector per_tick(const float (&per_s)[RAVENCAL_JOINTS], std::uint32_t tick_n
     step[j] = static_cast<float>(static_cast<double>(per_s[j]) * tick_s);
   }
   return step;
+}
+
+/// What may change in the part of a tick that passed.
+JointVector part_of(const JointVector& per_tick_ji, float passed_ticks) noexcept {
+  JointVector step_ji{};
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) step_ji[j] = per_tick_ji[j] * passed_ticks;
+  return step_ji;
 }
 
 }  // namespace
@@ -47,13 +53,14 @@ Envelope::Envelope(const ravencal_config& config) noexcept
       max_correction_ji_(std::to_array(config.max_correction_ji)),
       follow_share_(config.follow_share),
       transfer_(config.blend_share, per_tick(config.blend_ji_per_s, config.tick_ns)),
-      clear_ticks_needed_(kClearNs / config.tick_ns),
+      tick_ns_(config.tick_ns),
       hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
 
 std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
-  clear_ticks_ = doubts == 0 ? clear_ticks_ + 1 : 0;
+  passed_ticks_ = static_cast<float>(wish.passed_ns) / static_cast<float>(tick_ns_);
+  clear_ns_ = doubts == 0 ? clear_ns_ + wish.passed_ns : 0;
   // Doubts that come and go share one allowance, or a flickering one would be held for ever.
-  if (clear_ticks_ > clear_ticks_needed_) hold_ticks_ = 0;
+  if (is_clear()) hold_ticks_ = 0;
   const std::int32_t before = state_;
   state_ = next_state(enabled, doubts, wish.motors_follow);
   limited_joints_ = 0;
@@ -73,7 +80,7 @@ std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& w
     return fade_out(wish);
   }
   if (state_ == RAVENCAL_STATE_CONSTANT && !wish.motors_follow) {
-    move_towards(wish.constant_ji, slew_step_ji_);
+    move_towards(wish.constant_ji, part_of(slew_step_ji_, passed_ticks_));
   }
   return status_of(state_);
 }
@@ -81,7 +88,7 @@ std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& w
 std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts,
                                   bool motors_follow) const noexcept {
   const bool welcome = enabled && doubts == 0;
-  const bool settled = welcome && clear_ticks_ > clear_ticks_needed_;
+  const bool settled = welcome && is_clear();
   switch (state_) {
     case RAVENCAL_STATE_FADING_IN:
     case RAVENCAL_STATE_ACTIVE:
@@ -124,9 +131,9 @@ void Envelope::reset() noexcept {
 
 void Envelope::correct(const Wish& wish) noexcept {
   JointVector target_ji{};
-  JointVector step_ji = rate_step_ji_;
+  JointVector step_ji = part_of(rate_step_ji_, passed_ticks_);
   if (wish.motors_follow) {
-    target_ji = transfer_.follow(wish, correction_ji_);
+    target_ji = transfer_.follow(wish, correction_ji_, passed_ticks_);
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
       step_ji[j] = std::min(step_ji[j], follow_share_ * wish.commanded_ji[j]);
     }
@@ -137,7 +144,9 @@ void Envelope::correct(const Wish& wish) noexcept {
   // A prediction of other weights is reached by the slew, not by the rate.
   const bool whole = transfer_.offset_ji() == JointVector{};
   if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
-  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = slew_step_ji_;
+  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) {
+    step_ji = part_of(slew_step_ji_, passed_ticks_);
+  }
   const std::uint32_t behind = move_towards(target_ji, step_ji);
   if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
   if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
@@ -147,7 +156,7 @@ void Envelope::correct(const Wish& wish) noexcept {
 std::int32_t Envelope::fade_out(const Wish& wish) noexcept {
   const JointVector rest_ji =
       after_fade_ == RAVENCAL_STATE_CONSTANT ? wish.constant_ji : JointVector{};
-  if (!wish.motors_follow) move_towards(rest_ji, slew_step_ji_);
+  if (!wish.motors_follow) move_towards(rest_ji, part_of(slew_step_ji_, passed_ticks_));
   if (correction_ji_ != rest_ji) return RAVENCAL_HELD;
   state_ = after_fade_;
   return status_of(state_);

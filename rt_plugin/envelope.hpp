@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The safety envelope: decides each tick which correction may be applied, and moves the applied one
-// there. While the motors are free (pedal up, E-stop) it moves by at most slew * tick. While they
+// there, by no more than the time allows that passed since the last one, which counts as a tick at
+// most. While the motors are free (pedal up, E-stop) it moves by at most slew * tick. While they
 // follow (pedal down) it only goes along with the prediction (transfer.hpp), by at most a share of
 // the motion that the operator commands, and stays where it is on any doubt. Used by the real-time
 // thread only.
@@ -47,6 +48,7 @@ class Envelope {
                                         bool motors_follow) const noexcept;
   [[nodiscard]] bool may_hold(bool enabled, std::uint32_t doubts,
                               bool motors_follow) const noexcept;
+  [[nodiscard]] bool is_clear() const noexcept { return clear_ns_ > kClearNs; }
   /// From one resting state to the next: that one, or a fade first where a correction is left.
   [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
   void correct(const Wish& wish) noexcept;
@@ -58,8 +60,9 @@ class Envelope {
   JointVector max_correction_ji_{};
   float follow_share_;
   Transfer transfer_;
-  std::uint64_t clear_ticks_needed_ = 0;
-  std::uint64_t clear_ticks_ = 0;
+  std::uint32_t tick_ns_;
+  float passed_ticks_ = 0.0F;   ///< 0..1, of the tick at hand
+  std::uint64_t clear_ns_ = 0;  ///< without a doubt
   std::uint64_t hold_ticks_allowed_ = 0;
   /// In HOLD with free motors since the last kClearNs without a doubt.
   std::uint64_t hold_ticks_ = 0;

@@ -8,11 +8,14 @@
 
 #include "core/version.hpp"
 #include "ravencal/plugin.h"
+#include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/instance.hpp"
 #include "rt_plugin/pose.hpp"
 #include "rt_plugin/step.hpp"
 
 namespace {
+
+using ravencal::rt::OwnFloatMode;
 
 // Sizes of version 3.0. A host may pass larger structs (a newer header) but never smaller ones.
 constexpr std::size_t kStateBytes = sizeof(ravencal_state);
@@ -92,6 +95,7 @@ std::size_t storage_alignment() noexcept { return alignof(ravencal_instance); }
 
 std::int32_t create(const ravencal_config* config, void* storage, std::size_t storage_bytes,
                     ravencal_instance** instance) noexcept {
+  const OwnFloatMode own_mode;
   if (instance == nullptr || storage == nullptr || !large_enough(config) || !is_valid(*config)) {
     return RAVENCAL_ERROR_ARGUMENT;
   }
@@ -109,6 +113,7 @@ std::int32_t create(const ravencal_config* config, void* storage, std::size_t st
 
 std::int32_t load(ravencal_instance* instance, const char* path) noexcept {
   if (instance == nullptr || path == nullptr) return RAVENCAL_ERROR_ARGUMENT;
+  const OwnFloatMode own_mode;
   instance->last_load = {};
   ravencal::rt::LoadedModel* const model =
       ravencal::rt::load_model(path, instance->config, instance->last_load);
@@ -143,15 +148,18 @@ std::int32_t step(ravencal_instance* instance, const ravencal_state* state,
       state->struct_size < kStateBytes || output->struct_size < kOutputBytes) {
     return RAVENCAL_ERROR_ARGUMENT;
   }
+  const OwnFloatMode own_mode;
   return ravencal::rt::step(*instance, *state, *output);
 }
 
 void uncorrect_desired(const ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
                        float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
   if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
+  const OwnFloatMode own_mode;
   const ravencal::rt::JointVector& correction_ji = instance->envelope.correction_ji();
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    uncorrected_ji[j] = desired_ji[j] - correction_ji[j];
+    const bool corrected = correction_ji[j] != 0.0F;
+    uncorrected_ji[j] = corrected ? desired_ji[j] - correction_ji[j] : desired_ji[j];
   }
 }
 
@@ -162,6 +170,7 @@ void uncorrect_pose(const ravencal_instance* instance, const float corrected_ji[
       position_um == nullptr || rotation == nullptr || instance->config.arm == RAVENCAL_ARM_ANY) {
     return;
   }
+  const OwnFloatMode own_mode;
   const ravencal::core::ArmGeometry& arm = instance->config.arm == RAVENCAL_ARM_GOLD
                                                ? ravencal::core::kGoldGeometry
                                                : ravencal::core::kGreenGeometry;
@@ -170,6 +179,7 @@ void uncorrect_pose(const ravencal_instance* instance, const float corrected_ji[
 
 void observe_cycle_end(ravencal_instance* instance, const ravencal_state* state) noexcept {
   if (instance == nullptr || state == nullptr || state->struct_size < kStateBytes) return;
+  const OwnFloatMode own_mode;
   ravencal::rt::observe_cycle_end(*instance, *state);
 }
 

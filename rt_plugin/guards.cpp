@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_plugin/guards.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ravencal::rt {
@@ -12,7 +13,6 @@ constexpr std::uint32_t kCalibratedJointsReady = (1U << RAVENCAL_JOINTS) - 1U;
 
 StateGuards::StateGuards(const ravencal_config& config) noexcept
     : tick_ns_(config.tick_ns),
-      pedal_ticks_((kPedalNs + config.tick_ns - 1) / config.tick_ns),
       max_encoder_step_(config.max_encoder_step_counts == 0 ? UINT64_MAX / kLongestGapTicks
                                                             : config.max_encoder_step_counts) {
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
@@ -48,12 +48,8 @@ std::uint32_t StateGuards::inspect_pedal(const ravencal_state& state) noexcept {
   const bool moved = cycles_ > 1 && state.runlevel != runlevel_ && is_running(state.runlevel) &&
                      is_running(runlevel_);
   runlevel_ = state.runlevel;
-  if (moved) {
-    pedal_ticks_left_ = pedal_ticks_;
-  } else if (pedal_ticks_left_ > 0) {
-    --pedal_ticks_left_;
-  }
-  return pedal_ticks_left_ > 0 ? RAVENCAL_DOUBT_PEDAL : 0U;
+  pedal_left_ns_ = moved ? kPedalNs : pedal_left_ns_ - std::min(pedal_left_ns_, passed_ns_);
+  return pedal_left_ns_ > 0 ? RAVENCAL_DOUBT_PEDAL : 0U;
 }
 
 /// Time must advance from step to step, and not by much more than a tick.
@@ -64,6 +60,10 @@ std::uint32_t StateGuards::inspect_clock(std::int64_t t_ns) noexcept {
   const bool first = cycles_ == 1;
   previous_ns_ = last_ns_;
   last_ns_ = t_ns;
+  const bool advanced = gap_ns > 0 && gap_ns <= static_cast<std::uint64_t>(INT64_MAX);
+  passed_ns_ = advanced && !first
+                   ? static_cast<std::uint32_t>(std::min<std::uint64_t>(gap_ns, tick_ns_))
+                   : 0;
   const bool jumped = gap_ns == 0 || gap_ns > kLongestGapTicks * tick_ns_;
   const std::uint64_t ticks = jumped ? kLongestGapTicks : (gap_ns + tick_ns_ / 2) / tick_ns_;
   elapsed_ticks_ = ticks > 0 ? ticks : 1;

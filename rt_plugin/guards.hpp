@@ -20,7 +20,7 @@ class StateGuards {
   static constexpr std::uint64_t kLongestGapTicks = 10;
   /// For so long after the pedal moved, the correction is held: the CRTK branch goes on with the
   /// desired joints of before for ten cycles after the last joint command.
-  static constexpr std::uint64_t kPedalNs = 20'000'000;
+  static constexpr std::uint32_t kPedalNs = 20'000'000;
 
   explicit StateGuards(const ravencal_config& config) noexcept;
 
@@ -35,6 +35,10 @@ class StateGuards {
 
   /// RAVENCAL_DOUBT_MAGNITUDE if a prediction exceeds what may be corrected.
   [[nodiscard]] std::uint32_t inspect_magnitude(const JointVector& predicted_ji) const noexcept;
+
+  /// Time that the robot's clock passed since the cycle before the inspected one, but at most a
+  /// tick; 0 where the clock stood still, ran back, or was read for the first time.
+  [[nodiscard]] std::uint32_t passed_ns() const noexcept { return passed_ns_; }
 
   /// Whether a state published at `t_ns` is that of the cycle before the inspected one.
   [[nodiscard]] bool is_previous(std::int64_t t_ns) const noexcept {
@@ -51,15 +55,15 @@ class StateGuards {
   std::uint32_t inspect_encoders(const ravencal_arm& arm) noexcept;
 
   JointVector max_correction_ji_{};
-  std::uint64_t tick_ns_;
-  std::uint64_t pedal_ticks_;
+  std::uint32_t tick_ns_;
   std::uint64_t max_encoder_step_;  ///< counts per tick
   std::uint64_t cycles_ = 0;        ///< inspected
   std::int64_t last_ns_ = 0;        ///< of the inspected cycle
   std::int64_t previous_ns_ = 0;    ///< of the one before
   std::uint64_t elapsed_ticks_ = 1;
+  std::uint32_t passed_ns_ = 0;
   std::int32_t runlevel_ = 0;
-  std::uint64_t pedal_ticks_left_ = 0;
+  std::uint32_t pedal_left_ns_ = 0;
   std::array<std::int32_t, RAVENCAL_JOINTS> counts_{};
 };
 

@@ -17,7 +17,6 @@
 #include "model/mean_gain.hpp"
 #include "rt_plugin/admission.hpp"
 #include "rt_plugin/blob_memory.hpp"
-#include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/layout.hpp"
 #include "rt_plugin/loaded_model.hpp"
 
@@ -337,7 +336,6 @@ class ModelLoader {
   /// The kernels must reproduce the blob's own vectors. This test finds a wrong compiler,
   /// instruction set or layout before it moves a robot.
   bool self_test(const char* path) noexcept {
-    const FlushDenormals flush_denormals;
     for (std::size_t row = 0; row < view_.self_test_count(); ++row) {
       for (std::size_t i = 0; i < view_.feature_count(); ++i) {
         model_->features_[i] = view_.self_test_input(row, i);

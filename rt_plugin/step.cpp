@@ -8,7 +8,6 @@
 #include <atomic>
 
 #include "core/constants.hpp"
-#include "rt_plugin/fp_mode.hpp"
 #include "rt_plugin/telemetry_record.hpp"
 
 namespace ravencal::rt {
@@ -59,7 +58,8 @@ Wish wish(const ravencal_instance& self, const ravencal_state& state,
           .confidence = decision.prediction.confidence,
           .same_weights = !decision.swapped,
           .motors_follow = StateGuards::motors_follow(state),
-          .commanded_ji = doubt_latch(self) == 0 ? self.commanded.moved_ji() : JointVector{}};
+          .commanded_ji = doubt_latch(self) == 0 ? self.commanded.moved_ji() : JointVector{},
+          .passed_ns = self.guards.passed_ns()};
 }
 
 void take_requests(ravencal_instance& self) noexcept {
@@ -70,7 +70,6 @@ void take_requests(ravencal_instance& self) noexcept {
 }
 
 Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
-  const FlushDenormals flush_denormals;
   Decision decision;
   take_requests(self);
   const bool enabled = self.enabled.load(std::memory_order_relaxed) != 0;
@@ -119,8 +118,8 @@ void count(ravencal_instance& self, const ravencal_state& state, std::int32_t st
   self.shared_counters.publish(counters);
 }
 
-/// Runs in the caller's floating-point mode, so the robot's own value is returned bit for bit,
-/// denormal or not.
+/// Denormal numbers count as zero here, so the robot's own value is copied, never computed, where
+/// it is to come back bit for bit.
 void write(const ravencal_instance& self, const ravencal_state& state, const Decision& decision,
            ravencal_output& output) noexcept {
   const JointVector& correction_ji = self.envelope.correction_ji();

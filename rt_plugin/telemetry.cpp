@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_plugin/telemetry.hpp"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
+#include <cstddef>
 #include <cstring>
+#include <span>
 
 #include "core/version.hpp"
 #include "ravencal/telemetry.h"
@@ -19,6 +15,7 @@
 namespace ravencal::rt {
 namespace {
 
+using Label = ravencal_telemetry_label;
 using Header = ravencal_telemetry_header;
 using Slot = ravencal_telemetry_slot;
 
@@ -29,10 +26,6 @@ static_assert(sizeof(Header) <= RAVENCAL_TELEMETRY_HEADER_BYTES);
 
 constexpr std::size_t word_at(std::size_t byte) { return byte / sizeof(std::uint64_t); }
 
-/// shm_open is open in this folder, but in libc only since glibc 2.34: a plugin that called it
-/// would not load on older systems.
-constexpr char kFolder[] = "/dev/shm";
-
 /// "/" and at least one character that is no slash, of which the first is no dot; with its end.
 bool is_name(const char (&name)[64]) noexcept {
   const std::size_t length = ::strnlen(name, sizeof name);
@@ -40,50 +33,22 @@ bool is_name(const char (&name)[64]) noexcept {
          std::strchr(name + 1, '/') == nullptr;
 }
 
-/// Whether a segment of that name may be put there: nothing is, or what a dead writer left.
-std::int32_t check_free(const char* path) noexcept {
-  const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (file < 0) return errno == ENOENT ? RAVENCAL_SUCCESS : RAVENCAL_ERROR_BUSY;
-  // Writers hold an exclusive lock, which ends with their process however that ends. Asking for a
-  // shared one disturbs neither a writer nor a reader that asks at the same time.
-  const bool live = ::flock(file, LOCK_SH | LOCK_NB) != 0;
-  char magic[kMagicBytes] = {};
-  const bool ours = ::read(file, magic, sizeof magic) == static_cast<ssize_t>(sizeof magic) &&
-                    std::memcmp(magic, RAVENCAL_TELEMETRY_MAGIC, sizeof magic) == 0;
-  ::close(file);
-  return live || !ours ? RAVENCAL_ERROR_BUSY : RAVENCAL_SUCCESS;
-}
-
-/// Reserves and maps the file. Without fallocate a full /dev/shm would show as SIGBUS in a tick.
-std::int32_t map(int file, std::uint64_t*& words) noexcept {
-  if (::fallocate(file, 0, 0, static_cast<off_t>(kSegmentBytes)) != 0) {
-    return errno == ENOSPC ? RAVENCAL_ERROR_MEMORY : RAVENCAL_ERROR_IO;
-  }
-  void* const memory =
-      ::mmap(nullptr, kSegmentBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, file, 0);
-  if (memory == MAP_FAILED) return RAVENCAL_ERROR_MEMORY;
-  // Populating maps the pages of a file for reading only; the first write to each would fault.
-  std::memset(memory, 0, kSegmentBytes);
-  ::mlock(memory, kSegmentBytes);
-  words = static_cast<std::uint64_t*>(memory);
-  return RAVENCAL_SUCCESS;
-}
-
-void write_constants(std::uint64_t* words, const ravencal_config& config) noexcept {
-  Header header{};
-  std::memcpy(header.magic, RAVENCAL_TELEMETRY_MAGIC, kMagicBytes);
-  header.version = RAVENCAL_TELEMETRY_VERSION;
-  header.header_bytes = RAVENCAL_TELEMETRY_HEADER_BYTES;
-  header.slot_bytes = sizeof(Slot);
-  header.slot_count = RAVENCAL_TELEMETRY_SLOTS;
-  header.tick_ns = config.tick_ns;
-  header.writer_pid = static_cast<std::uint32_t>(::getpid());
+/// What never changes, for the file and for the start of the memory.
+Label make_label(const ravencal_config& config, int memory_id) noexcept {
+  Label label{};
+  std::memcpy(label.magic, RAVENCAL_TELEMETRY_MAGIC, kMagicBytes);
+  label.version = RAVENCAL_TELEMETRY_VERSION;
+  label.memory_id = memory_id;
+  label.header_bytes = RAVENCAL_TELEMETRY_HEADER_BYTES;
+  label.slot_bytes = sizeof(Slot);
+  label.slot_count = RAVENCAL_TELEMETRY_SLOTS;
+  label.tick_ns = config.tick_ns;
+  label.writer_pid = static_cast<std::uint32_t>(::getpid());
   timespec now{};
   (void)::clock_gettime(CLOCK_REALTIME, &now);
-  header.start_realtime_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-  std::strncpy(header.plugin_version, core::kVersion, sizeof header.plugin_version - 1);
-  header.counters.struct_size = sizeof header.counters;
-  std::memcpy(words, &header, sizeof header);
+  label.start_realtime_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+  std::strncpy(label.plugin_version, core::kVersion, sizeof label.plugin_version - 1);
+  return label;
 }
 
 }  // namespace
@@ -91,59 +56,43 @@ void write_constants(std::uint64_t* words, const ravencal_config& config) noexce
 std::int32_t Telemetry::open(const ravencal_config& config) noexcept {
   if (config.telemetry_name[0] == '\0') return RAVENCAL_SUCCESS;
   if (!is_name(config.telemetry_name)) return RAVENCAL_ERROR_ARGUMENT;
-  (void)std::snprintf(path_, sizeof path_, "%s%s", kFolder, config.telemetry_name);
-  if (const std::int32_t code = check_free(path_); code != RAVENCAL_SUCCESS) return code;
-
-  // Made under another name and renamed when it is whole, so that nobody sees a part of it.
-  char partial[sizeof path_ + 16];
-  (void)std::snprintf(partial, sizeof partial, "%s/.%s.%d", kFolder, config.telemetry_name + 1,
-                      static_cast<int>(::getpid()));
-  ::unlink(partial);
-  file_ = ::open(partial, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (file_ < 0) return errno == ENOSPC ? RAVENCAL_ERROR_MEMORY : RAVENCAL_ERROR_IO;
-  std::int32_t code =
-      ::flock(file_, LOCK_EX | LOCK_NB) == 0 ? map(file_, words_) : RAVENCAL_ERROR_IO;
+  std::int32_t code = memory_.reserve(kSegmentBytes);
   if (code == RAVENCAL_SUCCESS) {
-    write_constants(words_, config);
-    const bool named = ::fchmod(file_, 0640) == 0 && ::rename(partial, path_) == 0;
-    if (!named) code = RAVENCAL_ERROR_IO;
+    Header header{};
+    header.label = make_label(config, memory_.id());
+    header.counters.struct_size = sizeof header.counters;
+    std::memcpy(memory_.words(), &header, sizeof header);
+    const auto label = std::as_bytes(std::span(&header.label, 1));
+    code = memory_.publish(config.telemetry_name, label, label.first(kMagicBytes));
   }
-  if (code != RAVENCAL_SUCCESS) {
-    ::unlink(partial);
-    path_[0] = '\0';
-    close();
-  }
+  if (code != RAVENCAL_SUCCESS) memory_.release();
   return code;
 }
 
 void Telemetry::close() noexcept {
-  if (words_ != nullptr) {
-    store_word(words_[word_at(offsetof(Header, closed))], 1);
-    ::munmap(words_, kSegmentBytes);
-    words_ = nullptr;
-    if (path_[0] != '\0') ::unlink(path_);
-  }
-  if (file_ >= 0) ::close(file_);
-  file_ = -1;
+  std::uint64_t* const words = memory_.words();
+  if (words != nullptr) store_word(words[word_at(offsetof(Header, closed))], 1);
+  memory_.release();
 }
 
 void Telemetry::write(const ravencal_tick& tick, const ravencal_counters& counters) noexcept {
-  if (words_ == nullptr) return;
+  std::uint64_t* const words = memory_.words();
+  if (words == nullptr) return;
   const std::size_t slot_byte =
       RAVENCAL_TELEMETRY_HEADER_BYTES + (written_ % kSlots) * sizeof(Slot);
-  std::uint64_t* const slot = words_ + word_at(slot_byte);
+  std::uint64_t* const slot = words + word_at(slot_byte);
   store_word(slot[0], 2 * written_ + 1);
   store_record(slot + word_at(offsetof(Slot, tick)), tick);
   store_word(slot[0], 2 * written_ + 2);
   ++written_;
-  write_counters(counters);
-  store_word(words_[word_at(offsetof(Header, written))], written_);
+  write_counters(words, counters);
+  store_word(words[word_at(offsetof(Header, written))], written_);
 }
 
 /// Of a kilobyte, only what a tick can have changed: what is counted, and the newest transition.
-void Telemetry::write_counters(const ravencal_counters& counters) noexcept {
-  std::uint64_t& sequence = words_[word_at(offsetof(Header, counters_sequence))];
-  std::uint64_t* const to = words_ + word_at(offsetof(Header, counters));
+void Telemetry::write_counters(std::uint64_t* words, const ravencal_counters& counters) noexcept {
+  std::uint64_t& sequence = words[word_at(offsetof(Header, counters_sequence))];
+  std::uint64_t* const to = words + word_at(offsetof(Header, counters));
   store_word(sequence, 2 * written_ - 1);
   const auto store = [&](std::size_t byte, std::uint64_t value) {
     store_word(to[word_at(byte)], value);

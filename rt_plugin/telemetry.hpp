@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "rt_plugin/named_memory.hpp"
 
 namespace ravencal::rt {
 
@@ -18,10 +19,10 @@ class Telemetry {
   Telemetry(const Telemetry&) = delete;
   Telemetry& operator=(const Telemetry&) = delete;
 
-  /// [init] Creates the shared memory `config.telemetry_name`, touched and locked in RAM where the
-  /// system allows it; does nothing if the name is empty. A segment that a dead process left behind
-  /// is replaced. RAVENCAL_SUCCESS; _ERROR_ARGUMENT: not a name; _ERROR_BUSY: a live process writes
-  /// it, or it is something else; _ERROR_MEMORY: no room; _ERROR_IO: the system refuses.
+  /// [init] Creates the shared memory `config.telemetry_name` (named_memory.hpp); does nothing if
+  /// the name is empty. What a dead process left under that name is replaced. RAVENCAL_SUCCESS;
+  /// _ERROR_ARGUMENT: not a name; _ERROR_BUSY: a live process writes it, or it is something else;
+  /// _ERROR_MEMORY: no room; _ERROR_LIMIT: a limit of the process; _ERROR_IO: the system refuses.
   std::int32_t open(const ravencal_config& config) noexcept;
 
   /// [rt] One tick and the counters after it. Does the same work whatever they hold.
@@ -29,12 +30,10 @@ class Telemetry {
 
  private:
   void close() noexcept;
-  void write_counters(const ravencal_counters& counters) noexcept;
+  void write_counters(std::uint64_t* words, const ravencal_counters& counters) noexcept;
 
-  std::uint64_t* words_ = nullptr;  ///< the mapped segment; null: no telemetry
-  std::uint64_t written_ = 0;       ///< ticks
-  int file_ = -1;                   ///< holds the flock that says that the writer lives
-  char path_[96] = {};
+  NamedMemory memory_;
+  std::uint64_t written_ = 0;  ///< ticks
 };
 
 }  // namespace ravencal::rt

@@ -11,7 +11,8 @@ float towards_zero(float value, float step) noexcept {
 
 }  // namespace
 
-JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji) noexcept {
+JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji,
+                             float passed_ticks) noexcept {
   const bool goes_on = joined_ && wish.same_weights;
   JointVector target_ji{};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
@@ -22,8 +23,8 @@ JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji) no
       offset_ji_[j] = applied_ji[j] - wish.wanted_ji(j);
     }
     const float share_ji = blend_share_ * wish.commanded_ji[j];
-    offset_ji_[j] =
-        towards_zero(offset_ji_[j], share_ji < blend_step_ji_[j] ? share_ji : blend_step_ji_[j]);
+    const float step_ji = blend_step_ji_[j] * passed_ticks;
+    offset_ji_[j] = towards_zero(offset_ji_[j], share_ji < step_ji ? share_ji : step_ji);
     variable_ji_[j] = wish.predicted_ji[j] - wish.constant_ji[j];
     target_ji[j] = wish.wanted_ji(j) + offset_ji_[j];
   }

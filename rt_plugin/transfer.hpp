@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "rt_plugin/joint_vector.hpp"
 
@@ -15,12 +16,13 @@ namespace ravencal::rt {
 
 /// What the weights say in one cycle, and how it may reach the motors.
 struct Wish {
-  JointVector predicted_ji{};  ///< error of the joints that the network predicts
-  JointVector constant_ji{};   ///< the part of it that does not change: the training set's mean
-  float confidence = 0.0F;     ///< 0..1: share of what differs from the constant part
-  bool same_weights = true;    ///< the prediction goes on from that of the cycle before
-  bool motors_follow = false;  ///< the pedal is down: a change of the correction moves the motors
-  JointVector commanded_ji{};  ///< how far each desired joint moved since the cycle before, >= 0
+  JointVector predicted_ji{};   ///< error of the joints that the network predicts
+  JointVector constant_ji{};    ///< the part of it that does not change: the training set's mean
+  float confidence = 0.0F;      ///< 0..1: share of what differs from the constant part
+  bool same_weights = true;     ///< the prediction goes on from that of the cycle before
+  bool motors_follow = false;   ///< the pedal is down: a change of the correction moves the motors
+  JointVector commanded_ji{};   ///< how far each desired joint moved since the cycle before, >= 0
+  std::uint32_t passed_ns = 0;  ///< time since the cycle before, but at most a tick
 
   [[nodiscard]] float wanted_ji(std::size_t joint) const noexcept {
     return constant_ji[joint] + confidence * (predicted_ji[joint] - constant_ji[joint]);
@@ -32,9 +34,10 @@ class Transfer {
   Transfer(float blend_share, const JointVector& blend_step_ji) noexcept
       : blend_share_(blend_share), blend_step_ji_(blend_step_ji) {}
 
-  /// Motors follow, no doubt: where the correction, now `applied_ji`, may go in this cycle. The
-  /// first cycle after forget() stays at `applied_ji`.
-  JointVector follow(const Wish& wish, const JointVector& applied_ji) noexcept;
+  /// Motors follow, no doubt: where the correction, now `applied_ji`, may go in this cycle, in
+  /// which `passed_ticks` (0..1) of a tick passed. The first cycle after forget() stays at
+  /// `applied_ji`.
+  JointVector follow(const Wish& wish, const JointVector& applied_ji, float passed_ticks) noexcept;
 
   /// What was said before has no bearing on the next cycle.
   void forget() noexcept {

@@ -82,7 +82,7 @@ Peer kernel_peer(const Task& task, kernels::Precision precision) {
   peer.name = name_of("  its network alone, ", precision, kernels::name_of(isa));
   peer.weight_bytes = packed->bytes();
   peer.step = [packed, block, view, &task, forward = kernels::forward_for(isa)](float* outputs) {
-    const rt::FlushDenormals flush;
+    const rt::OwnFloatMode own_mode;
     forward(view, task.inputs.data(), outputs, packed->scratch());
   };
   return peer;
@@ -107,7 +107,7 @@ Peer gru_peer(kernels::Precision precision) {
   peer.runs_task = false;
   peer.step = [block, view, scratch, inputs = std::vector<float>(network.shape.inputs, 0.3F),
                forward = kernels::forward_for(isa)](float* outputs) {
-    const rt::FlushDenormals flush;
+    const rt::OwnFloatMode own_mode;
     forward(view, inputs.data(), outputs, scratch.get());
   };
   return peer;

@@ -191,7 +191,7 @@ class Situations {
   void network(const char* situation, float value) {
     const std::vector<float> inputs(model_.layers.front().weights.cols(), value);
     std::array<float, 16> outputs{};
-    const rt::FlushDenormals flush_denormals;
+    const rt::OwnFloatMode own_mode;
     count(situation, [&] { forward_(view_, inputs.data(), outputs.data(), scratch_.get()); });
   }
 

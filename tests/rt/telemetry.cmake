@@ -3,5 +3,6 @@ ravencal_test(NAME plugin_telemetry_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/telemetry_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/telemetry_readers_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/telemetry_flight_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/telemetry_owner_test.cpp
     ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
   LIBS ravencal_test_rig ravencal_host ravencal_monitor Threads::Threads LABELS rt)

@@ -2,11 +2,13 @@
 //
 // Readers of the loaded plugin's telemetry, of which any may stop or die, as may the writer: no
 // other process notices.
-#include <fcntl.h>
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <sched.h>
-#include <sys/mman.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 
+#include <fstream>
 #include <numeric>
 #include <optional>
 
@@ -23,16 +25,19 @@ using monitor::NumberedTick;
 using monitor::TelemetryReader;
 using monitor::Writer;
 
+ravencal_telemetry_label label_of(const std::string& name) {
+  ravencal_telemetry_label label{};
+  std::ifstream("/dev/shm" + name, std::ios::binary)
+      .read(reinterpret_cast<char*>(&label), sizeof label);
+  return label;
+}
+
 TEST(Telemetry, CannotBeWrittenByAReader) {
   const std::string name = telemetry_name("readonly");
   Rig rig;
   ASSERT_TRUE(give_telemetry(rig, name).ok());
-  const int file = ::open(("/dev/shm" + name).c_str(), O_RDONLY | O_CLOEXEC);
-  ASSERT_GE(file, 0);
-  EXPECT_EQ(::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0), MAP_FAILED);
-  EXPECT_EQ(errno, EACCES);
-  void* const memory = ::mmap(nullptr, 4096, PROT_READ, MAP_SHARED, file, 0);
-  ASSERT_NE(memory, MAP_FAILED);
+  void* const memory = ::shmat(label_of(name).memory_id, nullptr, SHM_RDONLY);
+  ASSERT_NE(memory, reinterpret_cast<void*>(-1));
   ChildProcess vandal([&]() -> int {
     ::signal(SIGSEGV, SIG_DFL);
     *static_cast<volatile char*>(memory) = 'X';
@@ -42,8 +47,25 @@ TEST(Telemetry, CannotBeWrittenByAReader) {
   ASSERT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGSEGV);
   EXPECT_EQ(*static_cast<char*>(memory), RAVENCAL_TELEMETRY_MAGIC[0]);
-  ::munmap(memory, 4096);
-  ::close(file);
+  ::shmdt(memory);
+}
+
+TEST(Telemetry, IsReadByItsGroupAndByNobodyElse) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can become other users";
+  const std::string name = telemetry_name("group");
+  Rig rig;
+  ASSERT_TRUE(give_telemetry(rig, name).ok());
+  const int id = label_of(name).memory_id;
+  const auto attaches_as = [&](gid_t group, int flags) {
+    ChildProcess other([&]() -> int {
+      if (::setgroups(0, nullptr) != 0 || ::setgid(group) != 0 || ::setuid(54321) != 0) return 9;
+      return ::shmat(id, nullptr, flags) == reinterpret_cast<void*>(-1) ? 0 : 1;
+    });
+    return WEXITSTATUS(other.wait());
+  };
+  EXPECT_EQ(attaches_as(::getegid(), SHM_RDONLY), 1);
+  EXPECT_EQ(attaches_as(::getegid(), 0), 0) << "to write";
+  EXPECT_EQ(attaches_as(54321, SHM_RDONLY), 0);
 }
 
 int read_for_ever(const std::string& name) {

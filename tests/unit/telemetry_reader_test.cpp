@@ -146,18 +146,19 @@ TEST(TelemetryReader, NamesWhatIsWrong) {
   EXPECT_EQ(refusal(name).code, core::ErrorCode::kData);
   const auto damaged = [&](auto damage) {
     TelemetrySegment segment(name);
-    damage(segment.header());
+    damage(segment.header().label);
+    segment.write_label();
     return refusal(name);
   };
-  using Header = ravencal_telemetry_header;
-  EXPECT_NE(damaged([](Header& h) { h.magic[0] = 'X'; }).message.find("something else"),
+  using Label = ravencal_telemetry_label;
+  EXPECT_NE(damaged([](Label& l) { l.magic[0] = 'X'; }).message.find("something else"),
             std::string::npos);
-  EXPECT_NE(damaged([](Header& h) { h.version = 2; }).message.find("version 2"), std::string::npos);
-  for (const auto& damage : std::initializer_list<void (*)(Header&)>{
-           [](Header& h) { h.slot_count = 1U << 31; }, [](Header& h) { h.slot_count = 63; },
-           [](Header& h) { h.slot_count = 0; }, [](Header& h) { h.slot_bytes = 8; },
-           [](Header& h) { h.header_bytes = 8; }, [](Header& h) { h.header_bytes = 0xFFFFFFF8U; },
-           [](Header& h) { h.tick_ns = 0; }}) {
+  EXPECT_NE(damaged([](Label& l) { l.version = 3; }).message.find("version 3"), std::string::npos);
+  for (const auto& damage : std::initializer_list<void (*)(Label&)>{
+           [](Label& l) { l.slot_count = 1U << 31; }, [](Label& l) { l.slot_count = 63; },
+           [](Label& l) { l.slot_count = 0; }, [](Label& l) { l.slot_bytes = 8; },
+           [](Label& l) { l.header_bytes = 8; }, [](Label& l) { l.header_bytes = 0xFFFFFFF8U; },
+           [](Label& l) { l.tick_ns = 0; }}) {
     EXPECT_NE(damaged(damage).message.find("sizes"), std::string::npos);
   }
 }

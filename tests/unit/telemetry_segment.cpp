@@ -3,7 +3,8 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/mman.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -70,16 +71,16 @@ bool is_whole(const ravencal_tick& tick, std::uint64_t number) {
 
 TelemetrySegment::TelemetrySegment(const std::string& name, std::uint32_t slots)
     : path_("/dev/shm" + name), slots_(slots) {
-  bytes_ = RAVENCAL_TELEMETRY_HEADER_BYTES + slots * sizeof(ravencal_telemetry_slot);
-  ::unlink(path_.c_str());
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
-  require(file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) == 0 &&
-          ::flock(file_, LOCK_EX | LOCK_NB) == 0);
-  memory_ = ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
-  require(memory_ != MAP_FAILED);
-  ravencal_telemetry_header& made = header();
+  const std::size_t bytes =
+      RAVENCAL_TELEMETRY_HEADER_BYTES + slots * sizeof(ravencal_telemetry_slot);
+  const int id = ::shmget(IPC_PRIVATE, bytes, IPC_CREAT | 0640);
+  memory_ = ::shmat(id, nullptr, 0);
+  require(id >= 0 && memory_ != reinterpret_cast<void*>(-1));
+  ::shmctl(id, IPC_RMID, nullptr);
+  ravencal_telemetry_label& made = header().label;
   std::memcpy(made.magic, RAVENCAL_TELEMETRY_MAGIC, sizeof made.magic);
   made.version = RAVENCAL_TELEMETRY_VERSION;
+  made.memory_id = id;
   made.header_bytes = RAVENCAL_TELEMETRY_HEADER_BYTES;
   made.slot_bytes = sizeof(ravencal_telemetry_slot);
   made.slot_count = slots;
@@ -87,11 +88,20 @@ TelemetrySegment::TelemetrySegment(const std::string& name, std::uint32_t slots)
   made.writer_pid = 4711;
   made.start_realtime_ns = 1'600'000'000'000'000'000;
   std::strcpy(made.plugin_version, "9.8.7");
+  ::unlink(path_.c_str());
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
+  require(file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) == 0);
+  write_label();
 }
 
 TelemetrySegment::~TelemetrySegment() {
-  ::munmap(memory_, bytes_);
+  ::shmdt(memory_);
   ::close(file_);
+}
+
+void TelemetrySegment::write_label() {
+  const ravencal_telemetry_label& label = header().label;
+  require(::pwrite(file_, &label, sizeof label, 0) == static_cast<ssize_t>(sizeof label));
 }
 
 ravencal_telemetry_slot& TelemetrySegment::slot(std::uint64_t number) {
@@ -117,9 +127,6 @@ void TelemetrySegment::close_in_order() {
   drop_lock();
 }
 
-void TelemetrySegment::drop_lock() {
-  // Not close: the mapping would hold the lock.
-  require(::flock(file_, LOCK_UN) == 0);
-}
+void TelemetrySegment::drop_lock() { require(::flock(file_, LOCK_UN) == 0); }
 
 }  // namespace ravencal::test

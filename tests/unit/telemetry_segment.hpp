@@ -32,6 +32,9 @@ class TelemetrySegment {
   /// What the end of a process does: the lock is gone, the file stays.
   void drop_lock();
 
+  /// Puts the label of header() into the file too.
+  void write_label();
+
   /// For damage: not atomic, so only while nobody reads.
   ravencal_telemetry_header& header() { return *static_cast<ravencal_telemetry_header*>(memory_); }
   ravencal_telemetry_slot& slot(std::uint64_t number);
@@ -41,7 +44,6 @@ class TelemetrySegment {
   std::uint32_t slots_;
   int file_ = -1;
   void* memory_ = nullptr;
-  std::size_t bytes_ = 0;
 };
 
 }  // namespace ravencal::test

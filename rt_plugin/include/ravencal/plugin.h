@@ -46,6 +46,7 @@ extern "C" {
 #define RAVENCAL_ERROR_BUSY (-9) /* telemetry_name has another live writer, or is no telemetry */
 /* Weights of another arm than config.arm, of an unknown arm, or trained on corrected joints. */
 #define RAVENCAL_ERROR_ORIGIN (-10)
+#define RAVENCAL_ERROR_LIMIT (-11) /* a limit of the process: open files, size of files */
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0
@@ -271,7 +272,8 @@ typedef struct ravencal_api {
   size_t (*storage_alignment)(void);
 
   /* [init] Builds an instance in the host's memory, in state OFF. The host keeps `storage` alive,
-   * locked in RAM if it wants that, until destroy. */
+   * locked in RAM if it wants that, until destroy. errno says why the system refused
+   * telemetry (_IO, _MEMORY, _LIMIT). */
   int32_t (*create)(const ravencal_config* config, void* storage, size_t storage_bytes,
                     ravencal_instance** instance);
 

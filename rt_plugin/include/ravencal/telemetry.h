@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The shared memory that a plugin with a telemetry_name writes, for those who watch it. Plain C90.
- * It is the file /dev/shm/NAME (shm_open's place on Linux): one header, then a ring of ticks. Map
- * it read-only. The plugin never reads it and never waits for anyone.
+ * The plugin never reads it and never waits for anyone. How to find it:
+ *   1. read ravencal_telemetry_label from the file /dev/shm/NAME;
+ *   2. attach the System V segment that it names, read-only: shmat(memory_id, 0, SHM_RDONLY). If
+ *      there is none, the writer has died. The segment is one header, then a ring of ticks;
+ *   3. compare the segment's label with the file's: another one belongs to somebody else.
+ * The writer holds an exclusive flock on the file for as long as it lives: a shared one that is
+ * refused (LOCK_SH | LOCK_NB) says that it does; let go of one that is granted at once.
  *
  * Whatever changes is made of aligned 64-bit words, each stored and to be loaded atomically,
  * guarded by a sequence word that is odd while the guarded words are being written:
@@ -23,7 +28,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_TELEMETRY_MAGIC "RAVENTEL" /* 8 characters, without the terminating zero */
-#define RAVENCAL_TELEMETRY_VERSION 1u
+#define RAVENCAL_TELEMETRY_VERSION 2u
 #define RAVENCAL_TELEMETRY_SLOTS 2048u /* two seconds at 1 kHz; a power of two */
 #define RAVENCAL_TELEMETRY_HEADER_BYTES 4096u
 
@@ -34,19 +39,26 @@ typedef struct ravencal_telemetry_slot {
   ravencal_tick tick;
 } ravencal_telemetry_slot;
 
-typedef struct ravencal_telemetry_header {
-  /* Complete before the file gets its name; never changed. */
+/* What the file holds and the segment begins with. Complete before the file gets its name; never
+ * changed. */
+typedef struct ravencal_telemetry_label {
   char magic[8];
   uint32_t version;
+  int32_t memory_id;     /* of shmat */
   uint32_t header_bytes; /* where slot 0 starts */
   uint32_t slot_bytes;
   uint32_t slot_count;
   uint32_t tick_ns; /* ravencal_config.tick_ns */
   uint32_t writer_pid;
+  uint32_t reserved;
   int64_t start_realtime_ns; /* when the plugin was created, since 1970 */
   char plugin_version[24];
+} ravencal_telemetry_label;
 
-  /* Changing. The writer holds an exclusive flock on the file for as long as it lives. */
+typedef struct ravencal_telemetry_header {
+  ravencal_telemetry_label label;
+
+  /* Changing. */
   uint64_t closed;            /* 1: the writer has ended in order and removed the name */
   uint64_t written;           /* ticks written so far */
   uint64_t counters_sequence; /* guards counters */
@@ -55,9 +67,9 @@ typedef struct ravencal_telemetry_header {
 
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_slot, sizeof(ravencal_telemetry_slot) == 96);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_closed,
-                       offsetof(ravencal_telemetry_header, closed) == 64);
+                       offsetof(ravencal_telemetry_header, closed) == 72);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_header,
-                       sizeof(ravencal_telemetry_header) == 64 + 24 + 968);
+                       sizeof(ravencal_telemetry_header) == 72 + 24 + 968);
 
 #ifdef __cplusplus
 }

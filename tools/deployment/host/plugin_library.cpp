@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 
@@ -47,6 +48,7 @@ ravencal_config PluginLibrary::default_config() const {
 namespace {
 
 core::Error create_error(std::int32_t code, const ravencal_config& config) {
+  const char* const reason = std::strerror(errno);
   const std::string name(config.telemetry_name,
                          ::strnlen(config.telemetry_name, sizeof config.telemetry_name));
   switch (code) {
@@ -57,11 +59,17 @@ core::Error create_error(std::int32_t code, const ravencal_config& config) {
                       "another name",
                       name)};
     case RAVENCAL_ERROR_MEMORY:
-      return {core::ErrorCode::kIo, "the plugin has no memory (is /dev/shm full?)"};
+      return {core::ErrorCode::kIo,
+              fmt::format("the plugin has no memory: {} (is /dev/shm full?)", reason)};
+    case RAVENCAL_ERROR_LIMIT:
+      return {core::ErrorCode::kIo,
+              fmt::format("telemetry {}: {}: raise this process's limit (ulimit -n: open files, "
+                          "ulimit -f: size of files)",
+                          name, reason)};
     case RAVENCAL_ERROR_IO:
       return {core::ErrorCode::kIo,
-              fmt::format("telemetry {}: the system does not let the plugin create it in /dev/shm",
-                          name)};
+              fmt::format("telemetry {}: the system does not let the plugin create it: {}", name,
+                          reason)};
     default:
       return {core::ErrorCode::kUsage,
               name.empty() ? "the plugin refuses this configuration"

@@ -43,7 +43,7 @@ core::Result<std::string> choose_name(const std::string& wanted) {
 }
 
 /// Empty while the writer writes and ticks come.
-std::string notice_of(const TelemetryFollower& follower, bool silent) {
+std::string notice_of(const TelemetryFollower& follower, const Watch& watch) {
   const std::uint32_t pid = follower.reader().writer_pid();
   switch (follower.writer()) {
     case Writer::kEnded:
@@ -53,8 +53,9 @@ std::string notice_of(const TelemetryFollower& follower, bool silent) {
     case Writer::kAlive:
       break;
   }
-  return silent ? fmt::format("NO TICK FOR A SECOND; process {} still holds the telemetry", pid)
-                : "";
+  if (!watch.is_stalled()) return "";
+  return fmt::format("STALLED: NO TICK FOR {:.1f} s; process {} still holds the telemetry",
+                     watch.age_s(), pid);
 }
 
 const char* event_name(Change change) {
@@ -98,7 +99,7 @@ class Session {
       watch_.take(tick, follower_.reader().tick_ns());
       if (recording_) RAVENCAL_RETURN_IF_ERROR(recording_->append(tick));
     }
-    if (!ticks_.empty()) last_tick_ = Clock::now();
+    watch_.end_poll(std::chrono::duration<double>(Clock::now().time_since_epoch()).count());
     if (const auto counters = follower_.reader().counters()) watch_.take(*counters);
     if (change == Change::kNone) return {};
     if (change == Change::kAttached) watch_.begin_writer();
@@ -114,12 +115,13 @@ class Session {
   }
 
   void show() {
+    const bool alive = follower_.writer() == Writer::kAlive;
+    if (alive && !watch_.is_current()) return;
     if (options_.json) {
-      if (follower_.writer() == Writer::kAlive) print(tick_json(watch_));
+      if (alive) print(tick_json(watch_));
       return;
     }
-    surroundings_.notice =
-        notice_of(follower_, Clock::now() - last_tick_ > std::chrono::seconds(1));
+    surroundings_.notice = notice_of(follower_, watch_);
     if (recording_) {
       surroundings_.recording =
           fmt::format("{} rows in {}", recording_->rows(), options_.recording);
@@ -161,7 +163,6 @@ class Session {
   Watch watch_;
   Surroundings surroundings_;
   std::vector<NumberedTick> ticks_;
-  Clock::time_point last_tick_ = Clock::now();
   bool unheard_ = false;
 };
 

@@ -40,9 +40,14 @@ Json json_of(const ravencal_counters& counters) {
 std::string tick_json(const Watch& watch) {
   if (!watch.newest()) return "";
   const ravencal_tick& tick = watch.newest()->tick;
-  Json json = {{"number", watch.newest()->number},      {"t_ns", tick.t_ns},
-               {"state", host::state_name(tick.state)}, {"runlevel", tick.runlevel},
-               {"confidence", number(tick.confidence)}, {"step_ns", tick.step_ns},
+  Json json = {{"number", watch.newest()->number},
+               {"t_ns", tick.t_ns},
+               {"age_s", watch.age_s()},
+               {"state", watch.state()},
+               {"last_state", host::state_name(tick.state)},
+               {"runlevel", tick.runlevel},
+               {"confidence", number(tick.confidence)},
+               {"step_ns", tick.step_ns},
                {"doubts", doubts_in_words(tick.doubts)}};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     json["joints"].push_back({{"joint", units_of(j).joint},

@@ -11,6 +11,7 @@
 namespace ravencal::monitor {
 
 /// The newest tick with the counters, one line with its end; empty if there is no tick yet.
+/// "state" is "stalled" where the loop has stopped; "last_state" is what the newest tick says.
 std::string tick_json(const Watch& watch);
 
 /// Something about the writer: "attached", "writer_ended" or "writer_gone"; one line with its end.

@@ -4,7 +4,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <sys/mman.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,12 +16,12 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 
 namespace ravencal::monitor {
 namespace {
 
+using Label = ravencal_telemetry_label;
 using Header = ravencal_telemetry_header;
 using Slot = ravencal_telemetry_slot;
 
@@ -45,38 +46,61 @@ core::Error data_error(const std::string& name, std::string_view what) {
   return {core::ErrorCode::kData, fmt::format("{}: {}", name, what)};
 }
 
-/// What is wrong with the constant part of a header in a file of so many bytes; empty if nothing.
-std::string fault_of(const Header& header, std::uint64_t file_bytes) {
-  if (std::string_view(header.magic, sizeof header.magic) != kMagic) {
-    return "is shared memory of something else";
-  }
-  if (header.version != RAVENCAL_TELEMETRY_VERSION) {
-    return fmt::format("is telemetry of version {}; this program reads version {}", header.version,
-                       RAVENCAL_TELEMETRY_VERSION);
-  }
+/// The file's label, or less where the file is shorter.
+Label read_label(const File& file) {
+  Label label{};
+  if (file.descriptor >= 0) (void)::pread(file.descriptor, &label, sizeof label, 0);
+  return label;
+}
+
+bool is_telemetry(const Label& label) {
+  return std::string_view(label.magic, sizeof label.magic) == kMagic;
+}
+
+/// The writer's lock ends with its process. A shared lock disturbs nobody: who wants to replace
+/// what a dead writer left asks again for a while.
+bool writer_holds(const File& file) {
+  if (::flock(file.descriptor, LOCK_SH | LOCK_NB) != 0) return true;
+  ::flock(file.descriptor, LOCK_UN);
+  return false;
+}
+
+/// What is wrong with the label of memory of so many bytes; empty if nothing.
+std::string fault_of(const Label& label, std::uint64_t memory_bytes) {
   const bool sizes_fit =
-      header.header_bytes >= sizeof(Header) && header.header_bytes % kWordBytes == 0 &&
-      header.slot_bytes == sizeof(Slot) && header.tick_ns > 0 &&
-      std::has_single_bit(header.slot_count) &&
-      file_bytes >= header.header_bytes + std::uint64_t{header.slot_count} * header.slot_bytes;
-  return sizes_fit ? "" : "has sizes in its header that do not fit";
+      label.header_bytes >= sizeof(Header) && label.header_bytes % kWordBytes == 0 &&
+      label.slot_bytes == sizeof(Slot) && label.tick_ns > 0 &&
+      std::has_single_bit(label.slot_count) &&
+      memory_bytes >= label.header_bytes + std::uint64_t{label.slot_count} * label.slot_bytes;
+  return sizes_fit ? "" : "has sizes in its label that do not fit";
 }
 
 }  // namespace
 
-/// The mapping and the file that it came from.
+/// The memory and the file that names it.
 struct TelemetryReader::Segment {
-  explicit Segment(const std::string& path) : file(path) {}
+  explicit Segment(const std::string& path) : file(path), label(read_label(file)) {}
   Segment(const Segment&) = delete;
   Segment& operator=(const Segment&) = delete;
   ~Segment() {
-    if (words != nullptr) ::munmap(const_cast<std::uint64_t*>(words), bytes);
+    if (words != nullptr) ::shmdt(words);
+  }
+
+  /// False if there is no memory of that number with that label.
+  bool attach() {
+    shmid_ds status{};
+    if (::shmctl(label.memory_id, IPC_STAT, &status) != 0) return false;
+    bytes = status.shm_segsz;
+    void* const memory = ::shmat(label.memory_id, nullptr, SHM_RDONLY);
+    if (memory == reinterpret_cast<void*>(-1)) return false;
+    words = static_cast<const std::uint64_t*>(memory);
+    return bytes >= sizeof label && std::memcmp(memory, &label, sizeof label) == 0;
   }
 
   File file;
+  Label label;  ///< the file's
   const std::uint64_t* words = nullptr;
   std::size_t bytes = 0;
-  Header constants{};  ///< a copy; what changes in it is not used
   ino_t inode = 0;
 };
 
@@ -87,9 +111,8 @@ core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
         fmt::format("'{}' is no name of shared memory; it is like /ravencal-left", name)};
   }
   auto segment = std::make_shared<Segment>(kFolder + name);
-  const int file = segment->file.descriptor;
   struct stat status {};
-  if (file < 0 || ::fstat(file, &status) != 0) {
+  if (segment->file.descriptor < 0 || ::fstat(segment->file.descriptor, &status) != 0) {
     const bool absent = errno == ENOENT;
     return core::Error{
         core::ErrorCode::kIo,
@@ -98,20 +121,26 @@ core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
                              name)
                : fmt::format("{}: cannot be opened: {}", name, std::strerror(errno))};
   }
-  if (!S_ISREG(status.st_mode) || static_cast<std::size_t>(status.st_size) < sizeof(Header)) {
+  segment->inode = status.st_ino;
+  const Label& label = segment->label;
+  if (!S_ISREG(status.st_mode) || !is_telemetry(label)) {
     return data_error(name, "is shared memory of something else");
   }
-  segment->bytes = static_cast<std::size_t>(status.st_size);
-  segment->inode = status.st_ino;
-  void* const memory = ::mmap(nullptr, segment->bytes, PROT_READ, MAP_SHARED, file, 0);
-  if (memory == MAP_FAILED) {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: cannot be mapped: {}", name, std::strerror(errno))};
+  if (label.version != RAVENCAL_TELEMETRY_VERSION) {
+    return data_error(name, fmt::format("is telemetry of version {}; this program reads version {}",
+                                        label.version, RAVENCAL_TELEMETRY_VERSION));
   }
-  segment->words = static_cast<const std::uint64_t*>(memory);
-  // The part of the header that is complete before the file has its name.
-  std::memcpy(&segment->constants, memory, offsetof(Header, closed));
-  if (const std::string fault = fault_of(segment->constants, segment->bytes); !fault.empty()) {
+  if (!segment->attach()) {
+    return core::Error{
+        core::ErrorCode::kIo,
+        writer_holds(segment->file)
+            ? fmt::format("{}: its memory {} cannot be attached: {}", name, label.memory_id,
+                          std::strerror(errno))
+            : fmt::format("{}: its writer, process {}, was killed or crashed; start the controller "
+                          "again",
+                          name, label.writer_pid)};
+  }
+  if (const std::string fault = fault_of(label, segment->bytes); !fault.empty()) {
     return data_error(name, fault);
   }
   return TelemetryReader(name, std::move(segment));
@@ -120,7 +149,7 @@ core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
 TelemetryReader::TelemetryReader(std::string name, std::shared_ptr<const Segment> segment)
     : name_(std::move(name)), segment_(std::move(segment)) {}
 
-const ravencal_telemetry_header& TelemetryReader::constants() const { return segment_->constants; }
+const ravencal_telemetry_label& TelemetryReader::label() const { return segment_->label; }
 
 std::uint64_t TelemetryReader::word_at(std::size_t byte) const {
   // atomic_ref wants a mutable object even to read it; the load is a plain one.
@@ -129,13 +158,13 @@ std::uint64_t TelemetryReader::word_at(std::size_t byte) const {
 }
 
 void TelemetryReader::read(std::vector<NumberedTick>& ticks) {
-  const std::uint64_t slots = constants().slot_count;
+  const std::uint64_t slots = label().slot_count;
   const std::uint64_t written = word_at(offsetof(Header, written));
   // The oldest slots are the next to be overwritten: leave a part of the ring to them.
   if (written - next_ > slots) next_ = written - slots + slots / 8;
   for (; next_ < written; ++next_) {
     const std::size_t slot =
-        constants().header_bytes + static_cast<std::size_t>(next_ % slots) * sizeof(Slot);
+        label().header_bytes + static_cast<std::size_t>(next_ % slots) * sizeof(Slot);
     const std::uint64_t whole = 2 * next_ + 2;
     if (word_at(slot) != whole) continue;  // overwritten meanwhile
     std::array<std::uint64_t, sizeof(ravencal_tick) / kWordBytes> words{};
@@ -163,10 +192,7 @@ std::optional<ravencal_counters> TelemetryReader::counters() const {
 
 Writer TelemetryReader::writer() const {
   if (word_at(offsetof(Header, closed)) != 0) return Writer::kEnded;
-  // The writer's lock ends with its process. A shared lock disturbs nobody: writers ask for shared
-  // ones too, and lock their own segments before these have a name.
-  if (::flock(segment_->file.descriptor, LOCK_SH | LOCK_NB) != 0) return Writer::kAlive;
-  ::flock(segment_->file.descriptor, LOCK_UN);
+  if (writer_holds(segment_->file)) return Writer::kAlive;
   return word_at(offsetof(Header, closed)) != 0 ? Writer::kEnded : Writer::kGone;
 }
 
@@ -175,13 +201,13 @@ bool TelemetryReader::is_replaced() const {
   return ::stat((kFolder + name_).c_str(), &status) == 0 && status.st_ino != segment_->inode;
 }
 
-std::uint32_t TelemetryReader::writer_pid() const { return constants().writer_pid; }
-std::uint32_t TelemetryReader::tick_ns() const { return constants().tick_ns; }
-std::int64_t TelemetryReader::start_realtime_ns() const { return constants().start_realtime_ns; }
+std::uint32_t TelemetryReader::writer_pid() const { return label().writer_pid; }
+std::uint32_t TelemetryReader::tick_ns() const { return label().tick_ns; }
+std::int64_t TelemetryReader::start_realtime_ns() const { return label().start_realtime_ns; }
 
 std::string TelemetryReader::plugin_version() const {
-  const char* const text = constants().plugin_version;
-  return {text, ::strnlen(text, sizeof constants().plugin_version)};
+  const char* const text = label().plugin_version;
+  return {text, ::strnlen(text, sizeof label().plugin_version)};
 }
 
 std::vector<std::string> telemetry_names() {
@@ -191,9 +217,8 @@ std::vector<std::string> telemetry_names() {
     const std::string file = entry.path().filename().string();
     std::error_code vanished;
     if (file.starts_with('.') || !entry.is_regular_file(vanished)) continue;
-    std::array<char, kMagic.size()> magic{};
-    std::ifstream(entry.path(), std::ios::binary).read(magic.data(), magic.size());
-    if (std::string_view(magic.data(), magic.size()) == kMagic) names.push_back("/" + file);
+    const File opened(entry.path().string());
+    if (is_telemetry(read_label(opened)) && writer_holds(opened)) names.push_back("/" + file);
   }
   std::sort(names.begin(), names.end());
   return names;

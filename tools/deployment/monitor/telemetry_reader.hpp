@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads the telemetry that a plugin writes (ravencal/telemetry.h). Maps it read-only and needs
+// Reads the telemetry that a plugin writes (ravencal/telemetry.h). Attaches it read-only and needs
 // nothing of the writer. A reader that falls behind loses ticks and knows which. Checks the header
 // before use. Not thread-safe: one thread owns a reader.
 #pragma once
@@ -31,7 +31,8 @@ enum class Writer {
 class TelemetryReader {
  public:
   /// `name`: as config.telemetry_name, e.g. "/ravencal-left". Errors: kUsage for what is not a
-  /// name, kIo if it cannot be opened, kData if it is not telemetry of this version.
+  /// name, kIo if it cannot be opened or its writer is gone, kData if it is not telemetry of this
+  /// version.
   static core::Result<TelemetryReader> open(const std::string& name);
 
   /// Appends every whole tick that has come since the last call, oldest first, at most the last two
@@ -58,14 +59,14 @@ class TelemetryReader {
   struct Segment;
   TelemetryReader(std::string name, std::shared_ptr<const Segment> segment);
   [[nodiscard]] std::uint64_t word_at(std::size_t byte) const;
-  [[nodiscard]] const ravencal_telemetry_header& constants() const;
+  [[nodiscard]] const ravencal_telemetry_label& label() const;
 
   std::string name_;
   std::shared_ptr<const Segment> segment_;
   std::uint64_t next_ = 0;
 };
 
-/// Names of all telemetry on this machine, "/ravencal-left" and so on, in order.
+/// Names of all telemetry on this machine whose writer lives, "/ravencal-left" and so on, in order.
 std::vector<std::string> telemetry_names();
 
 }  // namespace ravencal::monitor

@@ -35,9 +35,9 @@ std::string joint_line(const ravencal_tick& tick, std::size_t j, const History& 
 
 void add_tick(std::vector<std::string>& lines, const Watch& watch, bool ascii) {
   const ravencal_tick& tick = watch.newest()->tick;
-  lines.push_back(fmt::format(
-      "state       {:<12} run level {} ({})   confidence {:.2f}", host::state_name(tick.state),
-      tick.runlevel, run_level_in_words(tick.runlevel), static_cast<double>(tick.confidence)));
+  lines.push_back(fmt::format("state       {:<12} run level {} ({})   confidence {:.2f}",
+                              watch.state(), tick.runlevel, run_level_in_words(tick.runlevel),
+                              static_cast<double>(tick.confidence)));
   lines.push_back("doubts now  " + joined(doubts_in_words(tick.doubts)));
   lines.emplace_back();
   lines.push_back(fmt::format("{:<10}{:>9} {:>9} {:<4}{:>8} {:>8}  {}", "joint", "raw", "corrected",
@@ -109,8 +109,8 @@ std::vector<std::string> draw(const Watch& watch, const TelemetryReader& reader,
     add_counters(lines, watch.counters());
     add_transitions(lines, watch.counters());
   }
-  lines.push_back(fmt::format("seen {} ticks, missed {}{}   Ctrl-C ends", watch.taken(),
-                              watch.missed(),
+  lines.push_back(fmt::format("newest tick {:.1f} s old, seen {}, missed {}{}   Ctrl-C ends",
+                              watch.age_s(), watch.taken(), watch.missed(),
                               surroundings.recording.empty() ? "" : "; " + surroundings.recording));
   for (std::string& line : lines) line = clip(line, kColumns);
   return lines;
@@ -120,8 +120,7 @@ std::string draw_line(const Watch& watch, const Surroundings& surroundings) {
   if (!surroundings.notice.empty()) return surroundings.notice;
   if (!watch.newest()) return "no tick yet";
   const ravencal_tick& tick = watch.newest()->tick;
-  std::string line =
-      fmt::format("tick {} {}", watch.newest()->number, host::state_name(tick.state));
+  std::string line = fmt::format("tick {} {}", watch.newest()->number, watch.state());
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const JointUnits& units = units_of(j);
     line +=

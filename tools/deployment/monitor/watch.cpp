@@ -72,7 +72,21 @@ void Watch::take(const NumberedTick& tick, std::uint32_t tick_ns) {
   step_us_.add(step, static_cast<double>(tick.tick.step_ns) / 1e3);
 }
 
+void Watch::end_poll(double now_s) {
+  const bool came = taken_ != taken_before_;
+  taken_before_ = taken_;
+  now_s_ = now_s;
+  if (came || !looked_) came_s_ = now_s;
+  fresh_ = fresh_ || (came && looked_);
+  looked_ = true;
+}
+
+const char* Watch::state() const {
+  return is_stalled() ? "stalled" : host::state_name(newest_->tick.state);
+}
+
 void Watch::begin_writer() {
+  looked_ = fresh_ = false;
   expected_ = 0;
   for (History& history : correction_) history.clear();
   step_us_.clear();

@@ -42,17 +42,31 @@ class History {
 
 class Watch {
  public:
+  /// Ten of the longest ticks that a plugin can be set to (100 ms).
+  static constexpr double kStalledAfter_s = 1.0;
+
   /// Ticks of the follower's writer, in order.
   void take(const NumberedTick& tick, std::uint32_t tick_ns);
   void take(const ravencal_counters& counters) { counters_ = counters; }
   /// A new writer: its ticks count from 0.
   void begin_writer();
+  /// All ticks that there were at `now_s` (any steady clock) have been taken.
+  void end_poll(double now_s);
 
   [[nodiscard]] const std::optional<NumberedTick>& newest() const { return newest_; }
   [[nodiscard]] const ravencal_counters& counters() const { return counters_; }
   /// Ticks that this reader was too slow for, over all writers.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
+  /// Time since the newest tick came; at the most recent end_poll(). A writer that had stopped
+  /// before this reader came is longer silent than that.
+  [[nodiscard]] double age_s() const { return now_s_ - came_s_; }
+  /// The control loop has stopped, whatever the newest tick says.
+  [[nodiscard]] bool is_stalled() const { return age_s() > kStalledAfter_s; }
+  /// False until a tick came, or could have, after the first look: what lay there may be old.
+  [[nodiscard]] bool is_current() const { return fresh_ || is_stalled(); }
+  /// Of the newest tick: "active" and so on; "stalled".
+  [[nodiscard]] const char* state() const;
   [[nodiscard]] const History& correction(std::size_t joint) const { return correction_[joint]; }
   [[nodiscard]] const History& step_us() const { return step_us_; }
 
@@ -62,6 +76,11 @@ class Watch {
   ravencal_counters counters_{};
   std::uint64_t missed_ = 0;
   std::uint64_t taken_ = 0;
+  std::uint64_t taken_before_ = 0;  ///< at the last end_poll()
+  double now_s_ = 0.0;
+  double came_s_ = 0.0;
+  bool looked_ = false;  ///< at this writer
+  bool fresh_ = false;
   std::array<History, RAVENCAL_JOINTS> correction_;
   History step_us_;
 };
