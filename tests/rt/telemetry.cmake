@@ -6,3 +6,7 @@ ravencal_test(NAME plugin_telemetry_test
     ${CMAKE_CURRENT_LIST_DIR}/telemetry_owner_test.cpp
     ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
   LIBS ravencal_test_rig ravencal_host ravencal_monitor Threads::Threads LABELS rt)
+ravencal_test(NAME plugin_lifecycle_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/lifecycle_test.cpp
+    ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
+  LIBS ravencal_test_rig ravencal_monitor LABELS rt)
