@@ -32,7 +32,8 @@ if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc and locks themselves, 
   set_target_properties(plugin_real_time_test PROPERTIES ENABLE_EXPORTS ON)
 endif()
 ravencal_test(NAME plugin_parity_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/denormal_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/parity_test.cpp ${CMAKE_CURRENT_LIST_DIR}/float_mode_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/system_call_alarm.cpp
           ${CMAKE_CURRENT_LIST_DIR}/means_test.cpp
   LIBS ravencal_test_rig ravencal_blob_sample LABELS rt)
 ravencal_test(NAME plugin_property_test
