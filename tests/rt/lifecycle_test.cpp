@@ -94,6 +94,18 @@ TEST(Fault, IsReachedAndLeftAgainAndAgainOnBothArms) {
   }
 }
 
+#if defined(__x86_64__)
+TEST(OldProcessor, GetsTheKernelsThatItHas) {
+  Rig rig;
+  rig.load(make_model(16, {8}));
+  const bool modern = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+  EXPECT_EQ(rig.instance.info().isa == RAVENCAL_ISA_BASELINE, !modern);
+}
+
+/// What an emulator of an old processor must refuse, or it shows nothing.
+TEST(OldProcessor, DISABLED_EndsByAvx) { asm volatile("vaddps %%ymm0, %%ymm0, %%ymm0" ::: "xmm0"); }
+#endif
+
 TEST(LifeCycle, LeavesNothingBehindOverManyLivesOfBothArms) {
   const std::int64_t lives = lives_asked_for();
   const std::int64_t settled = lives / 4;  // by then the C library has what it keeps

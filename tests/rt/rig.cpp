@@ -16,8 +16,6 @@
 namespace ravencal::test {
 namespace {
 
-constexpr std::int64_t kTickNs = 1'000'000;
-
 /// Middle and half width of the range that make_model trains each channel on.
 double middle_of(std::size_t catalogue_index) {
   return 0.25 + 0.01 * static_cast<double>(catalogue_index % 7);
@@ -216,7 +214,7 @@ void Rig::load(const model::CalibrationModel& model, model::packed::Precision pr
 }
 
 std::int32_t Rig::tick() {
-  state.t_ns += kTickNs;
+  state.t_ns += config.tick_ns;
   const std::int32_t status = api().step(instance.get(), &state, &output);
   api().observe_cycle_end(instance.get(), &state);
   return status;

@@ -70,7 +70,7 @@ class Rig {
   /// Presses or releases the pedal and waits until the plugin no longer holds on that account.
   void set_pedal(bool down);
   void enable(bool on = true) { api().enable(instance.get(), on ? 1 : 0); }
-  /// One cycle: time advances 1 ms, step, cycle end. Returns step's status.
+  /// One cycle: time advances a tick, step, cycle end. Returns step's status.
   std::int32_t tick();
   /// Ticks until that state, at most `limit` of them; returns whether it was reached.
   bool tick_until(std::int32_t wanted, int limit = 20000);

@@ -46,6 +46,7 @@ class Steps {
   void wait_for(int count) const {
     while (*count_ < count) ::usleep(100);
   }
+  [[nodiscard]] int count() const { return *count_; }
 
  private:
   std::atomic<int>* count_;
@@ -67,6 +68,7 @@ void leave_dead(const std::string& name) {
 /// tried. `kept`: whether the name is there while the owner lives, also after the others ended.
 int owners_among(int count, const std::string& name, bool& kept) {
   const Steps ready;
+  const Steps owned;
   const Steps tried;
   const Steps judged;
   std::vector<std::unique_ptr<ChildProcess>> processes;
@@ -76,9 +78,10 @@ int owners_among(int count, const std::string& name, bool& kept) {
       ready.done();
       ready.wait_for(count);
       const bool owns = give_telemetry(*rig, name).ok();
+      if (owns) owned.done();
       tried.done();
       tried.wait_for(count);
-      if (owns) judged.wait_for(count - 1);
+      if (owns) judged.wait_for(count - owned.count());
       const bool there = exists(name);
       rig.reset();
       judged.done();

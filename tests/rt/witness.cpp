@@ -58,13 +58,13 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
   if (!std::isfinite(correction_ji) || !std::isfinite(output.predicted_ji[joint])) {
     return "a correction or prediction is no number";
   }
-  const double tick_s = static_cast<double>(config_.tick_ns) * 1e-9;
+  const double passed_s = static_cast<double>(passed_ns_) * 1e-9;
   const auto rate = static_cast<double>(output.state == RAVENCAL_STATE_ACTIVE
                                             ? config_.max_correction_rate_ji_per_s[joint]
                                             : config_.slew_ji_per_s[joint]);
   // Rounding: a few units in the last place of the correction.
-  if (step > rate * tick_s * 1.0001 + 1e-8)
-    return fmt::format("the correction stepped by {}", step);
+  if (step > rate * passed_s * 1.0001 + 1e-8)
+    return fmt::format("the correction stepped by {} in {} ns", step, passed_ns_);
   if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
   if (state.runlevel == core::kPedalDown && !follows_prediction(output.state) && step != 0.0) {
     return "the correction moved by itself with the pedal down";
@@ -89,6 +89,11 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
 
 std::string Witness::see(const ravencal_state& state, const ravencal_output& output) {
   ++ticks_;
+  // What passes by the robot's clock, but at most a tick. Times may be any numbers.
+  const auto advanced = static_cast<std::int64_t>(static_cast<std::uint64_t>(state.t_ns) -
+                                                  static_cast<std::uint64_t>(t_ns_before_));
+  passed_ns_ = std::clamp<std::int64_t>(advanced, 0, config_.tick_ns);
+  t_ns_before_ = state.t_ns;
   if (output.state < 0 || output.state >= RAVENCAL_STATE_COUNT) return "an unknown state";
   ++ticks_in_state_[static_cast<std::size_t>(output.state)];
   for (std::size_t kind = 0; kind < ticks_in_doubt_.size(); ++kind) {

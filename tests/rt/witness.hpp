@@ -43,6 +43,8 @@ class Witness {
 
   std::array<double, RAVENCAL_JOINTS> before_{};
   std::array<DesiredJoints, 2> desired_{};  ///< of the last tick and of the one before
+  std::int64_t t_ns_before_ = 0;
+  std::int64_t passed_ns_ = 0;
   std::int32_t state_before_ = RAVENCAL_STATE_OFF;
   std::uint64_t ticks_ = 0;
   std::uint64_t transitions_ = 0;

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "monitor/monitor.hpp"
 #include "monitor/stream.hpp"
@@ -93,6 +94,63 @@ TEST(Watch, CountsWhatWasMissedBetweenTicksAndAfterARestart) {
   watch.take(NumberedTick{2, tick_number(2)}, 1'000'000);
   EXPECT_EQ(watch.missed(), 11U);
   EXPECT_EQ(watch.taken(), 3U);
+}
+
+TEST(Watch, KnowsHowOldTheNewestTickIsAndCallsASilentLoopStalled) {
+  Watch watch;
+  watch.take(NumberedTick{5, tick_number(5)}, 1'000'000);
+  watch.end_poll(100.0);
+  EXPECT_FALSE(watch.is_current()) << "what lay there may be old";
+  watch.take(NumberedTick{6, tick_number(6)}, 1'000'000);
+  watch.end_poll(100.02);
+  EXPECT_TRUE(watch.is_current());
+  EXPECT_STREQ(watch.state(), "active");
+  watch.end_poll(100.52);
+  EXPECT_NEAR(watch.age_s(), 0.5, 1e-9);
+  EXPECT_FALSE(watch.is_stalled());
+  watch.end_poll(101.52);
+  EXPECT_NEAR(watch.age_s(), 1.5, 1e-9);
+  EXPECT_STREQ(watch.state(), "stalled");
+  watch.take(NumberedTick{7, tick_number(7)}, 1'000'000);
+  watch.end_poll(101.54);
+  EXPECT_STREQ(watch.state(), "active");
+  watch.begin_writer();
+  watch.end_poll(105.0);
+  EXPECT_FALSE(watch.is_current()) << "another writer: nothing is known yet";
+  EXPECT_FALSE(watch.is_stalled());
+}
+
+TEST_F(Monitor, NeverCallsALoopActiveThatStoppedBeforeItLooked) {
+  for (int i = 0; i < 100; ++i) segment.write();
+  monitor::Options options;
+  options.name = name;
+  options.json = true;
+  options.duration_s = 1.5;
+  ::testing::internal::CaptureStdout();
+  const auto outcome = monitor::run(options, [] { return true; });
+  std::istringstream lines(::testing::internal::GetCapturedStdout());
+  ASSERT_TRUE(outcome.ok());
+  int stalled = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json.contains("event")) continue;
+    EXPECT_EQ(json["state"], "stalled");
+    EXPECT_EQ(json["last_state"], "active");
+    EXPECT_GT(json["age_s"].get<double>(), 1.0);
+    ++stalled;
+  }
+  EXPECT_GT(stalled, 0);
+}
+
+TEST_F(Monitor, ShowsThatTheLoopHasStalled) {
+  Watch watch;
+  watch.take(NumberedTick{7, tick_number(7)}, 1'000'000);
+  watch.end_poll(10.0);
+  watch.end_poll(13.25);
+  const std::string text = joined(monitor::draw(watch, reader(), {name, "", "", true}));
+  EXPECT_TRUE(contains(text, "state       stalled")) << text;
+  EXPECT_TRUE(contains(text, "3.2 s old") || contains(text, "3.3 s old")) << text;
+  EXPECT_FALSE(contains(text, "active")) << text;
 }
 
 TEST_F(Monitor, DrawsPictureWithinTwentyFourLinesOfEightyColumns) {

@@ -190,17 +190,6 @@ TEST_F(Envelope, ShowsTheNetworkAConstantAsTrainingSawIt) {
   EXPECT_EQ(rig.output.predicted_ji[0], before);
 }
 
-TEST_F(Envelope, AppliesTheConstantPartWhileTimeStandsStill) {
-  activate();
-  for (int i = 0; i < 2000 && rig.output.state != RAVENCAL_STATE_CONSTANT; ++i) {
-    rig.state.t_ns -= 1'000'000;  // tick() adds it again
-    rig.tick();
-    EXPECT_EQ(rig.output.doubts, RAVENCAL_DOUBT_TIME);
-  }
-  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_CONSTANT);
-  EXPECT_EQ(rig.output.correction_ji[1], kConstant[1]);
-}
-
 TEST_F(Envelope, HoldsAndGoesOnWhenTimeJumpsOnce) {
   for (const std::int64_t jump_ns : {5'000'000'000LL, -5'000'000'000LL, 11'000'000LL}) {
     activate();

@@ -112,6 +112,17 @@ TEST_F(Signing, KeysAreForTheirOwnerAloneAndNeverOverwritten) {
   EXPECT_FALSE(fs::exists(folder_ / "c.key"));
 }
 
+TEST_F(Signing, KeepsTheModeOfTheWeights) {
+  ASSERT_EQ(sign("keygen --out a.key").exit_code, 0);
+  for (const mode_t mode : {0600U, 0640U, 0400U, 0664U}) {
+    ASSERT_EQ(::chmod((folder_ / "w.blob").c_str(), mode), 0);
+    ASSERT_EQ(sign("w.blob --key a.key").exit_code, 0);
+    struct stat status = {};
+    ASSERT_EQ(::stat((folder_ / "w.blob").c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777U, mode);
+  }
+}
+
 TEST_F(Signing, RefusesASecretKeyThatOthersMayUse) {
   ASSERT_EQ(sign("keygen --out a.key").exit_code, 0);
   const std::string before = content("w.blob");

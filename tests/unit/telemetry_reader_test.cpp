@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -163,14 +164,60 @@ TEST(TelemetryReader, NamesWhatIsWrong) {
   }
 }
 
+TEST(TelemetryReader, TakesNoMemoryButThatOfItsWriter) {
+  const std::string name = telemetry_name("memory");
+  TelemetrySegment segment(name);
+  TelemetrySegment other(telemetry_name("other_memory"));
+  other.header().label.writer_pid = 4712;
+  const std::int32_t own = segment.header().label.memory_id;
+  const auto named = [&](std::int32_t id) {
+    ravencal_telemetry_label label = segment.header().label;
+    label.memory_id = id;
+    std::ofstream("/dev/shm" + name, std::ios::binary | std::ios::in)
+        .write(reinterpret_cast<const char*>(&label), sizeof label);
+  };
+  named(other.header().label.memory_id);
+  EXPECT_EQ(refusal(name).code, core::ErrorCode::kIo) << "another's, with another label";
+  named(-1);
+  EXPECT_EQ(refusal(name).code, core::ErrorCode::kIo);
+  named(own);
+  EXPECT_TRUE(TelemetryReader::open(name).ok());
+}
+
+bool is_listed(const std::string& name) {
+  const std::vector<std::string> names = monitor::telemetry_names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+TEST(TelemetryReader, SaysOfADeadWriterThatItIsDead) {
+  const std::string name = telemetry_name("dead_writer");
+  {
+    TelemetrySegment segment(name);
+    EXPECT_TRUE(is_listed(name));
+  }
+  const core::Error error = refusal(name);
+  EXPECT_EQ(error.code, core::ErrorCode::kIo);
+  EXPECT_NE(error.message.find("process 4711, was killed or crashed"), std::string::npos)
+      << error.message;
+  EXPECT_FALSE(is_listed(name));
+}
+
+TEST(TelemetryReader, GoesOnWhereTheFileIsTruncated) {
+  const std::string name = telemetry_name("cut");
+  TelemetrySegment segment(name);
+  TelemetryReader reader = opened(name);
+  std::filesystem::resize_file("/dev/shm" + name, 0);
+  segment.write();
+  EXPECT_EQ(read(reader).size(), 1U);
+}
+
 TEST(TelemetryReader, FindsWhatIsThere) {
   const std::string name = telemetry_name("found");
   const std::string other = telemetry_name("no_telemetry");
   std::ofstream("/dev/shm" + other) << "something else that is long enough";
   const TelemetrySegment segment(name);
-  const std::vector<std::string> names = monitor::telemetry_names();
-  EXPECT_NE(std::find(names.begin(), names.end(), name), names.end());
-  EXPECT_EQ(std::find(names.begin(), names.end(), other), names.end());
+  EXPECT_TRUE(is_listed(name));
+  EXPECT_FALSE(is_listed(other));
 }
 
 TEST(TelemetryFollower, GoesOnWithTheNextWriterAndLosesNothing) {
