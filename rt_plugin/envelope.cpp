@@ -38,18 +38,11 @@ JointVector per_tick(const float (&per_s)[RAVENCAL_JOINTS], std::uint32_t tick_n
   return step;
 }
 
-/// What may change in the part of a tick that passed.
-JointVector part_of(const JointVector& per_tick_ji, float passed_ticks) noexcept {
-  JointVector step_ji{};
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) step_ji[j] = per_tick_ji[j] * passed_ticks;
-  return step_ji;
-}
-
 }  // namespace
 
 Envelope::Envelope(const ravencal_config& config) noexcept
-    : slew_step_ji_(per_tick(config.slew_ji_per_s, config.tick_ns)),
-      rate_step_ji_(per_tick(config.max_correction_rate_ji_per_s, config.tick_ns)),
+    : slew_per_tick_ji_(per_tick(config.slew_ji_per_s, config.tick_ns)),
+      rate_per_tick_ji_(per_tick(config.max_correction_rate_ji_per_s, config.tick_ns)),
       max_correction_ji_(std::to_array(config.max_correction_ji)),
       follow_share_(config.follow_share),
       transfer_(config.blend_share, per_tick(config.blend_ji_per_s, config.tick_ns)),
@@ -57,7 +50,7 @@ Envelope::Envelope(const ravencal_config& config) noexcept
       hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
 
 std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
-  passed_ticks_ = static_cast<float>(wish.passed_ns) / static_cast<float>(tick_ns_);
+  measure_steps(wish.passed_ns);
   clear_ns_ = doubts == 0 ? clear_ns_ + wish.passed_ns : 0;
   // Doubts that come and go share one allowance, or a flickering one would be held for ever.
   if (is_clear()) hold_ticks_ = 0;
@@ -80,9 +73,18 @@ std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& w
     return fade_out(wish);
   }
   if (state_ == RAVENCAL_STATE_CONSTANT && !wish.motors_follow) {
-    move_towards(wish.constant_ji, part_of(slew_step_ji_, passed_ticks_));
+    move_towards(wish.constant_ji, slew_step_ji_);
   }
   return status_of(state_);
+}
+
+/// In every state, so that a tick takes the same instructions whatever its state is.
+void Envelope::measure_steps(std::uint32_t passed_ns) noexcept {
+  passed_ticks_ = static_cast<float>(passed_ns) / static_cast<float>(tick_ns_);
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    slew_step_ji_[j] = slew_per_tick_ji_[j] * passed_ticks_;
+    rate_step_ji_[j] = rate_per_tick_ji_[j] * passed_ticks_;
+  }
 }
 
 std::int32_t Envelope::next_state(bool enabled, std::uint32_t doubts,
@@ -131,7 +133,7 @@ void Envelope::reset() noexcept {
 
 void Envelope::correct(const Wish& wish) noexcept {
   JointVector target_ji{};
-  JointVector step_ji = part_of(rate_step_ji_, passed_ticks_);
+  JointVector step_ji = rate_step_ji_;
   if (wish.motors_follow) {
     target_ji = transfer_.follow(wish, correction_ji_, passed_ticks_);
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
@@ -144,9 +146,7 @@ void Envelope::correct(const Wish& wish) noexcept {
   // A prediction of other weights is reached by the slew, not by the rate.
   const bool whole = transfer_.offset_ji() == JointVector{};
   if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
-  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) {
-    step_ji = part_of(slew_step_ji_, passed_ticks_);
-  }
+  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = slew_step_ji_;
   const std::uint32_t behind = move_towards(target_ji, step_ji);
   if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
   if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
@@ -156,7 +156,7 @@ void Envelope::correct(const Wish& wish) noexcept {
 std::int32_t Envelope::fade_out(const Wish& wish) noexcept {
   const JointVector rest_ji =
       after_fade_ == RAVENCAL_STATE_CONSTANT ? wish.constant_ji : JointVector{};
-  if (!wish.motors_follow) move_towards(rest_ji, part_of(slew_step_ji_, passed_ticks_));
+  if (!wish.motors_follow) move_towards(rest_ji, slew_step_ji_);
   if (correction_ji_ != rest_ji) return RAVENCAL_HELD;
   state_ = after_fade_;
   return status_of(state_);

@@ -51,12 +51,15 @@ class Envelope {
   [[nodiscard]] bool is_clear() const noexcept { return clear_ns_ > kClearNs; }
   /// From one resting state to the next: that one, or a fade first where a correction is left.
   [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
+  void measure_steps(std::uint32_t passed_ns) noexcept;
   void correct(const Wish& wish) noexcept;
   std::int32_t fade_out(const Wish& wish) noexcept;
   std::uint32_t move_towards(const JointVector& target_ji, const JointVector& step_ji) noexcept;
 
-  JointVector slew_step_ji_{};  ///< largest change per tick while the motors are free
-  JointVector rate_step_ji_{};  ///< largest change per tick in normal work
+  JointVector slew_per_tick_ji_{};  ///< largest change while the motors are free
+  JointVector rate_per_tick_ji_{};  ///< largest change in normal work
+  JointVector slew_step_ji_{};      ///< the same, of the tick at hand
+  JointVector rate_step_ji_{};
   JointVector max_correction_ji_{};
   float follow_share_;
   Transfer transfer_;

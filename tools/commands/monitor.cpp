@@ -39,7 +39,9 @@ void add_monitor(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->footer(
       "Reads only; the controller does not notice. monitor reports a controller that ends or dies\n"
-      "and follows the next one of the same name. Without a terminal: one line per second.\n"
+      "and follows the next one of the same name. A loop without a tick for a second is "
+      "\"stalled\".\n"
+      "Without a terminal: one line per second.\n"
       "Example: ravencal monitor --name /ravencal-left --record evening.db");
   on_call(*command, exit_code, [options, &exit_code]() -> core::Status {
     cli::catch_interrupts();
