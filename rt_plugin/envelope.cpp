@@ -133,12 +133,14 @@ void Envelope::reset() noexcept {
 
 void Envelope::correct(const Wish& wish) noexcept {
   JointVector target_ji{};
-  JointVector step_ji = rate_step_ji_;
+  JointVector led_ji;
+  const JointVector* step_ji = &rate_step_ji_;
   if (wish.motors_follow) {
     target_ji = transfer_.follow(wish, correction_ji_, passed_ticks_);
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-      step_ji[j] = std::min(step_ji[j], follow_share_ * wish.commanded_ji[j]);
+      led_ji[j] = std::min(rate_step_ji_[j], follow_share_ * wish.commanded_ji[j]);
     }
+    step_ji = &led_ji;
   } else {
     transfer_.forget();
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) target_ji[j] = wish.wanted_ji(j);
@@ -146,8 +148,8 @@ void Envelope::correct(const Wish& wish) noexcept {
   // A prediction of other weights is reached by the slew, not by the rate.
   const bool whole = transfer_.offset_ji() == JointVector{};
   if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
-  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = slew_step_ji_;
-  const std::uint32_t behind = move_towards(target_ji, step_ji);
+  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = &slew_step_ji_;
+  const std::uint32_t behind = move_towards(target_ji, *step_ji);
   if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
   if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
 }
