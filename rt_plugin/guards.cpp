@@ -61,9 +61,7 @@ std::uint32_t StateGuards::inspect_clock(std::int64_t t_ns) noexcept {
   previous_ns_ = last_ns_;
   last_ns_ = t_ns;
   const bool advanced = gap_ns > 0 && gap_ns <= static_cast<std::uint64_t>(INT64_MAX);
-  passed_ns_ = advanced && !first
-                   ? static_cast<std::uint32_t>(std::min<std::uint64_t>(gap_ns, tick_ns_))
-                   : 0;
+  passed_ns_ = advanced ? static_cast<std::uint32_t>(std::min<std::uint64_t>(gap_ns, tick_ns_)) : 0;
   const bool jumped = gap_ns == 0 || gap_ns > kLongestGapTicks * tick_ns_;
   const std::uint64_t ticks = jumped ? kLongestGapTicks : (gap_ns + tick_ns_ / 2) / tick_ns_;
   elapsed_ticks_ = ticks > 0 ? ticks : 1;

@@ -37,7 +37,7 @@ class StateGuards {
   [[nodiscard]] std::uint32_t inspect_magnitude(const JointVector& predicted_ji) const noexcept;
 
   /// Time that the robot's clock passed since the cycle before the inspected one, but at most a
-  /// tick; 0 where the clock stood still, ran back, or was read for the first time.
+  /// tick; 0 where the clock stood still or ran back. Before the first cycle the clock was 0.
   [[nodiscard]] std::uint32_t passed_ns() const noexcept { return passed_ns_; }
 
   /// Whether a state published at `t_ns` is that of the cycle before the inspected one.
