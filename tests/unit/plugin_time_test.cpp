@@ -36,8 +36,8 @@ class Time : public ::testing::Test {
 TEST_F(Time, OfANanosecondPerStepBringsNoCorrection) {
   rig.enable();
   for (int i = 0; i < 20'000; ++i) tick_after(1);
-  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ARMED) << "0.1 s without a doubt have not passed";
-  while (rig.output.state != RAVENCAL_STATE_FADING_IN) rig.tick();
+  ASSERT_EQ(rig.output.state, RAVENCAL_STATE_ARMED) << "0.1 s without a doubt have not passed";
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_FADING_IN));
   const float before_ji = rig.output.correction_ji[1];
   for (int i = 0; i < 20'000; ++i) tick_after(1);
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_FADING_IN);
