@@ -59,6 +59,15 @@ struct Drive {
   bool operator==(const Drive&) const = default;
 };
 
+/// Effort on the joint from outside that a sensor measures: the recorded channel of role `load`,
+/// and the effort that balances one unit of it, by sign and lever.
+struct ExternalLoad {
+  std::string channel;
+  double ratio = 1.0;  ///< effort at the joint per unit of the channel
+
+  bool operator==(const ExternalLoad&) const = default;
+};
+
 /// The controller's servo: PD on motor position, torque at the gearbox output from motor angle.
 struct Controller {
   double kp_n_m_per_rad = 0.0;
@@ -94,6 +103,7 @@ struct Joint {
   std::optional<Through> coupling_through;   ///< of its row of the coupling; empty: nobody says
   Link link;
   Drive drive;
+  std::optional<ExternalLoad> external_load;
   std::optional<Controller> controller;
   std::optional<Homing> homing;
   std::vector<Effect> effects;

@@ -42,6 +42,9 @@ std::string describe_plant(const Plant& plant) {
     if (joint.coupling_through)
       text += fmt::format("    its cable follows the other joints' {}s\n",
                           through_word(*joint.coupling_through));
+    if (joint.external_load)
+      text += fmt::format("    loaded from outside by {:.4g} times the recorded '{}'\n",
+                          joint.external_load->ratio, joint.external_load->channel);
     if (joint.controller) {
       text += fmt::format(
           "    PD {:.4g} N m/rad, {:.4g} N m s/rad at the motor, clipped at {:.0f} DAC counts\n",
@@ -74,6 +77,9 @@ std::string describe_plant_in_json(const Plant& plant) {
                       {"effects", std::move(effects)}});
     if (joint.coupling_through)
       joints.back()["coupling_through"] = through_word(*joint.coupling_through);
+    if (joint.external_load)
+      joints.back()["external_load"] = {{"channel", joint.external_load->channel},
+                                        {"ratio", joint.external_load->ratio}};
   }
   const nlohmann::json document = {{"plant", plant.robot.name},
                                    {"arm", plant.robot.arm},

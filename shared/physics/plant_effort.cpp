@@ -62,6 +62,16 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   return efforts;
 }
 
+void add_external_loads(const Plant& plant, const std::vector<VectorXd>& measured,
+                        std::vector<VectorXd>& efforts) {
+  for (std::size_t j = 0; j < efforts.size(); ++j) {
+    const auto& load = plant.joints[j].external_load;
+    if (!load || measured[j].size() == 0) continue;
+    if (efforts[j].size() == 0) efforts[j] = VectorXd::Zero(measured[j].size());
+    efforts[j] += load->ratio * measured[j];
+  }
+}
+
 std::vector<VectorXd> payload_efforts_per_kg(const Plant& plant,
                                              const std::vector<VectorXd>& positions) {
   Plant loaded = plant;

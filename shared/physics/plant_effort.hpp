@@ -14,6 +14,11 @@ namespace ravencal::physics {
 std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
+/// Adds to `efforts` what balances the measured loads from outside (Joint::external_load);
+/// `measured` ([joints][samples], in units of the channel) is empty where none was recorded.
+void add_external_loads(const Plant& plant, const std::vector<Eigen::VectorXd>& measured,
+                        std::vector<Eigen::VectorXd>& efforts);
+
 /// The same of a kilogram where the plant hangs its payload; empty where the plant has no weight.
 std::vector<Eigen::VectorXd> payload_efforts_per_kg(const Plant& plant,
                                                     const std::vector<Eigen::VectorXd>& positions);

@@ -109,6 +109,15 @@ core::Status read_drive(TomlTable& joint, Drive& drive) {
   return table->finish();
 }
 
+core::Status read_external_load(TomlTable& joint, std::optional<ExternalLoad>& load) {
+  auto table = joint.table("external_load");
+  if (!table) return {};
+  load.emplace();
+  load->channel = table->text("channel");
+  load->ratio = table->number_or("ratio", 1.0);
+  return table->finish();
+}
+
 core::Status read_controller(TomlTable& joint, std::optional<Controller>& controller) {
   auto table = joint.table("controller");
   if (!table) return {};
@@ -225,6 +234,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   }
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
   RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
+  RAVENCAL_RETURN_IF_ERROR(read_external_load(table, joint.external_load));
   RAVENCAL_RETURN_IF_ERROR(read_controller(table, joint.controller));
   RAVENCAL_RETURN_IF_ERROR(read_homing(table, joint.kind, joint.homing));
   RAVENCAL_RETURN_IF_ERROR(read_effects(table, joint));

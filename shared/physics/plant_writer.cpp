@@ -140,6 +140,11 @@ void write_link_and_drive(PlantText& out, const Joint& joint) {
     out.unless(1.0, "gain", joint.drive.gain);
     out.unless(0.0, "dac_counts_per_n_m", joint.drive.dac_counts_per_n_m);
   }
+  if (joint.external_load) {
+    out.table("[joint.external_load]", true);
+    out.value("channel", std::string_view(joint.external_load->channel));
+    out.unless(1.0, "ratio", joint.external_load->ratio);
+  }
 }
 
 void write_servo(PlantText& out, const Joint& joint) {

@@ -53,6 +53,12 @@ core::Status check_plant(const Plant& plant) {
                       "(drive.dac_counts_per_n_m)",
                       joint.name));
     }
+    if (joint.external_load) {
+      return fail(
+          fmt::format("joint '{}': the twin records no load from outside ([joint.external_load]; "
+                      "simulate --follow replays a recorded one)",
+                      joint.name));
+    }
     for (const Effect& effect : joint.effects) {
       if (effect.id == "delay" || (effect.id != "coupling" && !effect.from.empty()) ||
           effect.parameters.contains("half_loop") || effect.parameters.contains("stretch") ||

@@ -4,11 +4,12 @@
 # The rows of `ravencal diagnose` on real recordings: what each shipped plant leaves out is fitted on
 # one part of a set, the figures are of the other.
 #   diagnose_rows.sh RAVENCAL DATA_DIR OUT_DIR [SET...]
-# SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker; all by default.
+# SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker davinci_tool4_friction;
+# all by default.
 # OUT_DIR/SET/report.html shows the reasons.
 set -euo pipefail
 if (($# < 3)); then
-  sed -n '5,8s/^# \{0,1\}//p' "$0" >&2
+  sed -n '5,9s/^# \{0,1\}//p' "$0" >&2
   exit 2
 fi
 ravencal=$1 data=$2 out=$3
@@ -20,7 +21,7 @@ mkdir -p "$out"
 diagnose() {
   local set=$1 files=() status=0
   shift
-  while [[ $1 != -- ]]; do files+=("$data/$set/$1"); shift; done
+  while [[ $1 != -- ]]; do files+=("$data/${set%_friction}/$1"); shift; done
   shift
   echo "$set"
   "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" \
@@ -47,9 +48,15 @@ row() {
     dvrk_jhu_tracker) diagnose "$set" dwell_means.csv -- \
       --profile "$tools/profiles/${set}_three_depths.toml" --held-out "$data/$set/dwell_means.csv" \
       --held-out-profile "$tools/profiles/${set}_other_depths.toml" ;;
+    davinci_tool4_friction)
+      local train=() test=()
+      for kind in 010 030 050 070 090 100; do train+=("train_f"{01,03}"_load$kind.csv"); done
+      for kind in 020 040 060 080; do test+=("$data/davinci_tool4/test_f"{02,04}"_load$kind.csv"); done
+      diagnose "$set" "${train[@]}" -- --profile "$profile" --held-out "${test[@]}" ;;
     *) echo "diagnose_rows.sh: there is no set $set" >&2; return 2 ;;
   esac
 }
 
-(($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker
+(($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker \
+  davinci_tool4_friction
 for name; do row "$name"; done

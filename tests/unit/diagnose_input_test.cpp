@@ -127,6 +127,35 @@ TEST(DiagnoseInput, SaysWhichLoadOfThePlantWasNotRecorded) {
   expect_words(notes_of(*set), {"compliance of joint one follows 'force'", "recorded: one, two"});
 }
 
+TEST(DiagnoseInput, TakesAMeasuredLoadFromOutsideAndRefusesARecordingWithoutIt) {
+  physics::Plant plant = two_joints();
+  plant.joints[0].external_load = physics::ExternalLoad{"tip", -2.0};
+  Recording recording = named("a.db");
+  const auto absent = series_of({recording}, plant);
+  ASSERT_FALSE(absent.ok());
+  expect_words(absent.error().message, {"a.db", "'tip'", plant.joints[0].name, "plant.toml"});
+
+  recording.channels.push_back({"tip", "N_m", Role::kLoad, plant.joints[0].name});
+  recording.samples.conservativeResize(Eigen::NoChange, recording.samples.cols() + 1);
+  recording.samples.col(recording.samples.cols() - 1).setConstant(0.25);
+  const auto set = series_of({recording}, plant);
+  ASSERT_TRUE(set.ok()) << set.error().message;
+  const auto without = series_of({recording}, two_joints());
+  ASSERT_TRUE(without.ok());
+  bool seen = false;
+  for (std::size_t s = 0; s < set->series.size(); ++s) {
+    const diagnose::Series& series = set->series[s];
+    if (series.joint != plant.joints[0].name || series.stage != Stage::kDrive) continue;
+    seen = true;
+    const Eigen::VectorXd& before = without->series[s].weight;
+    ASSERT_EQ(series.weight.size(), series.rows());
+    for (Eigen::Index i = 0; i < series.rows(); ++i)
+      ASSERT_NEAR(series.weight[i] - (before.size() > 0 ? before[i] : 0.0), -0.5, 1e-12);
+    EXPECT_TRUE(series.loads.empty()) << "the load counts once";
+  }
+  EXPECT_TRUE(seen);
+}
+
 TEST(DiagnoseInput, ListsTheJointsThatWereRecorded) {
   Recording other = named("a.db");
   for (record::Channel& channel : other.channels) channel.joint += "_left";

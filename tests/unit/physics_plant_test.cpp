@@ -259,6 +259,24 @@ TEST(CableEfforts, DoTheWorkOfCablesOverLinks) {
   for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(all[j][0], motors[j][0], 1e-12);
 }
 
+TEST(Plant, TakesAMeasuredLoadFromOutside) {
+  Plant plant = load_plant(kPlantPath).value();
+  plant.joints[1].external_load = ExternalLoad{"sensor.tip", -0.5};
+  const auto read = parse_plant(plant_text(plant), "again");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->joints[1].external_load, plant.joints[1].external_load);
+  EXPECT_FALSE(read->joints[0].external_load);
+  EXPECT_NE(describe_plant(*read).find("'sensor.tip'"), std::string::npos);
+
+  const Eigen::VectorXd measured = Eigen::Vector2d(4.0, 6.0);
+  std::vector<Eigen::VectorXd> efforts = {
+      Eigen::VectorXd::Constant(2, 1.0), Eigen::VectorXd::Constant(2, 1.0), {}};
+  add_external_loads(*read, {measured, measured, measured}, efforts);
+  EXPECT_EQ(efforts[0], Eigen::VectorXd(Eigen::Vector2d(1.0, 1.0)));
+  EXPECT_EQ(efforts[1], Eigen::VectorXd(Eigen::Vector2d(-1.0, -2.0)));
+  EXPECT_EQ(efforts[2].size(), 0);
+}
+
 TEST(Plant, SaysWhatACoupledCableFollows) {
   const std::string text = plant_text(load_plant(kPlantPath).value());
   const auto with = [&](const std::string& joint, const std::string& word) {

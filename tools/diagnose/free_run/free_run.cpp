@@ -50,7 +50,7 @@ FreeRun::FreeRun(const Series& drive, const physics::Plant& plant, const VectorX
     beyond_ += joint.parameter("joint_friction", "level") *
                (direction_memory(drive.wound, drive.rest_width(), drive.fresh) - side_);
   pendulum_ = plant.joints.size() == 1 && joint.kind == physics::JointKind::kRevolute &&
-              drive.weight.size() > 0;
+              drive.weight.size() > 0 && !joint.external_load;
   if (pendulum_) {
     MatrixXd turned(drive.rows(), 2);
     turned << drive.motion.q.array().sin(), drive.motion.q.array().cos();

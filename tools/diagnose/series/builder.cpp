@@ -46,6 +46,7 @@ class Builder {
     }
     const std::vector<VectorXd> posture = posture_of(believed, truth, table_.recording());
     weights_ = holding_efforts(plant_, posture);
+    physics::add_external_loads(plant_, external_loads(), weights_);
     payloads_ = physics::payload_efforts_per_kg(plant_, posture);
     drive_weights_ = physics::motor_efforts(plant_, weights_);
     drive_payloads_ = physics::motor_efforts(plant_, payloads_);
@@ -101,6 +102,16 @@ class Builder {
     }
   }
 
+  /// Measured loads from outside, joint by joint; empty where the plant has none.
+  [[nodiscard]] std::vector<VectorXd> external_loads() const {
+    std::vector<VectorXd> loads;
+    for (const physics::Joint& joint : plant_.joints)
+      loads.push_back(joint.external_load
+                          ? Table::bridged(table_.signal(joint.external_load->channel))
+                          : VectorXd());
+    return loads;
+  }
+
   static const VectorXd& best_position(const Positions& p) {
     if (p.estimate.size() > 0) return p.estimate;
     return p.truth.size() > 0 ? p.truth : p.desired;
@@ -151,11 +162,13 @@ class Builder {
     series.recording = table_.recording();
     series.fresh = table_.fresh();
     series.held_out = table_.held_out();
+    series.inertia = joint_inertia(plant_, j);
+    const Driven driven{positions_[j].effort, series.inertia};
+    const bool accelerates = stage == Stage::kDrive;
     series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
-                                  stage == Stage::kDrive ? 2 : 1);
+                                  accelerates ? 2 : 1, accelerates ? &driven : nullptr);
     series.nominal_mass_kg = joint.link.mass_kg;
     series.drive_order = joint.reduction / joint.gearbox_ratio;
-    series.inertia = joint_inertia(plant_, j);
     series.presliding = joint.parameter("presliding", "displacement");
     const bool drive = stage == Stage::kDrive || stage == Stage::kCommand;
     series.weight = drive ? drive_weights_[j] : cable_weights_[j];
@@ -189,7 +202,8 @@ class Builder {
                           (channel.unit == "N" || channel.unit == "N_m");
       const bool load =
           channel.role == Role::kLoad && (channel.joint.empty() || channel.joint == joint.name);
-      if (load || (effort && stage == Stage::kTransmission)) {
+      const bool in_weight = joint.external_load && joint.external_load->channel == channel.name;
+      if (!in_weight && (load || (effort && stage == Stage::kTransmission))) {
         series.loads.push_back({channel.name, channel.unit, table_.signal(channel.name)});
       }
     }
@@ -214,19 +228,6 @@ class Builder {
       const VectorXd on = table_.signal(channel.name);
       for (Index i = 0; i < series.rows(); ++i) {
         if (on[i] < 0.5) series.valid[static_cast<std::size_t>(i)] = 0;
-      }
-    }
-  }
-
-  static void mark_valid(Series& series) {
-    series.valid.assign(static_cast<std::size_t>(series.rows()), 1);
-    for (Index i = 0; i < series.rows(); ++i) {
-      bool good = std::isfinite(series.y[i]);
-      for (const Companion& load : series.loads) good = good && std::isfinite(load.value[i]);
-      series.valid[static_cast<std::size_t>(i)] = good ? 1 : 0;
-      if (!good) series.y[i] = 0.0;
-      for (Companion& load : series.loads) {
-        if (!std::isfinite(load.value[i])) load.value[i] = i > 0 ? load.value[i - 1] : 0.0;
       }
     }
   }
@@ -308,7 +309,7 @@ class Builder {
       series.carried = carried(j);
     }
     if (stage == Stage::kTracking) series.driven = driven(series);
-    mark_valid(series);
+    series.mark_valid();
     return series;
   }
 
@@ -319,7 +320,7 @@ class Builder {
     series.recorded = p.effort;
     series.y = filter_like_acceleration(series.t_s, p.effort, series.fresh,
                                         std::max(series.motion.half_width_s, 1e-9));
-    mark_valid(series);
+    series.mark_valid();
     mask_unpowered(series);
     series.at_rest = rows_at_rest(series, p.desired);
     return series;
@@ -337,7 +338,7 @@ class Builder {
     const auto recorded = signal_or_empty(Role::kMotorVelocity, series.joint);
     series.measured_rate = recorded.size() > 0 ? VectorXd(recorded / plant_.joints[j].reduction)
                                                : backward_rate(series.t_s, measured, series.fresh);
-    mark_valid(series);
+    series.mark_valid();
     mask_unpowered(series);
     return series;
   }

@@ -84,6 +84,23 @@ core::Status check_units(const Recording& recording, const physics::Plant& plant
   return {};
 }
 
+/// A load that the plant names is part of every effort: without it nothing can be predicted.
+core::Status check_external_loads(const Recording& recording, const physics::Plant& plant) {
+  for (const physics::Joint& joint : plant.joints) {
+    if (!joint.external_load || recording.column(joint.external_load->channel)) continue;
+    std::vector<std::string> loads;
+    for (const Channel& channel : recording.channels)
+      if (channel.role == Role::kLoad) loads.push_back(channel.name);
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{}: has no channel '{}', the [joint.external_load] of joint '{}' in {}; "
+                    "recorded loads: {}",
+                    recording.source, joint.external_load->channel, joint.name, plant.source,
+                    loads.empty() ? "none" : fmt::format("{}", fmt::join(loads, ", ")))};
+  }
+  return {};
+}
+
 std::string meta_or_empty(const Recording& recording, const std::string& key) {
   const auto it = recording.meta.find(key);
   return it == recording.meta.end() ? "" : it->second;
@@ -168,8 +185,10 @@ core::Status check_input(const Recordings& training, const Recordings& held_out,
                          const physics::Plant& plant, const SeriesOptions& options) {
   if (options.held_out_from_s)
     RAVENCAL_RETURN_IF_ERROR(check_held_out_from(training, *options.held_out_from_s));
-  for (const Recording* recording : in_order(training, held_out))
+  for (const Recording* recording : in_order(training, held_out)) {
     RAVENCAL_RETURN_IF_ERROR(check_units(*recording, plant));
+    RAVENCAL_RETURN_IF_ERROR(check_external_loads(*recording, plant));
+  }
   return {};
 }
 

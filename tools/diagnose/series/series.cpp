@@ -30,6 +30,19 @@ bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
          plant.joint_index(channel.joint).has_value();
 }
 
+void Series::mark_valid() {
+  valid.assign(static_cast<std::size_t>(rows()), 1);
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    bool good = std::isfinite(y[i]);
+    for (const Companion& load : loads) good = good && std::isfinite(load.value[i]);
+    valid[static_cast<std::size_t>(i)] = good ? 1 : 0;
+    if (!good) y[i] = 0.0;
+    for (Companion& load : loads) {
+      if (!std::isfinite(load.value[i])) load.value[i] = i > 0 ? load.value[i - 1] : 0.0;
+    }
+  }
+}
+
 CableMotion Series::cable_motion() const {
   const Eigen::VectorXd& winding = wound.size() > 0 ? wound : motion.q;
   return replay_cable({t_s, winding, weight, inertial, fresh, rest_width()}, cable);

@@ -129,6 +129,8 @@ struct Series {
   Eigen::VectorXd desired_rate;
 
   [[nodiscard]] Eigen::Index rows() const { return y.size(); }
+  /// Fills `valid`; lost values of `y` become zero, lost loads the value before them.
+  void mark_valid();
   /// The cable as this series moves and loads it.
   [[nodiscard]] CableMotion cable_motion() const;
   /// What loops of the joint's own follow: friction and gaps are where the joint is, whoever moves

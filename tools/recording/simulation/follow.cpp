@@ -53,6 +53,7 @@ class Follower {
     std::vector<VectorXd> positions;
     for (const Recorded& r : recorded_) positions.push_back(r.believed());
     weights_ = physics::holding_efforts(plant_, positions);
+    physics::add_external_loads(plant_, external_loads(), weights_);
     for (std::size_t j = 0; j < recorded_.size(); ++j) {
       const Recorded& r = recorded_[j];
       const bool controlled = r.desired.size() > 0 && law(j).has_value() && !options_.open_loop;
@@ -187,10 +188,23 @@ class Follower {
     }
   }
 
+  /// Measured loads from outside, joint by joint; empty where the plant has or the recording holds
+  /// none.
+  [[nodiscard]] std::vector<VectorXd> external_loads() const {
+    std::vector<VectorXd> loads(plant_.joints.size());
+    for (std::size_t j = 0; j < loads.size(); ++j) {
+      const auto& load = plant_.joints[j].external_load;
+      const auto at = load ? out_.recording.column(load->channel) : std::nullopt;
+      if (at) loads[j] = out_.recording.samples.col(*at);
+    }
+    return loads;
+  }
+
   /// Effort that holds the link: of a lone pendulum where it is, else where the recording was.
   [[nodiscard]] double load(std::size_t j, double position, Index i) const {
     if (weights_[j].size() == 0) return 0.0;
-    if (plant_.joints.size() > 1 || plant_.joints[j].kind != physics::JointKind::kRevolute)
+    if (plant_.joints.size() > 1 || plant_.joints[j].kind != physics::JointKind::kRevolute ||
+        plant_.joints[j].external_load)
       return std::isfinite(weights_[j][i]) ? weights_[j][i] : 0.0;
     if (!pendulum_) {
       const VectorXd quarter = (VectorXd(2) << 0.5 * std::numbers::pi, 0.0).finished();
