@@ -163,10 +163,8 @@ class Builder {
     series.fresh = table_.fresh();
     series.held_out = table_.held_out();
     series.inertia = joint_inertia(plant_, j);
-    const Driven driven{positions_[j].effort, series.inertia};
-    const bool accelerates = stage == Stage::kDrive;
     series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
-                                  accelerates ? 2 : 1, accelerates ? &driven : nullptr);
+                                  stage == Stage::kDrive ? 2 : 1);
     series.nominal_mass_kg = joint.link.mass_kg;
     series.drive_order = joint.reduction / joint.gearbox_ratio;
     series.presliding = joint.parameter("presliding", "displacement");

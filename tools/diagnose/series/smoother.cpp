@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 #include "core/median.hpp"
@@ -99,50 +98,32 @@ void for_each_fit(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
   }
 }
 
-constexpr double kShortest_s = 0.005;
-constexpr double kLongest_s = 1.3;
-/// Of the power of a derivative or an effort that the noise may have: 1 % in amplitude.
-constexpr double kNoiseShare = 1e-4;
-/// Of the power that a longer window keeps: 95 % in amplitude.
-constexpr double kKept = 0.9;
-
-struct Derivative {
-  double power = 0.0, noise_power = 0.0;
-};
-
-/// Of order `need` over windows of that half width, on rows that are not in `unseen`; empty if
-/// there are none.
-std::optional<Derivative> derivative_over(double half_width_s, const Eigen::VectorXd& t,
-                                          const Eigen::VectorXd& x, const std::vector<char>& fresh,
-                                          const std::vector<char>& unseen, int need) {
-  const Index stride = std::max<Index>(1, t.size() / 3000);
-  std::vector<double> noise2;
-  double power = 0.0;
-  double gain = 0.0;
-  for_each_fit(t, x, fresh, {half_width_s, 3}, stride, [&](Index i, const LocalFit& fit) {
-    if (unseen[static_cast<std::size_t>(i)] != 0) return;
-    noise2.push_back(fit.residual2);
-    power += need == 1 ? fit.v * fit.v : fit.a * fit.a;
-    gain += need == 1 ? fit.velocity_gain : fit.acceleration_gain;
-  });
-  if (noise2.empty()) return std::nullopt;
-  const auto count = static_cast<double>(noise2.size());
-  // The median of the residual ignores the few windows where the motion itself is not cubic.
-  return Derivative{power / count, core::upper_median(std::move(noise2)) * gain / count};
-}
-
 double chosen_half_width(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
                          const std::vector<char>& fresh, const std::vector<char>& unseen,
                          int need) {
+  const Index stride = std::max<Index>(1, t.size() / 3000);
   double least = 0.0;
   double kept_from = 0.0;
-  for (double half_width = kShortest_s; half_width < kLongest_s; half_width *= 2.0) {
-    const auto over = derivative_over(half_width, t, x, fresh, unseen, need);
-    if (!over) return half_width;
-    if (least == 0.0 && over->noise_power < kNoiseShare * over->power) {
+  for (double half_width = 0.005; half_width < 1.3; half_width *= 2.0) {
+    std::vector<double> noise2;
+    double derivative2 = 0.0;
+    double gain = 0.0;
+    double count = 0.0;
+    for_each_fit(t, x, fresh, {half_width, 3}, stride, [&](Index i, const LocalFit& fit) {
+      if (unseen[static_cast<std::size_t>(i)] != 0) return;
+      noise2.push_back(fit.residual2);
+      derivative2 += need == 1 ? fit.v * fit.v : fit.a * fit.a;
+      gain += need == 1 ? fit.velocity_gain : fit.acceleration_gain;
+      count += 1.0;
+    });
+    // The median of the residual ignores the few windows where the motion itself is not cubic.
+    const double noise_power = core::upper_median(noise2) * gain / count;
+    if (count == 0.0) return half_width;
+    const double power = derivative2 / count;
+    if (least == 0.0 && noise_power < 1e-4 * power) {
       least = half_width;
-      kept_from = over->power;
-    } else if (need == 2 && least > 0.0 && over->power > kKept * kept_from) {
+      kept_from = power;
+    } else if (need == 2 && least > 0.0 && power > 0.9 * kept_from) {  // 95 % in amplitude
       least = half_width;
     } else if (least > 0.0) {
       return least;
@@ -152,49 +133,10 @@ double chosen_half_width(const Eigen::VectorXd& t, const Eigen::VectorXd& x,
   return least > 0.0 ? least : 0.08;
 }
 
-/// Mean square of the filtered effort about its mean.
-double effort_power(const Eigen::VectorXd& t, const Eigen::VectorXd& effort,
-                    const std::vector<char>& fresh, const std::vector<char>& unseen,
-                    double half_width_s) {
-  const Eigen::VectorXd y = filter_like_acceleration(t, effort, fresh, half_width_s);
-  double sum = 0.0, square = 0.0, count = 0.0;
-  for (Index i = 0; i < y.size(); ++i) {
-    if (unseen[static_cast<std::size_t>(i)] != 0 || !std::isfinite(y[i])) continue;
-    sum += y[i];
-    square += y[i] * y[i];
-    count += 1.0;
-  }
-  return count > 0.0 ? square / count - sum * sum / (count * count) : 0.0;
-}
-
-/// The longest half width up to `at_most_s` that keeps of the effort what the shortest keeps whose
-/// noise in inertia times acceleration is small beside the effort.
-double half_width_that_holds(const Driven& driven, double at_most_s, const Eigen::VectorXd& t,
-                             const Eigen::VectorXd& x, const std::vector<char>& fresh,
-                             const std::vector<char>& unseen) {
-  const double inertia2 = driven.inertia * driven.inertia;
-  double held = 0.0;
-  double longest = at_most_s;
-  for (double half_width = kShortest_s; half_width < at_most_s; half_width *= 2.0) {
-    const double power = effort_power(t, driven.effort, fresh, unseen, half_width);
-    if (held == 0.0) {
-      const auto over = derivative_over(half_width, t, x, fresh, unseen, 2);
-      if (!over || inertia2 * over->noise_power >= kNoiseShare * power) continue;
-      held = power;
-    }
-    if (power <= kKept * held) return longest;
-    longest = half_width;
-  }
-  const bool at_most_holds =
-      held == 0.0 || effort_power(t, driven.effort, fresh, unseen, at_most_s) > kKept * held;
-  return at_most_holds ? at_most_s : longest;
-}
-
 }  // namespace
 
 Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
-                     const std::vector<char>& fresh, const std::vector<char>& unseen, int need,
-                     const Driven* driven) {
+                     const std::vector<char>& fresh, const std::vector<char>& unseen, int need) {
   const Eigen::VectorXd x = without_gaps(position);
   Motion motion;
   motion.q = x;
@@ -203,9 +145,6 @@ Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position
   if (x.size() < 8) return motion;
   const double fine_s = chosen_half_width(t_s, x, fresh, unseen, 1);
   motion.half_width_s = need == 1 ? fine_s : chosen_half_width(t_s, x, fresh, unseen, need);
-  if (driven != nullptr && driven->effort.size() > 0)
-    motion.half_width_s =
-        half_width_that_holds(*driven, motion.half_width_s, t_s, x, fresh, unseen);
   std::vector<double> noise2;
   for_each_fit(t_s, x, fresh, {fine_s, 3}, 1, [&](Index i, const LocalFit& fit) {
     motion.v[i] = fit.v;

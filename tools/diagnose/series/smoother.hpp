@@ -24,22 +24,13 @@ struct Motion {
 Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen::VectorXd& y,
                                          const std::vector<char>& fresh, double half_width_s);
 
-/// What inertia times acceleration is compared with.
-struct Driven {
-  const Eigen::VectorXd& effort;  ///< at the joint; NaN where lost
-  double inertia = 0.0;
-};
-
 /// `fresh[i]` starts a new stretch: no window reaches across. NaN positions are bridged linearly.
 /// The window is chosen on the rows that are not in `unseen`: from the shortest of 5 ms to 1.3 s
 /// (and at least 7 samples) whose noise in the derivative of order `need` (1 or 2) stays below 1 %
 /// of that derivative; for accelerations then on, as far as the motion keeps 95 % of them: all of
-/// the motion's band and little above it. Where that would hide more than 5 % of the effort of
-/// `driven`, the window is the longest that does not, as far as the noise in inertia times
-/// acceleration stays below 1 % of the effort. Velocities keep their own, shorter window: what
-/// friction makes of them is not linear, so that it must be computed before any filter of efforts.
+/// the motion's band and little above it. Velocities keep their own, shorter window: what friction
+/// makes of them is not linear, so that it must be computed before any filter of efforts.
 Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
-                     const std::vector<char>& fresh, const std::vector<char>& unseen, int need,
-                     const Driven* driven = nullptr);
+                     const std::vector<char>& fresh, const std::vector<char>& unseen, int need);
 
 }  // namespace ravencal::diagnose
