@@ -2,6 +2,7 @@
 #include "quadrature_reader/alignment.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,16 @@ core::Result<Columns> matching_columns(const record::Recording& robot,
     columns.robot.push_back(*estimate);
     columns.truth.push_back(*truth.column(record::Role::kJointTruth, channel.joint));
   }
-  if (!columns.joints.empty()) return columns;
+  const auto is_known = [&](Eigen::Index column) {
+    return truth.samples.col(column).array().isFinite().any();
+  };
+  if (std::any_of(columns.truth.begin(), columns.truth.end(), is_known)) return columns;
+  if (!columns.joints.empty()) {
+    return core::data_error(
+        fmt::format("{}: no row has the truth of {}: the encoders' zeros were not found; record "
+                    "with `ravencal-encoders --home` while the robot homes",
+                    truth.source, fmt::join(columns.joints, ", ")));
+  }
   return core::Error{
       core::ErrorCode::kData,
       fmt::format("{} and {} have no joint in common: one needs its joint_estimate, the other its "

@@ -9,6 +9,13 @@
 
 namespace ravencal::quadrature_reader {
 
+std::string advice_on_zeros(const std::vector<std::string>& joints) {
+  return fmt::format(
+      "counts without a position, because the zero is unknown: {}; --home finds it while the robot "
+      "homes, --pose JOINT=VALUE gives it",
+      fmt::join(joints, ", "));
+}
+
 std::string table_of(const LoggerStatus& status) {
   std::string text = fmt::format("{:<12}{:>14}{:>16}{:>16}{:>11}{:>8}  {}\n", "joint", "counts",
                                  "position", "velocity", "edges/s", "losses", "state");
@@ -33,6 +40,8 @@ std::string table_of(const LoggerStatus& status) {
                       status.trouble.empty() ? "" : "\ntrouble: ", status.trouble);
   if (!status.to_be_homed.empty()) {
     text += fmt::format("waiting for the hard stop of: {}\n", fmt::join(status.to_be_homed, ", "));
+  } else if (!status.without_zero.empty()) {
+    text += advice_on_zeros(status.without_zero) + "\n";
   }
   return text;
 }
@@ -44,6 +53,7 @@ std::string json_of(const LoggerStatus& status) {
   line["rows"] = status.rows;
   line["fullest_ring"] = status.fullest_ring;
   line["to_be_homed"] = status.to_be_homed;
+  line["without_zero"] = status.without_zero;
   line["trouble"] =
       status.trouble.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(status.trouble);
   for (const auto& joint : status.joints) {

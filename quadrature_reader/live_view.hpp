@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "quadrature_reader/logger.hpp"
 
@@ -13,5 +14,8 @@ std::string table_of(const LoggerStatus& status);
 
 /// The status as one line of JSON in SI units, without newline.
 std::string json_of(const LoggerStatus& status);
+
+/// What rows lack whose joints have no zero, and how they get one; one sentence.
+std::string advice_on_zeros(const std::vector<std::string>& joints);
 
 }  // namespace ravencal::quadrature_reader

@@ -180,6 +180,7 @@ LoggerStatus Logger::status(std::int64_t now_ns) {
                              static_cast<double>(axis.edges() - last_edges_[i]) / since_s,
                              axis.losses(), axis.delivering()});
     last_edges_[i] = axis.edges();
+    if (!axis.zero_counts()) status.without_zero.push_back(axis.settings().joint);
   }
   status.fullest_ring = fullest_ring_;
   status.rows = recorder_.sink().rows();

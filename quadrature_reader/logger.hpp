@@ -50,6 +50,7 @@ struct LoggerStatus {
   double fullest_ring = 0.0;  ///< fill level of the fullest ring since the last status, 0 to 1
   std::int64_t rows = 0;
   std::vector<std::string> to_be_homed;
+  std::vector<std::string> without_zero;  ///< joints whose counts have no position so far
   std::string trouble;  ///< last device or disk error, or a right that is missing; else empty
 };
 

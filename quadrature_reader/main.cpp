@@ -16,6 +16,8 @@
 #include "cli/documentation.hpp"
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
+#include "cli/program.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
 #include "quadrature_reader/live_view.hpp"
@@ -64,6 +66,9 @@ class Display {
       fmt::print(stderr, "ravencal-encoders: {}\n", status.trouble);
     }
     trouble_ = status.trouble;
+    if (!terminal_ && status.ended && !status.without_zero.empty()) {
+      fmt::print(stderr, "ravencal-encoders: {}\n", qr::advice_on_zeros(status.without_zero));
+    }
     if (!terminal_) return;
     const std::string table = qr::table_of(status);
     // Back to the first line of the last table, then clear to the end of the screen.
@@ -229,9 +234,8 @@ int check_setup(const Arguments& arguments) {
   return good ? cli::kOk : cli::kDevice;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int parse_and_run(int argc, char** argv) {
+  cli::end_cleanly_at_signals();
   CLI::App app{"Reads the joint encoders of a robot and records every joint's true position."};
   app.set_version_flag("--version", core::kVersion);
   app.footer(
@@ -244,7 +248,7 @@ int main(int argc, char** argv) {
   app.add_option("--config", arguments.config, "encoders, lines, scales (.toml)")->required();
   auto* out = app.add_option("--out", arguments.out, "recording to write (.db)");
   app.add_option("--duration-s", arguments.logger.duration_s, "stop after this time; 0: at Ctrl-C")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   app.add_flag(
       "--home", arguments.logger.home,
       "find every joint's zero from its hard stop while the robot homes; again at SIGUSR1");
@@ -255,7 +259,7 @@ int main(int argc, char** argv) {
                                 "take a recording made with --edges in place of the devices");
   app.add_option("--replay-speed", arguments.replay_speed,
                  "1: with its timing; 0: as fast as possible")
-      ->check(CLI::NonNegativeNumber)
+      ->check(cli::not_negative())
       ->needs(replay);
   app.add_flag("--publish-ros", arguments.publish_ros,
                "publish joint_enc and ext_jpos for ROS 1, and record ravenstate as OUT.robot.db");
@@ -268,6 +272,7 @@ int main(int argc, char** argv) {
   app.add_flag("--check-setup", arguments.check_setup,
                "go through devices, permissions, levels and directions, record nothing")
       ->excludes(out);
+  cli::check_numbers(app);
   cli::add_documentation(app, "ravencal-encoders");
   try {
     app.parse(argc, argv);
@@ -280,4 +285,10 @@ int main(int argc, char** argv) {
     return cli::kUsage;
   }
   return record_encoders(arguments);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return cli::run_program("ravencal-encoders", [&] { return parse_and_run(argc, argv); });
 }

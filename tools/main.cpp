@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
-#include <exception>
-
 #include "cli/documentation.hpp"
 #include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
+#include "cli/program.hpp"
 #include "commands/commands.hpp"
 #include "core/version.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   namespace commands = ravencal::commands;
   int exit_code = ravencal::cli::kOk;
+  ravencal::cli::end_cleanly_at_signals();
   CLI::App app{"ravencal: joint calibration for cable-driven surgical robots"};
   app.set_version_flag("--version", std::string("ravencal ") + ravencal::core::kVersion);
   app.require_subcommand(1);
@@ -43,14 +45,18 @@ int main(int argc, char** argv) {
       "This build lacks ablate, calibrate, compare, monitor, prove, recommend, robot and run.\n"
       "`tools/run build` makes them.");
 #endif
+  ravencal::cli::check_numbers(app);
   ravencal::cli::add_documentation(app, "ravencal");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? ravencal::cli::kOk : ravencal::cli::kUsage;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "ravencal: {}\n", error.what());
-    return ravencal::cli::kData;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return ravencal::cli::run_program("ravencal", [&] { return run(argc, argv); });
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -37,9 +38,55 @@ std::optional<std::vector<double>> finite_numbers(const toml::node* node, std::s
   return values;
 }
 
+bool is_within(double value, NumberRange range) {
+  return value >= range.low && value <= range.high;
+}
+
 std::optional<std::string> word_of(const toml::node& node) {
   if (node.is_number()) return fmt::format("{}", *node.value<double>());
   return node.value<std::string>();
+}
+
+/// The library limits how deep values nest, but not how many tables a dotted key opens one within
+/// the other; each costs it calls on the stack.
+constexpr int kMostDots = 32;
+
+/// Past a text that begins at `at`, of one line or of several; past its line if that never ends.
+std::size_t past_text(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const std::string three(3, quote);
+  const bool long_form = text.substr(at, 3) == three;
+  for (at += long_form ? 3 : 1; at < text.size(); ++at) {
+    if (text[at] == '\n' && !long_form) return at;
+    if (text[at] == '\\' && quote == '"') {
+      ++at;
+    } else if (!long_form && text[at] == quote) {
+      return at + 1;
+    } else if (long_form && text.substr(at, 3) == three) {
+      at = text.find_first_not_of(quote, at);
+      return std::min(at, text.size());
+    }
+  }
+  return text.size();
+}
+
+/// The first line with a longer key, from 1; 0: none.
+std::size_t line_of_long_key(std::string_view text) {
+  int dots = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      at = past_text(text, at);
+    } else if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+    } else {
+      if (std::string_view("\n,=[]{}").find(c) != std::string_view::npos) dots = 0;
+      if (c == '.' && ++dots > kMostDots)
+        return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + at, '\n'));
+      ++at;
+    }
+  }
+  return 0;
 }
 
 }  // namespace
@@ -84,10 +131,10 @@ std::optional<double> TomlTable::find_number(std::string_view key, NumberRange r
   const auto value = finite_number(*node);
   if (!value) {
     fail(key, fmt::format("{} must be a finite number", key));
-  } else if (*value < range.low || *value > range.high) {
-    fail(key, fmt::format("{} is {}, must be from {} to {}", key, *value, range.low, range.high));
-  } else {
+  } else if (is_within(*value, range)) {
     return value;
+  } else {
+    check_range(key, {*value}, range);
   }
   return std::nullopt;
 }
@@ -147,19 +194,24 @@ std::string TomlTable::text_or(std::string_view key, std::string_view fallback) 
   return find_text(key).value_or(std::string(fallback));
 }
 
-std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count) {
-  if (auto values = finite_numbers(state_->take(key), count)) return *std::move(values);
+std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, NumberRange range) {
+  if (auto values = finite_numbers(state_->take(key), count)) {
+    check_range(key, *values, range);
+    return *std::move(values);
+  }
   fail(key, fmt::format("{} must be a list of {} numbers", key, count));
   return std::vector<double>(count, 0.0);
 }
 
-std::vector<std::vector<double>> TomlTable::matrix(std::string_view key, std::size_t size) {
+std::vector<std::vector<double>> TomlTable::matrix(std::string_view key, std::size_t size,
+                                                   NumberRange range) {
   std::vector<std::vector<double>> rows;
   const toml::node* node = state_->take(key);
   const toml::array* list = node != nullptr ? node->as_array() : nullptr;
   for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
     if (auto row = finite_numbers(list->get(i), size)) rows.push_back(*std::move(row));
   }
+  for (const auto& row : rows) check_range(key, row, range);
   if (list != nullptr && list->size() == size && rows.size() == size) return rows;
   fail(key, fmt::format("{} must be {} rows of {} numbers", key, size, size));
   return {size, std::vector<double>(size, 0.0)};
@@ -238,6 +290,14 @@ void TomlTable::fail(std::string_view key, std::string_view message) {
 
 void TomlTable::fail(std::string_view message) { state_->fail_at(*state_->table, message); }
 
+void TomlTable::check_range(std::string_view key, const std::vector<double>& values,
+                            NumberRange range) {
+  for (const double value : values) {
+    if (is_within(value, range)) continue;
+    fail(key, fmt::format("{} is {}, must be from {} to {}", key, value, range.low, range.high));
+  }
+}
+
 void TomlTable::fail_missing(std::string_view key) {
   fail(fmt::format("{} is missing in {}", key, state_->name));
 }
@@ -257,6 +317,10 @@ Status TomlTable::finish() const {
 
 Result<TomlTable> parse_toml(std::string_view text, const std::string& source,
                              std::string_view name) {
+  if (const std::size_t line = line_of_long_key(text); line > 0) {
+    return data_error(fmt::format("{}:{}: a key of more than {} dots; no table of {} nests as deep",
+                                  source, line, kMostDots, name));
+  }
   auto state = std::make_unique<TomlTable::State>();
   try {
     state->document = std::make_shared<const toml::table>(toml::parse(text, source));

@@ -57,9 +57,10 @@ class TomlTable {
   std::optional<std::string> find_text(std::string_view key);
 
   /// List of exactly `count` numbers.
-  std::vector<double> numbers(std::string_view key, std::size_t count);
+  std::vector<double> numbers(std::string_view key, std::size_t count, NumberRange range = {});
   /// Square list of lists of numbers, [size x size].
-  std::vector<std::vector<double>> matrix(std::string_view key, std::size_t size);
+  std::vector<std::vector<double>> matrix(std::string_view key, std::size_t size,
+                                          NumberRange range = {});
   /// One text or number, or a list of them, as texts; at least one.
   std::vector<std::string> words(std::string_view key);
 
@@ -77,6 +78,8 @@ class TomlTable {
   void fail(std::string_view key, std::string_view message);
   /// Records an error at the line where the table begins.
   void fail(std::string_view message);
+  /// Records an error where one of the values of `key` is out of the range.
+  void check_range(std::string_view key, const std::vector<double>& values, NumberRange range);
   /// Records that `key` is missing.
   void fail_missing(std::string_view key);
   [[nodiscard]] bool failed() const;

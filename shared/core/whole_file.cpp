@@ -35,6 +35,14 @@ std::filesystem::path target_of(const std::filesystem::path& path) {
   return absent ? path : target;
 }
 
+/// rename(2) that fails with EEXIST where the new name is taken.
+bool give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno != EINVAL) return false;
+  // This file system cannot; most that cannot have links.
+  return ::link(from.c_str(), to.c_str()) == 0 && ::unlink(from.c_str()) == 0;
+}
+
 }  // namespace
 
 Result<std::string> read_whole_file(const std::filesystem::path& path) {
@@ -67,7 +75,9 @@ PartialFile::PartialFile(PartialFile&& other) noexcept
       target_(std::move(other.target_)),
       partial_(std::move(other.partial_)),
       mode_(other.mode_),
-      owned_(std::exchange(other.owned_, false)) {}
+      owned_(std::move(other.owned_)) {
+  other.owned_.reset();
+}
 
 PartialFile::~PartialFile() {
   if (owned_) (void)::unlink(partial_.c_str());
@@ -78,6 +88,7 @@ Result<PartialFile> PartialFile::create(const std::filesystem::path& path) {
   struct stat old = {};
   const bool exists = ::stat(file.target_.c_str(), &old) == 0;
   if (exists && S_ISDIR(old.st_mode)) return write_error(path, EISDIR);
+  RAVENCAL_RETURN_IF_ERROR(check_output(file.target_));
   if (exists && !S_ISREG(old.st_mode)) return file;
   if (exists) file.mode_ = old.st_mode & 0777U;
   RAVENCAL_RETURN_IF_ERROR(file.open_beside());
@@ -92,15 +103,19 @@ Status PartialFile::open_beside() {
   int file = -1;
   do {
     partial_ = fmt::format("{}.{:08x}.partial", target_.string(), random());
+    owned_.emplace(partial_);  // before it is there, so that no signal leaves it behind
     file = ::open(partial_.c_str(), kNewFile, mode);
   } while (file < 0 && errno == EEXIST);
-  if (file < 0) return write_error(path_, errno);
-  owned_ = true;
+  if (file < 0) {
+    const int reason = errno;
+    owned_.reset();
+    return write_error(path_, reason);
+  }
   ::close(file);
   return {};
 }
 
-Status PartialFile::publish() {
+Status PartialFile::publish(Replace replace) {
   if (!owned_) return {};
   const int file = ::open(partial_.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) return write_error(path_, errno);
@@ -108,9 +123,18 @@ Status PartialFile::publish() {
   const int reason = errno;
   ::close(file);
   if (!whole) return write_error(path_, reason);
-  if (std::rename(partial_.c_str(), target_.c_str()) != 0) return write_error(path_, errno);
-  owned_ = false;
+  if (replace == Replace::kNo && !give_new_name(partial_, target_)) {
+    return errno == EEXIST ? exists_already(path_) : write_error(path_, errno);
+  }
+  if (replace == Replace::kYes && std::rename(partial_.c_str(), target_.c_str()) != 0)
+    return write_error(path_, errno);
+  owned_.reset();
   return {};
+}
+
+Error exists_already(const std::filesystem::path& path) {
+  return {ErrorCode::kUsage,
+          fmt::format("{}: exists already; remove it or choose another name", path.string())};
 }
 
 Error write_error(const std::filesystem::path& path, int reason) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/catalogue.hpp"
+#include "core/json_text.hpp"
 #include "core/whole_file.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
@@ -197,10 +198,10 @@ core::Result<CalibrationModel> decode_blob(std::span<const std::byte> bytes,
     model.outputs.push_back({std::string(output.joint), std::string(output.estimate_channel),
                              std::string(output.unit)});
   }
-  const auto json = nlohmann::json::parse(view.provenance(), nullptr, false);
-  if (!json.is_object())
-    return core::data_error(fmt::format("{}: the provenance is not JSON", source));
-  for (const auto& [key, value] : json.items()) {
+  const auto json = core::parse_json(view.provenance());
+  if (!json.ok() || !json->is_object())
+    return core::data_error(fmt::format("{}: the provenance is not a JSON object", source));
+  for (const auto& [key, value] : json->items()) {
     model.provenance[key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   return model;

@@ -9,6 +9,7 @@
 #include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
+#include "physics/plant_ranges.hpp"
 #include "physics/tolerance_keys.hpp"
 
 namespace ravencal::physics {
@@ -33,8 +34,6 @@ std::uint64_t fnv1a(std::string_view bytes) {
   return hash;
 }
 
-constexpr core::NumberRange kNotNegative{.low = 0.0};
-
 core::Status read_robot(TomlTable& root, Robot& robot) {
   auto table = root.table("robot");
   if (!table) {
@@ -52,10 +51,10 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
                   fmt::format("controller '{}' is not one of {}", name, controller_branch_names()));
     }
   }
-  robot.control_rate_hz = table->number_or("control_rate_hz", 1000.0);
-  robot.inner_rate_hz = table->number_or("inner_rate_hz", 10000.0);
-  robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3));
-  robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4));
+  robot.control_rate_hz = table->number_or("control_rate_hz", 1000.0, kControlRateRange);
+  robot.inner_rate_hz = table->number_or("inner_rate_hz", 10000.0, kInnerRateRange);
+  robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3, kGravityRange));
+  robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4, kPositionRange));
   const double steps = robot.inner_rate_hz / robot.control_rate_hz;
   if (!(robot.control_rate_hz > 0.0) || !(steps >= 1.0) || steps != std::floor(steps)) {
     table->fail("inner_rate_hz", "inner_rate_hz must be a whole multiple of control_rate_hz");
@@ -65,20 +64,21 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
 
 core::Status read_environment(TomlTable& root, Plant& plant) {
   if (auto table = root.table("payload")) {
-    plant.payload.mass_kg = table->number("mass_kg", kNotNegative);
-    plant.payload.com_m = array_of<3>(table->numbers("com_m", 3));
+    plant.payload.mass_kg = table->number("mass_kg", kMassRange);
+    plant.payload.com_m = array_of<3>(table->numbers("com_m", 3, kLengthRange));
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
   if (auto table = root.table("sensors")) {
-    plant.sensors.motor_encoder_counts_per_rev = table->number("motor_encoder_counts_per_rev");
+    plant.sensors.motor_encoder_counts_per_rev =
+        table->number("motor_encoder_counts_per_rev", kCountsPerRevRange);
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
   if (auto table = root.table("logger")) {
-    plant.logger.rate_hz = table->number("rate_hz");
-    plant.logger.truth_period_s = table->number("truth_period_s", kNotNegative);
-    plant.logger.truth_latency_s = table->number("truth_latency_s", kNotNegative);
+    plant.logger.rate_hz = table->number("rate_hz", kRowRateRange);
+    plant.logger.truth_period_s = table->number("truth_period_s", kPeriodRange);
+    plant.logger.truth_latency_s = table->number("truth_latency_s", kLatencyRange);
     plant.logger.truth_latency_deviation_s =
-        table->number("truth_latency_deviation_s", kNotNegative);
+        table->number("truth_latency_deviation_s", kLatencyRange);
     plant.logger.given = true;
     RAVENCAL_RETURN_IF_ERROR(table->finish());
   }
@@ -88,9 +88,9 @@ core::Status read_environment(TomlTable& root, Plant& plant) {
 core::Status read_link(TomlTable& joint, Link& link) {
   auto table = joint.table("link");
   if (!table) return {};
-  link.mass_kg = table->number("mass_kg", kNotNegative);
-  link.com_m = array_of<3>(table->numbers("com_m", 3));
-  link.inertia_kg_m2 = array_of<3>(table->numbers("inertia_kg_m2", 3));
+  link.mass_kg = table->number("mass_kg", kMassRange);
+  link.com_m = array_of<3>(table->numbers("com_m", 3, kLengthRange));
+  link.inertia_kg_m2 = array_of<3>(table->numbers("inertia_kg_m2", 3, kInertiaRange));
   return table->finish();
 }
 
@@ -98,8 +98,8 @@ core::Status read_drive(TomlTable& joint, Drive& drive) {
   auto table = joint.table("drive");
   if (!table) return {};
   drive.input = table->text("input");
-  drive.gain = table->number_or("gain", 1.0);
-  drive.dac_counts_per_n_m = table->number_or("dac_counts_per_n_m", 0.0);
+  drive.gain = table->number_or("gain", 1.0, kGainRange);
+  drive.dac_counts_per_n_m = table->number_or("dac_counts_per_n_m", 0.0, kGainRange);
   constexpr std::array<std::string_view, 4> kInputs = {"torque_n_m", "force_n", "voltage_v",
                                                        "current_a"};
   if (std::find(kInputs.begin(), kInputs.end(), drive.input) == kInputs.end()) {
@@ -122,9 +122,9 @@ core::Status read_controller(TomlTable& joint, std::optional<Controller>& contro
   auto table = joint.table("controller");
   if (!table) return {};
   controller.emplace();
-  controller->kp_n_m_per_rad = table->number("kp_n_m_per_rad", kNotNegative);
-  controller->kd_n_m_s_per_rad = table->number("kd_n_m_s_per_rad", kNotNegative);
-  controller->dac_limit_counts = table->number("dac_limit_counts", kNotNegative);
+  controller->kp_n_m_per_rad = table->number("kp_n_m_per_rad", kStiffnessRange);
+  controller->kd_n_m_s_per_rad = table->number("kd_n_m_s_per_rad", kDampingRange);
+  controller->dac_limit_counts = table->number("dac_limit_counts", kCountsRange);
   controller->gravity_compensation = table->boolean_or("gravity_compensation", false);
   return table->finish();
 }
@@ -136,14 +136,16 @@ core::Status read_homing(TomlTable& joint, JointKind kind, std::optional<Homing>
     return std::string(name) + std::string(unit_suffix(dimension, kind));
   };
   homing.emplace();
-  homing->speed_ji = table->number(key("speed", Dimension::kVelocity));
-  homing->dac_threshold_counts = table->number("dac_threshold_counts");
-  homing->stop_controller_ji = table->number(key("stop_controller", Dimension::kPosition));
-  homing->stop_encoder_ji = table->number(key("stop_encoder", Dimension::kPosition));
+  homing->speed_ji = table->number(key("speed", Dimension::kVelocity), kVelocityRange);
+  homing->dac_threshold_counts = table->number("dac_threshold_counts", kCountsRange);
+  homing->stop_controller_ji =
+      table->number(key("stop_controller", Dimension::kPosition), kPositionRange);
+  homing->stop_encoder_ji =
+      table->number(key("stop_encoder", Dimension::kPosition), kPositionRange);
   homing->stop_stiffness =
-      table->number(key("stop_stiffness", Dimension::kStiffness), kNotNegative);
-  homing->stop_damping = table->number(key("stop_damping", Dimension::kDamping), kNotNegative);
-  homing->home_ji = table->number(key("home", Dimension::kPosition));
+      table->number(key("stop_stiffness", Dimension::kStiffness), kStiffnessRange);
+  homing->stop_damping = table->number(key("stop_damping", Dimension::kDamping), kDampingRange);
+  homing->home_ji = table->number(key("home", Dimension::kPosition), kPositionRange);
   return table->finish();
 }
 
@@ -185,7 +187,7 @@ core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
   for (const ParameterSpec& parameter : spec->parameters) {
     const std::string key = key_of(parameter, joint.kind);
     if (!parameter.required && !table.has(key)) continue;
-    effect.parameters.emplace(parameter.name, table.number(key));
+    effect.parameters.emplace(parameter.name, table.number(key, range_of(parameter)));
   }
   if (const std::string flaw = flaw_of(effect); !flaw.empty()) table.fail("id", flaw);
   RAVENCAL_RETURN_IF_ERROR(table.finish());
@@ -220,18 +222,14 @@ core::Result<Joint> read_joint(TomlTable& table) {
   if (table.failed()) return table.finish().error();  // the kind decides the other keys' names
   joint.kind = kind == "prismatic" ? JointKind::kPrismatic : JointKind::kRevolute;
   const bool revolute = joint.kind == JointKind::kRevolute;
-  joint.motor_inertia_kg_m2 = table.number("motor_inertia_kg_m2");
-  joint.gearbox_ratio = table.number("gearbox_ratio");
-  joint.reduction = table.number(revolute ? "reduction" : "reduction_rad_per_m");
-  joint.encoder_sign = table.number_or("encoder_sign", 1.0);
-  joint.joint_encoder_resolution_ji =
-      table.number(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m");
+  joint.motor_inertia_kg_m2 = table.number("motor_inertia_kg_m2", kRotorRange);
+  joint.gearbox_ratio = table.number("gearbox_ratio", kTransmissionRange);
+  joint.reduction =
+      table.number(revolute ? "reduction" : "reduction_rad_per_m", kTransmissionRange);
+  joint.encoder_sign = table.number_or("encoder_sign", 1.0, kSignRange);
+  joint.joint_encoder_resolution_ji = table.number(
+      revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m", kResolutionRange);
   joint.coupling_through = read_through(table);
-  for (const auto& [key, value] :
-       {std::pair{"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
-        std::pair{"gearbox_ratio", joint.gearbox_ratio}, std::pair{"reduction", joint.reduction}}) {
-    if (!(value > 0.0)) table.fail(key, fmt::format("{} must be above zero", key));
-  }
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
   RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
   RAVENCAL_RETURN_IF_ERROR(read_external_load(table, joint.external_load));
@@ -242,7 +240,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
     for (const std::string& key : tolerance->unread_keys()) {
       if (const std::string flaw = flaw_of_tolerance(key, joint); !flaw.empty())
         tolerance->fail(key, flaw);
-      joint.tolerance.emplace(key, tolerance->number(key, kNotNegative));
+      joint.tolerance.emplace(key, tolerance->number(key, kToleranceRange));
     }
     RAVENCAL_RETURN_IF_ERROR(tolerance->finish());
   }
@@ -254,7 +252,7 @@ core::Status read_coupling(TomlTable& root, Plant& plant) {
   const std::size_t count = plant.joints.size();
   plant.coupling.assign(count, std::vector<double>(count, 0.0));
   if (!root.has("coupling")) return {};
-  plant.coupling = root.matrix("coupling", count);
+  plant.coupling = root.matrix("coupling", count, kCouplingRange);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = i; k < count; ++k) {
       if (plant.coupling[i][k] != 0.0) {

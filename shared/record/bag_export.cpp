@@ -8,7 +8,6 @@
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
 #include "core/units.hpp"
-#include "core/whole_file.hpp"
 #include "record/bag_file.hpp"
 #include "record/bag_load.hpp"
 #include "record/profile_builtin.hpp"
@@ -133,9 +132,7 @@ core::Status export_bag(const Recording& recording, const Profile& profile,
                         const std::filesystem::path& path) {
   BagExporter exporter(recording, profile);
   RAVENCAL_RETURN_IF_ERROR(exporter.plan());
-  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
-  RAVENCAL_RETURN_IF_ERROR(exporter.write(target.partial()));
-  return target.publish();
+  return exporter.write(path);
 }
 
 }  // namespace ravencal::record

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // ROS 1 bags as messages of bytes, through librosbag_storage. A build without that library has the
-// same functions, and each says which package is missing. The library finds files that are cut off,
-// but trusts the bytes of a whole one: read bags of known origin. Private to record/; one thread
-// per file.
+// same functions, and each says which package is missing. The library trusts the bytes of a bag, so
+// that a child process reads each. Private to record/; one thread per file.
 #pragma once
 
 #include <cstdint>
@@ -25,30 +24,18 @@ struct BagTopic {
   std::string md5;
 };
 
-class BagReader {
- public:
-  /// Errors: no such file, no bag, not closed or cut off (it then has no index).
-  static core::Result<BagReader> open(const std::filesystem::path& path);
-  BagReader(BagReader&&) noexcept;
-  BagReader& operator=(BagReader&&) noexcept;
-  BagReader(const BagReader&) = delete;
-  BagReader& operator=(const BagReader&) = delete;
-  ~BagReader();
+/// The topics of a bag. Errors: no such file, no bag, not closed or cut off (it then has no index).
+core::Result<std::vector<BagTopic>> bag_topics(const std::filesystem::path& path);
 
-  [[nodiscard]] const std::vector<BagTopic>& topics() const;
+/// Calls `take` for every message of a topic in the order in which they were received, until it
+/// returns an error. `received_ns` is the recorder's time, not the message's own.
+using TakeMessage =
+    std::function<core::Status(std::int64_t received_ns, std::span<const std::uint8_t> bytes)>;
+core::Status for_each_message(const std::filesystem::path& path, const std::string& topic,
+                              const TakeMessage& take);
 
-  /// Calls `take` for every message of a topic in the order in which they were received, until it
-  /// returns an error. `received_ns` is the recorder's time, not the message's own.
-  using Take =
-      std::function<core::Status(std::int64_t received_ns, std::span<const std::uint8_t> bytes)>;
-  core::Status for_each(const std::string& topic, const Take& take);
-
- private:
-  struct Impl;
-  explicit BagReader(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
-};
-
+/// A bag that appears under its name when it is closed, whole; before that, what had the name
+/// stays.
 class BagWriter {
  public:
   static core::Result<BagWriter> create(const std::filesystem::path& path);
@@ -60,7 +47,7 @@ class BagWriter {
 
   core::Status write(const std::string& topic, const RosMessageType& type, std::int64_t received_ns,
                      std::span<const std::uint8_t> bytes);
-  /// Writes the index, without which the file is no bag.
+  /// Writes the index, without which the file is no bag, and gives the bag its name.
   core::Status close();
 
  private:

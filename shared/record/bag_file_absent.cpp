@@ -17,17 +17,12 @@ core::Error absent(const std::filesystem::path& path) {
 
 }  // namespace
 
-struct BagReader::Impl {
-  std::vector<BagTopic> topics;
-};
-BagReader::BagReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-BagReader::BagReader(BagReader&&) noexcept = default;
-BagReader& BagReader::operator=(BagReader&&) noexcept = default;
-BagReader::~BagReader() = default;
-core::Result<BagReader> BagReader::open(const std::filesystem::path& path) { return absent(path); }
-const std::vector<BagTopic>& BagReader::topics() const { return impl_->topics; }
-core::Status BagReader::for_each(const std::string& topic, const Take& /*take*/) {
-  return absent(topic);
+core::Result<std::vector<BagTopic>> bag_topics(const std::filesystem::path& path) {
+  return absent(path);
+}
+core::Status for_each_message(const std::filesystem::path& path, const std::string& /*topic*/,
+                              const TakeMessage& /*take*/) {
+  return absent(path);
 }
 
 struct BagWriter::Impl {};

@@ -29,9 +29,10 @@ std::string last_word(const std::string& topic) {
 
 class BagLoader {
  public:
-  BagLoader(std::filesystem::path path, BagReader bag, const Profile& profile, bool skip_bad)
+  BagLoader(std::filesystem::path path, std::vector<BagTopic> topics, const Profile& profile,
+            bool skip_bad)
       : path_(std::move(path)),
-        bag_(std::move(bag)),
+        topics_(std::move(topics)),
         profile_(profile),
         gold_(profile.arm == "gold"),
         skip_bad_(skip_bad) {}
@@ -58,7 +59,7 @@ class BagLoader {
                                                    const std::string& usual) const {
     std::vector<BagTopic> fitting;
     std::string names;
-    for (const BagTopic& topic : bag_.topics()) {
+    for (const BagTopic& topic : topics_) {
       if (topic.type != type.name) continue;
       if (!wanted.empty() && topic.name != wanted) continue;
       fitting.push_back(topic);
@@ -97,23 +98,25 @@ class BagLoader {
     RAVENCAL_ASSIGN_OR_RETURN(const auto topic, find_truth_topic());
     if (!topic) return {};
     std::size_t number = 0;
-    return bag_.for_each(topic->name, [&](std::int64_t received_ns, auto bytes) -> core::Status {
-      ++number;
-      const auto message = decode_joint_state(bytes);
-      if (!message || message->positions.size() != kJoints)
-        return bad_message(topic->name, number, received_ns, "has not three positions");
-      const std::int64_t t_ns = message->stamp_ns != 0 ? message->stamp_ns : received_ns;
-      if (!truth_t_ns_.empty() && t_ns < truth_t_ns_.back())
-        return bad_message(topic->name, number, received_ns, "its stamp is before the last one's");
-      truth_t_ns_.push_back(t_ns);
-      truth_.push_back({message->positions[0], message->positions[1], message->positions[2]});
-      return {};
-    });
+    return for_each_message(
+        path_, topic->name, [&](std::int64_t received_ns, auto bytes) -> core::Status {
+          ++number;
+          const auto message = decode_joint_state(bytes);
+          if (!message || message->positions.size() != kJoints)
+            return bad_message(topic->name, number, received_ns, "has not three positions");
+          const std::int64_t t_ns = message->stamp_ns != 0 ? message->stamp_ns : received_ns;
+          if (!truth_t_ns_.empty() && t_ns < truth_t_ns_.back())
+            return bad_message(topic->name, number, received_ns,
+                               "its stamp is before the last one's");
+          truth_t_ns_.push_back(t_ns);
+          truth_.push_back({message->positions[0], message->positions[1], message->positions[2]});
+          return {};
+        });
   }
 
   /// Many things are JointStates: only the one called ext_jpos, or the one named, is the truth.
   [[nodiscard]] core::Result<std::optional<BagTopic>> find_truth_topic() const {
-    for (const BagTopic& topic : bag_.topics()) {
+    for (const BagTopic& topic : topics_) {
       const bool right = profile_.truth_topic.empty() ? last_word(topic.name) == kTruthTopic
                                                       : topic.name == profile_.truth_topic;
       if (right) return find_topic(joint_state_type(), topic.name, std::string(kTruthTopic));
@@ -126,30 +129,32 @@ class BagLoader {
                                                            std::string(kStateTopic)));
     if (!topic) {
       std::string names;
-      for (const BagTopic& other : bag_.topics())
+      for (const BagTopic& other : topics_)
         names += fmt::format(" {} ({})", other.name, other.type);
       return failed(fmt::format("has no topic of raven_2/raven_state{}{}; its topics:{}",
                                 profile_.state_topic.empty() ? "" : " called ",
                                 profile_.state_topic, names.empty() ? " none" : names));
     }
     std::size_t number = 0;
-    return bag_.for_each(topic->name, [&](std::int64_t received_ns, auto bytes) -> core::Status {
-      ++number;
-      auto message = decode_raven_state(bytes, gold_);
-      if (!message) {
-        return bad_message(topic->name, number, received_ns,
-                           fmt::format("{} bytes are no raven_state", bytes.size()));
-      }
-      if (message->stamp_ns == 0) message->stamp_ns = received_ns;
-      if (!states_.empty() && message->stamp_ns < states_.back().stamp_ns) {
-        return bad_message(
-            topic->name, number, received_ns,
-            fmt::format("its stamp is {:.3f} ms before the last one's: the clock was stepped",
-                        1e-6 * static_cast<double>(states_.back().stamp_ns - message->stamp_ns)));
-      }
-      states_.push_back(*message);
-      return {};
-    });
+    return for_each_message(
+        path_, topic->name, [&](std::int64_t received_ns, auto bytes) -> core::Status {
+          ++number;
+          auto message = decode_raven_state(bytes, gold_);
+          if (!message) {
+            return bad_message(topic->name, number, received_ns,
+                               fmt::format("{} bytes are no raven_state", bytes.size()));
+          }
+          if (message->stamp_ns == 0) message->stamp_ns = received_ns;
+          if (!states_.empty() && message->stamp_ns < states_.back().stamp_ns) {
+            return bad_message(
+                topic->name, number, received_ns,
+                fmt::format(
+                    "its stamp is {:.3f} ms before the last one's: the clock was stepped",
+                    1e-6 * static_cast<double>(states_.back().stamp_ns - message->stamp_ns)));
+          }
+          states_.push_back(*message);
+          return {};
+        });
   }
 
   Recording empty_recording() {
@@ -243,7 +248,7 @@ class BagLoader {
   }
 
   std::filesystem::path path_;
-  BagReader bag_;
+  std::vector<BagTopic> topics_;
   const Profile& profile_;
   bool gold_;
   bool skip_bad_;
@@ -258,8 +263,8 @@ class BagLoader {
 
 core::Result<Recording> load_bag(const std::filesystem::path& path, const Profile& profile,
                                  const LoadOptions& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(BagReader bag, BagReader::open(path));
-  return BagLoader(path, std::move(bag), profile, options.skip_bad).load();
+  RAVENCAL_ASSIGN_OR_RETURN(std::vector<BagTopic> topics, bag_topics(path));
+  return BagLoader(path, std::move(topics), profile, options.skip_bad).load();
 }
 
 }  // namespace ravencal::record

@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "core/side_by_side.hpp"
 #include "record/csv_file.hpp"
 #include "record/csv_kernel.hpp"
 #include "record/csv_number.hpp"
@@ -34,10 +35,7 @@ void for_each_chunk(std::size_t chunks, unsigned threads, MakeWorker&& make_work
       if (!work(chunk)) next = chunks;
     }
   };
-  std::vector<std::thread> helpers;
-  for (unsigned i = 1; i < std::min<std::size_t>(threads, chunks); ++i) helpers.emplace_back(run);
-  run();
-  for (std::thread& helper : helpers) helper.join();
+  core::side_by_side(std::min<std::size_t>(threads, chunks), run);
 }
 
 /// The first error of any thread, by file order.
@@ -277,7 +275,8 @@ core::Result<CsvRows> CsvRows::count(const CsvFile& file, bool header, unsigned 
   rows.line_ends_before_.assign(chunks + 1, 0);
   FirstError error;
   for_each_chunk(chunks, rows.threads_, [&] {
-    return [&, buffer = std::vector<char>(kChunk)](std::size_t chunk) mutable {
+    return [&, buffer = std::vector<char>(std::min<std::uint64_t>(kChunk, file.size()))](
+               std::size_t chunk) mutable {
       const std::uint64_t begin = rows.begin_ + chunk * kChunk;
       const std::size_t size = std::min<std::uint64_t>(kChunk, file.size() - begin);
       const core::Status status = file.read(begin, buffer.data(), size);

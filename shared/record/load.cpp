@@ -12,7 +12,8 @@ namespace ravencal::record {
 core::Result<Recording> load_recording(const std::filesystem::path& path,
                                        const LoadOptions& options) {
   const std::string extension = path.extension().string();
-  if (extension == ".db") return read_recording(path, options.keep, options.threads);
+  if (extension == ".db")
+    return read_recording(path, options.keep, options.threads, options.skip_bad);
   const auto refuse = [&](std::string_view why) {
     return core::Error{core::ErrorCode::kUsage, fmt::format("{}: {}", path.string(), why)};
   };

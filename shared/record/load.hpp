@@ -16,7 +16,7 @@ struct LoadOptions {
   std::string profile;  ///< name or path; required for .csv, raven2-bag if absent for .bag,
                         ///< ignored for .db
   ProfileOptions profile_options;
-  bool skip_bad = false;    ///< drop unreadable rows, each counted in an event, instead of refusing
+  bool skip_bad = false;    ///< drop unreadable rows, counted in events, instead of refusing
   ChannelFilter keep = {};  ///< .db only: other channels are not read
   unsigned threads = 0;     ///< 0 = all cores
 };

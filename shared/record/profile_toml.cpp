@@ -9,6 +9,7 @@
 #include "core/known_words.hpp"
 #include "core/toml_table.hpp"
 #include "core/units.hpp"
+#include "core/whole_file.hpp"
 #include "record/profile_builtin.hpp"
 
 namespace ravencal::record {
@@ -120,16 +121,17 @@ core::Status read_source(TomlTable& table, Profile& profile) {
 }
 
 /// A bag's channels are those of its messages; a file can only say which topics and which arm.
-core::Result<Profile> bag_profile(const Profile& read, const std::vector<TomlTable>& channels,
-                                  const std::vector<TomlTable>& filters) {
-  if (!channels.empty() || !filters.empty()) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("profile {}: a bag's channels are those of raven_state and "
-                                   "ext_jpos; [[channel]] and [[filter]] are for .csv",
-                                   read.name)};
+core::Result<Profile> bag_profile(const Profile& read, TomlTable& source, bool has_columns) {
+  auto built_in = raven2_bag_profile(read.arm.empty() ? "gold" : read.arm);
+  if (has_columns) {
+    source.fail("format",
+                "a bag's channels are those of raven_state and ext_jpos; [[channel]] and "
+                "[[filter]] are for .csv");
+  } else if (!built_in.ok()) {
+    source.fail("arm", built_in.error().message);
   }
-  RAVENCAL_ASSIGN_OR_RETURN(Profile profile,
-                            raven2_bag_profile(read.arm.empty() ? "gold" : read.arm));
+  RAVENCAL_RETURN_IF_ERROR(source.finish());
+  Profile profile = std::move(*built_in);
   profile.name = read.name;
   profile.state_topic = read.state_topic;
   profile.truth_topic = read.truth_topic;
@@ -148,7 +150,7 @@ core::Result<Profile> read_profile(TomlTable& root, std::string name) {
   std::vector<TomlTable> filters = root.tables("filter");
   RAVENCAL_RETURN_IF_ERROR(root.finish());
   RAVENCAL_RETURN_IF_ERROR(read_source(*source, profile));
-  if (bag) return bag_profile(profile, channels, filters);
+  if (bag) return bag_profile(profile, *source, !channels.empty() || !filters.empty());
   for (TomlTable& table : channels) {
     RAVENCAL_ASSIGN_OR_RETURN(profile.channels.emplace_back(), read_channel(table));
   }
@@ -160,9 +162,14 @@ core::Result<Profile> read_profile(TomlTable& root, std::string name) {
 
 }  // namespace
 
+core::Result<Profile> parse_profile(std::string_view text, const std::string& source) {
+  RAVENCAL_ASSIGN_OR_RETURN(TomlTable root, core::parse_toml(text, source, "a profile"));
+  return read_profile(root, std::filesystem::path(source).stem().string());
+}
+
 core::Result<Profile> read_profile_file(const std::filesystem::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(TomlTable root, core::read_toml(path, "a profile"));
-  return read_profile(root, path.stem().string());
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
+  return parse_profile(text, path.string());
 }
 
 }  // namespace ravencal::record

@@ -22,14 +22,17 @@ constexpr std::size_t kWideChannels = 64;
 constexpr std::size_t kMaxChannels = 1999;
 constexpr std::array<std::string_view, 4> kReservedNames = {"t_ns", "rowid", "oid", "_rowid_"};
 
+std::string pragmas_of_whole(std::size_t channels) {
+  const int page_size = channels > kWideChannels ? 16384 : 4096;
+  return fmt::format(
+      "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA page_size={}; PRAGMA "
+      "application_id={};",
+      page_size, kApplicationId);
+}
+
 // WAL, so that readers never block the writer. synchronous=FULL, because with NORMAL a power cut
 // may undo every commit since the last checkpoint; at 20 commits per second the waiting is cheap.
-std::string pragmas(WriteMode mode, std::size_t channels) {
-  const int page_size = channels > kWideChannels ? 16384 : 4096;
-  return fmt::format("PRAGMA page_size={}; PRAGMA application_id={}; {}", page_size, kApplicationId,
-                     mode == WriteMode::kLive ? "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
-                                              : "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF;");
-}
+constexpr const char* kLivePragmas = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;";
 
 std::string create_tables(std::span<const Channel> channels) {
   std::string sql =
@@ -93,33 +96,38 @@ core::Status remove_recording(const fs::path& path) {
   return remove_side_files(path);
 }
 
-RecordingFile::RecordingFile(fs::path path, WriteMode mode, std::size_t channel_count)
-    : path_(std::move(path)), mode_(mode), channel_count_(channel_count) {}
+RecordingFile::RecordingFile(fs::path path, std::size_t channel_count)
+    : path_(std::move(path)), channel_count_(channel_count) {}
 
-core::Result<RecordingFile> RecordingFile::create(const fs::path& path, WriteMode mode,
+core::Result<RecordingFile> RecordingFile::create(const fs::path& path,
                                                   const std::map<std::string, std::string>& meta,
                                                   std::span<const Channel> channels) {
-  RecordingFile file(path, mode, channels.size());
-  if (const core::Status status = file.open(meta, channels); !status.ok()) {
-    core::Error error = status.error();
-    file = RecordingFile(path, mode, 0);
-    (void)remove_recording(path);
-    return error;
-  }
+  RecordingFile file(path, channels.size());
+  RAVENCAL_RETURN_IF_ERROR(file.open(pragmas_of_whole(channels.size())));
+  RAVENCAL_RETURN_IF_ERROR(file.make_tables(meta, channels));
   return file;
 }
 
-core::Status RecordingFile::open(const std::map<std::string, std::string>& meta,
-                                 std::span<const Channel> channels) {
+core::Result<RecordingFile> RecordingFile::open_live(const fs::path& path,
+                                                     std::size_t channel_count) {
+  RecordingFile file(path, channel_count);
+  RAVENCAL_RETURN_IF_ERROR(file.open(kLivePragmas));
+  RAVENCAL_RETURN_IF_ERROR(file.prepare());
+  return file;
+}
+
+core::Status RecordingFile::open(const std::string& pragmas) {
   sqlite3* handle = nullptr;
   const int code =
       sqlite3_open_v2(path_.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   database_.reset(handle);
   if (code != SQLITE_OK) return sqlite::last_error(handle, path_, "cannot create the recording");
   sqlite3_busy_timeout(handle, kBusyTimeoutMs);
-  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, pragmas(mode_, channel_count_)));
-  RAVENCAL_RETURN_IF_ERROR(begin());
-  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(handle, path_, create_tables(channels)));
+  return sqlite::execute(handle, path_, pragmas);
+}
+
+core::Status RecordingFile::prepare() {
+  sqlite3* const handle = database_.get();
   std::string marks = "?";
   for (std::size_t i = 0; i < channel_count_; ++i) marks += ",?";
   RAVENCAL_ASSIGN_OR_RETURN(
@@ -128,6 +136,14 @@ core::Status RecordingFile::open(const std::map<std::string, std::string>& meta,
                             sqlite::prepare(handle, path_, "INSERT INTO event VALUES(?,?,?)"));
   RAVENCAL_ASSIGN_OR_RETURN(
       insert_meta_, sqlite::prepare(handle, path_, "INSERT OR REPLACE INTO meta VALUES(?,?)"));
+  return {};
+}
+
+core::Status RecordingFile::make_tables(const std::map<std::string, std::string>& meta,
+                                        std::span<const Channel> channels) {
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(database_.get(), path_, create_tables(channels)));
+  RAVENCAL_RETURN_IF_ERROR(prepare());
   RAVENCAL_RETURN_IF_ERROR(set_meta("software_version", core::kVersion));
   for (const auto& [key, value] : meta) RAVENCAL_RETURN_IF_ERROR(set_meta(key, value));
   RAVENCAL_RETURN_IF_ERROR(set_meta("format_version", kFormatVersion));
@@ -205,10 +221,10 @@ core::Status RecordingFile::set_meta(std::string_view key, std::string_view valu
 
 core::Status RecordingFile::close() {
   RAVENCAL_RETURN_IF_ERROR(commit());
-  const char* const settle =
-      mode_ == WriteMode::kLive ? "PRAGMA wal_checkpoint(TRUNCATE)" : "PRAGMA journal_mode=WAL";
-  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(database_.get(), path_, settle));
-  *this = RecordingFile(path_, mode_, channel_count_);
+  // A live one has its rows in the log, which closing folds into the file.
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(
+      database_.get(), path_, "PRAGMA journal_mode=WAL; PRAGMA wal_checkpoint(TRUNCATE)"));
+  *this = RecordingFile(path_, channel_count_);
   return {};
 }
 

@@ -30,18 +30,18 @@ inline constexpr int kApplicationId = 0x5256434C;
 /// How long a reader or a writer waits for another that holds the file.
 inline constexpr int kBusyTimeoutMs = 2000;
 
-enum class WriteMode {
-  kLive,   ///< readable while written; what is committed survives a kill and a power cut
-  kWhole,  ///< for a file that nobody sees before it is complete: no journal, no waiting
-};
-
 class RecordingFile {
  public:
-  /// Creates the file with its tables; `path` must not exist. What is written stays in an open
-  /// transaction until commit().
-  static core::Result<RecordingFile> create(const std::filesystem::path& path, WriteMode mode,
+  /// Creates the tables in a file that is empty or not there, and that nobody else sees before
+  /// close(): without journal and without waiting for the disk.
+  static core::Result<RecordingFile> create(const std::filesystem::path& path,
                                             const std::map<std::string, std::string>& meta,
                                             std::span<const Channel> channels);
+  /// Goes on with one that create() made and close() closed, for others to read meanwhile. What is
+  /// written stays in an open transaction until commit(), and from then on survives a kill and a
+  /// power cut.
+  static core::Result<RecordingFile> open_live(const std::filesystem::path& path,
+                                               std::size_t channel_count);
 
   core::Status append(std::int64_t t_ns, std::span<const double> values);
   core::Status append_event(const Event& event);
@@ -51,15 +51,16 @@ class RecordingFile {
   core::Status close();
 
  private:
-  RecordingFile(std::filesystem::path path, WriteMode mode, std::size_t channel_count);
-  core::Status open(const std::map<std::string, std::string>& meta,
-                    std::span<const Channel> channels);
+  RecordingFile(std::filesystem::path path, std::size_t channel_count);
+  core::Status open(const std::string& pragmas);
+  core::Status make_tables(const std::map<std::string, std::string>& meta,
+                           std::span<const Channel> channels);
+  core::Status prepare();
   core::Status insert_channels(std::span<const Channel> channels);
   core::Status begin();
   core::Status step(sqlite3_stmt* statement);
 
   std::filesystem::path path_;
-  WriteMode mode_;
   std::size_t channel_count_;
   sqlite::Database database_;  // closed after its statements, which are declared below
   sqlite::Statement insert_sample_;

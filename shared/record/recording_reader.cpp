@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <system_error>
@@ -12,7 +13,9 @@
 #include <vector>
 
 #include "core/known_words.hpp"
+#include "core/side_by_side.hpp"
 #include "core/units.hpp"
+#include "record/log_check.hpp"
 #include "record/recording_file.hpp"
 #include "record/sqlite.hpp"
 
@@ -28,16 +31,18 @@ class Reader {
  public:
   explicit Reader(const fs::path& path, ChannelFilter keep = {})
       : path_(path), keep_(std::move(keep)) {}
-  core::Result<Recording> read(unsigned threads);
+  core::Result<Recording> read(unsigned threads, bool skip_bad);
   core::Result<std::vector<Event>> read_events_only();
 
  private:
   core::Status open();
-  core::Result<sqlite::Database> connect() const;
+  core::Result<sqlite::Database> connect();
+  core::Status check_tables();
   core::Status read_meta();
   core::Status read_channels();
   core::Status read_events();
   core::Status read_samples(unsigned threads);
+  core::Status check_log(bool skip_bad);
   bool read_in_parts(unsigned threads);
   core::Result<Eigen::Index> read_rows(sqlite3* database, const std::string& which,
                                        Eigen::Index begin, Eigen::Index end);
@@ -56,6 +61,9 @@ class Reader {
   const fs::path& path_;
   ChannelFilter keep_;
   bool written_now_ = false;
+  std::size_t columns_ = 1;   ///< of a sample: t_ns and every channel, kept or not
+  std::uintmax_t bytes_ = 0;  ///< of the file and of its log
+  std::atomic<std::int64_t> operations_left_{0};
   sqlite::Database database_;
   Recording recording_;
   std::vector<double> to_si_;
@@ -84,7 +92,7 @@ std::string uri_of(const fs::path& path) {
   return uri;
 }
 
-core::Result<sqlite::Database> Reader::connect() const {
+core::Result<sqlite::Database> Reader::connect() {
   // Without a WAL beside it nobody writes the recording. SQLite then needs neither locks nor files
   // of its own, so that reading works on a read-only disk and leaves nothing behind.
   const std::string uri = uri_of(path_) + (written_now_ ? "" : "?immutable=1");
@@ -96,6 +104,7 @@ core::Result<sqlite::Database> Reader::connect() const {
   sqlite::Database database(handle);
   if (code == SQLITE_OK) {
     sqlite3_busy_timeout(handle, kBusyTimeoutMs);
+    sqlite::distrust(handle, operations_left_);
     code = sqlite3_exec(handle, "BEGIN; SELECT count(*) FROM sqlite_schema", nullptr, nullptr,
                         nullptr);
   }
@@ -108,9 +117,28 @@ core::Status Reader::open() {
   if (!fs::is_regular_file(path_, failure)) {
     return core::Error{core::ErrorCode::kIo, fmt::format("{}: no such file", path_.string())};
   }
-  written_now_ = fs::exists(path_.string() + "-wal", failure);
+  const fs::path log = path_.string() + "-wal";
+  written_now_ = fs::exists(log, failure);
+  for (const fs::path& file : {path_, log}) {
+    const std::uintmax_t size = fs::file_size(file, failure);
+    if (!failure) bytes_ += size;
+  }
+  operations_left_ = sqlite::operations_for(bytes_);
   RAVENCAL_ASSIGN_OR_RETURN(database_, connect());
-  return {};
+  return check_tables();
+}
+
+// A view or a virtual table could run code or have no end.
+core::Status Reader::check_tables() {
+  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement others,
+                            prepare("SELECT name, type FROM sqlite_schema WHERE (type = 'view' OR "
+                                    "type = 'table' AND rootpage = 0) AND lower(name) IN "
+                                    "('meta', 'channel', 'event', 'sample')"));
+  return for_each(others.get(), [this](sqlite3_stmt* row) -> core::Status {
+    return damaged(fmt::format("{} is a {}, not an ordinary table; this is no intact recording",
+                               sqlite::text_of(row, 0),
+                               sqlite::text_of(row, 1) == "view" ? "view" : "virtual table"));
+  });
 }
 
 core::Status Reader::read_meta() {
@@ -130,7 +158,8 @@ core::Status Reader::read_meta() {
 core::Status Reader::read_channels() {
   RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement rows,
                             prepare("SELECT name, unit, role, joint FROM channel ORDER BY rowid"));
-  return for_each(rows.get(), [this](sqlite3_stmt* row) -> core::Status {
+  std::vector<Channel> all;
+  RAVENCAL_RETURN_IF_ERROR(for_each(rows.get(), [&](sqlite3_stmt* row) -> core::Status {
     Channel channel{sqlite::text_of(row, 0), sqlite::text_of(row, 1), Role::kFeature,
                     sqlite::text_of(row, 3)};
     const std::string role_name = sqlite::text_of(row, 2);
@@ -142,13 +171,16 @@ core::Status Reader::read_channels() {
                                  role ? "unit" : "role", word,
                                  core::instead_of(word, role ? core::unit_names() : role_names())));
     }
+    ++columns_;
     channel.role = *role;
     channel.unit = unit->si_name;
+    all.push_back(channel);
     if (keep_ && !keep_(channel)) return {};
     to_si_.push_back(unit->to_si);
     recording_.channels.push_back(std::move(channel));
     return {};
-  });
+  }));
+  return check_channels(all, path_);
 }
 
 core::Status Reader::read_events() {
@@ -178,15 +210,15 @@ core::Result<Eigen::Index> Reader::most_rows() {
   if (sqlite3_step(ends.get()) != SQLITE_ROW) {
     return sqlite::last_error(database_.get(), path_, "cannot read");
   }
-  std::error_code failure;
-  const std::uintmax_t bytes = fs::file_size(path_, failure);
   const std::int64_t first = sqlite3_column_int64(ends.get(), 0);
   const std::int64_t last = sqlite3_column_int64(ends.get(), 1);
   const auto columns = static_cast<std::uintmax_t>(recording_.channels.size()) + 1;
-  const bool plain = !failure && first >= 1 && last >= first &&
-                     static_cast<std::uintmax_t>(last) <= bytes / columns;
-  if (plain) return static_cast<Eigen::Index>(last);
-  return count_rows();
+  const auto room = static_cast<std::int64_t>(bytes_ / columns);
+  if (first >= 1 && last >= first && last <= room) return static_cast<Eigen::Index>(last);
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::Index rows, count_rows());
+  if (rows <= room) return rows;
+  return damaged(fmt::format("{} samples of {} channels are more than its {} bytes can hold", rows,
+                             recording_.channels.size(), bytes_));
 }
 
 core::Status Reader::read_samples(unsigned threads) {
@@ -208,19 +240,18 @@ bool Reader::read_in_parts(unsigned threads) {
   const Eigen::Index parts = std::min<Eigen::Index>(threads, rows / kLeastRowsPerThread);
   if (written_now_ || parts < 2) return false;
   std::vector<char> whole(static_cast<std::size_t>(parts), 0);
-  {
-    std::vector<std::jthread> readers;
-    for (Eigen::Index part = 0; part < parts; ++part) {
-      readers.emplace_back(
-          [this, &whole, part, begin = rows * part / parts, end = rows * (part + 1) / parts] {
-            const auto database = connect();
-            if (!database) return;
-            const std::string which = fmt::format(" WHERE rowid BETWEEN {} AND {}", begin + 1, end);
-            const auto read = read_rows(database.value().get(), which, begin, end);
-            whole[static_cast<std::size_t>(part)] = read && read.value() == end - begin ? 1 : 0;
-          });
+  std::atomic<Eigen::Index> next{0};
+  core::side_by_side(static_cast<std::size_t>(parts), [&] {
+    for (Eigen::Index part = next++; part < parts; part = next++) {
+      const Eigen::Index begin = rows * part / parts;
+      const Eigen::Index end = rows * (part + 1) / parts;
+      const auto database = connect();
+      if (!database) return;
+      const std::string which = fmt::format(" WHERE rowid BETWEEN {} AND {}", begin + 1, end);
+      const auto read = read_rows(database.value().get(), which, begin, end);
+      whole[static_cast<std::size_t>(part)] = read && read.value() == end - begin ? 1 : 0;
     }
-  }
+  });
   for (Eigen::Index part = 1; part < parts; ++part) {
     const auto seam = static_cast<std::size_t>(rows * part / parts);
     if (recording_.t_ns[seam] < recording_.t_ns[seam - 1]) return false;
@@ -270,12 +301,35 @@ core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r, bool first) {
   return {};
 }
 
-core::Result<Recording> Reader::read(unsigned threads) {
+// What SQLite left out behind a damaged frame of the log.
+core::Status Reader::check_log(bool skip_bad) {
+  if (!written_now_) return {};
+  RAVENCAL_ASSIGN_OR_RETURN(const auto damage, find_log_damage(path_, columns_));
+  if (!damage) return {};
+  const std::int64_t rows = recording_.rows();
+  const std::string lost = damage->last_row > rows ? std::to_string(damage->last_row - rows) : "0";
+  const std::string why = fmt::format(
+      "{} of its log is damaged: {} rows behind the first {} are lost",
+      damage->frame == 0 ? std::string("the beginning") : fmt::format("frame {}", damage->frame),
+      lost, rows);
+  if (!skip_bad) {
+    return damaged(
+        fmt::format("{}; --skip-bad goes on without them, and `ravencal import {} "
+                    "--skip-bad --out NEW.db` keeps the rest",
+                    why, path_.string()));
+  }
+  recording_.meta["dropped_rows"] = lost;
+  recording_.events.push_back({rows > 0 ? recording_.t_ns.back() : 0, "drop", why});
+  return {};
+}
+
+core::Result<Recording> Reader::read(unsigned threads, bool skip_bad) {
   RAVENCAL_RETURN_IF_ERROR(open());
   RAVENCAL_RETURN_IF_ERROR(read_meta());
   RAVENCAL_RETURN_IF_ERROR(read_channels());
   RAVENCAL_RETURN_IF_ERROR(read_events());
   RAVENCAL_RETURN_IF_ERROR(read_samples(threads));
+  RAVENCAL_RETURN_IF_ERROR(check_log(skip_bad));
   recording_.source = path_.string();
   return std::move(recording_);
 }
@@ -294,9 +348,9 @@ core::Result<std::vector<Event>> read_events(const fs::path& path) {
 }
 
 core::Result<Recording> read_recording(const fs::path& path, const ChannelFilter& keep,
-                                       unsigned threads) {
+                                       unsigned threads, bool skip_bad) {
   return Reader(path, keep)
-      .read(threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency()));
+      .read(threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency()), skip_bad);
 }
 
 }  // namespace ravencal::record

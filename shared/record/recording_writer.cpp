@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/outputs.hpp"
 #include "core/whole_file.hpp"
 #include "record/recording_file.hpp"
 
@@ -29,46 +30,55 @@ core::Status check_free(const fs::path& path, bool overwrite) {
         core::ErrorCode::kIo,
         fmt::format("{}: is a folder or a device; give the name of a file", path.string())};
   }
+  RAVENCAL_RETURN_IF_ERROR(core::check_output(path));
   if (overwrite || !exists) return {};
-  return core::Error{
-      core::ErrorCode::kUsage,
-      fmt::format("{}: exists already; remove it or choose another name", path.string())};
+  return core::exists_already(path);
 }
 
-core::Status write_all(RecordingFile& file, const Recording& recording) {
-  std::vector<double> row(recording.channels.size());
-  for (Eigen::Index r = 0; r < recording.rows(); ++r) {
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      row[c] = recording.samples(r, static_cast<Eigen::Index>(c));
-    }
-    RAVENCAL_RETURN_IF_ERROR(file.append(recording.t_ns[static_cast<std::size_t>(r)], row));
-  }
-  for (const Event& event : recording.events) RAVENCAL_RETURN_IF_ERROR(file.append_event(event));
-  return file.close();
-}
+/// Where a whole recording is written; SQLite makes side files while it closes it.
+struct WholeTarget {
+  explicit WholeTarget(core::PartialFile partial)
+      : file(std::move(partial)),
+        wal(file.partial().string() + "-wal"),
+        shm(file.partial().string() + "-shm") {}
 
-core::Status write_to(const fs::path& path, const Recording& recording) {
-  RAVENCAL_ASSIGN_OR_RETURN(
-      RecordingFile file,
-      RecordingFile::create(path, WriteMode::kWhole, recording.meta, recording.channels));
-  return write_all(file, recording);
+  core::PartialFile file;
+  core::Unfinished wal, shm;
+};
+
+/// A recording without rows, in a partial file.
+core::Result<WholeTarget> empty_recording(const fs::path& path,
+                                          const std::map<std::string, std::string>& meta,
+                                          const std::vector<Channel>& channels) {
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile partial, core::PartialFile::create(path));
+  WholeTarget target(std::move(partial));
+  RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
+                            RecordingFile::create(target.file.partial(), meta, channels));
+  RAVENCAL_RETURN_IF_ERROR(file.close());
+  return target;
 }
 
 }  // namespace
 
-/// The file, and a thread that commits what is pending even when the source falls silent.
+/// The file and, while it happens, a thread that commits what is pending even when the source falls
+/// silent; or where the file appears when it is whole.
 struct RecordingWriter::Impl {
-  explicit Impl(RecordingFile opened) : file(std::move(opened)) {}
+  explicit Impl(RecordingFile opened, std::optional<WholeTarget> whole = {})
+      : target(std::move(whole)), file(std::move(opened)) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
-  ~Impl() { (void)finish(); }
+  ~Impl() {
+    if (!target) (void)finish();
+  }
 
   template <typename Write>
   core::Status write(Write&& action);
   void commit_until_stopped();
   core::Status finish();
+  core::Status appear();
 
-  std::mutex mutex;  // held by owner and committer while they use what follows
+  std::optional<WholeTarget> target;  // outlives the file, which lies there
+  std::mutex mutex;                   // held by owner and committer while they use what follows
   RecordingFile file;
   std::optional<core::Error> failure;  ///< the first of the disk; every later call repeats it
   bool finished = false;
@@ -99,12 +109,22 @@ core::Status RecordingWriter::Impl::finish() {
   {
     const std::lock_guard lock(mutex);
     if (failure) status = *failure;
-    if (!failure && !finished) status = file.close();
+    if (!failure && !finished) {
+      status = file.close();
+      if (status.ok() && target) status = appear();
+    }
     finished = true;
   }
   finishing.notify_one();
   if (committer.joinable()) committer.join();
   return status;
+}
+
+core::Status RecordingWriter::Impl::appear() {
+  // SQLite would read the rows of a killed writer's -wal instead of the new ones. It goes first:
+  // the other order leaves, for a moment, a new file beside an old -wal.
+  RAVENCAL_RETURN_IF_ERROR(remove_side_files(target->file.target()));
+  return target->file.publish();
 }
 
 RecordingWriter::RecordingWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -117,13 +137,28 @@ core::Result<RecordingWriter> RecordingWriter::create(
     const std::vector<Channel>& channels, bool overwrite) {
   RAVENCAL_RETURN_IF_ERROR(check_channels(channels, path));
   RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
-  RAVENCAL_RETURN_IF_ERROR(remove_recording(path));
+  // Under its name it is readable from its first moment on, and until then what had the name stays.
+  RAVENCAL_ASSIGN_OR_RETURN(WholeTarget empty, empty_recording(path, meta, channels));
+  RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
+  RAVENCAL_RETURN_IF_ERROR(remove_side_files(empty.file.target()));
+  RAVENCAL_RETURN_IF_ERROR(overwrite ? empty.file.publish() : empty.file.publish_new());
   RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
-                            RecordingFile::create(path, WriteMode::kLive, meta, channels));
-  RAVENCAL_RETURN_IF_ERROR(file.commit());
+                            RecordingFile::open_live(empty.file.target(), channels.size()));
   auto impl = std::make_unique<Impl>(std::move(file));
   impl->committer = std::thread(&Impl::commit_until_stopped, impl.get());
   return RecordingWriter(std::move(impl));
+}
+
+core::Result<RecordingWriter> RecordingWriter::create_whole(
+    const fs::path& path, const std::map<std::string, std::string>& meta,
+    const std::vector<Channel>& channels, bool overwrite) {
+  RAVENCAL_RETURN_IF_ERROR(check_channels(channels, path));
+  RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
+  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile partial, core::PartialFile::create(path));
+  WholeTarget target(std::move(partial));
+  RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
+                            RecordingFile::create(target.file.partial(), meta, channels));
+  return RecordingWriter(std::make_unique<Impl>(std::move(file), std::move(target)));
 }
 
 core::Status RecordingWriter::append(std::int64_t t_ns, std::span<const double> values) {
@@ -145,14 +180,17 @@ core::Status RecordingWriter::flush() {
 core::Status RecordingWriter::finish() { return impl_->finish(); }
 
 core::Status write_recording(const Recording& recording, const fs::path& path, bool overwrite) {
-  RAVENCAL_RETURN_IF_ERROR(check_channels(recording.channels, path));
-  RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
-  RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
-  RAVENCAL_RETURN_IF_ERROR(write_to(target.partial(), recording));
-  // SQLite would read the rows of a killed writer's -wal instead of the new ones. It goes first:
-  // the other order leaves, for a moment, a new file beside an old -wal.
-  RAVENCAL_RETURN_IF_ERROR(remove_side_files(target.target()));
-  return target.publish();
+  RAVENCAL_ASSIGN_OR_RETURN(
+      RecordingWriter writer,
+      RecordingWriter::create_whole(path, recording.meta, recording.channels, overwrite));
+  std::vector<double> row(recording.channels.size());
+  for (Eigen::Index r = 0; r < recording.rows(); ++r) {
+    for (std::size_t c = 0; c < row.size(); ++c)
+      row[c] = recording.samples(r, static_cast<Eigen::Index>(c));
+    RAVENCAL_RETURN_IF_ERROR(writer.append(recording.t_ns[static_cast<std::size_t>(r)], row));
+  }
+  for (const Event& event : recording.events) RAVENCAL_RETURN_IF_ERROR(writer.append_event(event));
+  return writer.finish();
 }
 
 }  // namespace ravencal::record

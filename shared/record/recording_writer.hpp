@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Writes a recording (`.db`) while it happens: SQLite in WAL mode, committed every 50 ms, so
-// that a killed or powered-off writer loses at most 100 ms and others can read meanwhile.
+// Writes a recording (`.db`), either while it happens: SQLite in WAL mode, committed every 50 ms,
+// so that a killed or powered-off writer loses at most 100 ms and others can read meanwhile; or
+// whole: it appears under its name when it is finished, and until then what had the name stays.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +23,25 @@ namespace ravencal::record {
 /// Not thread-safe: one thread owns a writer. Not for real-time threads.
 class RecordingWriter {
  public:
-  /// Creates `path` (an existing file is refused unless `overwrite`).
+  /// Creates `path`, to be written while it happens. Errors: kUsage where a file has the name,
+  /// unless `overwrite`, and for an input of the process; kData for channels (check_channels); kIo.
   static core::Result<RecordingWriter> create(const std::filesystem::path& path,
                                               const std::map<std::string, std::string>& meta,
                                               const std::vector<Channel>& channels,
                                               bool overwrite = false);
+  /// The same for a recording that appears, or replaces a file, at finish(). Without finish()
+  /// nothing stays of it.
+  static core::Result<RecordingWriter> create_whole(const std::filesystem::path& path,
+                                                    const std::map<std::string, std::string>& meta,
+                                                    const std::vector<Channel>& channels,
+                                                    bool overwrite = false);
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
-  ~RecordingWriter();  ///< finishes; errors are lost, so call finish() where they matter
+  /// Finishes what is written while it happens; errors are lost, so call finish() where they
+  /// matter. Drops what is written whole.
+  ~RecordingWriter();
 
   /// Appends one row; `values` in the channels' own units, shape [channels]; NaN is stored as NULL.
   core::Status append(std::int64_t t_ns, std::span<const double> values);
@@ -39,7 +49,7 @@ class RecordingWriter {
   core::Status set_meta(std::string_view key, std::string_view value);
   /// Commits what is pending. Done by itself often enough that no row waits for 100 ms.
   core::Status flush();
-  /// Commits, folds the WAL into the file and closes it.
+  /// Commits, folds the WAL into the file, closes it and, written whole, gives it its name.
   core::Status finish();
 
  private:
@@ -48,7 +58,7 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Writes a whole recording, values in SI units.
+/// Writes a recording that is known, values in SI units, whole.
 core::Status write_recording(const Recording& recording, const std::filesystem::path& path,
                              bool overwrite = false);
 

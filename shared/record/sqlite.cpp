@@ -19,6 +19,8 @@ std::string_view remedy_for(int code) {
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
       return "; this is no intact recording";
+    case SQLITE_INTERRUPT:
+      return ": a file of its size holds less; this is no intact recording";
     case SQLITE_BUSY:
       return "; another program is writing this file";
     default:
@@ -32,8 +34,9 @@ core::Error last_error(sqlite3* database, const std::filesystem::path& path,
                        std::string_view doing) {
   const int code = sqlite3_errcode(database);
   const int primary = code & 0xff;
-  const bool content =
-      primary == SQLITE_NOTADB || primary == SQLITE_CORRUPT || primary == SQLITE_ERROR;
+  const bool content = primary == SQLITE_NOTADB || primary == SQLITE_CORRUPT ||
+                       primary == SQLITE_ERROR || primary == SQLITE_INTERRUPT ||
+                       primary == SQLITE_TOOBIG;
   const int system_error = primary == SQLITE_IOERR ? sqlite3_system_errno(database) : 0;
   const std::string cause =
       system_error == 0 ? "" : fmt::format(" ({})", std::strerror(system_error));
@@ -54,6 +57,28 @@ core::Result<Statement> prepare(sqlite3* database, const std::filesystem::path& 
       sqlite3_prepare_v2(database, sql.c_str(), static_cast<int>(sql.size()), &statement, nullptr);
   if (code != SQLITE_OK) return last_error(database, path, "not a recording");
   return Statement(statement);
+}
+
+std::int64_t operations_for(std::uintmax_t bytes) {
+  // A row has a byte and takes about one operation for each of its columns.
+  constexpr std::uintmax_t kOperationsPerByte = 16;
+  constexpr std::uintmax_t kLeastOperations = 10'000'000;
+  return static_cast<std::int64_t>(kLeastOperations + kOperationsPerByte * bytes);
+}
+
+void distrust(sqlite3* database, std::atomic<std::int64_t>& operations_left) {
+  constexpr int kOperationsPerLook = 10'000;
+  constexpr int kLongestValue = 64 << 20;
+  for (const int what : {SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_ENABLE_TRIGGER,
+                         SQLITE_DBCONFIG_TRUSTED_SCHEMA}) {
+    (void)sqlite3_db_config(database, what, 0, nullptr);
+  }
+  (void)sqlite3_limit(database, SQLITE_LIMIT_LENGTH, kLongestValue);
+  (void)sqlite3_limit(database, SQLITE_LIMIT_ATTACHED, 0);
+  const auto look = [](void* left) {
+    return (*static_cast<std::atomic<std::int64_t>*>(left) -= kOperationsPerLook) < 0 ? 1 : 0;
+  };
+  sqlite3_progress_handler(database, kOperationsPerLook, look, &operations_left);
 }
 
 std::string quoted(std::string_view name) {

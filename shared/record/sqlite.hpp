@@ -5,6 +5,8 @@
 
 #include <sqlite3.h>
 
+#include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -31,6 +33,14 @@ core::Status execute(sqlite3* database, const std::filesystem::path& path, const
 
 core::Result<Statement> prepare(sqlite3* database, const std::filesystem::path& path,
                                 const std::string& sql);
+
+/// How many operations a reader of a file of so many bytes can need, several times over.
+std::int64_t operations_for(std::uintmax_t bytes);
+
+/// Before a file of anybody is read: no views, triggers or functions of its own, texts of at most
+/// 64 MiB, and an end (SQLITE_INTERRUPT) where no operation is left, as in tables that lead back
+/// into themselves. `operations_left` outlives the connection; several may share it.
+void distrust(sqlite3* database, std::atomic<std::int64_t>& operations_left);
 
 /// An identifier in double quotes, as SQL wants it.
 std::string quoted(std::string_view name);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "encoder_input.hpp"
-
+//
+// The first byte chooses: CAN frames, configuration text, readings of an axis, a recording to
+// replay, a message about a CAN link.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 
+#include "fuzz/inputs.hpp"
 #include "quadrature_reader/axis.hpp"
 #include "quadrature_reader/config.hpp"
 #include "quadrature_reader/sources/can_decoder.hpp"
@@ -20,16 +20,10 @@ namespace {
 
 using namespace quadrature_reader;
 
-void promise(bool kept, const char* what) {
-  if (kept) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
 /// Takes numbers off the front of the input; zeros once it is used up.
-class Bytes {
+class Numbers {
  public:
-  explicit Bytes(std::span<const std::uint8_t> bytes) : left_(bytes) {}
+  explicit Numbers(Bytes bytes) : left_(bytes) {}
   [[nodiscard]] bool empty() const { return left_.empty(); }
   template <typename T>
   T take() {
@@ -41,10 +35,10 @@ class Bytes {
   }
 
  private:
-  std::span<const std::uint8_t> left_;
+  Bytes left_;
 };
 
-void try_can(Bytes bytes) {
+void try_can(Numbers bytes) {
   SourceSettings settings;
   settings.kind = SourceKind::kCan;
   settings.position_timeout_ns = 50'000'000;
@@ -107,7 +101,7 @@ void try_can(Bytes bytes) {
   }
 }
 
-void try_config(std::span<const std::uint8_t> bytes) {
+void try_config(Bytes bytes) {
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto config = parse_config(text, "fuzz.toml");
   if (!config.ok()) {
@@ -123,7 +117,7 @@ void try_config(std::span<const std::uint8_t> bytes) {
   }
 }
 
-void try_readings(Bytes bytes) {
+void try_readings(Numbers bytes) {
   AxisSettings settings;
   settings.si_per_count = 1e-4;
   settings.zero_counts = 0;
@@ -158,7 +152,7 @@ void try_readings(Bytes bytes) {
   }
 }
 
-void try_replay(Bytes bytes) {
+void try_replay(Numbers bytes) {
   record::Recording recording;
   recording.channels = {{"shoulder.lines", "1", record::Role::kStatus, "shoulder"},
                         {"elbow.counts", "counts", record::Role::kFeature, "elbow"}};
@@ -185,25 +179,25 @@ void try_replay(Bytes bytes) {
   }
 }
 
-void try_can_link(std::span<const std::uint8_t> bytes) {
+void try_can_link(Bytes bytes) {
   const auto link = parse_can_link(std::as_bytes(bytes));
   promise(!link.ok() || link->kind.size() <= bytes.size(), "a name comes from the message");
 }
 
 }  // namespace
 
-void try_encoder(std::span<const std::uint8_t> bytes) {
+void try_encoder(Bytes bytes) {
   if (bytes.empty()) return;
   const auto rest = bytes.subspan(1);
   switch (bytes[0] % 5) {
     case 0:
-      return try_can(Bytes(rest));
+      return try_can(Numbers(rest));
     case 1:
       return try_config(rest);
     case 2:
-      return try_readings(Bytes(rest));
+      return try_readings(Numbers(rest));
     case 3:
-      return try_replay(Bytes(rest));
+      return try_replay(Numbers(rest));
     default:
       return try_can_link(rest);
   }

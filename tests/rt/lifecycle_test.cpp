@@ -101,9 +101,6 @@ TEST(OldProcessor, GetsTheKernelsThatItHas) {
   const bool modern = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
   EXPECT_EQ(rig.instance.info().isa == RAVENCAL_ISA_BASELINE, !modern);
 }
-
-/// What an emulator of an old processor must refuse, or it shows nothing.
-TEST(OldProcessor, DISABLED_EndsByAvx) { asm volatile("vaddps %%ymm0, %%ymm0, %%ymm0" ::: "xmm0"); }
 #endif
 
 TEST(LifeCycle, LeavesNothingBehindOverManyLivesOfBothArms) {

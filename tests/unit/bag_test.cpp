@@ -3,9 +3,12 @@
 // Bags of raven_state and ext_jpos in and out, and what is said of those that cannot be read.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -219,6 +222,49 @@ TEST_F(Bag, SaysOfEveryCutThatItIsNoWholeBag) {
     const auto cut = load("cut.bag");
     ASSERT_FALSE(cut.ok()) << size << " of " << whole->size();
     EXPECT_NE(cut.error().message.find("cut.bag: "), std::string::npos) << cut.error().message;
+  }
+}
+
+TEST_F(Bag, ReadsOrRefusesEveryDamagedBag) {
+  ASSERT_TRUE(export_bag(states(true, 40), profile("raven2-bag"), folder_ / "w.bag").ok());
+  const auto whole = core::read_whole_file(folder_ / "w.bag");
+  ASSERT_TRUE(whole.ok());
+  std::mt19937 random(7);
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string bytes = *whole;
+    for (unsigned changes = 1 + random() % 4; changes > 0; --changes) {
+      // The index at the end and the headers of records decide what the library does.
+      const std::size_t from = random() % 2 == 0 ? bytes.size() - 2000 : 0;
+      bytes[from + random() % (random() % 2 == 0 ? 2000 : bytes.size() - from)] =
+          static_cast<char>(random());
+    }
+    ASSERT_TRUE(core::write_whole_file(folder_ / "damaged.bag", bytes).ok());
+    const auto damaged = load("damaged.bag");
+    if (damaged.ok()) continue;
+    ++refused;
+    EXPECT_NE(damaged.error().message.find("damaged.bag: "), std::string::npos)
+        << damaged.error().message;
+  }
+  EXPECT_GT(refused, 50);
+}
+
+TEST_F(Bag, LeavesNothingOfAnExportToAFullDisk) {
+  const Recording recording = states(true, 2000);
+  const Profile with = profile("raven2-bag");
+  for (const rlim_t room : {0, 1000, 100'000, 800'000, 1'500'000}) {
+    const auto full = [&] {
+      (void)std::signal(SIGXFSZ, SIG_IGN);
+      const struct rlimit limit = {room, room};
+      (void)::setrlimit(RLIMIT_FSIZE, &limit);
+      const auto exported = export_bag(recording, with, folder_ / "f.bag");
+      const bool told = !exported.ok() && exported.error().code == core::ErrorCode::kIo &&
+                        exported.error().message.find("f.bag: cannot") != std::string::npos;
+      return told ? 3 : 1;
+    };
+    EXPECT_EXIT(std::_Exit(full()), testing::ExitedWithCode(3), "") << room;
+    for (const auto& file : fs::directory_iterator(folder_))
+      EXPECT_EQ(file.path().filename().string().find("f.bag"), std::string::npos) << file.path();
   }
 }
 

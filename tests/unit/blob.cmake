@@ -14,21 +14,3 @@ ravencal_test(NAME feature_state_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/feature_
   LIBS ravencal::model LABELS unit)
 ravencal_test(NAME layers_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/layers_test.cpp
   LIBS ravencal::model LABELS unit)
-ravencal_test(NAME blob_replay_test
-  SOURCES ${PROJECT_SOURCE_DIR}/tests/fuzz/blob_replay_test.cpp
-          ${PROJECT_SOURCE_DIR}/tests/fuzz/blob_fuzz.cpp
-  LIBS ravencal_blob_sample LABELS replay)
-
-if(RAVENCAL_FUZZ)
-  # The reader itself is compiled again, because only instrumented code guides the fuzzer.
-  file(GLOB fuzzed_sources ${PROJECT_SOURCE_DIR}/shared/model/blob_*.cpp
-    ${PROJECT_SOURCE_DIR}/shared/model/packed_*.cpp)
-  add_executable(blob_fuzz ${PROJECT_SOURCE_DIR}/tests/fuzz/blob_fuzz.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/blob_sample.cpp ${fuzzed_sources})
-  target_include_directories(blob_fuzz PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-  target_compile_definitions(blob_fuzz PRIVATE RAVENCAL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  target_compile_options(blob_fuzz PRIVATE -fsanitize=fuzzer,address,undefined
-    -fno-sanitize-recover=all)
-  target_link_options(blob_fuzz PRIVATE -fsanitize=fuzzer,address,undefined)
-  target_link_libraries(blob_fuzz PRIVATE ravencal::model nlohmann_json::nlohmann_json)
-endif()

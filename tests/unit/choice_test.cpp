@@ -15,6 +15,7 @@
 #include "choice/input_sets.hpp"
 #include "choice/rows.hpp"
 #include "core/catalogue.hpp"
+#include "learn/dataset.hpp"
 #include "learn/evaluate.hpp"
 
 namespace ravencal::choice {
@@ -116,6 +117,24 @@ TEST(Choice, OfACurvedErrorHasUnits) {
   const auto linear = choose({elbow(6000, 1, kCurve)}, line);
   ASSERT_TRUE(linear.ok());
   EXPECT_LT(rmse_on(choice->model, test), 0.1 * rmse_on(linear->model, test));
+}
+
+TEST(Choice, OfAConstantErrorIsTheConstant) {
+  Recording arm = elbow(3000, 1, kLinear);
+  arm.samples.col(1) = arm.samples.col(0).array() + 0.03;
+  const auto choice = choose({arm});
+  ASSERT_TRUE(choice.ok()) << choice.error().message;
+  EXPECT_EQ(chosen(choice->joints[0]), "bias removed;");
+  EXPECT_LT(rmse_on(choice->model, arm), 1e-6);
+}
+
+TEST(Choice, OfFewRowsIsRefused) {
+  ASSERT_TRUE(choose({elbow(static_cast<int>(learn::kFewestRows), 1, kLinear)}).ok());
+  const auto refused = choose({elbow(static_cast<int>(learn::kFewestRows) - 1, 1, kLinear)});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("joint elbow: 49 usable row(s) are too few"),
+            std::string::npos)
+      << refused.error().message;
 }
 
 TEST(Choice, IsTheSameForTheSameSeed) {

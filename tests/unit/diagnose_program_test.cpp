@@ -119,7 +119,7 @@ TEST_F(DiagnoseProgram, RefusesToHoldOutWhatItFits) {
 TEST_F(DiagnoseProgram, LeavesNothingUndoneInSilence) {
   const std::pair<const char*, const char*> wrong[] = {
       {" --held-out-from 100", "--held-out-from 100: no recording is that long; a.csv ends at"},
-      {" --held-out-from -1", "--held-out-from -1: leaves no row to fit"},
+      {" --held-out-from -1", "--held-out-from: -1 is below 0"},
       {" --held-out b.csv ./b.csv", "b.csv: is given twice"},
       {" ./a.csv", "a.csv: is given twice"},
       {" --held-out-profile profile.toml", "--held-out"},

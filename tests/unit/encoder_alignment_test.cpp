@@ -169,6 +169,12 @@ TEST(Alignment, NamesWhatIsWrong) {
   error = merge_truth(robot, truth_of([](double) { return 0.3; }, 0.0));
   ASSERT_FALSE(error.ok()) << "a joint at rest tells no delay";
 
+  auto not_homed = truth_of(smooth_motion, 0.0);
+  not_homed.samples.setConstant(std::numeric_limits<double>::quiet_NaN());
+  error = merge_truth(robot, not_homed);
+  ASSERT_FALSE(error.ok());
+  EXPECT_NE(error.error().message.find("--home"), std::string::npos) << error.error().message;
+
   auto elsewhere = truth_of(smooth_motion, 0.0);
   for (auto& t : elsewhere.t_ns) t += 3'600'000 * core::kNsPerMs;
   error = merge_truth(robot, elsewhere);

@@ -41,18 +41,20 @@ class EncoderProgram : public testing::Test {
   ~EncoderProgram() override { fs::remove_all(folder_); }
 
   /// A configuration whose only source has these keys.
-  void configure(const std::string& source, const std::string& wiring) const {
+  void configure(const std::string& source, const std::string& wiring,
+                 const std::string& zero = "zero_counts = 0") const {
     std::ofstream(folder_ / "c.toml")
         << "[[source]]\nname = \"s\"\n"
         << source << "\n[[encoder]]\njoint = \"shoulder\"\nsource = \"s\"\n"
-        << "counts_per_rev = 80000\nzero_counts = 0\n"
+        << "counts_per_rev = 80000\n"
+        << zero << '\n'
         << wiring << '\n';
   }
   void configure_missing_chip() const {
     configure("kind = \"gpio\"\nchip = \"/dev/no-such-chip\"", "line_a = 0\nline_b = 1");
   }
   /// 20 s of a joint that turns at 1000 counts/s, played at its own speed.
-  void configure_replay() const {
+  void configure_replay(const std::string& zero = "zero_counts = 0") const {
     Config config;
     config.sources.emplace_back();
     EncoderSettings encoder;
@@ -69,7 +71,8 @@ class EncoderProgram : public testing::Test {
     recorder->take(0, {20'001 * kMs, 0, kEveryAxis, ReadingKind::kAlive, Line::kA, Fault::kNone});
     ASSERT_TRUE(recorder->finish().ok());
     configure(
-        fmt::format("kind = \"replay\"\nrecording = \"{}\"", (folder_ / "motion.db").string()), "");
+        fmt::format("kind = \"replay\"\nrecording = \"{}\"", (folder_ / "motion.db").string()), "",
+        zero);
   }
 
   /// Starts the program in the test's folder with its outputs in files `out` and `err`.
@@ -149,6 +152,20 @@ TEST_F(EncoderProgram, PrintsALineOfJsonEverySecondAndStopsAtASignalWithAValidFi
   const auto recording = record::load_recording(folder_ / "r.db", {});
   ASSERT_TRUE(recording.ok()) << recording.error().message;
   EXPECT_GT(recording->rows(), 500);
+}
+
+TEST_F(EncoderProgram, SaysWhichRowsHaveNoPositionAndHowTheyGetOne) {
+  configure_replay("");
+  EXPECT_EQ(wait_for(start({"--out", "r.db", "--duration-s", "0.5"})), 0);
+  const std::string without = text_of("err");
+  EXPECT_NE(without.find("the zero is unknown: shoulder; --home"), std::string::npos) << without;
+  EXPECT_EQ(wait_for(start({"--out", "p.db", "--duration-s", "0.5", "--json"})), 0);
+  const std::string lines = text_of("out");
+  EXPECT_NE(lines.find(R"("without_zero":["shoulder"])"), std::string::npos) << lines;
+  fs::remove(folder_ / "motion.db");
+  configure_replay();
+  EXPECT_EQ(wait_for(start({"--out", "q.db", "--duration-s", "0.5"})), 0);
+  EXPECT_EQ(text_of("err"), "");
 }
 
 TEST_F(EncoderProgram, TellsTheServiceManagerThatItIsReadyAliveAndStopping) {

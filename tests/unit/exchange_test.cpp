@@ -8,11 +8,13 @@
 #include <matio.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <random>
+#include <thread>
 
 #include "core/catalogue.hpp"
 #include "exchange/hdf5_export.hpp"
@@ -204,6 +206,18 @@ TEST_F(Exchange, TheCommandWritesEachKindAndNamesWhatItCannot) {
 }
 
 // PlotJuggler: one header line of unique names, the time as a column of its own, points and commas.
+// HDF5 stamps its objects with the time in seconds unless it is told otherwise.
+TEST_F(Exchange, OneRecordingGivesTheSameBytesASecondLater) {
+  const record::Recording recording = sample_recording();
+  ASSERT_TRUE(exchange::export_hdf5(recording, folder_ / "now.h5").ok());
+  ASSERT_TRUE(exchange::export_mat(recording, folder_ / "now.mat").ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  ASSERT_TRUE(exchange::export_hdf5(recording, folder_ / "later.h5").ok());
+  ASSERT_TRUE(exchange::export_mat(recording, folder_ / "later.mat").ok());
+  for (const char* kind : {"h5", "mat"})
+    EXPECT_EQ(run(fmt::format("cmp now.{0} later.{0}", kind)).text, "") << kind;
+}
+
 TEST_F(Exchange, PlottersReadTheCsvByItsHeader) {
   ASSERT_TRUE(record::write_recording(sample_recording(), folder_ / "r.db").ok());
   ASSERT_EQ(run(fmt::format("'{}' export r.db --out r.csv", RAVENCAL_PROGRAM)).exit_code, 0);

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "physics/effects/effect_spec.hpp"
@@ -41,6 +44,76 @@ std::size_t line_of(const std::string& text, const std::string& needle) {
   return 1 +
          static_cast<std::size_t>(std::count(
              text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(needle)), '\n'));
+}
+
+/// The text with the number of line `line` (from 1) replaced, or "" if no line of `KEY = NUMBER`.
+std::string with_number(const std::string& text, std::size_t line, const std::string& number,
+                        std::string& key) {
+  static const std::regex kNumber(R"(^(\s*)(\w+) = (\[?)(-?[0-9][-+.eE0-9]*)(.*)$)");
+  std::istringstream lines(text);
+  std::string changed_text, one;
+  bool found = false;
+  for (std::size_t at = 1; std::getline(lines, one); ++at) {
+    std::smatch parts;
+    if (at == line && std::regex_match(one, parts, kNumber)) {
+      key = parts[2];
+      one = parts[1].str() + key + " = " + parts[3].str() + number + parts[5].str();
+      found = true;
+    }
+    changed_text += one + "\n";
+  }
+  return found ? changed_text : "";
+}
+
+TEST(Plant, HasARangeForEveryNumber) {
+  const std::string text = shipped_text();
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  int numbers = 0;
+  for (std::size_t line = 1; line <= lines; ++line) {
+    std::string key;
+    for (const char* number : {"1e300", "-1e300", "inf", "nan"}) {
+      const std::string odd = with_number(text, line, number, key);
+      if (odd.empty()) continue;
+      ++numbers;
+      const std::string error = error_of(odd);
+      EXPECT_NE(error.find("p.toml:" + std::to_string(line) + ":"), std::string::npos)
+          << key << " = " << number << ": " << error;
+      EXPECT_NE(error.find(key), std::string::npos) << error;
+      if (number[0] == 'i' || number[0] == 'n') continue;
+      EXPECT_NE(error.find(number[0] == '-' ? "-1e+300" : "1e+300"), std::string::npos) << error;
+      EXPECT_NE(error.find("must be from"), std::string::npos) << error;
+    }
+  }
+  EXPECT_GT(numbers, 400);
+}
+
+TEST(Plant, RefusesSizesBelowZeroAndPeriodsWithoutEnd) {
+  const std::string text = shipped_text();
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  const std::regex size(
+      "rate_hz|.*_rate_hz|truth_.*|mass_kg|.*stiffness.*|.*damping.*|.*width.*|"
+      "yield.*|time_s|.*_time_s|level.*|motor_inertia.*|gearbox_ratio|reduction.*|"
+      "joint_encoder_resolution.*|displacement.*|presliding.*|kp_.*|kd_.*|"
+      "dac_limit_counts|motor_encoder_counts_per_rev|inertia_kg_m2");
+  std::set<std::string> refused;
+  for (std::size_t line = 1; line <= lines; ++line) {
+    std::string key;
+    const std::string odd = with_number(text, line, "-1", key);
+    if (odd.empty() || !std::regex_match(key, size)) continue;
+    EXPECT_NE(error_of(odd).find(key + " is -1, must be from"), std::string::npos) << key;
+    refused.insert(key);
+  }
+  EXPECT_GT(refused.size(), 25U);
+  std::set<std::string> of_time;
+  for (std::size_t line = 1; line <= lines; ++line) {
+    std::string key;
+    const std::string odd = with_number(text, line, "0", key);
+    if (odd.empty() || !std::regex_match(key, std::regex(".*rate_hz|truth_period_s"))) continue;
+    EXPECT_NE(error_of(odd).find(key + " is 0, must be from"), std::string::npos) << key;
+    of_time.insert(key);
+  }
+  EXPECT_EQ(of_time, (std::set<std::string>{"control_rate_hz", "inner_rate_hz", "rate_hz",
+                                            "truth_period_s"}));
 }
 
 TEST(Plant, ReadsTheShippedRobotWithThePublishedConstants) {

@@ -4,7 +4,9 @@ ravencal_test(NAME record_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/record/reader_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/writer_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/log_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/disk_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/hostile_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/profile_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/csv_load_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/csv_errors_test.cpp

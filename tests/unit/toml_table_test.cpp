@@ -127,5 +127,33 @@ TEST(TomlTable, TellsUnreadableFilesFromWrongOnes) {
   EXPECT_EQ(wrong.error().message.rfind("f.toml:1: ", 0), 0U) << wrong.error().message;
 }
 
+TEST(TomlTable, RefusesKeysThatNestWithoutEnd) {
+  std::string key = "a";
+  for (int i = 0; i < 100'000; ++i) key += ".a";
+  for (const std::string& text :
+       {"x = 1\n" + key + " = 1\n", "x = 1\n[" + key + "]\n", "x = 1\n[[" + key + "]]\n",
+        "x = 1\na = { k = \"\"\" \" \"\"\", " + key + " = 1 }\n"}) {
+    const auto table = parse_toml(text, "f.toml", "a file");
+    ASSERT_FALSE(table.ok()) << text.substr(0, 20);
+    EXPECT_EQ(table.error().message,
+              "f.toml:2: a key of more than 32 dots; no table of a file nests as deep");
+  }
+  const std::string values =
+      "x = 1\ny = " + std::string(100'000, '[') + std::string(100'000, ']') + "\n";
+  const auto table = parse_toml(values, "f.toml", "a file");
+  ASSERT_FALSE(table.ok());
+  EXPECT_TRUE(table.error().message.starts_with("f.toml:2: ")) << table.error().message;
+}
+
+TEST(TomlTable, CountsNoDotsOfTextsCommentsAndNumbers) {
+  const std::string dots(100, '.');
+  const std::string text = "a = \"" + dots + "\"  # " + dots + "\nb = '" + dots +
+                           "'\nc = \"\"\"\n\" " + dots + "\n" + dots +
+                           "\"\"\"\nd = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, "
+                           "1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, "
+                           "1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n";
+  EXPECT_EQ(parsed(text).text("a"), dots);
+}
+
 }  // namespace
 }  // namespace ravencal::core

@@ -1,31 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/interrupt.hpp"
 
+#include <unistd.h>
+
 #include <csignal>
+#include <initializer_list>
+
+#include "core/outputs.hpp"
 
 namespace ravencal::cli {
 namespace {
 
-volatile std::sig_atomic_t stop_requested = 0;
+volatile std::sig_atomic_t stop_signal = 0;  // the first that asked to stop
+volatile std::sig_atomic_t is_work = 0;
 
-void on_signal(int signal_number) {
-  if (stop_requested != 0) {
-    std::signal(signal_number, SIG_DFL);
-    std::raise(signal_number);
-  }
-  stop_requested = 1;
+int exit_code_of(int signal_number) { return 128 + signal_number; }  // as shells have it
+
+void end_process(int signal_number) {
+  core::remove_unfinished();
+  ::_exit(exit_code_of(signal_number));
+}
+
+void ask_to_stop(int signal_number) {
+  if (stop_signal != 0) end_process(signal_number);
+  stop_signal = signal_number;
+}
+
+void handle(std::initializer_list<int> signals, void (*handler)(int)) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  for (const int signal_number : signals) sigaction(signal_number, &action, nullptr);
 }
 
 }  // namespace
 
-void catch_interrupts() {
-  struct sigaction action = {};
-  action.sa_handler = on_signal;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+void end_cleanly_at_signals() {
+  handle({SIGINT, SIGTERM}, end_process);
+  struct sigaction hangup = {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) handle({SIGHUP}, end_process);  // nohup(1) ignores it
 }
 
-bool interrupted() { return stop_requested != 0; }
+void catch_interrupts() { handle({SIGINT, SIGTERM}, ask_to_stop); }
+
+void catch_interrupts_of_work() {
+  is_work = 1;
+  catch_interrupts();
+}
+
+bool interrupted() { return stop_signal != 0; }
+
+int exit_code_of_interrupt() {
+  return is_work != 0 && stop_signal != 0 ? exit_code_of(stop_signal) : 0;
+}
 
 }  // namespace ravencal::cli

@@ -1,13 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
+//
+// What SIGINT (Ctrl-C), SIGTERM and SIGHUP do to a program. Each removes what is unfinished
+// (core/outputs.hpp) and ends the process with the exit code 128 + its number, unless the program
+// asks to stop by itself.
 #pragma once
 
 namespace ravencal::cli {
 
-/// Catches Ctrl-C and SIGTERM from here on: the first sets interrupted(), so that long work can
-/// stop at a good place and leave valid files; the second ends the process at once.
+/// For every program, before its first output.
+void end_cleanly_at_signals();
+
+/// From here on the first SIGINT or SIGTERM only sets interrupted(), so that a recorder or a
+/// service comes to its end, which is a normal one; the second ends the process.
 void catch_interrupts();
+
+/// The same for work that has a result, which the signal cuts short: exit_code_of_interrupt()
+/// says so.
+void catch_interrupts_of_work();
 
 /// True once the user asked to stop.
 bool interrupted();
+
+/// 130 (SIGINT) or 143 (SIGTERM) if work was cut short, else 0.
+int exit_code_of_interrupt();
 
 }  // namespace ravencal::cli

@@ -200,7 +200,7 @@ core::Status run(AblateArguments arguments, int& exit_code) {
       1) {
     return core::usage_error("--plan, --job and --collect: one at a time");
   }
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   if (arguments.job || arguments.collect) {
     RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, study::read_plan(arguments.out));
     if (arguments.collect) return collect(plan, arguments, exit_code);
@@ -289,7 +289,11 @@ void add_ablate(CLI::App& app, int& exit_code) {
       "tools/calibration/slurm/ablate.sbatch, then --collect.\n"
       "Example: ravencal ablate removal --train zigzag*.db --test random1.db --hidden 128,64,32 "
       "--epochs 60 --out study");
-  on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
+  on_call(*command, exit_code,
+          {.read = {"--train", "--test", "--train-loaded", "--test-loaded", "--test-homing",
+                    "--train-rehomed", "--profile"},
+           .written = {}},
+          [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 
 }  // namespace ravencal::commands

@@ -73,7 +73,7 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
                        "this needs ROS 1: install the package ravencal-ros, or libroscpp-dev and "
                        "build ravencal again"};
   }
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   RAVENCAL_ASSIGN_OR_RETURN(robot::CalibrationSession session,
                             robot::CalibrationSession::open(arguments.options));
   const auto steps = robot::calibration_steps(arguments.options);
@@ -139,15 +139,19 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   command->add_option("--precision", options.precision, "As in `ravencal convert`")
       ->check(CLI::IsMember({"f32", "bf16", "int8"}))
       ->capture_default_str();
-  command->add_option("--stale-s", options.stale_s, "As in `ravencal run`")->capture_default_str();
-  command->add_option("--wait-s", options.wait_s, "As in `ravencal run`")->capture_default_str();
+  command->add_option("--stale-s", options.stale_s, "As in `ravencal run`")
+      ->check(CLI::Range(0.02, 30.0))
+      ->capture_default_str();
+  command->add_option("--wait-s", options.wait_s, "As in `ravencal run`")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
   command->add_flag("--yes", arguments->yes,
                     "Skip the questions: for the virtual robot and for tests");
   command->footer(
       "Check, home, zig-zags, random motion, training, report, weights, what to load.\n"
       "The same command continues a session that was stopped.\n"
       "Example: ravencal calibrate --out evening1");
-  on_call(*command, exit_code, [arguments, &exit_code] {
+  on_call(*command, exit_code, {}, [arguments, &exit_code] {
     arguments->options.folder = arguments->folder;
     return run(*arguments, exit_code);
   });

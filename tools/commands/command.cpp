@@ -9,20 +9,73 @@
 #include <utility>
 
 #include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "core/outputs.hpp"
 
 namespace ravencal::commands {
 
-void on_call(CLI::App& command, int& exit_code, std::function<core::Status()> run) {
-  command.callback([&command, &exit_code, run = std::move(run)] {
-    const core::Status status = run();
-    if (status.ok()) return;
-    std::string name = command.get_name();
-    for (CLI::App* parent = command.get_parent();
-         parent != nullptr && parent->get_parent() != nullptr; parent = parent->get_parent()) {
-      name = parent->get_name() + " " + name;
+namespace {
+
+std::string full_name(const CLI::App& command) {
+  std::string name = command.get_name();
+  for (const CLI::App* parent = command.get_parent();
+       parent != nullptr && parent->get_parent() != nullptr; parent = parent->get_parent()) {
+    name = parent->get_name() + " " + name;
+  }
+  return name;
+}
+
+std::vector<std::filesystem::path> paths_of(const CLI::App& command,
+                                            const std::vector<std::string>& options) {
+  std::vector<std::filesystem::path> paths;
+  for (const std::string& option : options) {
+    for (const std::string& path : command.get_option(option)->results()) paths.emplace_back(path);
+  }
+  return paths;
+}
+
+/// The same file in the end, if it were created now.
+bool are_one(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code unknown;
+  const auto real = [&](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, unknown), unknown);
+  };
+  return real(a) == real(b);
+}
+
+core::Status check_files(const CLI::App& command, const FileOptions& files) {
+  core::protect_inputs(paths_of(command, files.read));
+  const std::vector<std::filesystem::path> written = paths_of(command, files.written);
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    RAVENCAL_RETURN_IF_ERROR(core::check_output(written[i]));
+    std::error_code unknown;
+    const bool may_take_both = std::filesystem::exists(written[i], unknown) &&
+                               !std::filesystem::is_regular_file(written[i], unknown);
+    for (std::size_t k = 0; k < i && !may_take_both; ++k) {
+      if (are_one(written[k], written[i])) {
+        return core::usage_error(
+            fmt::format("{}: two outputs have this name; give each its own", written[i].string()));
+      }
     }
-    fmt::print(stderr, "ravencal {}: {}\n", name, status.error().message);
-    exit_code = cli::exit_code_of(status.error().code);
+  }
+  return {};
+}
+
+}  // namespace
+
+void on_call(CLI::App& command, int& exit_code, FileOptions files,
+             std::function<core::Status()> run) {
+  command.callback([&command, &exit_code, files = std::move(files), run = std::move(run)] {
+    core::Status status = check_files(command, files);
+    if (status.ok()) status = run();
+    if (!status.ok()) {
+      fmt::print(stderr, "ravencal {}: {}\n", full_name(command), status.error().message);
+      exit_code = cli::exit_code_of(status.error().code);
+    }
+    if (const int interrupted = cli::exit_code_of_interrupt(); interrupted != 0) {
+      fmt::print(stderr, "ravencal {}: interrupted\n", full_name(command));
+      exit_code = interrupted;
+    }
   });
 }
 
@@ -35,7 +88,7 @@ void add_load_options(CLI::App& command, record::LoadOptions& load) {
       ->check(CLI::IsMember({"gold", "green"}))
       ->capture_default_str();
   command.add_flag("--skip-bad", load.skip_bad,
-                   "For a .csv: drop rows that cannot be read, each with an event");
+                   "Drop rows that cannot be read, with an event, instead of refusing the file");
 }
 
 core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,

@@ -13,11 +13,20 @@
 
 namespace ravencal::commands {
 
-/// Runs `run` when the user calls `command`. An error is printed as `ravencal COMMAND: why` and
-/// decides the exit code (cli/exit_code.hpp); success leaves it as it is.
-void on_call(CLI::App& command, int& exit_code, std::function<core::Status()> run);
+/// The options and positionals of a command whose values name files. What it reads is protected
+/// from all that it writes (core/outputs.hpp); a folder to write into is none of them.
+struct FileOptions {
+  std::vector<std::string> read;
+  std::vector<std::string> written;
+};
 
-/// --profile, --arm and --skip-bad, for what is not a recording yet.
+/// Runs `run` when the user calls `command`, unless one of its outputs is one of its inputs or
+/// another output. An error is printed as `ravencal COMMAND: why` and decides the exit code
+/// (cli/exit_code.hpp), and so does a signal that cut the work short; success leaves it as it is.
+void on_call(CLI::App& command, int& exit_code, FileOptions files,
+             std::function<core::Status()> run);
+
+/// --profile and --arm, for what is not a recording yet, and --skip-bad.
 void add_load_options(CLI::App& command, record::LoadOptions& load);
 
 /// Reads them all; the error is that of the first that cannot be read.

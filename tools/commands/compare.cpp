@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
@@ -162,7 +163,7 @@ core::Status run(CompareArguments a) {
       return measure(a, *first, model);
     };
   }
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   cli::Progress progress("compare");
   a.options.look = [&](double done, std::string_view what) {
     progress.update(done, what);
@@ -203,7 +204,7 @@ void add_data_options(CLI::App& command, CompareArguments& a) {
   command
       .add_option("--play", a.options.play,
                   "Half-widths (SI units) of play operators, for our methods only")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->delimiter(',');
   command.add_flag("--poses", a.options.poses, "Rows are poses in no order of time");
   command.add_option("--physics", a.options.settings.physics,
@@ -219,6 +220,7 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
                   fmt::format("Only these of {}", fmt::join(ids, ", ")))
       ->delimiter(',');
   command.add_option("--shares", a.options.shares, "Parts of the training for the learning curve")
+      ->check(CLI::Range(0.0, 1.0))
       ->delimiter(',')
       ->capture_default_str();
   command.add_flag_callback(
@@ -229,7 +231,7 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
       ->capture_default_str();
   command
       .add_option("--step-budget-us", a.options.loop_budget_us, "Longest step that fits the loop")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->capture_default_str();
   add_hidden_option(command, s.hidden);
   add_activation_option(command, s.activation);
@@ -239,7 +241,7 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
       .add_option(
           "--penalty-scale", s.penalty_scale,
           "Factor of the network's penalties; 0: blocked validation chooses it where rows are few")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   add_networks_option(command, s.networks);
   command.add_option("--gru-units", s.gru_units, "Units of the GRU (the authors': 300)")
       ->check(CLI::Range(1U, 4096U))
@@ -281,7 +283,11 @@ void add_compare(CLI::App& app, int& exit_code) {
       "--physics physics --plugin libravencal_plugin.so --out comparison\n"
       "Finished methods are kept in OUT/methods: after Ctrl-C the same command continues with the "
       "others.");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(
+      *command, exit_code,
+      {.read = {"--train", "--test", "--test-load", "--test-homing", "--profile", "--test-profile"},
+       .written = {}},
+      [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

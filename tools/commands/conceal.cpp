@@ -10,6 +10,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "conceal/kinds.hpp"
+#include "core/temporary_folder.hpp"
 #include "core/whole_file.hpp"
 #include "physics/plant.hpp"
 #include "trajectory/trajectory.hpp"
@@ -43,10 +44,11 @@ core::Status run(const ConcealArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory motion,
                             trajectory::read_csv(arguments.trajectory));
-  cli::catch_interrupts();
+  RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder scratch, core::TemporaryFolder::create());
+  cli::catch_interrupts_of_work();
   RAVENCAL_ASSIGN_OR_RETURN(
       const conceal::Hidden hidden,
-      conceal::conceal(plant, motion, arguments.seed, arguments.out + ".session.db",
+      conceal::conceal(plant, motion, arguments.seed, scratch.path() / "session.db",
                        [] { return !cli::interrupted(); }));
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text,
                             conceal::hidden_plant(arguments.plant, plant, hidden));
@@ -89,7 +91,9 @@ void add_conceal(CLI::App& app, int& exit_code) {
       "Example: ravencal conceal --plant tools/plants/raven2_published.toml --trajectory run.csv "
       "--seed 7 --out hidden.toml --answer answer.json",
       ids(), conceal::kLeastSize, conceal::kMostSize));
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code,
+          {.read = {"--plant", "--trajectory"}, .written = {"--out", "--answer"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

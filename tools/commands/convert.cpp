@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/exit_code.hpp"
+#include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/convert.hpp"
@@ -256,7 +257,7 @@ void add_convert(CLI::App& app, int& exit_code) {
       "--compact", arguments->budget,
       "Remove inputs and units that change nothing; with a budget such as 0.02, also those whose "
       "removal changes the outputs by less than that share of their spread");
-  compact->expected(0, 1)->check(CLI::Range(0.0, 1.0))->type_name("BUDGET");
+  compact->expected(0, 1)->check(CLI::Range(0.0, 1.0));
   command->add_option("--calibrate", arguments->calibrate,
                       "Recordings of the training. int8 and --compact need them (default: that of "
                       "--check), so does the trained range of a model of another program, and so "
@@ -272,7 +273,7 @@ void add_convert(CLI::App& app, int& exit_code) {
   command
       ->add_option("--max-rmse-change", arguments->max_rmse_change_percent,
                    "Refuse (exit 1) weights that raise a joint's RMSE by more than this, percent")
-      ->check(CLI::NonNegativeNumber)
+      ->check(cli::not_negative())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "Print JSON");
   add_load_options(*command, arguments->load);
@@ -286,11 +287,14 @@ void add_convert(CLI::App& app, int& exit_code) {
       "  ravencal convert model.onnx --out weights.blob --calibrate train*.db --plant raven2.toml\n"
       "  ravencal convert model.h5 --scaling scaling.json --calibrate train*.db --out weights.blob "
       "--check test.db");
-  on_call(*command, exit_code, [arguments, command, origin, compact, &exit_code] {
-    arguments->origin = given_origin(*command, *origin);
-    arguments->compact = compact->count() > 0;
-    return run(*arguments, exit_code);
-  });
+  on_call(*command, exit_code,
+          {.read = {"model", "--scaling", "--calibrate", "--plant", "--check", "--profile"},
+           .written = {"--out"}},
+          [arguments, command, origin, compact, &exit_code] {
+            arguments->origin = given_origin(*command, *origin);
+            arguments->compact = compact->count() > 0;
+            return run(*arguments, exit_code);
+          });
 }
 
 }  // namespace ravencal::commands

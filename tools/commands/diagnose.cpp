@@ -11,6 +11,7 @@
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
@@ -169,7 +170,7 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
                             load_all(arguments.simulated, third, arguments.skip_bad, plant));
   options.series.held_out_from_s = arguments.held_out_from_s;
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {
     progress.update(done, what);
@@ -221,8 +222,10 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->add_option("--simulated-profile", arguments->simulated_profile,
                    "Profile of the simulations, if another")
       ->needs(simulated);
-  command->add_option("--held-out-from", arguments->held_out_from_s,
-                      "Hold out each recording from this time on, s");
+  command
+      ->add_option("--held-out-from", arguments->held_out_from_s,
+                   "Hold out each recording from this time on, s")
+      ->check(cli::not_negative());
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")
       ->check(CLI::Range(1e-4, 0.5))
       ->capture_default_str();
@@ -236,6 +239,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--threads", arguments->options.threads, "0: all cores; the result is the same")
+      ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
   command->add_flag("--skip-bad", arguments->skip_bad,
                     "Drop unreadable rows instead of refusing the file");
@@ -245,15 +249,14 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "diagnosis\n"
       "Figures are on --held-out recordings, else on rows from --held-out-from, else "
       "cross-validated.");
-  command->callback([arguments, &exit_code] {
+  const FileOptions files = {.read = {"recordings", "--plant", "--profile", "--held-out",
+                                      "--held-out-profile", "--simulated", "--simulated-profile"},
+                             .written = {"--json"}};
+  on_call(*command, exit_code, files, [arguments, &exit_code]() -> core::Status {
     put_in_order(*arguments);
-    const auto result = run(*arguments);
-    if (!result.ok()) {
-      fmt::print(stderr, "ravencal diagnose: {}\n", result.error().message);
-      exit_code = cli::exit_code_of(result.error().code);
-    } else if (arguments->check && result.value()) {
-      exit_code = cli::kFinding;
-    }
+    RAVENCAL_ASSIGN_OR_RETURN(const bool is_finding, run(*arguments));
+    if (arguments->check && is_finding) exit_code = cli::kFinding;
+    return {};
   });
 }
 

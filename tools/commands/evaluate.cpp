@@ -34,6 +34,8 @@ core::Status run(const EvaluateArguments& arguments) {
     fmt::print(stderr, "ravencal: warning: {} of {} rows are left out because a feature is lost\n",
                evaluation.rows_without_feature, evaluation.rows);
   }
+  for (const std::string& warning : learn::warnings_of(evaluation))
+    fmt::print(stderr, "ravencal: warning: {}\n", warning);
   fmt::print("{}", learn::evaluation_table(evaluation));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(
@@ -59,7 +61,9 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command->add_option("--report", arguments->report, "Write an HTML page");
   add_load_options(*command, arguments->load);
   command->footer("Example: ravencal evaluate arm.onnx test.db --json test.json");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code,
+          {.read = {"model", "recordings", "--profile"}, .written = {"--json", "--report"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

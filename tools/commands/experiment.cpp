@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "commands/simulated_motion.hpp"
+#include "core/temporary_folder.hpp"
 #include "diagnose/diagnose.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
@@ -103,22 +104,17 @@ core::Result<diagnose::Report> tried(Exercise motion, physics::Plant robot, phys
     robot.payload.mass_kg += 0.5;
     nominal.payload.mass_kg += 0.5;
   }
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("ravencal-suggest-{:016x}-{}.db",
-                                                           robot.hash ^ (seed << 32U),
-                                                           static_cast<int>(motion));
+  RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
+  const std::filesystem::path file = folder.path() / "twin.db";
   simulation::SessionOptions session;
   session.seed = seed;
   session.homing_seed = seed;
-  session.overwrite = true;
   const auto summary = simulation::record_session(robot, motion_wanted, file, session,
                                                   [&](double) { return look(); });
   if (!summary.ok()) return summary.error();
   record::LoadOptions load;
   load.keep = [](const record::Channel& c) { return c.role != record::Role::kFeature; };
   auto recording = record::load_recording(file, load);
-  std::error_code ignored;
-  std::filesystem::remove(file, ignored);
   if (!recording.ok()) return recording.error();
   if (summary->interrupted)
     return core::Error{core::ErrorCode::kUsage, "stopped before the powers were predicted"};

@@ -80,7 +80,8 @@ void add_export(CLI::App& app, int& exit_code) {
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"
       "          ravencal export run3.db --out run3.csv      (PlotJuggler, spreadsheets)\n"
       "          ravencal export run3.db --out run3.mat      (or run3.h5, run3.bag)");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code, {.read = {"recording", "--profile"}, .written = {"--out"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

@@ -168,11 +168,14 @@ void add_host(CLI::App& app, int& exit_code) {
       "Exit 1 if there are none. Example:\n"
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
-  on_call(*command, exit_code, [arguments, &exit_code]() -> core::Status {
-    RAVENCAL_ASSIGN_OR_RETURN(const host::Summary summary, run(*arguments));
-    exit_code = report(summary);
-    return {};
-  });
+  on_call(*command, exit_code,
+          {.read = {"--plugin", "--weights", "--plant", "--recording"},
+           .written = {"--flight", "--json"}},
+          [arguments, &exit_code]() -> core::Status {
+            RAVENCAL_ASSIGN_OR_RETURN(const host::Summary summary, run(*arguments));
+            exit_code = report(summary);
+            return {};
+          });
 }
 
 }  // namespace ravencal::commands

@@ -51,11 +51,11 @@ core::Status run(const ImportArguments& arguments) {
 
 void add_import(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ImportArguments>();
-  CLI::App* command = app.add_subcommand("import", "Import a CSV file or a bag as a recording");
-  command->add_option("source", arguments->source, "File to read (.csv or .bag)")->required();
+  CLI::App* command = app.add_subcommand(
+      "import", "Import a CSV file, a bag or a damaged recording as a recording");
+  command->add_option("source", arguments->source, "File to read (.csv, .bag or .db)")->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   add_load_options(*command, arguments->load);
-  command->get_option("--profile")->required();
   add_origin_options(*command, arguments->origin);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->footer(
@@ -64,7 +64,8 @@ void add_import(CLI::App& app, int& exit_code) {
       "Examples: ravencal import run3.csv --profile raven2 --arm gold --coordinates motor --out "
       "run3.db\n"
       "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code, {.read = {"source", "--profile"}, .written = {"--out"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

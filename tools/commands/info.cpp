@@ -82,7 +82,7 @@ void add_info(CLI::App& app, int& exit_code) {
   command->footer(
       "Files: recording, model (.onnx), weights (.blob), plant (.toml).\n"
       "Example: ravencal info run3.db");
-  on_call(*command, exit_code, [arguments]() -> core::Status {
+  on_call(*command, exit_code, {}, [arguments]() -> core::Status {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
     fmt::print("{}", text);
     return {};

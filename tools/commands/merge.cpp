@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "quadrature_reader/alignment.hpp"
@@ -128,17 +129,18 @@ void add_merge(CLI::App& app, int& exit_code) {
                    "(wall), or the one under which both overlap (find)")
       ->check(CLI::IsMember({"find", "same", "wall"}))
       ->capture_default_str();
-  command->add_option(
-      "--delay-ms", arguments->delay_ms,
-      "How much later than the robot's the truth's stamps are, e.g. 0 if the kernel "
-      "stamped its edges; default: estimated from the velocities of both");
+  command
+      ->add_option("--delay-ms", arguments->delay_ms,
+                   "How much later than the robot's the truth's stamps are, e.g. 0 if the kernel "
+                   "stamped its edges; default: estimated from the velocities of both")
+      ->check(CLI::Range(-1e6, 1e6));
   command->add_option("--largest-delay-ms", arguments->largest_delay_ms, "Search within +- this")
       ->check(CLI::Range(1.0, 10'000.0))
       ->capture_default_str();
   command
       ->add_option("--longest-gap-ms", arguments->longest_gap_ms,
                    "Truth is not interpolated across more than this")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->capture_default_str();
   add_load_options(*command, arguments->load);
   command->add_option("--truth-profile", arguments->truth_profile,
@@ -149,7 +151,9 @@ void add_merge(CLI::App& app, int& exit_code) {
       "The estimate contains the lag of the joint behind the motor, some ms.\n"
       "Give the delay if you know it.\n"
       "Example: ravencal merge run3.robot.db run3.db --out run3.merged.db");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code,
+          {.read = {"robot", "truth", "--profile", "--truth-profile"}, .written = {"--out"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

@@ -43,19 +43,22 @@ void add_monitor(CLI::App& app, int& exit_code) {
       "\"stalled\".\n"
       "Without a terminal: one line per second.\n"
       "Example: ravencal monitor --name /ravencal-left --record evening.db");
-  on_call(*command, exit_code, [options, &exit_code]() -> core::Status {
-    cli::catch_interrupts();
-    std::signal(SIGPIPE, SIG_IGN);  // the lines may lose their reader; the recording goes on
-    RAVENCAL_ASSIGN_OR_RETURN(const monitor::Outcome outcome,
-                              monitor::run(*options, [] { return !cli::interrupted(); }));
-    report(*options, outcome);
-    if (outcome.ticks == 0) {
-      fmt::print(stderr, "ravencal monitor: {}: not one tick; is the controller's loop running?\n",
-                 outcome.name);
-      exit_code = cli::kData;
-    }
-    return {};
-  });
+  on_call(*command, exit_code, {.read = {}, .written = {"--record"}},
+          [options, &exit_code]() -> core::Status {
+            cli::catch_interrupts();
+            std::signal(SIGPIPE,
+                        SIG_IGN);  // the lines may lose their reader; the recording goes on
+            RAVENCAL_ASSIGN_OR_RETURN(const monitor::Outcome outcome,
+                                      monitor::run(*options, [] { return !cli::interrupted(); }));
+            report(*options, outcome);
+            if (outcome.ticks == 0) {
+              fmt::print(stderr,
+                         "ravencal monitor: {}: not one tick; is the controller's loop running?\n",
+                         outcome.name);
+              exit_code = cli::kData;
+            }
+            return {};
+          });
 }
 
 }  // namespace ravencal::commands

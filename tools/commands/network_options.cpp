@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/network_options.hpp"
+#include "cli/numbers.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -69,7 +70,7 @@ void add_epoch_options(CLI::App& command, std::uint32_t& epochs, std::uint32_t& 
 void add_learning_rate_option(CLI::App& command, double& learning_rate) {
   command
       .add_option("--learning-rate", learning_rate, "Step size of the network's optimiser, Adam")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->capture_default_str();
 }
 

@@ -50,7 +50,7 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
   if (error)
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: {}", arguments.tool, error.message())};
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   options.look = progress_of("prove: making and sealing cases");
   RAVENCAL_RETURN_IF_ERROR(prove::seal_cases(options));
   if (arguments.until == "seal") return {};
@@ -112,6 +112,7 @@ void add_prove(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_option("--limit-s", proof.limit_s, "Longest time of one diagnosis")
+      ->check(CLI::Range(1.0, 1e7))
       ->capture_default_str();
   command
       ->add_option("--data", arguments->data,
@@ -139,7 +140,7 @@ void add_prove(CLI::App& app, int& exit_code) {
       "seal.json commits to the concealed effects before the first run, verdicts.json to the\n"
       "verdicts before the first manifest is opened. Scoring checks every hash.\n"
       "Example: ravencal prove --out proof --cases 300 --seed 7");
-  on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
+  on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 
 }  // namespace ravencal::commands

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
@@ -44,15 +45,16 @@ void add_recommend(CLI::App& app, int& exit_code) {
   command
       ->add_option("--step-budget-us", arguments->constraints.step_budget_us,
                    "Time of one tick that a step may take at p99.9")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->capture_default_str();
   command
       ->add_option("--minutes", arguments->minutes,
                    "Minutes of zig-zag that you will record; default: as many as were compared")
-      ->check(CLI::PositiveNumber);
+      ->check(cli::positive());
   command->add_option("--json", arguments->json, "Write the recommendation to this file");
   command->footer("Example: ravencal recommend comparison --step-budget-us 100 --minutes 10");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code, {.read = {}, .written = {"--json"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

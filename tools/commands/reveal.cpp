@@ -44,7 +44,8 @@ void add_reveal(CLI::App& app, int& exit_code) {
       "Found is an effect with the right name at the right joint. A name that the report does not\n"
       "tell apart from it is a look-alike and no hit. Exit code 1 if it was not found.\n"
       "Example: ravencal reveal answer.json diagnosis/report.json");
-  on_call(*command, exit_code, [arguments, &exit_code] { return run(*arguments, exit_code); });
+  on_call(*command, exit_code, {.read = {"answer", "report"}, .written = {"--json"}},
+          [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 
 }  // namespace ravencal::commands

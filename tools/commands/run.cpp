@@ -30,7 +30,8 @@ void add_run(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<robot::RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Lead a robot along a trajectory and record (ROS)");
   robot::add_run_arguments(*command, *arguments);
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code, {.read = {"--trajectory"}, .written = {"--out"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

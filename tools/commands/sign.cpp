@@ -120,11 +120,12 @@ void add_sign(CLI::App& app, int& exit_code) {
       "Example: ravencal sign verify weights.blob --public lab.key.pub");
 
   command->require_subcommand(0, 1);
-  on_call(*command, exit_code, [=, &exit_code]() -> core::Status {
-    if (keygen->parsed()) return generate(*arguments);
-    if (verification->parsed()) return verify(*arguments, exit_code);
-    return sign(*arguments);
-  });
+  on_call(*command, exit_code, {.read = {"--key"}, .written = {"weights"}},
+          [=, &exit_code]() -> core::Status {
+            if (keygen->parsed()) return generate(*arguments);
+            if (verification->parsed()) return verify(*arguments, exit_code);
+            return sign(*arguments);
+          });
 }
 
 }  // namespace ravencal::commands

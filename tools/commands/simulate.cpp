@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
@@ -84,7 +85,7 @@ void print_summary(const simulation::SessionSummary& summary, const SimulateArgu
   fmt::print(
       "{}: {} rows, {} homing(s), {:.0f} s simulated in {:.1f} s ({:.0f} times real time){}\n",
       arguments.out, summary.rows, summary.homings, summary.simulated_s, wall_s, factor,
-      summary.interrupted ? "; stopped early, the recording is valid" : "");
+      summary.interrupted ? "; stopped early, as its last event says" : "");
 }
 
 core::Status run(const SimulateArguments& arguments) {
@@ -101,7 +102,7 @@ core::Status run(const SimulateArguments& arguments) {
   if (arguments.rate_hz > 0.0) session.rate_hz = arguments.rate_hz;
   if (!arguments.edges.empty()) session.edges = arguments.edges;
   session.trajectory_name = std::filesystem::path(arguments.trajectory).filename().string();
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   cli::Progress progress("simulate");
   const auto start = std::chrono::steady_clock::now();
   const auto look = [&](double done) {
@@ -169,7 +170,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
   command
       ->add_option("--rehome-every-s", session.rehome_every_s,
                    "Time between homings; 0: only at the start")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   command
       ->add_option("--rehomings", session.rehomings,
                    "Further homings in the same session before recording starts")
@@ -183,7 +184,10 @@ void add_simulate(CLI::App& app, int& exit_code) {
       "zigzag3.db\n"
       "         ravencal simulate --plant diagnosis/plant_improved.toml --follow run.csv --profile "
       "emps --out again.db");
-  on_call(*command, exit_code, [arguments] { return run(*arguments); });
+  on_call(*command, exit_code,
+          {.read = {"--plant", "--trajectory", "--follow", "--profile"},
+           .written = {"--out", "--edges"}},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

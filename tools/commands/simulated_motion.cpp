@@ -2,12 +2,12 @@
 #include "commands/simulated_motion.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <filesystem>
 
+#include "core/temporary_folder.hpp"
 #include "record/load.hpp"
 #include "trajectory/trajectory.hpp"
 
@@ -31,8 +31,7 @@ bool simulation_runs(const physics::Plant& plant) {
 core::Result<std::vector<record::Recording>> simulated_over_workspace(
     const physics::Plant& plant, double row_period_s,
     const simulation::ProgressFunction& progress) {
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("ravencal-train-{}.db", getpid());
+  RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
   std::vector<record::Recording> recordings;
   for (std::size_t n = 0; n < kLoads_kg.size(); ++n) {
     trajectory::RandomOptions motion;
@@ -45,14 +44,12 @@ core::Result<std::vector<record::Recording>> simulated_over_workspace(
     session.seed = 3001 + n;
     session.homing_seed = 3001;
     session.rate_hz = 1.0 / row_period_s;
-    session.overwrite = true;
+    const std::filesystem::path file = folder.path() / fmt::format("load{}.db", n);
     const auto summary = simulation::record_session(loaded, wanted, file, session, [&](double s) {
       return progress((static_cast<double>(n) + s) / kLoads_kg.size());
     });
     auto recording = summary.ok() ? record::load_recording(file, {})
                                   : core::Result<record::Recording>(summary.error());
-    std::error_code ignored;
-    std::filesystem::remove(file, ignored);
     if (!recording.ok()) return recording.error();
     if (summary->interrupted)
       return core::Error{core::ErrorCode::kUsage, "stopped before the plant was simulated"};

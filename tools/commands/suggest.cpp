@@ -148,7 +148,7 @@ void print_json(const std::vector<Entry>& entries) {
 }
 
 core::Status run(const SuggestArguments& arguments) {
-  cli::catch_interrupts();
+  cli::catch_interrupts_of_work();
   const bool is_report = fs::path(arguments.source).extension() == ".json";
   RAVENCAL_ASSIGN_OR_RETURN(const Diagnosis diagnosis,
                             is_report ? read_report(arguments) : diagnosed(arguments));
@@ -200,7 +200,7 @@ void add_suggest(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "Seed of the simulations")->capture_default_str();
   command->add_flag("--json", arguments->json, "Print the suggestions as JSON");
   command->footer("Example: ravencal suggest diagnosis --plant tools/plants/raven2.toml");
-  on_call(*command, exit_code, [arguments] {
+  on_call(*command, exit_code, {}, [arguments] {
     if (fs::is_directory(arguments->source)) arguments->source += "/report.json";
     return run(*arguments);
   });

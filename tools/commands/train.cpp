@@ -13,6 +13,7 @@
 #include "choice/choice_table.hpp"
 #include "choice/choose.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
@@ -117,6 +118,11 @@ core::Status write_report(const TrainArguments& arguments, const Trained& traine
   return {};
 }
 
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "ravencal: warning: {}\n", warning);
+}
+
 void print_origin(const model::Origin& origin) {
   fmt::print("origin: {}\n", describe(origin));
   if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
@@ -178,6 +184,8 @@ core::Result<Trained> train_network(TrainArguments& arguments, const Recordings&
                   std::move(result.warnings),
                   {},
                   {}};
+  if (result.interrupted && result.kept_epoch == 0)
+    return core::usage_error("stopped before the first epoch was over; nothing was written");
   if (result.interrupted) {
     trained.interruption =
         fmt::format("the {} epoch, {} of {}", held_out.empty() ? "last finished" : "best",
@@ -218,29 +226,38 @@ std::string title_of_shown(const TrainArguments& arguments, bool held_out) {
                                       : "validation recordings (chose nothing)";
 }
 
+/// What was cut short says so and replaces nothing.
+core::Status write_model(Trained& trained, const std::string& out) {
+  if (trained.interruption.empty()) return learn::write_onnx(trained.model, out);
+  std::error_code unknown;
+  if (std::filesystem::is_regular_file(out, unknown))
+    return core::usage_error(
+        fmt::format("{}: stopped early, so that the file stays as it was", out));
+  trained.model.provenance["interrupted"] = trained.interruption;
+  RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(trained.model, out));
+  fmt::print("interrupted: {} holds {}\n", out, trained.interruption);
+  return {};
+}
+
 core::Status run(TrainArguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
-  cli::catch_interrupts();
-  RAVENCAL_ASSIGN_OR_RETURN(const Trained trained,
-                            arguments.method == kNetwork
-                                ? train_network(arguments, training, held_out)
-                                : choose(arguments, training));
-  for (const std::string& warning : trained.warnings) {
-    fmt::print(stderr, "ravencal: warning: {}\n", warning);
-  }
+  cli::catch_interrupts_of_work();
+  RAVENCAL_ASSIGN_OR_RETURN(Trained trained, arguments.method == kNetwork
+                                                 ? train_network(arguments, training, held_out)
+                                                 : choose(arguments, training));
+  print_warnings(trained.warnings);
   std::optional<loop::Margins> margins;
   if (!arguments.plant.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(margins, margins_with(arguments.plant, trained.model, training));
   }
-  RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(trained.model, arguments.out));
-  if (!trained.interruption.empty())
-    fmt::print("interrupted: {} holds {}\n", arguments.out, trained.interruption);
+  RAVENCAL_RETURN_IF_ERROR(write_model(trained, arguments.out));
   const auto& shown = held_out.empty() ? training : held_out;
   const std::string title = title_of_shown(arguments, !held_out.empty());
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
                             learn::evaluate(trained.model, pointers_to(shown)));
+  print_warnings(learn::warnings_of(evaluation));
   fmt::print("{}{}: {} features, {} rows; {}:\n{}", trained.course, arguments.out,
              trained.model.features.size(), trained.rows, title,
              learn::evaluation_table(evaluation));
@@ -294,7 +311,7 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
   command
       .add_option("--play", train.play,
                   "Add play operators of these half-widths (SI units) of every position")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::positive())
       ->delimiter(',');
   command
       .add_option("--latched", train.latched,
@@ -316,7 +333,7 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
                      "Plant (.toml) with the servo for the margins of the loop; `convert --plant` "
                      "refuses a gain margin below 2 or a phase margin below 45 deg");
   command.add_option("--ridge", train.ridge, "Linear regression: penalty on squared weights")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
 }
 
 void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
@@ -333,7 +350,7 @@ void add_optimiser_options(CLI::App& command, learn::TrainerSettings& trainer) {
             penalties.l2_activity *= scale;
           },
           "Multiplies the paper's L1 and L2 penalties")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   command.add_option("--seed", trainer.seed, "Seed of weights and shuffles")->capture_default_str();
   command
       .add_option("--threads", trainer.threads,
@@ -362,11 +379,14 @@ void add_train(CLI::App& app, int& exit_code) {
       "         ravencal train run*.db --validate run3.db --features light-open --plant "
       "raven2.toml "
       "--out arm.onnx");
-  on_call(*command, exit_code, [arguments, command]() -> core::Status {
-    RAVENCAL_ASSIGN_OR_RETURN(arguments->method, method_of(*command, arguments->method));
-    arguments->train.origin = given_origin(*command, arguments->origin);
-    return run(*arguments);
-  });
+  on_call(*command, exit_code,
+          {.read = {"recordings", "--validate", "--physics", "--plant", "--profile"},
+           .written = {"--out", "--report"}},
+          [arguments, command]() -> core::Status {
+            RAVENCAL_ASSIGN_OR_RETURN(arguments->method, method_of(*command, arguments->method));
+            arguments->train.origin = given_origin(*command, arguments->origin);
+            return run(*arguments);
+          });
 }
 
 }  // namespace ravencal::commands

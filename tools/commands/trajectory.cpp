@@ -96,7 +96,8 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   zigzag->add_option("--kind", options->kind, "Direction of the sweeps: x, y, z, xy, yz, xz or xyz")
       ->capture_default_str();
   zigzag->footer("Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv");
-  on_call(*zigzag, exit_code, [options] { return run_zigzag(*options); });
+  on_call(*zigzag, exit_code, {.read = {}, .written = {"--out"}},
+          [options] { return run_zigzag(*options); });
 
   CLI::App* sinusoid =
       command->add_subcommand("sinusoid", "Test: random targets and speeds per joint");
@@ -109,7 +110,8 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sinusoid->footer(
       "Example: ravencal trajectory sinusoid --duration-s 1200 --seed 7 --out test.csv");
-  on_call(*sinusoid, exit_code, [options] { return run_sinusoid(*options); });
+  on_call(*sinusoid, exit_code, {.read = {}, .written = {"--out"}},
+          [options] { return run_sinusoid(*options); });
 
   command->footer("Example: ravencal trajectory zigzag --sparsity 1/3 --out zigzag3.csv");
 }

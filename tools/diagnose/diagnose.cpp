@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "core/side_by_side.hpp"
 #include "diagnose/channel/across_channels.hpp"
 #include "diagnose/channel/arm_payload.hpp"
 #include "diagnose/channel/channel.hpp"
@@ -36,10 +37,7 @@ void in_parallel(std::size_t count, unsigned threads, Work&& work) {
   const auto loop = [&] {
     for (std::size_t i = next++; i < count; i = next++) work(i);
   };
-  std::vector<std::thread> helpers;
-  for (std::size_t t = 1; t < used; ++t) helpers.emplace_back(loop);
-  loop();
-  for (std::thread& helper : helpers) helper.join();
+  core::side_by_side(used, loop);
 }
 
 /// What a placebo of a channel costs of the channel's own analysis.

@@ -13,31 +13,13 @@
 #include <cstring>
 #include <thread>
 
+#include "core/temporary_folder.hpp"
 #include "core/whole_file.hpp"
 
 namespace ravencal::prove {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A new empty folder, removed with what is in it.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "ravencal-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 core::Error io(const std::string& what, int reason) {
   return {core::ErrorCode::kIo, fmt::format("{}: {}", what, std::strerror(reason))};
@@ -74,10 +56,9 @@ core::Result<pid_t> spawn(const ChildOptions& options, const fs::path& folder,
 }  // namespace
 
 core::Result<ChildResult> run_child(const ChildOptions& options) {
-  const Folder folder;
-  const Folder outside;  // holds the log, so that the child's own folder contains only its input
-  if (folder.path().empty() || outside.path().empty())
-    return io("no temporary folder can be made", errno);
+  RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
+  // Holds the log, so that the child's own folder contains only its input.
+  RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder outside, core::TemporaryFolder::create());
   for (const auto& [source, name] : options.given) {
     std::error_code error;
     fs::copy_file(source, folder.path() / name, error);

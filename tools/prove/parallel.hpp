@@ -3,10 +3,9 @@
 
 #include <atomic>
 #include <mutex>
-#include <thread>
-#include <vector>
 
 #include "core/result.hpp"
+#include "core/side_by_side.hpp"
 
 namespace ravencal::prove {
 
@@ -27,10 +26,7 @@ core::Status in_parallel(std::size_t count, unsigned jobs, Work&& work) {
       stop = true;
     }
   };
-  std::vector<std::thread> helpers;
-  for (unsigned t = 1; t < jobs; ++t) helpers.emplace_back(loop);
-  loop();
-  for (std::thread& helper : helpers) helper.join();
+  core::side_by_side(jobs, loop);
   return first;
 }
 

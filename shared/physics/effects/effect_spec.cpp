@@ -6,57 +6,64 @@
 #include <algorithm>
 #include <array>
 
+#include "physics/plant_ranges.hpp"
+
 namespace ravencal::physics {
 namespace {
 
-constexpr ParameterSpec kGainError[] = {{"ratio", Dimension::kRatio, true}};
-constexpr ParameterSpec kCouplingError[] = {{"error", Dimension::kCoupling, true}};
+constexpr ParameterSpec kGainError[] = {{"ratio", Dimension::kRatio, true, Sign::kEither}};
+constexpr ParameterSpec kCouplingError[] = {{"error", Dimension::kCoupling, true, Sign::kEither}};
 constexpr ParameterSpec kCompliance[] = {
     {"stiffness", Dimension::kStiffness, false},
     {"damping", Dimension::kDamping, false},
-    {"stretch_per_load", Dimension::kPosition, false},
-    {"stretch_per_load_and_posture", Dimension::kPosition, false},
-    {"stiffening_per_load2", Dimension::kPosition, false}};
+    {"stretch_per_load", Dimension::kPosition, false, Sign::kEither},
+    {"stretch_per_load_and_posture", Dimension::kPosition, false, Sign::kEither},
+    {"stiffening_per_load2", Dimension::kPosition, false, Sign::kEither}};
 constexpr ParameterSpec kBacklash[] = {{"half_width", Dimension::kPosition, true}};
-constexpr ParameterSpec kJointFriction[] = {
-    {"level", Dimension::kEffort, false},     {"presliding", Dimension::kPosition, false},
-    {"stretch", Dimension::kPosition, false}, {"width", Dimension::kPosition, false},
-    {"damping", Dimension::kDamping, false},  {"load_share", Dimension::kRatio, false},
-    {"variation", Dimension::kRatio, false},  {"variation_time", Dimension::kTime, false}};
-constexpr ParameterSpec kHysteresis[] = {{"stiffness", Dimension::kStiffness, false},
-                                         {"yield", Dimension::kPosition, false},
-                                         {"half_loop", Dimension::kPosition, false},
-                                         {"half_loop_narrow", Dimension::kPosition, false},
-                                         {"half_loop_wide", Dimension::kPosition, false},
-                                         {"width", Dimension::kPosition, false}};
+constexpr ParameterSpec kJointFriction[] = {{"level", Dimension::kEffort, false},
+                                            {"presliding", Dimension::kPosition, false},
+                                            {"stretch", Dimension::kPosition, false, Sign::kEither},
+                                            {"width", Dimension::kPosition, false},
+                                            {"damping", Dimension::kDamping, false},
+                                            {"load_share", Dimension::kRatio, false, Sign::kEither},
+                                            {"variation", Dimension::kRatio, false},
+                                            {"variation_time", Dimension::kTime, false}};
+constexpr ParameterSpec kHysteresis[] = {
+    {"stiffness", Dimension::kStiffness, false},
+    {"yield", Dimension::kPosition, false},
+    {"half_loop", Dimension::kPosition, false, Sign::kEither},
+    {"half_loop_narrow", Dimension::kPosition, false, Sign::kEither},
+    {"half_loop_wide", Dimension::kPosition, false, Sign::kEither},
+    {"width", Dimension::kPosition, false}};
 constexpr ParameterSpec kDelay[] = {{"delay", Dimension::kTime, true}};
 constexpr ParameterSpec kCreep[] = {{"compliance", Dimension::kCompliance, true},
                                     {"time", Dimension::kTime, true}};
-constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, true},
-                                           {"order", Dimension::kOrder, true},
-                                           {"phase", Dimension::kAngle, false}};
+constexpr ParameterSpec kEccentricity[] = {{"amplitude", Dimension::kPosition, true, Sign::kEither},
+                                           {"order", Dimension::kOrder, true, Sign::kEither},
+                                           {"phase", Dimension::kAngle, false, Sign::kEither}};
 constexpr ParameterSpec kHomingOffset[] = {{"deviation", Dimension::kPosition, false},
-                                           {"offset", Dimension::kPosition, false}};
+                                           {"offset", Dimension::kPosition, false, Sign::kEither}};
 constexpr ParameterSpec kCoulomb[] = {{"level", Dimension::kEffort, false},
-                                      {"lag", Dimension::kPosition, false},
+                                      {"lag", Dimension::kPosition, false, Sign::kEither},
                                       {"width", Dimension::kPosition, false},
                                       {"variation", Dimension::kRatio, false},
                                       {"variation_time", Dimension::kTime, false}};
 constexpr ParameterSpec kViscous[] = {{"damping", Dimension::kDamping, true}};
-constexpr ParameterSpec kStribeck[] = {{"extra", Dimension::kEffort, true},
+constexpr ParameterSpec kStribeck[] = {{"extra", Dimension::kEffort, true, Sign::kEither},
                                        {"velocity", Dimension::kVelocity, true}};
 constexpr ParameterSpec kPresliding[] = {{"displacement", Dimension::kPosition, true},
                                          {"damping", Dimension::kDamping, false}};
-constexpr ParameterSpec kAsymmetric[] = {{"damping_difference", Dimension::kDamping, false},
-                                         {"level_difference", Dimension::kEffort, false}};
-constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, true}};
-constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true},
-                                           {"order", Dimension::kOrder, true},
-                                           {"phase", Dimension::kAngle, false}};
-constexpr ParameterSpec kEffortOffset[] = {{"offset", Dimension::kEffort, true}};
+constexpr ParameterSpec kAsymmetric[] = {
+    {"damping_difference", Dimension::kDamping, false, Sign::kEither},
+    {"level_difference", Dimension::kEffort, false, Sign::kEither}};
+constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, true, Sign::kEither}};
+constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true, Sign::kEither},
+                                           {"order", Dimension::kOrder, true, Sign::kEither},
+                                           {"phase", Dimension::kAngle, false, Sign::kEither}};
+constexpr ParameterSpec kEffortOffset[] = {{"offset", Dimension::kEffort, true, Sign::kEither}};
 constexpr ParameterSpec kSaturation[] = {{"limit", Dimension::kEffort, true}};
-constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true}};
-constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false},
+constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true, Sign::kEither}};
+constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false, Sign::kEither},
                                            {"time", Dimension::kTime, false},
                                            {"wander", Dimension::kPosition, false},
                                            {"wander_time", Dimension::kTime, false}};
@@ -148,6 +155,35 @@ std::string flaw_of(const Effect& effect) {
       std::find(kWithSource.begin(), kWithSource.end(), effect.id) == kWithSource.end())
     return fmt::format("effect '{}' takes no from", effect.id);
   return flaw_of_description(effect);
+}
+
+core::NumberRange range_of(const ParameterSpec& parameter) {
+  const auto largest = [&] {
+    switch (parameter.dimension) {
+      case Dimension::kRatio:
+      case Dimension::kCoupling:
+        return kCouplingRange.high;
+      case Dimension::kPosition:
+      case Dimension::kAngle:
+        return kPositionRange.high;
+      case Dimension::kVelocity:
+        return kVelocityRange.high;
+      case Dimension::kEffort:
+        return 1e9;
+      case Dimension::kStiffness:
+        return kStiffnessRange.high;
+      case Dimension::kDamping:
+        return kDampingRange.high;
+      case Dimension::kCompliance:
+        return 1e3;
+      case Dimension::kTime:
+        return 1e9;
+      case Dimension::kOrder:
+        return kTransmissionRange.high;
+    }
+    return 0.0;
+  }();
+  return {parameter.sign == Sign::kSize ? 0.0 : -largest, largest};
 }
 
 std::string_view unit_suffix(Dimension dimension, JointKind kind) {

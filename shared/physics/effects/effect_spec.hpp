@@ -27,10 +27,16 @@ enum class Dimension {
   kCoupling,  ///< this joint's unit per rad of another joint
 };
 
+enum class Sign {
+  kSize,    ///< zero or more
+  kEither,  ///< negative, too
+};
+
 struct ParameterSpec {
   std::string_view name;
   Dimension dimension;
   bool required;
+  Sign sign = Sign::kSize;
 };
 
 struct EffectSpec {

@@ -47,6 +47,74 @@ TEST(Train, FindsALinearErrorExactlyWithoutHiddenLayers) {
   EXPECT_GT(evaluation->joints[0].bias_removed.rmse, 0.01);
 }
 
+TEST(Train, RefusesTooFewRows) {
+  for (const int rows : {1, 2, 10, 49}) {
+    const auto result = train(sample_arm(rows, 1), linear());
+    ASSERT_FALSE(result.ok()) << rows;
+    EXPECT_EQ(result.error().code, core::ErrorCode::kData);
+    EXPECT_NE(result.error().message.find("too few"), std::string::npos) << result.error().message;
+  }
+  TrainOptions many_inputs = linear();
+  many_inputs.history = 100;
+  EXPECT_FALSE(train(sample_arm(60, 1), many_inputs).ok());
+  EXPECT_TRUE(train(sample_arm(60, 1), linear()).ok());
+}
+
+/// The same constant at every row.
+Recording with_constant_error(Recording arm) {
+  arm.samples.col(1) = arm.samples.col(0).array() + 0.2;
+  arm.samples.col(3) = arm.samples.col(2).array() - 0.0118;
+  return arm;
+}
+
+TEST(Train, LearnsAConstantErrorAsAConstant) {
+  TrainOptions network;
+  network.hidden = {8};
+  network.trainer.epochs = 2;
+  for (const TrainOptions& options : {linear(), network}) {
+    const auto result = train(with_constant_error(sample_arm(300, 1)), options);
+    ASSERT_TRUE(result.ok()) << result.error().message;
+    const auto evaluation =
+        evaluate_on(result->model, with_constant_error(sample_arm(300, 2, 1.0)));
+    ASSERT_TRUE(evaluation.ok());
+    for (const JointEvaluation& joint : evaluation->joints)
+      EXPECT_LT(joint.calibrated.peak, 1e-7) << joint.joint;
+    EXPECT_TRUE(warnings_of(*evaluation).empty());
+  }
+}
+
+// A network without time to learn is worse than no network: its outputs are random.
+TEST(Train, IsNeverWorseThanTheMeanOfTheError) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    TrainOptions hasty;
+    hasty.hidden = {64, 64};
+    hasty.trainer.epochs = 1;
+    hasty.trainer.seed = seed;
+    hasty.trainer.adam.learning_rate = 0.5;
+    const Recording arm = sample_arm(200, seed);
+    const auto result = train(arm, hasty);
+    if (!result.ok()) continue;  // diverged, which is said
+    const auto evaluation = evaluate_on(result->model, arm);
+    ASSERT_TRUE(evaluation.ok());
+    for (const JointEvaluation& joint : evaluation->joints) {
+      EXPECT_LE(joint.calibrated.rmse, joint.bias_removed.rmse * (1.0 + 1e-6)) << joint.joint;
+      EXPECT_LE(joint.calibrated.rmse, joint.raw.rmse) << joint.joint;
+    }
+  }
+}
+
+TEST(Evaluate, WarnsWhereCalibratedIsWorseThanRaw) {
+  const auto result = train(sample_arm(300, 1), linear());
+  ASSERT_TRUE(result.ok());
+  Recording right = sample_arm(300, 2);
+  right.samples.col(1) = right.samples.col(0);  // the elbow has no error there
+  const auto evaluation = evaluate_on(result->model, right);
+  ASSERT_TRUE(evaluation.ok());
+  const std::vector<std::string> warnings = warnings_of(*evaluation);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("joint elbow: calibrated is worse than raw"), std::string::npos);
+}
+
 TEST(Train, DoesNotBlowUpWhenFeaturesRepeatEachOther) {
   Recording arm = sample_arm(400, 1);
   arm.channels.push_back({"elbow.torque_again", "N_m", record::Role::kFeature, ""});

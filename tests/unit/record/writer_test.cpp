@@ -2,13 +2,18 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sqlite3.h>
+#include <sys/inotify.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "record/load.hpp"
@@ -91,6 +96,45 @@ TEST(RecordingWriter, LeavesOneFileInWalModeWhenFinished) {
   EXPECT_EQ(ask(scratch / "r.db", "PRAGMA journal_mode"), "wal");
 }
 
+/// What is made in a folder while this lives, by the end of the names: from the last dot on.
+class MadeFiles {
+ public:
+  explicit MadeFiles(const std::filesystem::path& folder)
+      : watch_(::inotify_init1(IN_CLOEXEC | IN_NONBLOCK)) {
+    EXPECT_GE(::inotify_add_watch(watch_, folder.c_str(), IN_CREATE), 0);
+  }
+  ~MadeFiles() { ::close(watch_); }
+  MadeFiles(const MadeFiles&) = delete;
+  MadeFiles& operator=(const MadeFiles&) = delete;
+
+  [[nodiscard]] std::set<std::string> endings() const {
+    alignas(inotify_event) std::array<char, 65536> buffer{};
+    const ssize_t size = ::read(watch_, buffer.data(), buffer.size());
+    std::set<std::string> found;
+    for (ssize_t at = 0; at < size;) {
+      const auto* const made = reinterpret_cast<const inotify_event*>(buffer.data() + at);
+      found.insert(std::filesystem::path(made->name).extension().string());
+      at += static_cast<ssize_t>(sizeof(inotify_event)) + made->len;
+    }
+    return found;
+  }
+
+ private:
+  int watch_;
+};
+
+// A signal removes these three; another file beside them would stay.
+TEST(RecordingWriter, MakesNoFileThatASignalWouldLeaveBehind) {
+  const Scratch scratch;
+  const MadeFiles made(scratch / "");
+  auto writer = RecordingWriter::create_whole(scratch / "r.db", {}, two_channels());
+  ASSERT_TRUE(writer.ok()) << writer.error().message;
+  const double row[] = {1.0, 2.0};
+  ASSERT_TRUE(writer->append(1, row).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  EXPECT_EQ(made.endings(), (std::set<std::string>{".partial", ".partial-wal", ".partial-shm"}));
+}
+
 TEST(RecordingWriter, IsReadableWhileItWritesAndAfterTheSourceFallsSilent) {
   const Scratch scratch;
   auto writer = RecordingWriter::create(scratch / "r.db", {}, two_channels());
@@ -108,6 +152,37 @@ TEST(RecordingWriter, IsReadableWhileItWritesAndAfterTheSourceFallsSilent) {
   EXPECT_EQ(read->rows(), 1);
   ASSERT_TRUE(writer->append(2, row).ok());
   EXPECT_TRUE(writer->finish().ok());
+}
+
+TEST(RecordingWriter, OneOfTwoThatCreateOneNameAtOnceOwnsIt) {
+  for (int trial = 0; trial < 50; ++trial) {
+    const Scratch scratch;
+    std::atomic<int> ready = 0;
+    std::atomic<int> created = 0;
+    const auto create = [&](double value) {
+      ++ready;
+      while (ready < 2) std::this_thread::yield();
+      auto writer = RecordingWriter::create(scratch / "r.db", {}, two_channels());
+      if (!writer.ok()) {
+        EXPECT_NE(writer.error().message.find("exists already"), std::string::npos)
+            << writer.error().message;
+        return;
+      }
+      ++created;
+      const double row[] = {value, value};
+      for (std::int64_t t_ns = 0; t_ns < 20; ++t_ns) EXPECT_TRUE(writer->append(t_ns, row).ok());
+      EXPECT_TRUE(writer->finish().ok());
+    };
+    std::thread other(create, 1.0);
+    create(2.0);
+    other.join();
+    ASSERT_EQ(created, 1);
+    const auto read = read_recording(scratch / "r.db");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->rows(), 20);
+    EXPECT_EQ(read->samples.col(1).minCoeff(), read->samples.col(1).maxCoeff());
+    EXPECT_EQ(scratch.file_count(), 1U);
+  }
 }
 
 TEST(RecordingWriter, RefusesWhatWouldBreakARecording) {

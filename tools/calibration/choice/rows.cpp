@@ -68,14 +68,16 @@ class Homings {
 
 core::Status every_output_has_rows(const Rows& rows, std::span<const model::OutputSpec> outputs) {
   for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const auto known = rows.errors.col(static_cast<Eigen::Index>(k)).array().isFinite();
-    if (!known.any()) {
+    const auto known = rows.errors.col(static_cast<Eigen::Index>(k)).array().isFinite().count();
+    if (known == 0) {
       return core::data_error(fmt::format(
           "joint {}: no row has its truth, its estimate and every input; of all rows {} lack the "
           "truth or the estimate, {} lack an input; `ravencal info` shows which channels are lost, "
           "--features and --joints leave them out",
           outputs[k].joint, rows.without_truth, rows.without_input));
     }
+    RAVENCAL_RETURN_IF_ERROR(
+        learn::check_row_count(fmt::format("joint {}", outputs[k].joint), known, 0));
   }
   return {};
 }

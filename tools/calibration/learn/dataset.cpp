@@ -120,6 +120,17 @@ core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
       dataset.rows_without_truth, dataset.rows_without_feature));
 }
 
+core::Status check_row_count(const std::string& what, Eigen::Index rows, Eigen::Index inputs) {
+  if (rows >= kFewestRows && rows > inputs) return {};
+  const bool are_inputs_many = inputs >= kFewestRows;
+  return core::data_error(fmt::format(
+      "{}: {} usable row(s) are too few to train on; at least {} are needed{}: give longer "
+      "recordings{}",
+      what, rows, std::max(kFewestRows, inputs + 1),
+      are_inputs_many ? fmt::format(" for {} inputs", inputs) : "",
+      are_inputs_many ? ", or fewer --features" : ""));
+}
+
 Scaling fit_scaling(const Eigen::Ref<const Eigen::MatrixXd>& values) { return scaling_of(values); }
 
 Scaling fit_scaling(const model::FeatureMatrix& values) { return scaling_of(values); }

@@ -42,6 +42,13 @@ core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
                                    std::span<const record::Recording* const> recordings,
                                    double row_period_s);
 
+/// What is trained on has at least so many rows: half a second of a recording at 100 Hz.
+inline constexpr Eigen::Index kFewestRows = 50;
+
+/// kData where `rows` are too few to train on, or no more than `inputs`, so that any error could be
+/// matched. `what` stands before the sentence.
+core::Status check_row_count(const std::string& what, Eigen::Index rows, Eigen::Index inputs);
+
 /// Mean and standard deviation (population, as scikit-learn's StandardScaler) of each column. A
 /// column that is constant, or varies less than single precision resolves, keeps scale 1 and is
 /// listed in `constant`.

@@ -111,6 +111,21 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
   return evaluation;
 }
 
+std::vector<std::string> warnings_of(const Evaluation& evaluation) {
+  std::vector<std::string> sentences;
+  for (const JointEvaluation& joint : evaluation.joints) {
+    if (!(joint.calibrated.rmse > joint.raw.rmse)) continue;
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
+    sentences.push_back(
+        fmt::format("joint {}: calibrated is worse than raw, RMSE {:.4g} {} against {:.4g} {}; do "
+                    "not load this "
+                    "model for it",
+                    joint.joint, joint.calibrated.rmse * unit.per_si, unit.name,
+                    joint.raw.rmse * unit.per_si, unit.name));
+  }
+  return sentences;
+}
+
 std::string evaluation_json(const Evaluation& evaluation) {
   nlohmann::ordered_json joints = nlohmann::ordered_json::array();
   for (const JointEvaluation& joint : evaluation.joints) {

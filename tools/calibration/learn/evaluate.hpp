@@ -48,6 +48,9 @@ struct Evaluation {
 core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                   std::span<const record::Recording* const> recordings);
 
+/// Sentences on joints whose error the model makes larger.
+std::vector<std::string> warnings_of(const Evaluation& evaluation);
+
 /// The contract's JSON (deg, mm), and the table that the commands print.
 std::string evaluation_json(const Evaluation& evaluation);
 std::string evaluation_table(const Evaluation& evaluation);

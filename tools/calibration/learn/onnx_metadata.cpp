@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "core/json_text.hpp"
 #include "model/blob_format.hpp"
 #include "model/origin_json.hpp"
 
@@ -33,9 +34,9 @@ class Reader {
                       "tool has rewritten",
                       key));
     }
-    json parsed = json::parse(it->second, nullptr, false);
-    if (parsed.is_discarded())
-      return core::data_error(fmt::format("metadata '{}' is not JSON", key));
+    auto parsed = core::parse_json(it->second);
+    if (!parsed.ok())
+      return core::data_error(fmt::format("metadata '{}' {}", key, parsed.error().message));
     return parsed;
   }
 

@@ -2,6 +2,7 @@
 #include "learn/thread_pool.hpp"
 
 #include <algorithm>
+#include <system_error>
 
 namespace ravencal::learn {
 namespace {
@@ -32,8 +33,11 @@ bool spin_then_yield(const Done& done) {
 }  // namespace
 
 ThreadPool::ThreadPool(unsigned threads) {
-  for (unsigned worker = 1; worker < std::max(1U, threads); ++worker) {
-    workers_.emplace_back([this, worker] { work(worker); });
+  try {
+    for (unsigned worker = 1; worker < std::max(1U, threads); ++worker) {
+      workers_.emplace_back([this, worker] { work(worker); });
+    }
+  } catch (const std::system_error&) {  // as few as there are
   }
 }
 

@@ -15,7 +15,8 @@ namespace ravencal::learn {
 
 class ThreadPool {
  public:
-  /// `threads` workers in all, the caller of run() included; at least 1.
+  /// `threads` workers in all, the caller of run() included; at least 1. Fewer where the system
+  /// allows no more threads.
   explicit ThreadPool(unsigned threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;

@@ -95,10 +95,6 @@ void fit_borders(const Dataset& recorded, const Dataset& all, TrainResult& resul
         "{} feature(s) never change in training and keep scale 1: {}", constant_inputs.size(),
         fmt::join(names_of(model.features, constant_inputs), ", ")));
   }
-  for (const Eigen::Index index : outputs.constant) {
-    result.warnings.push_back(fmt::format("the error of joint {} never changes in training",
-                                          model.outputs[static_cast<std::size_t>(index)].joint));
-  }
   const std::size_t dropped = result.rows_without_truth + result.rows_without_feature;
   if (dropped > 0) {
     result.warnings.push_back(fmt::format(
@@ -218,6 +214,30 @@ core::Status fit_beside_simulated(const Dataset& data, const Dataset& simulated,
   return {};
 }
 
+/// Gives the constant alone to a joint that the layers leave no better than its constant does. An
+/// error that never changes is one: a network learns nothing from it.
+void keep_constants(const Dataset& data, TrainResult& result) {
+  constexpr Eigen::Index kRows = 4096;  // bounds the memory of the hidden layers
+  const Eigen::Index stride = std::max<Eigen::Index>(1, data.features.rows() / kRows);
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < data.features.rows(); row += stride) rows.push_back(row);
+  CalibrationModel& model = result.model;
+  const Eigen::MatrixXd errors = data.errors(rows, Eigen::all);
+  const model::FeatureMatrix inputs = data.features(rows, Eigen::all);
+  const Eigen::MatrixXd left = model.predict(inputs.cast<double>()) - errors;
+  model::DenseLayer& last = model.layers.back();
+  for (Eigen::Index k = 0; k < errors.cols(); ++k) {
+    const double constant = (errors.col(k).array() - model.output.mean[k]).square().mean();
+    if (left.col(k).squaredNorm() / static_cast<double>(left.rows()) < constant) continue;
+    last.weights.row(k).setZero();
+    last.biases[k] = 0.0F;
+    result.warnings.push_back(
+        fmt::format("joint {}: training found nothing better than the mean of the error, and the "
+                    "model has that alone",
+                    model.outputs[static_cast<std::size_t>(k)].joint));
+  }
+}
+
 }  // namespace
 
 core::Result<TrainResult> train_model(std::span<const Recording* const> recorded_training,
@@ -240,6 +260,8 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   model.row_period_s = model::row_period_s(*training.front());
   RAVENCAL_ASSIGN_OR_RETURN(const Dataset data, make_dataset(model.features, model.outputs,
                                                              training, model.row_period_s));
+  RAVENCAL_RETURN_IF_ERROR(
+      check_row_count(training.front()->source, data.features.rows(), data.features.cols()));
   result.rows = static_cast<std::size_t>(data.features.rows());
   result.rows_without_truth = data.rows_without_truth;
   result.rows_without_feature = data.rows_without_feature;
@@ -262,6 +284,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
     RAVENCAL_RETURN_IF_ERROR(
         fit_beside_simulated(data, simulated, chooses, options, keep_going, result));
   }
+  keep_constants(data, result);
   model.loop_gains = model::loop_gains(model, data.features);
   result.drawn_rows = model::evenly_drawn(data.features, model::kLoopGainRows);
   describe(options, result);

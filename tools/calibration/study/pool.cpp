@@ -11,6 +11,7 @@
 #include <mutex>
 #include <thread>
 
+#include "core/side_by_side.hpp"
 #include "learn/random.hpp"
 #include "learn/trainer.hpp"
 
@@ -163,12 +164,7 @@ core::Result<PoolSummary> run_all(const Plan& plan, const std::filesystem::path&
   const std::size_t workers = std::min(wanted, missing.size());
   const Clock::time_point start = Clock::now();
   Pool pool(plan, missing, progress);
-  std::vector<std::thread> threads;
-  for (std::size_t i = 1; i < workers; ++i) {
-    threads.emplace_back([&] { pool.work(folder, recordings, options.threads); });
-  }
-  pool.work(folder, recordings, options.threads);
-  for (std::thread& thread : threads) thread.join();
+  core::side_by_side(workers, [&] { pool.work(folder, recordings, options.threads); });
   if (pool.error()) return *pool.error();
   summary.ran = pool.finished();
   summary.interrupted = summary.ran < missing.size();

@@ -17,11 +17,10 @@ constexpr std::int64_t kLargestTensorSide = 1 << 20;  // far above any network f
 template <typename T>
 bool copy_values(const std::string& raw, const auto& fields, Eigen::Index rows,
                  Eigen::Index columns, OnnxTensor& tensor) {
-  using RowMajor = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto count = static_cast<std::size_t>(rows * columns);
   const bool is_raw = raw.size() == count * sizeof(T);
   if (!is_raw && static_cast<std::size_t>(fields.size()) != count) return false;
-  RowMajor values(rows, columns);
+  Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values(rows, columns);
   if (is_raw) {
     std::memcpy(values.data(), raw.data(), raw.size());
   } else {

@@ -80,6 +80,11 @@ class ChainReader {
   }
 
   core::Result<const OnnxTensor*> constant(const onnx::NodeProto& node, int input) const {
+    if (input < 0 || input >= node.input_size()) {
+      return core::data_error(
+          fmt::format("{} has {} inputs; it takes the chain's value and a constant", where_,
+                      node.input_size()));
+    }
     const auto it = graph_.constants.find(node.input(input));
     if (it != graph_.constants.end()) return &it->second;
     return core::data_error(

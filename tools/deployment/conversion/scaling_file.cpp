@@ -9,6 +9,7 @@
 #include <set>
 
 #include "conversion/npz.hpp"
+#include "core/json_text.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "record/profile.hpp"
@@ -29,7 +30,7 @@ const std::set<std::string> kKeys = {"profile",        "arm",
                                      "newest_rows_ago"};
 
 core::Result<NamedLists> lists_from_json(const std::string& text) {
-  const json object = json::parse(text, nullptr, false);
+  RAVENCAL_ASSIGN_OR_RETURN(const json object, core::parse_json(text));
   if (!object.is_object()) return core::data_error("is not a JSON object");
   NamedLists lists;
   for (const auto& [key, value] : object.items()) {

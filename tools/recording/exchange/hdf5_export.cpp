@@ -54,6 +54,7 @@ class Writer {
     const hsize_t size = count;
     const Hdf5Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
     const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    check(H5Pset_obj_track_times(properties.get(), false));  // one recording, one sequence of bytes
     if (count > kChunkRows && H5Tis_variable_str(stored) <= 0) {
       check(H5Pset_chunk(properties.get(), 1, &kChunkRows));
       check(H5Pset_shuffle(properties.get()));

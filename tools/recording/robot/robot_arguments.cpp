@@ -47,7 +47,7 @@ void add_robot_arguments(CLI::App& command, RobotArguments& arguments) {
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   command.add_option("--duration-s", arguments.duration_s, "End after so long; default: Ctrl-C")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, 1e9));
   command.footer(
       "A ROS 1 node r2_control with both arms and the topics of the controller's CRTK branch:\n"
       "ravenstate, operating_state, arm1, arm2 with that branch's own mixture of arms (commands "

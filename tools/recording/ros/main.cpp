@@ -6,10 +6,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
-#include <exception>
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
+#include "cli/program.hpp"
 #include "core/version.hpp"
 #include "robot/robot_arguments.hpp"
 #include "robot/run_plan.hpp"
@@ -36,9 +37,7 @@ int robot(const ravencal::robot::RobotArguments& arguments) {
   return status.ok() ? static_cast<int>(cli::kOk) : failed("robot", status.error());
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int parse_and_run(int argc, char** argv) {
   // Without the variable ros::init aborts; this is what ROS's own set-up files say.
   (void)::setenv("ROS_MASTER_URI", "http://localhost:11311", 0);
   int exit_code = cli::kOk;
@@ -51,15 +50,20 @@ int main(int argc, char** argv) {
   ravencal::robot::RobotArguments robot_arguments;
   CLI::App* robot_command = app.add_subcommand("robot", "A virtual RAVEN-II on ROS");
   ravencal::robot::add_robot_arguments(*robot_command, robot_arguments);
+  cli::end_cleanly_at_signals();
+  cli::check_numbers(app);
   try {
     app.parse(argc, argv);
     cli::catch_interrupts();
     exit_code = run_command->parsed() ? run(run_arguments) : robot(robot_arguments);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "ravencal-ros: {}\n", error.what());
-    return cli::kData;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return cli::run_program("ravencal-ros", [&] { return parse_and_run(argc, argv); });
 }

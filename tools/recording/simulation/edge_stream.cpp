@@ -47,7 +47,7 @@ core::Result<EdgeStream> EdgeStream::create(const std::filesystem::path& path,
       {"software_version", core::kVersion}};
   RAVENCAL_ASSIGN_OR_RETURN(
       record::RecordingWriter writer,
-      record::RecordingWriter::create(path, meta, channels_of(plant), overwrite));
+      record::RecordingWriter::create_whole(path, meta, channels_of(plant), overwrite));
   return EdgeStream(std::move(writer), plant, clock);
 }
 

@@ -16,7 +16,6 @@
 #include "physics/random_source.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
-#include "record/recording_file.hpp"
 #include "record/recording_writer.hpp"
 #include "simulation/edge_stream.hpp"
 #include "simulation/truth_stream.hpp"
@@ -162,6 +161,8 @@ class Session {
     return write_pending(true);
   }
 
+  [[nodiscard]] bool interrupted() const { return summary_.interrupted; }
+
   core::Result<SessionSummary> finish() {
     summary_.simulated_s = static_cast<double>(twin_.t_ns()) * 1e-9;
     if (edges_) RAVENCAL_RETURN_IF_ERROR(edges_->finish());
@@ -249,13 +250,33 @@ core::Result<std::int64_t> cycles_per_row(const physics::Plant& plant, double ra
   return static_cast<std::int64_t>(cycles);
 }
 
+/// kUsage where one of the two files is there, unless it may be replaced.
+core::Status check_free(const std::filesystem::path& out, const SessionOptions& options) {
+  for (const auto& path : {std::optional(out), options.edges}) {
+    if (path && !options.overwrite && std::filesystem::exists(*path)) {
+      return core::usage_error(
+          fmt::format("{}: exists already; use --force to replace it", path->string()));
+    }
+  }
+  return {};
+}
+
 core::Result<SessionSummary> run(Session& session, const trajectory::Trajectory& trajectory,
-                                 const SessionOptions& options, const ProgressFunction& progress) {
+                                 const std::filesystem::path& out, const SessionOptions& options,
+                                 const ProgressFunction& progress) {
   for (std::uint32_t homings = 0; homings <= options.rehomings; ++homings) {
     RAVENCAL_RETURN_IF_ERROR(session.home());
   }
   session.approach(trajectory.at(0.0));
   RAVENCAL_RETURN_IF_ERROR(session.follow(trajectory, options.rehome_every_s, progress));
+  if (session.interrupted()) {
+    SessionOptions replaces_nothing = options;
+    replaces_nothing.overwrite = false;
+    if (!check_free(out, replaces_nothing).ok()) {
+      return core::usage_error(
+          fmt::format("{}: stopped early, so that the file stays as it was", out.string()));
+    }
+  }
   return session.finish();
 }
 
@@ -268,13 +289,7 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const ProgressFunction& progress) {
   const double rate_hz = options.rate_hz.value_or(plant.logger.rate_hz);
   RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, rate_hz));
-  for (const auto& path : {std::optional(out), options.edges}) {
-    if (path && !options.overwrite && std::filesystem::exists(*path)) {
-      return core::Error{
-          core::ErrorCode::kUsage,
-          fmt::format("{}: exists already; use --force to replace it", path->string())};
-    }
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_free(out, options));
   physics::TwinOptions twin_options;
   twin_options.seed = options.seed;
   twin_options.homing_seed = options.homing_seed;
@@ -283,24 +298,17 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                             physics::RavenTwin::create(plant, twin_options));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels,
                             channels_of(plant, !options.edges));
-  RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
-                            record::RecordingWriter::create(out, meta_of(plant, options, rate_hz),
-                                                            channels, options.overwrite));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      record::RecordingWriter writer,
+      record::RecordingWriter::create_whole(out, meta_of(plant, options, rate_hz), channels,
+                                            options.overwrite));
   std::optional<EdgeStream> edges;
   if (options.edges) {
     RAVENCAL_ASSIGN_OR_RETURN(edges, EdgeStream::create(*options.edges, plant,
                                                         clock_of(options.seed), options.overwrite));
   }
-  std::optional<Session> session;
-  session.emplace(plant, std::move(twin), std::move(writer), std::move(edges), options, row_cycles);
-  auto summary = run(*session, trajectory, options, progress);
-  session.reset();
-  // An incomplete recording is removed, because the run can be repeated.
-  if (!summary.ok()) {
-    (void)record::remove_recording(out);
-    if (options.edges) (void)record::remove_recording(*options.edges);
-  }
-  return summary;
+  Session session(plant, std::move(twin), std::move(writer), std::move(edges), options, row_cycles);
+  return run(session, trajectory, out, options, progress);
 }
 
 }  // namespace ravencal::simulation

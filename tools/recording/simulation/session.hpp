@@ -40,9 +40,12 @@ struct SessionSummary {
   bool interrupted = false;
 };
 
-/// Told the share done, in [0, 1]; returns false to stop early with a valid recording.
+/// Told the share done, in [0, 1]; returns false to stop early.
 using ProgressFunction = std::function<bool(double)>;
 
+/// Records into `out`, which appears when it is whole. Stopped early, it ends with the event
+/// `interrupted`, and replaces no file. Errors: kUsage for names that are taken and rates that do
+/// not fit, kData for a plant that cannot home, kIo.
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const trajectory::Trajectory& trajectory,
                                             const std::filesystem::path& out,

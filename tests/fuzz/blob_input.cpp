@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Harness of the blob reader for libFuzzer and AFL++ (which runs the same entry in persistent
-// mode): the bytes as they are, and again with right sizes and checksums, so that the checks behind
-// those are reached. Whatever opens is read to the last byte; one in 64 also goes through the
-// tools' decoder and encoder, which are a hundred times slower.
+// The bytes as they are, and again with right sizes and checksums, so that the checks behind those
+// are reached. Whatever opens is read to the last byte; one in 64 also goes through the tools'
+// decoder and encoder, which are a hundred times slower.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
+#include "fuzz/inputs.hpp"
 #include "model/blob_view.hpp"
 #include "model/blob_writer.hpp"
 #include "unit/blob_sample.hpp"
 
+namespace ravencal::fuzz {
 namespace {
 
-namespace blob = ravencal::model::blob;
-using ravencal::model::BlobView;
+namespace blob = model::blob;
+using model::BlobView;
 
 void put_u32(std::byte* at, std::size_t value) {
   for (unsigned i = 0; i < 4; ++i) at[i] = static_cast<std::byte>((value >> (8 * i)) & 0xFFU);
@@ -31,13 +31,10 @@ void repair(std::vector<std::byte>& bytes) {
     put_u32(trailer + blob::kSignatureChecksumAt,
             blob::crc32c(trailer + blob::kSignatureAt, blob::kSignatureBytes));
   }
-  ravencal::test::repair_checksum(bytes);
+  test::repair_checksum(bytes);
 }
 
-/// Aborts on a number that the reader promised not to let through.
-void demand(bool promised) {
-  if (!promised) std::abort();
-}
+void demand(bool kept) { promise(kept, "the reader lets no such number through"); }
 
 void read_values(const BlobView& view) {
   for (std::size_t i = 0; i < view.feature_count(); ++i) {
@@ -46,7 +43,7 @@ void read_values(const BlobView& view) {
     demand(view.input_min(i) <= view.input_max(i));
   }
   for (std::size_t l = 0; l < view.layer_count(); ++l) {
-    const ravencal::model::packed::PackedLayer layer = view.network().layer(l);
+    const model::packed::PackedLayer layer = view.network().layer(l);
     for (std::uint32_t o = 0; o < layer.outputs; ++o) {
       demand(std::isfinite(view.network().bias(layer, o)));
       for (std::uint32_t i = 0; i < layer.inputs; ++i) {
@@ -66,14 +63,13 @@ void read_values(const BlobView& view) {
       demand(std::isfinite(view.self_test_output(row, j)));
     }
   }
-  demand(view.arm() <= ravencal::model::Arm::kGreen);
-  demand(view.coordinates() <= ravencal::model::Coordinates::kCorrected);
+  demand(view.arm() <= model::Arm::kGreen);
+  demand(view.coordinates() <= model::Coordinates::kCorrected);
   demand(view.robot().size() < blob::kOriginTextBytes);
   demand(view.controller().size() < blob::kOriginTextBytes);
   demand(std::isfinite(view.loop().gain_margin) && view.loop().phase_margin_rad >= 0.0F);
   for (const auto group :
-       {ravencal::model::LoopGroup::kTorque, ravencal::model::LoopGroup::kVelocity,
-        ravencal::model::LoopGroup::kDesired}) {
+       {model::LoopGroup::kTorque, model::LoopGroup::kVelocity, model::LoopGroup::kDesired}) {
     for (std::size_t j = 0; j < view.output_count(); ++j) {
       demand(view.loop_gain(group, j) >= 0.0F && std::isfinite(view.loop_gain(group, j)));
     }
@@ -89,18 +85,19 @@ void read_everything(std::span<const std::byte> bytes) {
   if (view.checksum() % 64 != 0) return;
   // The decoder may refuse what the view accepts only for names and JSON, and the encoder what
   // overflows in its self-test; neither may crash.
-  const auto model = ravencal::model::decode_blob(bytes, "fuzz");
-  if (model.ok()) (void)ravencal::model::encode_blob(*model).ok();
+  const auto model = model::decode_blob(bytes, "fuzz");
+  if (model.ok()) (void)model::encode_blob(*model).ok();
 }
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void try_blob(Bytes input) {
   static std::vector<std::byte> bytes;
-  const auto* const first = reinterpret_cast<const std::byte*>(data);
-  bytes.assign(first, first + size);
+  const auto* const first = reinterpret_cast<const std::byte*>(input.data());
+  bytes.assign(first, first + input.size());
   read_everything(bytes);
   repair(bytes);
   read_everything(bytes);
-  return 0;
 }
+
+}  // namespace ravencal::fuzz

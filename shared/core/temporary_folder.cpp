@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/temporary_folder.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "core/whole_file.hpp"
+
+namespace ravencal::core {
+
+Result<TemporaryFolder> TemporaryFolder::create() {
+  std::error_code absent;
+  const std::filesystem::path below = std::filesystem::temp_directory_path(absent);
+  std::string name = ((absent ? "/tmp" : below) / "ravencal-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) return write_error(name, errno);
+  return TemporaryFolder(name);
+}
+
+TemporaryFolder::TemporaryFolder(std::filesystem::path path)
+    : path_(std::move(path)), unfinished_(path_) {}
+
+TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept
+    : path_(std::exchange(other.path_, {})), unfinished_(std::move(other.unfinished_)) {}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace ravencal::core

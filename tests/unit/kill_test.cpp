@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Commands that write, ended by SIGKILL, SIGTERM and SIGINT at moments spread over their run: what
+// has the name of an output is the old file or the new one, whole. A few moments each;
+// RAVENCAL_KILLS=100 asks for more.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "unit/files_rig.hpp"
+
+namespace ravencal::test {
+namespace {
+namespace fs = std::filesystem;
+
+using Clock = std::chrono::steady_clock;
+using Contents = std::map<std::string, std::string>;  // of each output, by its name
+
+const std::string kPublished = RAVENCAL_SOURCE_DIR "/tools/plants/raven2_published.toml";
+const std::string kOld = "what was there before\n";
+
+int kills() {
+  const char* const wanted = std::getenv("RAVENCAL_KILLS");
+  return wanted == nullptr ? 6 : std::atoi(wanted);
+}
+
+struct Command {
+  std::string name;
+  std::string arguments;             ///< outputs are OUT, OUT.2
+  std::vector<std::string> outputs;  ///< their names
+};
+
+void PrintTo(const Command& command, std::ostream* out) { *out << command.name; }
+
+class KilledCommand : public FilesRig, public testing::WithParamInterface<Command> {
+ protected:
+  void SetUp() override {
+    run_folder_ = folder_ / "run";
+    fs::create_directories(run_folder_ / "tmp");
+  }
+  void TearDown() override { fs::remove_all(run_folder_); }
+
+  /// The old outputs, and nothing else.
+  void restore() const {
+    fs::remove_all(run_folder_);
+    fs::create_directories(run_folder_ / "tmp");
+    for (const std::string& output : GetParam().outputs)
+      std::ofstream(run_folder_ / output) << kOld;
+  }
+
+  [[nodiscard]] pid_t start() const {
+    const std::string line =
+        fmt::format("cd {} && TMPDIR={}/tmp exec {} {} > /dev/null 2>&1", run_folder_.string(),
+                    run_folder_.string(), kProgram, GetParam().arguments);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      ::_exit(127);
+    }
+    return child;
+  }
+
+  static int status_of(pid_t child) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return status;
+  }
+
+  [[nodiscard]] Contents contents() const {
+    Contents found;
+    for (const std::string& output : GetParam().outputs)
+      found[output] = bytes_of(run_folder_ / output);
+    return found;
+  }
+
+  /// Files that are neither outputs nor folders.
+  [[nodiscard]] std::set<std::string> leftovers() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(run_folder_)) {
+      const std::string name = entry.path().lexically_relative(run_folder_).string();
+      if (name != "tmp" && contents().count(name) == 0) names.insert(name);
+    }
+    return names;
+  }
+
+  fs::path run_folder_;
+};
+
+TEST_P(KilledCommand, LeavesTheOldOrTheNewWhole) {
+  restore();
+  const auto begun = Clock::now();
+  ASSERT_EQ(status_of(start()), 0) << GetParam().arguments;
+  const auto whole = Clock::now() - begun;
+  const Contents made = contents();
+  for (const auto& [name, bytes] : made) ASSERT_NE(bytes, kOld) << name;
+  ASSERT_EQ(leftovers(), std::set<std::string>());
+  std::map<int, int> ended;  // by the exit status
+  int old_ones = 0;
+  for (int i = 0; i < kills(); ++i) {
+    const int signal_number = i % 3 == 0 ? SIGTERM : i % 3 == 1 ? SIGKILL : SIGINT;
+    restore();
+    const pid_t child = start();
+    std::this_thread::sleep_for(whole * (i + 1) / (kills() + 1));
+    ::kill(child, signal_number);
+    const int status = status_of(child);
+    ++ended[WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status)];
+    const std::string when = fmt::format("signal {} at {} of {}", signal_number, i + 1, kills());
+    for (const auto& [name, bytes] : contents()) {
+      EXPECT_TRUE(bytes == kOld || bytes == made.at(name)) << name << ", " << when;
+      old_ones += bytes == kOld ? 1 : 0;
+    }
+    if (signal_number != SIGKILL) {
+      // Before main() has said what signals do, and in the shell, they end the process at once.
+      const bool is_told = status == 0 || status == signal_number ||
+                           (WIFEXITED(status) && WEXITSTATUS(status) == 128 + signal_number);
+      EXPECT_TRUE(is_told) << "status " << status << ", " << when;
+      EXPECT_EQ(leftovers(), std::set<std::string>()) << when;
+    }
+    for (const std::string& name : leftovers()) {
+      const bool is_partial =
+          name.find(".partial") != std::string::npos || name.starts_with("tmp/");
+      EXPECT_TRUE(is_partial) << name << ", " << when;
+    }
+  }
+  std::printf("%s: %.2f s; %d kills, %d outputs old; ended by", GetParam().name.c_str(),
+              std::chrono::duration<double>(whole).count(), kills(), old_ones);
+  for (const auto& [status, count] : ended) std::printf(" %d: %d", status, count);
+  std::printf("\n");
+}
+
+const std::vector<Command> kCommands = {
+    {"trajectory", "trajectory sinusoid --duration-s 3000 --force --out OUT", {"OUT"}},
+    {"simulate",
+     "simulate --plant " + kPlant + " --trajectory ../t.csv --force --out OUT",
+     {"OUT"}},
+    {"simulate_edges",
+     "simulate --plant " + kPlant + " --trajectory ../t.csv --force --out OUT --edges OUT.2",
+     {"OUT", "OUT.2"}},
+    {"simulate_follow",
+     "simulate --plant " + kPlant + " --follow ../s.db --force --out OUT",
+     {"OUT"}},
+    {"import", "import ../s.csv --profile generic --overwrite --out OUT", {"OUT"}},
+    {"export_csv", "export ../s.db --out OUT.csv", {"OUT.csv"}},
+    {"export_h5", "export ../s.db --out OUT.h5", {"OUT.h5"}},
+    {"export_mat", "export ../s.db --out OUT.mat", {"OUT.mat"}},
+    {"export_bag", "export ../s.db --out OUT.bag", {"OUT.bag"}},
+    {"train", "train ../s.db --method linear --out OUT --report OUT.2", {"OUT", "OUT.2"}},
+    {"train_network",
+     "train ../s.db --features light --hidden 32 --epochs 40 --threads 1 --out OUT",
+     {"OUT"}},
+    {"evaluate", "evaluate ../m.onnx ../s.db --json OUT --report OUT.2", {"OUT", "OUT.2"}},
+    {"merge", "merge ../r.db ../truth.db --clock wall --delay-ms 0 --overwrite --out OUT", {"OUT"}},
+    {"conceal",
+     "conceal --plant " + kPublished +
+         " --trajectory ../t.csv --seed 7 --force --out OUT "
+         "--answer OUT.2",
+     {"OUT", "OUT.2"}},
+    {"diagnose",
+     "diagnose ../s.db --plant " + kPublished + " --placebo 0 --out .",
+     {"report.json", "report.html", "plant_improved.toml"}},
+    {"convert", "convert ../m.onnx --calibrate ../s.db --unbounded-loop --out OUT", {"OUT"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(Files, KilledCommand, testing::ValuesIn(kCommands),
+                         [](const auto& command) { return command.param.name; });
+
+using StoppedCommand = FilesRig;
+
+/// Runs the command until a signal finds it at work, so that `out` is there; its exit status.
+Outcome stopped(const fs::path& folder, const std::string& arguments, const std::string& out,
+                const char* signal_name) {
+  Outcome outcome;
+  for (int delay_s = 1; delay_s <= 64 && !fs::exists(folder / out); delay_s *= 2) {
+    outcome = run_command(fmt::format("cd {} && timeout --preserve-status -s {} {} {} {} 2>&1",
+                                      folder.string(), signal_name, delay_s, kProgram, arguments));
+  }
+  return outcome;
+}
+
+TEST_F(StoppedCommand, SaysSoInTheModelAndInTheExitCode) {
+  const Outcome outcome = stopped(
+      folder_, "train s.db --features light --hidden 32 --epochs 1000000 --out stopped.onnx",
+      "stopped.onnx", "INT");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.text;
+  EXPECT_NE(outcome.text.find("interrupted"), std::string::npos) << outcome.text;
+  const Outcome described = run("info stopped.onnx --json");
+  EXPECT_EQ(described.exit_code, 0) << described.text;
+  EXPECT_NE(described.text.find("\"interrupted\""), std::string::npos) << described.text;
+}
+
+TEST_F(StoppedCommand, SaysSoInTheRecordingAndInTheExitCode) {
+  ASSERT_EQ(run("trajectory sinusoid --duration-s 80000 --out long.csv").exit_code, 0);
+  const Outcome outcome =
+      stopped(folder_, "simulate --plant " + kPlant + " --trajectory long.csv --out stopped.db",
+              "stopped.db", "TERM");
+  EXPECT_EQ(outcome.exit_code, 143) << outcome.text;
+  const Outcome described = run("info stopped.db");
+  EXPECT_EQ(described.exit_code, 0) << described.text;
+  EXPECT_NE(described.text.find("interrupted"), std::string::npos) << described.text;
+}
+
+// A recorder has no other end than this one.
+TEST_F(StoppedCommand, EndsARecorderAsUsual) {
+  const Outcome outcome = run_command(fmt::format(
+      "cd {} && timeout --preserve-status -s INT 2 {} --config {}/quadrature_reader/encoders.toml "
+      "--replay e.db --replay-speed 1 --out live.db 2>&1",
+      folder_.string(), RAVENCAL_ENCODERS, RAVENCAL_SOURCE_DIR));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+  EXPECT_EQ(run("info live.db").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace ravencal::test

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What every program does where the system gives it less than it asks for.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "record/recording_writer.hpp"
+#include "unit/record/scratch.hpp"
+#include "unit/run_command.hpp"
+
+namespace ravencal::test {
+namespace {
+
+class Program : public ::testing::Test {
+ protected:
+  /// Long enough to be read by several threads.
+  void SetUp() override {
+    record::Recording recording;
+    recording.channels = {{"q.elbow", "rad", record::Role::kJointEstimate, "elbow"}};
+    recording.samples = record::SampleMatrix::Constant(20'000, 1, 0.5);
+    for (std::int64_t r = 0; r < 20'000; ++r) recording.t_ns.push_back(1'000'000 * r);
+    ASSERT_TRUE(record::write_recording(recording, path_).ok());
+  }
+
+  const record::testing::Scratch scratch_;
+  const std::filesystem::path path_ = scratch_ / "x.db";
+};
+
+TEST_F(Program, SaysThatItsOutputCouldNotBeWritten) {
+  for (const std::string& command :
+       {fmt::format("{} info {}", RAVENCAL_PROGRAM, path_.string()),
+        fmt::format("{} info --json {}", RAVENCAL_PROGRAM, path_.string()),
+        fmt::format("{} --version", RAVENCAL_PROGRAM), fmt::format("{} --help", RAVENCAL_PROGRAM),
+        fmt::format("{} --help", RAVENCAL_ENCODERS)}) {
+    const Outcome full = run_command(command + " 2>&1 >/dev/full");
+    EXPECT_EQ(full.exit_code, 3) << command;
+    EXPECT_NE(full.text.find("standard output cannot be written: No space left on device"),
+              std::string::npos)
+        << command << "\n"
+        << full.text;
+    EXPECT_EQ(run_command(command + " >/dev/null").exit_code, 0) << command;
+  }
+}
+
+TEST_F(Program, SaysThatAFileWouldExceedTheLimitOfItsSize) {
+  for (const char* name : {"x.csv", "x.h5", "x.mat"}) {
+    const auto out = scratch_ / name;
+    const Outcome limited = run_command(fmt::format(
+        "ulimit -f 8; {} export {} --out {} 2>&1", RAVENCAL_PROGRAM, path_.string(), out.string()));
+    EXPECT_EQ(limited.exit_code, 3) << name << ": " << limited.text;
+    EXPECT_NE(limited.text.find(name), std::string::npos) << limited.text;
+  }
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(path_.parent_path()))
+    ++files;
+  EXPECT_EQ(files, 1U) << "only the recording";
+}
+
+#ifndef RAVENCAL_SANITIZED  // a sanitizer reserves terabytes of addresses
+TEST_F(Program, ReadsWithTheThreadsThatItGets) {
+  // No second stack fits.
+  const Outcome few = run_command(fmt::format(
+      "ulimit -s 4000000; ulimit -v 3000000; {} info {} 2>&1", RAVENCAL_PROGRAM, path_.string()));
+  EXPECT_EQ(few.exit_code, 0) << few.text;
+  EXPECT_NE(few.text.find("20000"), std::string::npos) << few.text;
+}
+
+TEST_F(Program, SaysThatThereIsNotEnoughMemory) {
+  const auto wide = scratch_ / "wide.csv";
+  {
+    std::ofstream file(wide);
+    file << "t_s,a_rad,b_rad,c_rad,d_rad,e_rad,f_rad,g_rad\n";
+    for (int r = 0; r < 1'000'000; ++r) file << r << ",1,1,1,1,1,1,1\n";
+  }
+  const Outcome little = run_command(fmt::format(
+      "ulimit -v 120000; {} info --profile generic {} 2>&1", RAVENCAL_PROGRAM, wide.string()));
+  EXPECT_EQ(little.exit_code, 3) << little.text;
+  EXPECT_NE(little.text.find("not enough memory"), std::string::npos) << little.text;
+}
+#endif
+
+}  // namespace
+}  // namespace ravencal::test

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a Keras model.h5 holds, before anything of it is interpreted: the description as JSON and
+// the arrays by layer. The HDF5 library trusts the bytes of a file, so that a child process reads
+// it.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ravencal::conversion {
+
+struct KerasContent {
+  std::string model_config;
+  std::string version;
+  /// By layer and by the weights' own name; a vector is one row.
+  std::map<std::string, std::map<std::string, Eigen::MatrixXd>> weights;
+
+  /// Errors (kIo, kData): no such file; not a whole Keras model; an array of other dimensions, too
+  /// large, or not finite.
+  static core::Result<KerasContent> read(const std::string& path);
+};
+
+}  // namespace ravencal::conversion
