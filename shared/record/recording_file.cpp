@@ -58,6 +58,14 @@ core::Status remove_file(const fs::path& file) {
                      fmt::format("{}: cannot remove it: {}", file.string(), failure.message())};
 }
 
+/// Removes SQLite's files beside a recording, if they exist.
+core::Status remove_side_files(const fs::path& path) {
+  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
+    RAVENCAL_RETURN_IF_ERROR(remove_file(path.string() + suffix));
+  }
+  return {};
+}
+
 }  // namespace
 
 core::Status check_channels(std::span<const Channel> channels, const fs::path& path) {
@@ -84,11 +92,18 @@ core::Status check_channels(std::span<const Channel> channels, const fs::path& p
   return {};
 }
 
-core::Status remove_side_files(const fs::path& path) {
-  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
-    RAVENCAL_RETURN_IF_ERROR(remove_file(path.string() + suffix));
+core::Status settle_recording(const fs::path& path) {
+  sqlite3* handle = nullptr;
+  int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE, nullptr);
+  const sqlite::Database database(handle);
+  // A connection in WAL mode keeps others from leaving that mode for as long as it is open.
+  if (code == SQLITE_OK) {
+    code = sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
   }
-  return {};
+  if (code != SQLITE_BUSY && code != SQLITE_LOCKED) return remove_side_files(path);
+  return core::io_error(
+      fmt::format("{}: another process writes or reads it; end that first, or choose another name",
+                  path.string()));
 }
 
 core::Status remove_recording(const fs::path& path) {

@@ -74,8 +74,10 @@ class RecordingFile {
 /// become SQL columns) and not reserved, units known, at most 1999.
 core::Status check_channels(std::span<const Channel> channels, const std::filesystem::path& path);
 
-/// Removes SQLite's files beside a recording, if they exist: what a killed writer left.
-core::Status remove_side_files(const std::filesystem::path& path);
+/// Before another file takes the recording's name: takes the rows that a killed writer left in
+/// SQLite's log into the recording itself, so that it is whole until then, and removes the log,
+/// whose rows SQLite would read instead of the new ones. kIo where another process has it open.
+core::Status settle_recording(const std::filesystem::path& path);
 
 /// Removes a recording and SQLite's files beside it, if they exist.
 core::Status remove_recording(const std::filesystem::path& path);

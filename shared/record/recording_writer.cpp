@@ -121,9 +121,7 @@ core::Status RecordingWriter::Impl::finish() {
 }
 
 core::Status RecordingWriter::Impl::appear() {
-  // SQLite would read the rows of a killed writer's -wal instead of the new ones. It goes first:
-  // the other order leaves, for a moment, a new file beside an old -wal.
-  RAVENCAL_RETURN_IF_ERROR(remove_side_files(target->file.target()));
+  RAVENCAL_RETURN_IF_ERROR(settle_recording(target->file.target()));
   return target->file.publish();
 }
 
@@ -140,7 +138,7 @@ core::Result<RecordingWriter> RecordingWriter::create(
   // Under its name it is readable from its first moment on, and until then what had the name stays.
   RAVENCAL_ASSIGN_OR_RETURN(WholeTarget empty, empty_recording(path, meta, channels));
   RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
-  RAVENCAL_RETURN_IF_ERROR(remove_side_files(empty.file.target()));
+  RAVENCAL_RETURN_IF_ERROR(settle_recording(empty.file.target()));
   RAVENCAL_RETURN_IF_ERROR(overwrite ? empty.file.publish() : empty.file.publish_new());
   RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
                             RecordingFile::open_live(empty.file.target(), channels.size()));

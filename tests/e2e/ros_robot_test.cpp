@@ -69,6 +69,7 @@ TEST_F(RosRobot, HasTheControllersTopicsAndTheirTypes) {
 TEST_F(RosRobot, PublishesTheJointsThatThePluginCorrected) {
   model::CalibrationModel model =
       make_model({plain("jpos.shoulder"), plain("jpos.elbow"), plain("jpos.insertion")}, {});
+  model.origin.arm = model::Arm::kGold;
   model.layers[0].weights.setZero();
   model.layers[0].biases.setZero();
   model.input.mean = Eigen::Vector3d(0.6, 1.5, 0.38);

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -14,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "cli/interrupt.hpp"
 #include "unit/files_rig.hpp"
 
 namespace ravencal::test {
@@ -206,14 +208,71 @@ TEST_F(StoppedCommand, SaysSoInTheRecordingAndInTheExitCode) {
   EXPECT_NE(described.text.find("interrupted"), std::string::npos) << described.text;
 }
 
+/// ravencal-encoders at work on a replay of 40 s, whose recording live.db is there.
+class Recorder {
+ public:
+  explicit Recorder(const fs::path& folder) {
+    const std::string line = fmt::format(
+        "cd {} && exec {} --config {}/quadrature_reader/encoders.toml --replay e.db "
+        "--replay-speed 0.1 --out live.db > live.log 2>&1",
+        folder.string(), RAVENCAL_ENCODERS, RAVENCAL_SOURCE_DIR);
+    fs::remove(folder / "live.db");
+    process_ = ::fork();
+    if (process_ == 0) {
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      ::_exit(127);
+    }
+    while (!fs::exists(folder / "live.db") && ::waitpid(process_, &status_, WNOHANG) == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  void signal(int number) const { ::kill(process_, number); }
+  int exit_code() {
+    ::waitpid(process_, &status_, 0);
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
+  }
+
+ private:
+  pid_t process_ = 0;
+  int status_ = 0;
+};
+
 // A recorder has no other end than this one.
 TEST_F(StoppedCommand, EndsARecorderAsUsual) {
-  const Outcome outcome = run_command(fmt::format(
-      "cd {} && timeout --preserve-status -s INT 2 {} --config {}/quadrature_reader/encoders.toml "
-      "--replay e.db --replay-speed 1 --out live.db 2>&1",
-      folder_.string(), RAVENCAL_ENCODERS, RAVENCAL_SOURCE_DIR));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+  for (const int signal_number : {SIGINT, SIGTERM}) {
+    Recorder recorder(folder_);
+    recorder.signal(signal_number);
+    EXPECT_EQ(recorder.exit_code(), 0) << bytes_of(folder_ / "live.log");
+    EXPECT_EQ(run("info live.db").exit_code, 0);
+  }
+}
+
+// timeout(1) signals its child alone and then again with the whole group.
+TEST_F(StoppedCommand, TakesASignalThatComesTwiceAtOnceForOne) {
+  Recorder recorder(folder_);
+  recorder.signal(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2));  // so that both are delivered
+  recorder.signal(SIGINT);
+  EXPECT_EQ(recorder.exit_code(), 0) << bytes_of(folder_ / "live.log");
   EXPECT_EQ(run("info live.db").exit_code, 0);
+}
+
+TEST(Interrupts, EndTheProcessAtTheSecondSignalOfAPerson) {
+  std::array<int, 2> ready{};
+  ASSERT_EQ(::pipe(ready.data()), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    cli::catch_interrupts();
+    (void)!::write(ready[1], "r", 1);
+    while (true) ::pause();
+  }
+  char letter = 0;
+  ASSERT_EQ(::read(ready[0], &letter, 1), 1);
+  ::kill(child, SIGINT);
+  std::this_thread::sleep_for(std::chrono::duration<double>(cli::kSecondSignal_s + 0.1));
+  ::kill(child, SIGINT);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 130) << status;
 }
 
 }  // namespace

@@ -249,6 +249,7 @@ class CorrectedRobot : public testing::Test {
     model.input.scale = Vector3d(0.6, 0.8, 0.1);
     model.input_min = model.input.mean - model.input.scale;
     model.input_max = model.input.mean + model.input.scale;
+    model.origin.arm = model::Arm::kGold;
     options_.homed = true;
     options_.plugin = RAVENCAL_PLUGIN_PATH;
     options_.weights = write_weights(model, "robot.blob").string();
@@ -275,6 +276,16 @@ TEST_F(CorrectedRobot, PublishesCorrectedJointsAndItsMotorsDoNotJump) {
     ASSERT_LT(std::abs(apart), 60.0)
         << "cycle " << i;  // friction holds it; a jump would be 350 deg
   }
+}
+
+TEST_F(CorrectedRobot, RefusesWeightsOfTheOtherArm) {
+  physics::Plant green = raven_plant();
+  green.robot.arm = "green";
+  const auto robot = VirtualController::create(green, options_);
+  ASSERT_FALSE(robot.ok());
+  EXPECT_NE(robot.error().message.find("was trained for the gold arm and would correct the green"),
+            std::string::npos)
+      << robot.error().message;
 }
 
 TEST_F(CorrectedRobot, RefusesWeightsAndPluginsThatAreNotThere) {

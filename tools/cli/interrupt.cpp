@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <ctime>
 #include <initializer_list>
 
 #include "core/outputs.hpp"
@@ -12,6 +13,7 @@ namespace ravencal::cli {
 namespace {
 
 volatile std::sig_atomic_t stop_signal = 0;  // the first that asked to stop
+timespec stopped_at = {};                    // when it came (CLOCK_MONOTONIC)
 volatile std::sig_atomic_t is_work = 0;
 
 int exit_code_of(int signal_number) { return 128 + signal_number; }  // as shells have it
@@ -22,14 +24,24 @@ void end_process(int signal_number) {
 }
 
 void ask_to_stop(int signal_number) {
-  if (stop_signal != 0) end_process(signal_number);
-  stop_signal = signal_number;
+  timespec now = {};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (stop_signal == 0) {
+    stopped_at = now;
+    stop_signal = signal_number;
+    return;
+  }
+  const auto since_s = static_cast<double>(now.tv_sec - stopped_at.tv_sec) +
+                       1e-9 * static_cast<double>(now.tv_nsec - stopped_at.tv_nsec);
+  if (since_s >= kSecondSignal_s) end_process(signal_number);
 }
 
 void handle(std::initializer_list<int> signals, void (*handler)(int)) {
   struct sigaction action = {};
   action.sa_handler = handler;
   sigemptyset(&action.sa_mask);
+  // One handler at a time: ask_to_stop reads what it wrote.
+  for (const int signal_number : signals) sigaddset(&action.sa_mask, signal_number);
   for (const int signal_number : signals) sigaction(signal_number, &action, nullptr);
 }
 

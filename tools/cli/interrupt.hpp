@@ -7,11 +7,15 @@
 
 namespace ravencal::cli {
 
+/// A signal that comes within this time of the first repeats it: timeout(1) and wrappers that pass
+/// on a Ctrl-C of the terminal signal a process twice at once. A person takes longer.
+inline constexpr double kSecondSignal_s = 0.5;
+
 /// For every program, before its first output.
 void end_cleanly_at_signals();
 
 /// From here on the first SIGINT or SIGTERM only sets interrupted(), so that a recorder or a
-/// service comes to its end, which is a normal one; the second ends the process.
+/// service comes to its end, which is a normal one; another after kSecondSignal_s ends the process.
 void catch_interrupts();
 
 /// The same for work that has a result, which the signal cuts short: exit_code_of_interrupt()

@@ -93,11 +93,9 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
           step.title, exit_code);
       return {};
     }
+    // An interrupted step has an end of its own, such as a recording, but is not done.
+    if (cli::interrupted()) return {};
     RAVENCAL_RETURN_IF_ERROR(session.mark_done(step));
-    if (cli::interrupted()) {
-      exit_code = cli::kFinding;
-      return {};
-    }
   }
   fmt::print("\n{}", robot::what_to_load(arguments.options));
   return {};

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -17,6 +18,7 @@
 #include <thread>
 
 #include "record/load.hpp"
+#include "record/recording_file.hpp"
 #include "record/recording_reader.hpp"
 #include "record/recording_writer.hpp"
 #include "scratch.hpp"
@@ -287,8 +289,10 @@ std::int64_t now_ns() {
   ::_exit(1);
 }
 
+/// What the writer reported; `meanwhile` happens while it writes.
 std::vector<Progress> run_and_kill(const std::filesystem::path& path,
-                                   std::chrono::milliseconds delay) {
+                                   std::chrono::milliseconds delay,
+                                   const std::function<void()>& meanwhile = {}) {
   int pipe_ends[2];
   if (::pipe(pipe_ends) != 0) return {};
   const pid_t child = ::fork();
@@ -300,6 +304,7 @@ std::vector<Progress> run_and_kill(const std::filesystem::path& path,
   };
   next();  // however slow the machine, the child has begun
   std::this_thread::sleep_for(delay);
+  if (meanwhile) meanwhile();
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   while (next()) {
@@ -307,6 +312,40 @@ std::vector<Progress> run_and_kill(const std::filesystem::path& path,
   reports.pop_back();
   ::close(pipe_ends[0]);
   return reports;
+}
+
+TEST(RecordingWriter, KeepsTheRowsOfAKilledWriterUntilTheNewFileStands) {
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  const auto reports = run_and_kill(path, std::chrono::milliseconds(300));
+  ASSERT_GT(reports.size(), 1U);
+  ASSERT_TRUE(std::filesystem::exists(path.string() + "-wal"));
+  // What a kill between this and the new file's arrival leaves.
+  const core::Status settled = settle_recording(path);
+  ASSERT_TRUE(settled.ok()) << settled.error().message;
+  EXPECT_EQ(scratch.file_count(), 1U);
+  const auto read = read_recording(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_GE(read->rows(), reports.back().flushed);
+}
+
+TEST(RecordingWriter, RefusesToReplaceARecordingThatAnotherProcessWrites) {
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  Recording other;
+  other.channels = two_channels();
+  const auto reports = run_and_kill(path, std::chrono::milliseconds(200), [&] {
+    const core::Status whole = write_recording(other, path, true);
+    ASSERT_FALSE(whole.ok());
+    EXPECT_NE(whole.error().message.find("another process"), std::string::npos);
+    const auto live = RecordingWriter::create(path, {}, two_channels(), true);
+    ASSERT_FALSE(live.ok());
+    EXPECT_NE(live.error().message.find("another process"), std::string::npos);
+  });
+  ASSERT_GT(reports.size(), 1U);
+  const auto read = read_recording(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_GE(read->rows(), reports.back().flushed);
 }
 
 TEST(RecordingWriter, NoRowOfAKilledWriterOutlivesTheFileThatReplacesIt) {

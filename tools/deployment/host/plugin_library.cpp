@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "model/origin.hpp"
+
 namespace ravencal::host {
 
 void PluginLibrary::Close::operator()(void* library) const { ::dlclose(library); }
@@ -38,10 +40,13 @@ core::Result<PluginLibrary> PluginLibrary::open(const std::filesystem::path& pat
   return library;
 }
 
-ravencal_config PluginLibrary::default_config() const {
+ravencal_config PluginLibrary::default_config(std::string_view arm) const {
   ravencal_config config{};
   config.struct_size = sizeof config;
   api_->default_config(&config);
+  const model::Arm known = model::arm_from(arm).value_or(model::Arm::kUnknown);
+  config.arm =
+      static_cast<std::uint32_t>(known);  // rt_plugin/admission.cpp asserts that both agree
   return config;
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "core/result.hpp"
 #include "ravencal/plugin.h"
@@ -19,8 +20,9 @@ class PluginLibrary {
   static core::Result<PluginLibrary> open(const std::filesystem::path& path);
 
   [[nodiscard]] const ravencal_api& api() const { return *api_; }
-  /// The plugin's own defaults.
-  [[nodiscard]] ravencal_config default_config() const;
+  /// The plugin's own defaults, for weights of the arm of that name ("gold", "green"); of any arm
+  /// where the name says none.
+  [[nodiscard]] ravencal_config default_config(std::string_view arm = {}) const;
 
  private:
   struct Close {

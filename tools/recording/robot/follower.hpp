@@ -60,12 +60,14 @@ enum class Phase {
 enum class StopReason {
   kNone,
   kEmergencyStop,
-  kNotHomed,  ///< the robot began to initialise again
-  kStale,     ///< no state for too long, or its stamps ran back
-  kTracking,  ///< the arm is not where the controller wants it
-  kIgnored,   ///< the controller does not take the commands
-  kOtherArm,  ///< the arm that is not commanded moves
-  kOutside,   ///< the arm is outside its limits
+  kNotHomed,   ///< the robot began to initialise again
+  kStale,      ///< no state for too long, or its stamps ran back
+  kTracking,   ///< the arm is not where the controller wants it
+  kIgnored,    ///< the controller does not take the commands
+  kOtherArm,   ///< the arm that is not commanded moves
+  kOutside,    ///< the arm is outside its limits
+  kReplaced,   ///< another node took this one's name
+  kRecording,  ///< the recording cannot be written
   kUser,
 };
 

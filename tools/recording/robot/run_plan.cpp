@@ -97,7 +97,8 @@ void add_run_arguments(CLI::App& command, RunArguments& arguments) {
   command.add_flag("--json", arguments.json, "Print the summary as JSON");
   command.footer(
       "Needs ROS 1, the controller's CRTK branch and a homed robot; the pedal pauses and goes on,\n"
-      "Ctrl-C ends. The recording is kept whatever happens. Exit 4: the robot was stopped.\n"
+      "Ctrl-C ends (exit 0). The recording is kept whatever happens. Exit 4: the robot was "
+      "stopped.\n"
       "On the CRTK branch the order of the USB boards decides whether arm1 is gold or green: "
       "without\n"
       "--crtk-arm the run begins with a probe, an elbow that moves by 0.3 deg and back.\n"

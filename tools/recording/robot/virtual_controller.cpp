@@ -35,11 +35,11 @@ struct PluginHook {
   ravencal_state state{};
   ravencal_output output{};
 
-  core::Status open(const VirtualControllerOptions& options) {
+  core::Status open(const VirtualControllerOptions& options, const std::string& arm) {
     output.struct_size = sizeof output;
     if (options.plugin.empty()) return {};
     RAVENCAL_ASSIGN_OR_RETURN(library, host::PluginLibrary::open(options.plugin));
-    ravencal_config config = library->default_config();
+    ravencal_config config = library->default_config(arm);
     config.step_budget_ns = 0;  // this machine is not the robot's
     if (options.telemetry.size() >= sizeof config.telemetry_name) {
       return core::Error{core::ErrorCode::kUsage, "--telemetry: the name is too long"};
@@ -144,7 +144,7 @@ core::Result<VirtualController> VirtualController::create(const physics::Plant& 
                             physics::RavenTwin::create(plant, twin_options));
   RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin other, make_other_arm(plant, twin_options));
   auto impl = std::make_unique<Impl>(std::move(own), std::move(other), plant);
-  RAVENCAL_RETURN_IF_ERROR(impl->plugin.open(options));
+  RAVENCAL_RETURN_IF_ERROR(impl->plugin.open(options, plant.robot.arm));
   if (options.homed) {
     for (VirtualArm* arm : {&impl->arm, &impl->other}) {
       arm->twin.home();

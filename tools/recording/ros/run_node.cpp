@@ -204,7 +204,7 @@ void Run::watch_motion() {
     show(standing);
     const Heard heard = watch_->heard();
     if (!keep_going_()) watch_->stop(StopReason::kUser, "ended by the user");
-    if (!ros::ok()) watch_->stop(StopReason::kUser, "another node took the name ravencal_run");
+    if (!ros::ok()) watch_->stop(StopReason::kReplaced, "another node took the name ravencal_run");
     if (!arguments_.no_encoders && standing.phase == Phase::kMoving &&
         heard.readings_silent_s > std::max(kReadingsStaleS, arguments_.stale_s)) {
       watch_->stop(
@@ -266,7 +266,8 @@ core::Result<cli::ExitCode> Run::report(const core::Status& recording) {
   if (done) return cli::kOk;
   fmt::print(stderr, "ravencal run: stopped: {}{}\n", standing.stop.text,
              empty ? "" : "; the recording is kept");
-  return standing.stop.reason == StopReason::kUser ? cli::kFinding : cli::kDevice;
+  // Ctrl-C is a normal end of a recorder.
+  return standing.stop.reason == StopReason::kUser ? cli::kOk : cli::kDevice;
 }
 
 core::Result<cli::ExitCode> Run::run() {

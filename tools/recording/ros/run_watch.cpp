@@ -227,7 +227,8 @@ void RunWatch::note_phase(Phase before, std::int64_t stamp_ns) {
 void RunWatch::note_failure(const core::Status& status) {
   if (status.ok() || recording_error_) return;
   recording_error_ = status.error();
-  follower_->stop(StopReason::kUser, "the recording cannot be written: " + status.error().message);
+  follower_->stop(StopReason::kRecording,
+                  "the recording cannot be written: " + status.error().message);
 }
 
 void RunWatch::begin(robot::Follower follower, robot::RunRecorder recorder) {
