@@ -24,26 +24,39 @@ using std::chrono::milliseconds;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-bool installed(const char* program) {
-  return std::system(fmt::format("command -v {} >/dev/null 2>&1", program).c_str()) == 0;
-}
-
-/// A port that the system has just given out, and so gives to nobody else for a while.
-int free_port() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t length = sizeof address;
-  (void)::bind(socket, reinterpret_cast<sockaddr*>(&address), length);
-  (void)::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length);
-  ::close(socket);
-  return ntohs(address.sin_port);
-}
-
 int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
 
 }  // namespace
+
+int free_port() {
+  constexpr int kFirst = 12'000;
+  constexpr int kCount = 20'000;
+  for (int i = 0; i < kCount; ++i) {
+    const int port = kFirst + (::getpid() + i) % kCount;
+    const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    const bool is_free = ::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    ::close(socket);
+    if (is_free) return port;
+  }
+  return 0;
+}
+
+bool wait_until(const std::function<bool()>& so) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(30);
+  while (std::chrono::steady_clock::now() < end) {
+    if (so()) return true;
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+  return false;
+}
+
+bool installed(const char* program) {
+  return std::system(fmt::format("command -v {} >/dev/null 2>&1", program).c_str()) == 0;
+}
 
 Background::Background(const std::string& command) : pid_(::fork()) {
   if (pid_ == 0) {
@@ -109,7 +122,6 @@ void RosRig::TearDown() {
 
 void RosRig::start_master() {
   const auto answers = [&] { return run("rostopic list", "list.txt") == 0; };
-  // Another process may have been given the port meanwhile; then the master ends at once.
   master_ = start(fmt::format("exec rosmaster --core -p {}", port_), "master.txt");
   ASSERT_TRUE(wait_until([&] { return !master_->running() || answers(); }));
   ASSERT_TRUE(master_->running()) << log("master.txt");
@@ -148,16 +160,7 @@ std::string RosRig::run_command(const std::string& more, double stale_s, double 
 }
 
 bool RosRig::press(const std::string& call) const {
-  return run("timeout 30 rosservice call /r2_control/" + call, "press.txt") == 0;
-}
-
-bool RosRig::wait_until(const std::function<bool()>& so) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (std::chrono::steady_clock::now() < end) {
-    if (so()) return true;
-    std::this_thread::sleep_for(milliseconds(20));
-  }
-  return false;
+  return run("timeout 600 rosservice call /r2_control/" + call, "press.txt") == 0;
 }
 
 /// From home, the elbow back by `elbow_deg` and the shoulder up as far, and home again.

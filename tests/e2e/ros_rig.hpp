@@ -32,6 +32,13 @@ class Background {
   int status_ = 0;
 };
 
+/// A port of 127.0.0.1 that is free. Below those that the system gives to outgoing connections, of
+/// which programs of ROS make many; neighbouring processes begin to look at different ones.
+int free_port();
+/// Asks until it is so; false only where it hangs.
+bool wait_until(const std::function<bool()>& so);
+/// Whether a shell finds the program.
+bool installed(const char* program);
 std::string text_of(const std::filesystem::path& path);
 
 class RosRig : public testing::Test {
@@ -51,12 +58,10 @@ class RosRig : public testing::Test {
                                                   const std::string& log) const;
   /// `ravencal-ros run` on the short path, robust against a machine that is busy.
   [[nodiscard]] std::string run_command(const std::string& more, double stale_s = 20.0,
-                                        double wait_s = 60.0) const;
+                                        double wait_s = 600.0) const;
   /// Calls a service of the robot with Debian's rosservice.
   [[nodiscard]] bool press(const std::string& call) const;
   [[nodiscard]] std::string log(const std::string& name) const { return text_of(folder_ / name); }
-  /// Asks until it is so, for a minute at most.
-  static bool wait_until(const std::function<bool()>& so);
   void write_path(const std::string& name, double seconds, double elbow_deg) const;
 
   std::filesystem::path folder_;

@@ -24,7 +24,7 @@ class RosRobot : public RosRig {
   /// One value of a topic, by Debian's rostopic.
   double echo(const std::string& field) {
     EXPECT_EQ(
-        run("timeout 40 rostopic echo -n 1 -p " + field + " | tail -1 | cut -d, -f2", "echo.txt"),
+        run("timeout 600 rostopic echo -n 1 -p " + field + " | tail -1 | cut -d, -f2", "echo.txt"),
         0);
     return std::strtod(log("echo.txt").c_str(), nullptr);
   }
@@ -137,7 +137,7 @@ TEST_F(RosRobot, DoesWhatTheTutorialSays) {
       << "plants=" RAVENCAL_SOURCE_DIR "/tools/plants\nplugin=" RAVENCAL_PLUGIN_PATH "\n"
       << script;
   start_master();  // the reader's roscore
-  EXPECT_EQ(run("timeout 300 bash tutorial.sh", "tutorial.txt"), 0)
+  EXPECT_EQ(run("timeout 3000 bash tutorial.sh", "tutorial.txt"), 0)
       << log("tutorial.txt") << log("robot.log");
   for (const char* made : {"evening1/model.onnx", "evening1/weights.blob", "evening1/report.html",
                            "evening1/train.html", "evening1/evaluate.json", "corrected.db"}) {

@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kEndless_s = 1000.0;  ///< of a path that the test ends
+
 class RosRun : public RosRig {
  protected:
   record::Recording recording() const {
@@ -50,10 +52,10 @@ TEST_F(RosRun, FromTheEmergencyStopToARecordingWithTruth) {
   // Not homed yet: it waits, then gives up.
   EXPECT_EQ(run("ravencal-ros run --await-homed --wait-s 0.5 --stale-s 20"), 4);
   ASSERT_TRUE(press("estop false") && press("start"));
-  ASSERT_EQ(run("ravencal-ros run --await-homed --wait-s 60 --stale-s 20"), 0) << log("log.txt");
+  ASSERT_EQ(run("ravencal-ros run --await-homed --wait-s 600 --stale-s 20"), 0) << log("log.txt");
   ASSERT_TRUE(press("pedal true"));
-  auto bag =
-      start("exec timeout -s INT 60 rosbag record -q -O seen.bag /ravenstate /ext_jpos", "bag.txt");
+  auto bag = start("exec timeout -s INT 600 rosbag record -q -O seen.bag /ravenstate /ext_jpos",
+                   "bag.txt");
   ASSERT_TRUE(wait_until([&] { return fs::exists(folder_ / "seen.bag.active"); }));
   EXPECT_EQ(run(run_command("--json")), 0) << log("log.txt");
   (void)bag->stop(SIGINT);
@@ -88,7 +90,8 @@ TEST_F(RosRun, FromTheEmergencyStopToARecordingWithTruth) {
 
 TEST_F(RosRun, PausesWithThePedalAndGoesOnWhereItWas) {
   start_master();
-  start_robot("--homed --pedal-down --speed 1.5");
+  write_path("short.csv", 5.0, 3.0);  // not over before a busy machine has pressed the pedal
+  start_robot("--homed --pedal-down");
   auto running = start_moving("--json");
   ASSERT_TRUE(press("pedal false"));
   ASSERT_TRUE(wait_until([&] { return log("run.txt").find("the pedal") != std::string::npos; }))
@@ -103,6 +106,7 @@ TEST_F(RosRun, PausesWithThePedalAndGoesOnWhereItWas) {
 }
 
 TEST_F(RosRun, StopsOnEmergencyStopAndKeepsTheRecording) {
+  write_path("short.csv", kEndless_s, 3.0);
   start_master();
   start_robot("--homed --pedal-down");
   auto running = start_moving();
@@ -115,9 +119,10 @@ TEST_F(RosRun, StopsOnEmergencyStopAndKeepsTheRecording) {
 }
 
 TEST_F(RosRun, StopsWhenTheControlProcessDies) {
+  write_path("short.csv", kEndless_s, 3.0);
   start_master();
   start_robot("--homed --pedal-down");
-  auto running = start("exec " + run_command("", 1.5), "run.txt");
+  auto running = start("exec " + run_command("", 6.0), "run.txt");
   ASSERT_TRUE(wait_until([&] { return !running->running() || rows() > 5; }));
   kill_robot(SIGKILL);
   EXPECT_EQ(running->wait(), 4);
@@ -126,7 +131,7 @@ TEST_F(RosRun, StopsWhenTheControlProcessDies) {
 }
 
 TEST_F(RosRun, OutlivesItsMasterAndIsFoundOnTheNextOne) {
-  write_path("short.csv", 6.0, 3.0);  // not over before a busy machine has pressed the pedal
+  write_path("short.csv", 5.0, 3.0);  // not over before a busy machine has pressed the pedal
   start_master();
   start_robot("--homed --pedal-down");
   auto running = start_moving("--json");
@@ -208,6 +213,7 @@ TEST_F(RosRun, RefusesASecondSenderAndARobotWithoutEncoders) {
 }
 
 TEST_F(RosRun, CtrlCEndsTheMotionAndKeepsTheRecording) {
+  write_path("short.csv", kEndless_s, 3.0);
   start_master();
   start_robot("--homed --pedal-down");
   auto running = start_moving();

@@ -18,6 +18,6 @@ set_tests_properties(
   Package.AHostOfTenLinesFindsThePluginThatWasInstalled Package.EveryCommandHasAManPageAndCompletion
   Package.ThePublicHeadersAreDocumentedWithoutAWarning Package.LintianFindsNoFaultInThePackages
   Package.EveryCxxFileIsFormatted Package.EveryLinkOfADocumentLeadsSomewhere
-  PROPERTIES LABELS package TIMEOUT 300 SKIP_RETURN_CODE 77)
+  PROPERTIES LABELS package TIMEOUT ${RAVENCAL_HANG_S} SKIP_RETURN_CODE 77)
 set_tests_properties(Package.TheDemoRunsInAFreshDebian
-  PROPERTIES LABELS package-chroot TIMEOUT 3600 SKIP_RETURN_CODE 77)
+  PROPERTIES LABELS package-chroot TIMEOUT ${RAVENCAL_HANG_S} SKIP_RETURN_CODE 77)

@@ -3,12 +3,15 @@
 // README's demo, run whole: zig-zags, training, the plugin in the running 1 kHz loop; then an
 // effect is hidden in a plant and found again. Its figures must reach the paper's reductions (arXiv
 // 2302.04999 and T-ASE 2025): 85 % against raw unloaded and 79 % with 500 g, 62 % against bias
-// removal; of twenty hidden effects at least eighteen must be found.
+// removal; of ten hidden effects at least nine must be found, at most one in seven beside a false
+// name.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -22,6 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+
+/// Of this process alone.
+fs::path folder(const std::string& name) {
+  return fs::temp_directory_path() / fmt::format("ravencal_{}_{}", name, ::getpid());
+}
 
 ravencal::test::Outcome run_demo(const fs::path& out, const std::string& arguments) {
   fs::remove_all(out);
@@ -50,7 +58,7 @@ void expect_reductions(const Json& result, double against_raw, double against_bi
 }
 
 TEST(Demo, ReachesThePapersReductionsAndEndsWithBothTablesAndThePages) {
-  const fs::path out = fs::temp_directory_path() / "ravencal_demo_test";
+  const fs::path out = folder("demo");
   const auto demo = run_demo(out, "--seed 1");
   ASSERT_EQ(demo.exit_code, 0) << demo.text;
   expect_reductions(figures(out / "evaluate_0g.json"), 0.85, 0.62);
@@ -74,15 +82,14 @@ TEST(Demo, ReachesThePapersReductionsAndEndsWithBothTablesAndThePages) {
   }
 }
 
-/// Of that many seeds from `first` on, what the second act came to; on all cores.
-std::vector<Json> hidden_effects(int first, std::size_t count) {
-  std::vector<Json> revealed(count);
+/// What the second act came to with each of the seeds; on all cores.
+std::vector<Json> hidden_effects(const std::vector<int>& seeds) {
+  std::vector<Json> revealed(seeds.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      const int seed = first + static_cast<int>(i);
-      const fs::path out = fs::temp_directory_path() / fmt::format("ravencal_hidden_{}", seed);
-      (void)run_demo(out, fmt::format("--act diagnose --seed {}", seed));
+    for (std::size_t i = next++; i < seeds.size(); i = next++) {
+      const fs::path out = folder(fmt::format("hidden_{}", seeds[i]));
+      (void)run_demo(out, fmt::format("--act diagnose --seed {}", seeds[i]));
       revealed[i] = figures(out / "revealed.json");
       fs::remove_all(out);
     }
@@ -94,15 +101,21 @@ std::vector<Json> hidden_effects(int first, std::size_t count) {
   return revealed;
 }
 
-TEST(Demo, FindsEighteenOfTwentyHiddenEffects) {
-  int found = 0;
-  std::string missed;
-  for (const Json& one : hidden_effects(1, 20)) {
-    const bool right = one.is_object() && one.value("outcome", "") == "found";
-    found += right ? 1 : 0;
-    if (!right) missed += one.dump() + "\n";
+/// A third of the seeds, always the same; all twenty of them where RAVENCAL_LONG is set.
+TEST(Demo, FindsNineOfTenHiddenEffectsAndSeldomNamesMore) {
+  std::vector<int> seeds;
+  for (int seed = 1; seed <= 20; seed += std::getenv("RAVENCAL_LONG") != nullptr ? 1 : 3)
+    seeds.push_back(seed);
+  std::size_t found = 0, beside = 0;
+  std::string others;
+  for (const Json& one : hidden_effects(seeds)) {
+    const std::string outcome = one.is_object() ? one.value("outcome", "") : "";
+    beside += outcome == "found_beside_false_names" ? 1 : 0;
+    found += outcome == "found" || outcome == "found_beside_false_names" ? 1 : 0;
+    if (outcome != "found") others += one.dump() + "\n";
   }
-  EXPECT_GE(found, 18) << missed;
+  EXPECT_GE(10 * found, 9 * seeds.size()) << others;
+  EXPECT_LE(7 * beside, seeds.size()) << others;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 // that the fit did not see, which must come out nearer to the robot than with the plant that was
 // diagnosed.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -68,7 +69,8 @@ TEST_P(ImprovedPlant, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
   if (c.held_out_from_s >= 0.0) options.series.held_out_from_s = c.held_out_from_s;
   const auto report = diagnose::diagnose({load(c, c.training, c.profile)}, {}, *nominal, options);
   ASSERT_TRUE(report.ok()) << report.error().message;
-  const fs::path folder = fs::path(::testing::TempDir()) / ("improved_" + c.plant);
+  const fs::path folder =
+      fs::path(::testing::TempDir()) / ("improved_" + std::to_string(::getpid()));
   const auto written = diagnose::write_report(*report, *nominal, folder);
   ASSERT_TRUE(written.ok()) << written.error().message;
   const auto improved = physics::load_plant(folder / "plant_improved.toml");

@@ -1,7 +1,7 @@
 # On a real master, where Debian's ROS 1 is installed; says why it is skipped elsewhere.
 ravencal_test(NAME ros_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/ros_test.cpp
-  LIBS ravencal::record fmt::fmt LABELS real COST 10)
+  LIBS ravencal_ros_rig ravencal::record fmt::fmt LABELS real COST 10)
 target_compile_definitions(ros_test PRIVATE
   RAVENCAL_ENCODERS="$<TARGET_FILE:ravencal-encoders>" RAVENCAL_ROS_ROBOT="$<TARGET_FILE_DIR:ros_test>/ros_robot")
 add_dependencies(ros_test ravencal-encoders)

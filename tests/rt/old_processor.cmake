@@ -6,5 +6,5 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT RAVENCAL_SANITIZED)
       $<TARGET_FILE:one_avx_instruction> $<TARGET_FILE:plugin_lifecycle_test>
       $<TARGET_FILE:plugin_parity_test>)
   set_tests_properties(OldProcessor.WithoutAvxRunsThePlugin PROPERTIES
-    LABELS rt TIMEOUT 600 SKIP_RETURN_CODE 77)
+    LABELS rt TIMEOUT ${RAVENCAL_HANG_S} SKIP_RETURN_CODE 77)
 endif()

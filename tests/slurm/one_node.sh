@@ -12,7 +12,7 @@ stop_one_node() {
   local pid
   for pid in "${one_node_pids[@]}"; do kill "$pid" 2>/dev/null || true; done
   for pid in "${one_node_pids[@]}"; do
-    for _ in $(seq 50); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
+    for _ in $(seq 600); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
     kill -9 "$pid" 2>/dev/null || true
   done
   one_node_pids=()
@@ -35,7 +35,7 @@ start_munge() {
     --pid-file="$dir/munged.pid" --log-file="$dir/munged.log" --seed-file="$dir/munge.seed" \
     >"$dir/munged.out" 2>&1 &
   one_node_pids+=($!)
-  for _ in $(seq 100); do [ -S "$dir/munge.socket" ] && return 0; sleep 0.1; done
+  for _ in $(seq 6000); do [ -S "$dir/munge.socket" ] && return 0; sleep 0.1; done
   echo "munged did not start: $(tail -n 1 "$dir/munged.out")"
   return 1
 }
@@ -86,8 +86,8 @@ start_one_node() {
   one_node_pids+=($!)
   slurmd -D -f "$SLURM_CONF" >"$dir/slurmd.out" 2>&1 &
   one_node_pids+=($!)
-  for _ in $(seq 150); do
-    [ "$(timeout 5 sinfo -h -o %T 2>/dev/null)" = idle ] && return 0
+  for _ in $(seq 1500); do
+    [ "$(timeout 60 sinfo -h -o %T 2>/dev/null)" = idle ] && return 0
     sleep 0.2
   done
   echo "Slurm's node did not become idle: $(tail -qn 1 "$dir/slurmctld.log" "$dir/slurmd.log" 2>&1 | tr '\n' ' ')"

@@ -11,6 +11,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -153,6 +154,37 @@ TEST(Architecture, TheRoomsOfDiagnoseAskForTraits) {
           << file << ": " << line;
     }
   }
+}
+
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// Tests that hold a promise of diagnose see it as its callers do, and outlive its inside.
+TEST(Architecture, TestsOfPromisesKnowNoInsideOfDiagnose) {
+  static const std::regex program(R"re(ravencal_test\(([^)]*)\))re");
+  static const std::regex source(R"re(/(\w+\.cpp))re");
+  static const std::regex inside(
+      R"re(#include "diagnose/(?!diagnose\.hpp|findings/|report/)[^"]*")re");
+  int sources = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+    if (entry.path().extension() != ".cmake") continue;
+    const std::string list = text_of(entry.path());
+    for (std::sregex_iterator it(list.begin(), list.end(), program), end; it != end; ++it) {
+      const std::string test = (*it)[1];
+      if (test.find(" promise") == std::string::npos) continue;
+      for (std::sregex_iterator file(test.begin(), test.end(), source); file != end; ++file) {
+        const std::string text = text_of(entry.path().parent_path() / (*file)[1].str());
+        ASSERT_FALSE(text.empty()) << (*file)[1];
+        std::smatch match;
+        EXPECT_FALSE(std::regex_search(text, match, inside)) << (*file)[1] << ": " << match[0];
+        ++sources;
+      }
+    }
+  }
+  EXPECT_GT(sources, 15);
 }
 
 TEST(Architecture, NothingOutsideThePluginIncludesItsInside) {

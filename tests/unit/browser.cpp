@@ -13,7 +13,7 @@ bool has_browser() { return std::system("command -v chromium >/dev/null 2>&1") =
 Opened open_in_browser(const std::filesystem::path& page, const std::filesystem::path& folder,
                        int width_px) {
   const std::string command =
-      "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+      "timeout 1800 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
       "--disable-background-networking --disable-component-update --disable-sync "
       "--disable-dev-shm-usage --enable-logging=stderr --virtual-time-budget=60000 --window-size=" +
       std::to_string(width_px) + ",800 --user-data-dir='" + (folder / "profile").string() +

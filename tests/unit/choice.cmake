@@ -1,3 +1,3 @@
 ravencal_test(NAME choice_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/choice_test.cpp
-  LIBS ravencal_choice fmt::fmt LABELS unit)
+  LIBS ravencal_choice fmt::fmt LABELS unit SLOW)

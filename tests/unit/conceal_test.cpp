@@ -110,6 +110,22 @@ TEST(Reveal, CountsTheRightEffectAtTheRightJointOnly) {
   EXPECT_EQ(outcome(report("creep", "elbow", "compliance", "")), Outcome::kMissed);
 }
 
+TEST(Reveal, IsNoHitWhereFalseNamesStandBeside) {
+  auto json = nlohmann::json::parse(report("coupling", "elbow", "error_from_shoulder", ""));
+  for (const auto& [id, joint] :
+       {std::pair{"creep", "elbow"}, {"coupling", "insertion"}, {"gain_error", "shoulder"}}) {
+    json["effects"].push_back({{"id", id}, {"joint", joint}, {"parameters", {}}});
+    const auto revealed = reveal(kAnswer, json.dump());
+    ASSERT_TRUE(revealed.ok());
+    EXPECT_EQ(revealed->outcome, Outcome::kFoundBeside) << id;
+    EXPECT_EQ(nlohmann::json::parse(reveal_json(*revealed))["outcome"], "found_beside_false_names");
+    EXPECT_NE(reveal_table(*revealed).find(std::string("also named: ") + id + " at the " + joint),
+              std::string::npos)
+        << reveal_table(*revealed);
+    json["effects"].erase(1);
+  }
+}
+
 TEST(Reveal, TellsALookAlikeAsSuch) {
   EXPECT_EQ(outcome(report("creep", "elbow", "compliance", R"("coupling")")), Outcome::kLookAlike);
   const auto revealed =

@@ -9,6 +9,6 @@ ravencal_test(NAME conversion_plugin_test
   LIBS ravencal_conversion ravencal_test_rig nlohmann_json::nlohmann_json LABELS rt)
 ravencal_test(NAME convert_foreign_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/convert_foreign_test.cpp
-  LIBS ravencal_conversion ravencal_exchange PkgConfig::HDF5 nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
+  LIBS ravencal_conversion ravencal_exchange PkgConfig::HDF5 nlohmann_json::nlohmann_json fmt::fmt LABELS unit SLOW)
 target_compile_definitions(convert_foreign_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
 add_dependencies(convert_foreign_test ravencal)

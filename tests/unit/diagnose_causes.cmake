@@ -1,10 +1,10 @@
 ravencal_test(NAME diagnose_causes_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_causes_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
-  LIBS ravencal_diagnose LABELS unit)
+  LIBS ravencal_diagnose LABELS unit promise)
 target_include_directories(diagnose_causes_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 ravencal_test(NAME diagnose_program_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_program_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
-  LIBS ravencal::record fmt::fmt LABELS unit)
+  LIBS ravencal::record fmt::fmt LABELS unit promise SLOW)
 target_include_directories(diagnose_program_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 target_compile_definitions(diagnose_program_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
 add_dependencies(diagnose_program_test ravencal)

@@ -8,8 +8,6 @@
 #include <random>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/effects/effects.hpp"
-#include "diagnose_form.hpp"
 #include "diagnose_generator.hpp"
 
 namespace {
@@ -90,18 +88,6 @@ TEST(Causes, FrictionThatFadesWithTimeIsUnknownAndDependsOnTime) {
   ASSERT_FALSE(report.unexplained.empty()) << names_in(report);
   const auto& on = report.unexplained.front().depends_on;
   EXPECT_NE(std::find(on.begin(), on.end(), "time"), on.end()) << names_in(report);
-}
-
-TEST(Causes, AMotorThatGivesThreeFifthsIsATorqueConstantWithThatRatio) {
-  const auto form = generator::form_of("torque_constant");
-  // Recorded effort is the needed one over 0.6: 1.667 times it, a coefficient of -0.667.
-  const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2.0 / 3.0);
-  EXPECT_NEAR(form->parameters({}, {}, b).front().value, -0.4, 1e-12);
-  EXPECT_TRUE(form->inconsistency({}, {}, b).empty());
-  // No plant states it, so that it has no limits to stay within: where the plant's own numbers can
-  // say as much within theirs, nothing is left for it.
-  EXPECT_TRUE(form->inconsistency({}, {}, Eigen::VectorXd::Constant(1, 0.1)).empty());
-  EXPECT_FALSE(form->inconsistency({}, {}, Eigen::VectorXd::Constant(1, 0.6)).empty());
 }
 
 TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {

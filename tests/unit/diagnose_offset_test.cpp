@@ -126,4 +126,16 @@ TEST(EffortOffset, OfThePlantIsInItsPredictionWhateverTheTorqueConstant) {
   EXPECT_TRUE(std::any_of(nominal.terms.begin(), nominal.terms.end(), own));
 }
 
+TEST(Causes, AMotorThatGivesThreeFifthsIsATorqueConstantWithThatRatio) {
+  const auto form = generator::form_of("torque_constant");
+  // Recorded effort is the needed one over 0.6: 1.667 times it, a coefficient of -0.667.
+  const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2.0 / 3.0);
+  EXPECT_NEAR(form->parameters({}, {}, b).front().value, -0.4, 1e-12);
+  EXPECT_TRUE(form->inconsistency({}, {}, b).empty());
+  // No plant states it, so that it has no limits to stay within: where the plant's own numbers can
+  // say as much within theirs, nothing is left for it.
+  EXPECT_TRUE(form->inconsistency({}, {}, Eigen::VectorXd::Constant(1, 0.1)).empty());
+  EXPECT_FALSE(form->inconsistency({}, {}, Eigen::VectorXd::Constant(1, 0.6)).empty());
+}
+
 }  // namespace

@@ -39,15 +39,20 @@ diagnose::ChannelModel prepared(const diagnose::Series& series, const diagnose::
   return diagnose::prepare_channel(series, diagnose::nominal_of(series, plant()), forms);
 }
 
-/// Ids of what the search chooses, sorted.
-std::vector<std::string> chosen_from(const diagnose::Series& series, const diagnose::Forms& forms) {
-  diagnose::ChannelModel model = prepared(series, forms);
-  diagnose::select_effects(model, {}, 1);
+/// Ids of the model's effects, sorted.
+std::vector<std::string> ids_of(const diagnose::ChannelModel& model) {
   std::vector<std::string> ids;
   for (const auto& chosen : model.chosen)
     ids.push_back(model.candidates[chosen.candidate]->form->id());
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+/// Ids of what the search chooses, sorted.
+std::vector<std::string> chosen_from(const diagnose::Series& series, const diagnose::Forms& forms) {
+  diagnose::ChannelModel model = prepared(series, forms);
+  diagnose::select_effects(model, {}, 1);
+  return ids_of(model);
 }
 
 TEST(Search, AsksTwoEffectsTogetherWhereEitherHidesTheOthersRepetition) {
@@ -128,21 +133,33 @@ TEST(Search, TakesAWrongNumberBeforeMissingPhysicsUnlessThatIsClearlyLikelier) {
 }
 
 TEST(Search, ReachesModelsInTheOrderOfTheirScore) {
+  // Columns that are ever less like the effect, and one that has nothing of it.
   diagnose::Series series = clean_series();
   const Index rows = series.rows();
-  const VectorXd one = noise(rows, 303).normalized();
-  series.y +=
-      2e-3 * std::sqrt(static_cast<double>(rows)) * (one + 0.5 * noise(rows, 603).normalized());
-  diagnose::Forms forms;
-  for (const auto& [id, seed] : {std::pair{"gain_error", 403}, {"delay", 503}})
-    forms.push_back(std::make_unique<Given>(
-        id, one + 0.3 * noise(rows, static_cast<std::uint64_t>(seed)).normalized()));
-  const auto models = diagnose::search_effects(prepared(series, forms), {}, 1);
-  double unit = diagnose::noise_unit(models.front());
-  for (const auto& model : models) unit = std::min(unit, diagnose::noise_unit(model));
-  for (std::size_t n = 1; n < models.size(); ++n)
-    EXPECT_LE(diagnose::penalised_score(models[n - 1], unit),
-              diagnose::penalised_score(models[n], unit));
+  const VectorXd effect = noise(rows, 303).normalized();
+  const VectorXd other = noise(rows, 403).normalized();
+  series.y += 4e-3 * std::sqrt(static_cast<double>(rows)) * effect;
+  const std::pair<const char*, VectorXd> columns[] = {{"creep", other},
+                                                      {"delay", effect + 0.6 * other},
+                                                      {"gain_error", effect + 0.3 * other},
+                                                      {"compliance", effect}};
+  diagnose::Forms all;
+  std::vector<diagnose::ChannelModel> models;  // of one column each, worst first
+  for (const auto& [id, column] : columns) {
+    diagnose::Forms one;
+    one.push_back(std::make_unique<Given>(id, column));
+    all.push_back(one.front());
+    models.push_back(prepared(series, one));
+    diagnose::select_effects(models.back(), {}, 1);
+  }
+  diagnose::sort_by_score(models);
+  ASSERT_EQ(models.size(), 4U);
+  EXPECT_EQ(ids_of(models[0]), std::vector<std::string>{"compliance"});
+  EXPECT_EQ(ids_of(models[1]), std::vector<std::string>{"gain_error"});
+  EXPECT_EQ(ids_of(models[2]), std::vector<std::string>{"delay"});
+  EXPECT_EQ(ids_of(models[3]), std::vector<std::string>{});
+  EXPECT_EQ(ids_of(diagnose::search_effects(prepared(series, all), {}, 1).front()),
+            std::vector<std::string>{"compliance"});
 }
 
 TEST(Hypotheses, HoldAStepWhereThereIsOneAndAreSureOfIt) {

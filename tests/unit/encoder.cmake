@@ -20,9 +20,9 @@ ravencal_test(NAME encoder_alignment_test
   LIBS ravencal::alignment LABELS unit)
 ravencal_test(NAME encoder_failure_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_failure_test.cpp
-  LIBS ravencal::encoder_recording LABELS unit)
+  LIBS ravencal::encoder_recording LABELS unit SLOW)
 ravencal_test(NAME encoder_program_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_program_test.cpp
-  LIBS ravencal::encoder_recording nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
+  LIBS ravencal::encoder_recording nlohmann_json::nlohmann_json fmt::fmt LABELS unit SLOW)
 target_compile_definitions(encoder_program_test PRIVATE RAVENCAL_ENCODERS="$<TARGET_FILE:ravencal-encoders>")
 add_dependencies(encoder_program_test ravencal-encoders)

@@ -98,12 +98,9 @@ TEST_F(RecorderTest, TellsAnOutageOfEverythingWhileItLasts) {
       0, {core::kNsPerMs, 19, kEveryAxis, ReadingKind::kFault, Line::kA, Fault::kDeviceGone});
   recorder->write_due();
   // The writer commits by itself, when the machine lets it.
-  std::size_t events = 0;
-  for (int i = 0; i < 200 && events < 2; ++i) {
+  while (written(folder_ / "r.db").events.size() < 2)
     std::this_thread::sleep_for(std::chrono::milliseconds(25));
-    events = written(folder_ / "r.db").events.size();
-  }
-  EXPECT_EQ(events, 2U);
+  EXPECT_EQ(written(folder_ / "r.db").events.size(), 2U);
   EXPECT_TRUE(recorder->device_failed());
   EXPECT_TRUE(recorder->finish().ok());
 }

@@ -88,7 +88,7 @@ TEST_F(FilesOfACommand, DevicesAndPipesAreWrittenTo) {
   ASSERT_EQ(::stat("/dev/null", &device), 0);
   EXPECT_TRUE(S_ISCHR(device.st_mode));
   const Outcome piped = run_command(
-      fmt::format("cd {0} && mkfifo pipe && (timeout 60 cat pipe & {1} trajectory zigzag --force "
+      fmt::format("cd {0} && mkfifo pipe && (timeout 1800 cat pipe & {1} trajectory zigzag --force "
                   "--out pipe; wait) 2>&1",
                   folder_.string(), kProgram));
   EXPECT_NE(piped.text.find("t_s,shoulder_rad"), std::string::npos) << piped.text.substr(0, 200);

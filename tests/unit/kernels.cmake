@@ -17,7 +17,7 @@ target_include_directories(kernels_memory_test PRIVATE ${PROJECT_SOURCE_DIR})
 add_test(NAME Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator
   COMMAND ${CMAKE_CURRENT_LIST_DIR}/kernels_cross_test ${CMAKE_CURRENT_BINARY_DIR}/aarch64)
 set_tests_properties(Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator PROPERTIES
-  LABELS property TIMEOUT 600 SKIP_RETURN_CODE 77)
+  LABELS property TIMEOUT ${RAVENCAL_HANG_S} SKIP_RETURN_CODE 77)
 
 ravencal_test(NAME kernels_plugin_gru_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/kernels_plugin_gru_test.cpp

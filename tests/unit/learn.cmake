@@ -12,7 +12,7 @@ ravencal_test(NAME learn_test
     ${CMAKE_CURRENT_LIST_DIR}/learn/onnx_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/thread_pool_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/isa_symbols_test.cpp
-  LIBS ravencal_learn nlohmann_json::nlohmann_json onnx LABELS unit)
+  LIBS ravencal_learn nlohmann_json::nlohmann_json onnx LABELS unit SLOW)
 target_compile_definitions(learn_test PRIVATE
   "RAVENCAL_KERNEL_OBJECTS=\"$<JOIN:$<TARGET_OBJECTS:ravencal_learn>,|>\"")
 

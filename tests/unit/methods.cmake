@@ -4,4 +4,4 @@ ravencal_test(NAME methods_test
     ${CMAKE_CURRENT_LIST_DIR}/methods_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/methods_contract_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/methods_recurrent_test.cpp
-  LIBS ravencal_methods fmt::fmt LABELS unit)
+  LIBS ravencal_methods fmt::fmt LABELS unit SLOW)

@@ -9,4 +9,4 @@ ravencal_test(NAME report_page_test
 ravencal_test(NAME report_browser_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/report_browser_test.cpp ${CMAKE_CURRENT_LIST_DIR}/browser.cpp
           ${CMAKE_CURRENT_LIST_DIR}/report_sample.cpp
-  LIBS ravencal_report LABELS unit)
+  LIBS ravencal_report LABELS unit SLOW)

@@ -5,4 +5,4 @@ ravencal_test(NAME bag_test
   LIBS ravencal::record fmt::fmt OpenSSL::Crypto LABELS unit)
 ravencal_test(NAME road_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/road_test.cpp
-  LIBS ravencal_simulation ravencal::encoder_recording ravencal::alignment fmt::fmt LABELS unit)
+  LIBS ravencal_simulation ravencal::encoder_recording ravencal::alignment fmt::fmt LABELS unit SLOW TOGETHER Road)

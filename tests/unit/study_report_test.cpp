@@ -68,7 +68,7 @@ TEST(StudyPage, DrawsEveryChartInABrowserWithoutAnError) {
   const fs::path path = folder.path() / "page.html";
   ASSERT_TRUE(write_study_html(sample_page(), path).ok());
   const auto opened = test::run_command(
-      "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
+      "timeout 1800 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
       "--no-first-run --disable-background-networking --disable-component-update --disable-sync "
       "--virtual-time-budget=60000 --user-data-dir='" +
       (folder.path() / "profile").string() + "' --dump-dom 'file://" + path.string() +

@@ -41,8 +41,10 @@ void add_reveal(CLI::App& app, int& exit_code) {
   command->add_option("report", arguments->report, "report.json of `diagnose`")->required();
   command->add_option("--json", arguments->json, "Write the comparison as JSON");
   command->footer(
-      "Found is an effect with the right name at the right joint. A name that the report does not\n"
-      "tell apart from it is a look-alike and no hit. Exit code 1 if it was not found.\n"
+      "Found is an effect with the right name at the right joint, and no other name. A name that\n"
+      "the report does not tell apart from it is a look-alike and no hit. Exit code 1 if it was "
+      "not\n"
+      "found, or not alone.\n"
       "Example: ravencal reveal answer.json diagnosis/report.json");
   on_call(*command, exit_code, {.read = {"answer", "report"}, .written = {"--json"}},
           [arguments, &exit_code] { return run(*arguments, exit_code); });

@@ -127,12 +127,15 @@ std::string error_text(const HeldOutError& error) {
 
 std::string judgement(const Revealed& r) {
   std::string out;
+  const bool is_named = r.outcome == Outcome::kFound || r.outcome == Outcome::kFoundBeside;
   if (r.outcome == Outcome::kFound) out = "found: joint and effect are right";
+  if (r.outcome == Outcome::kFoundBeside)
+    out = "found beside false names: one effect was hidden, which is no hit";
   if (r.outcome == Outcome::kLookAlike)
     out = fmt::format("look-alike: the report does not tell {} apart from {}; that is no hit",
                       r.found->id, r.hidden.id);
   if (r.outcome == Outcome::kMissed) out = "missed: the report does not name it at that joint";
-  if (r.outcome == Outcome::kFound && !r.not_told_apart.empty())
+  if (is_named && !r.not_told_apart.empty())
     out += fmt::format("; not told apart from {}", fmt::join(r.not_told_apart, ", "));
   for (const auto& [joint, id] : r.also_named)
     out += fmt::format("; also named: {} at the {}", id, joint);
@@ -155,6 +158,8 @@ std::string_view word_of(Outcome outcome) {
   switch (outcome) {
     case Outcome::kFound:
       return "found";
+    case Outcome::kFoundBeside:
+      return "found_beside_false_names";
     case Outcome::kLookAlike:
       return "look_alike";
     case Outcome::kMissed:
@@ -190,6 +195,8 @@ core::Result<Revealed> reveal(const std::string& answer_text, const std::string&
     revealed.error = error_of_joint(report, revealed);
     return revealed;
   }
+  if (revealed.outcome == Outcome::kFound && !revealed.also_named.empty())
+    revealed.outcome = Outcome::kFoundBeside;
   revealed.found = told_by(*best, revealed.hidden);
   revealed.error = error_of(*best);
   revealed.not_told_apart = words(list(*best, "ambiguous_with"));

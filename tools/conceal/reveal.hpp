@@ -26,8 +26,9 @@ struct HeldOutError {
 };
 
 enum class Outcome {
-  kFound,      ///< joint and effect are right
-  kLookAlike,  ///< named by another effect, which the report does not tell apart from it
+  kFound,        ///< joint and effect are right, and nothing else is named
+  kFoundBeside,  ///< joint and effect are right, beside names of what was not hidden
+  kLookAlike,    ///< named by another effect, which the report does not tell apart from it
   kMissed,
 };
 std::string_view word_of(Outcome outcome);

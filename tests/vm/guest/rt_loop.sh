@@ -4,8 +4,10 @@
 # cyclictest of the same priority and period beside the same load. Times are guest time: 4 ns an
 # instruction, so the figures compare kernels and loops; they are no machine's microseconds. They are
 # printed as ratios to cyclictest and decide nothing: a busy machine delays the guest as a whole.
+# RAVENCAL_LONG: two rounds.
 # Wants RAVENCAL_BIN (ravencal, ravencal_plugin, rt_weights) and RAVENCAL_SOURCE.
-rounds=2
+rounds=${RAVENCAL_LONG:+2}
+rounds=${rounds:-1}
 seconds=1
 failures=0
 work=$(mktemp -d)
