@@ -9,10 +9,11 @@ namespace {
 
 /// Doubts about a cycle or a few, during which the correction may stay where it is. The others are
 /// about the robot, the weights or the plugin itself, and end it at once.
-constexpr std::uint32_t kMayPass =
-    RAVENCAL_DOUBT_TIME | RAVENCAL_DOUBT_NOT_LATCHED | RAVENCAL_DOUBT_NOT_FINITE |
-    RAVENCAL_DOUBT_OUT_OF_RANGE | RAVENCAL_DOUBT_WARMING_UP | RAVENCAL_DOUBT_MAGNITUDE |
-    RAVENCAL_DOUBT_ENCODER_JUMP | RAVENCAL_DOUBT_DISTANCE | RAVENCAL_DOUBT_PEDAL;
+constexpr std::uint32_t kMayPass = RAVENCAL_DOUBT_TIME | RAVENCAL_DOUBT_NOT_LATCHED |
+                                   RAVENCAL_DOUBT_NOT_FINITE | RAVENCAL_DOUBT_OUT_OF_RANGE |
+                                   RAVENCAL_DOUBT_WARMING_UP | RAVENCAL_DOUBT_MAGNITUDE |
+                                   RAVENCAL_DOUBT_ENCODER_JUMP | RAVENCAL_DOUBT_DISTANCE |
+                                   RAVENCAL_DOUBT_PEDAL | RAVENCAL_DOUBT_PRESS;
 
 /// The state in which the prediction must not be applied, given what speaks against it.
 std::int32_t resting_state(bool enabled, std::uint32_t doubts) noexcept {
@@ -45,11 +46,39 @@ Envelope::Envelope(const ravencal_config& config) noexcept
       rate_per_tick_ji_(per_tick(config.max_correction_rate_ji_per_s, config.tick_ns)),
       max_correction_ji_(std::to_array(config.max_correction_ji)),
       follow_share_(config.follow_share),
+      range_(config),
       transfer_(config.blend_share, per_tick(config.blend_ji_per_s, config.tick_ns)),
       tick_ns_(config.tick_ns),
       hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
 
 std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
+  const std::int32_t status = move(enabled, doubts, wish);
+  keep_in_range(wish);
+  return status;
+}
+
+/// The desired joints move with the correction, so that it may change by any step here. With the
+/// pedal down it is not touched: commands end at the limit.
+void Envelope::keep_in_range(const Wish& wish) noexcept {
+  is_at_limit_ = false;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const float allowed_ji = range_.allowed_ji(j, wish.own_ji[j], correction_ji_[j]);
+    const bool beyond = !wish.motors_follow & (allowed_ji != correction_ji_[j]);
+    const float choice_ji[2] = {correction_ji_[j], allowed_ji};
+    correction_ji_[j] = choice_ji[beyond ? 1 : 0];
+    is_at_limit_ = is_at_limit_ | beyond;
+  }
+  if (is_at_limit_ && state_ == RAVENCAL_STATE_ACTIVE) state_ = RAVENCAL_STATE_FADING_IN;
+}
+
+void Envelope::take(const JointVector& correction_ji) noexcept {
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    correction_ji_[j] = std::clamp(correction_ji[j], -max_correction_ji_[j], max_correction_ji_[j]);
+  }
+  transfer_.forget();
+}
+
+std::int32_t Envelope::move(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
   measure_steps(wish.passed_ns);
   clear_ns_ = doubts == 0 ? clear_ns_ + wish.passed_ns : 0;
   // Doubts that come and go share one allowance, or a flickering one would be held for ever.
@@ -159,6 +188,8 @@ std::int32_t Envelope::fade_out(const Wish& wish) noexcept {
   const JointVector rest_ji =
       after_fade_ == RAVENCAL_STATE_CONSTANT ? wish.constant_ji : JointVector{};
   if (!wish.motors_follow) move_towards(rest_ji, slew_step_ji_);
+  // Homing takes what it writes and reads to be the motors' own, from its first cycle on.
+  if (wish.is_init) correction_ji_ = rest_ji;
   if (correction_ji_ != rest_ji) return RAVENCAL_HELD;
   state_ = after_fade_;
   return status_of(state_);

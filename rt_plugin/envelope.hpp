@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "rt_plugin/joint_range.hpp"
 #include "rt_plugin/joint_vector.hpp"
 #include "rt_plugin/transfer.hpp"
 
@@ -28,6 +29,9 @@ class Envelope {
   /// Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT.
   std::int32_t advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept;
 
+  /// The correction is this one from now on: at a press, which must move no motor.
+  void take(const JointVector& correction_ji) noexcept;
+
   /// Leaves FAULT for OFF.
   void reset() noexcept;
 
@@ -42,6 +46,8 @@ class Envelope {
   [[nodiscard]] const JointVector& offset_ji() const noexcept { return transfer_.offset_ji(); }
   /// Joints whose correction could not follow what is wanted in the last tick, in normal work.
   [[nodiscard]] std::uint32_t limited_joints() const noexcept { return limited_joints_; }
+  /// In the last tick, part of a correction would have led beyond a limit of the controller.
+  [[nodiscard]] bool is_at_limit() const noexcept { return is_at_limit_; }
 
  private:
   [[nodiscard]] std::int32_t next_state(bool enabled, std::uint32_t doubts,
@@ -51,6 +57,8 @@ class Envelope {
   [[nodiscard]] bool is_clear() const noexcept { return clear_ns_ > kClearNs; }
   /// From one resting state to the next: that one, or a fade first where a correction is left.
   [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
+  std::int32_t move(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept;
+  void keep_in_range(const Wish& wish) noexcept;
   void measure_steps(std::uint32_t passed_ns) noexcept;
   void correct(const Wish& wish) noexcept;
   std::int32_t fade_out(const Wish& wish) noexcept;
@@ -62,6 +70,7 @@ class Envelope {
   JointVector rate_step_ji_{};
   JointVector max_correction_ji_{};
   float follow_share_;
+  JointRange range_;
   Transfer transfer_;
   std::uint32_t tick_ns_;
   float passed_ticks_ = 0.0F;   ///< 0..1, of the tick at hand
@@ -73,6 +82,7 @@ class Envelope {
   std::int32_t after_fade_ = RAVENCAL_STATE_OFF;  ///< where FADING_OUT leads
   JointVector correction_ji_{};
   std::uint32_t limited_joints_ = 0;
+  bool is_at_limit_ = false;
 };
 
 }  // namespace ravencal::rt

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The C ABI: checks what the host gives, then calls the C++ inside. Nothing else is exported.
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "core/version.hpp"
@@ -19,7 +22,8 @@ using ravencal::rt::OwnFloatMode;
 
 // Sizes of version 3.0. A host may pass larger structs (a newer header) but never smaller ones.
 constexpr std::size_t kStateBytes = sizeof(ravencal_state);
-constexpr std::size_t kOutputBytes = sizeof(ravencal_output);
+constexpr std::size_t kOutputBytes = offsetof(ravencal_output, desired_ji);
+constexpr std::size_t kConfigBytes = offsetof(ravencal_config, lowest_ji);
 
 template <typename Struct>
 bool large_enough(const Struct* value) noexcept {
@@ -28,8 +32,7 @@ bool large_enough(const Struct* value) noexcept {
 
 const char* version() noexcept { return ravencal::core::kVersion; }
 
-std::int32_t default_config(ravencal_config* config) noexcept {
-  if (!large_enough(config)) return RAVENCAL_ERROR_ARGUMENT;
+void set_defaults(ravencal_config* config) noexcept {
   config->tick_ns = 1'000'000;
   config->max_isa = RAVENCAL_ISA_BEST;
   config->hold_ns = 20'000'000;
@@ -64,6 +67,28 @@ std::int32_t default_config(ravencal_config* config) noexcept {
     config->blend_ji_per_s[j] = kBlend[j];
   }
   config->arm = RAVENCAL_ARM_ANY;
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    config->lowest_ji[j] = -std::numeric_limits<float>::max();
+    config->highest_ji[j] = std::numeric_limits<float>::max();
+  }
+  config->remote_centre_m = 0.0F;
+  config->remote_centre_radius_m = 0.0F;
+}
+
+/// Copies what both know, all but struct_size.
+void copy_config(const ravencal_config& from, std::uint32_t host_size,
+                 ravencal_config& to) noexcept {
+  constexpr std::size_t kFirst = sizeof from.struct_size;
+  const std::size_t known = std::min<std::size_t>(host_size, sizeof from);
+  std::memcpy(reinterpret_cast<char*>(&to) + kFirst, reinterpret_cast<const char*>(&from) + kFirst,
+              known - kFirst);
+}
+
+std::int32_t default_config(ravencal_config* config) noexcept {
+  if (config == nullptr || config->struct_size < kConfigBytes) return RAVENCAL_ERROR_ARGUMENT;
+  ravencal_config defaults{};
+  set_defaults(&defaults);
+  copy_config(defaults, config->struct_size, *config);
   return RAVENCAL_SUCCESS;
 }
 
@@ -72,6 +97,14 @@ bool is_positive(const float (&values)[RAVENCAL_JOINTS]) noexcept {
     if (!(value > 0.0F) || !std::isfinite(value)) return false;
   }
   return true;
+}
+
+bool is_range(const ravencal_config& config) noexcept {
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    if (!(config.lowest_ji[j] < config.highest_ji[j])) return false;
+  }
+  return config.remote_centre_radius_m >= 0.0F && std::isfinite(config.remote_centre_radius_m) &&
+         std::isfinite(config.remote_centre_m);
 }
 
 bool is_share(float value) noexcept { return value >= 0.0F && value <= 1.0F; }
@@ -85,7 +118,7 @@ bool is_valid(const ravencal_config& config) noexcept {
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
          config.hold_ns <= kLongestHoldNs && (countable || config.step_budget_ns == 0) &&
          config.max_isa <= RAVENCAL_ISA_NEON && config.arm <= RAVENCAL_ARM_GREEN &&
-         is_share(config.blend_share) && is_share(config.follow_share) &&
+         is_range(config) && is_share(config.blend_share) && is_share(config.follow_share) &&
          is_positive(config.blend_ji_per_s) && is_positive(config.slew_ji_per_s) &&
          is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
 }
@@ -96,12 +129,18 @@ std::size_t storage_alignment() noexcept { return alignof(ravencal_instance); }
 std::int32_t create(const ravencal_config* config, void* storage, std::size_t storage_bytes,
                     ravencal_instance** instance) noexcept {
   const OwnFloatMode own_mode;
-  if (instance == nullptr || storage == nullptr || !large_enough(config) || !is_valid(*config)) {
+  if (instance == nullptr || storage == nullptr || config == nullptr ||
+      config->struct_size < kConfigBytes) {
     return RAVENCAL_ERROR_ARGUMENT;
   }
+  ravencal_config settings{};
+  set_defaults(&settings);
+  settings.struct_size = sizeof settings;
+  copy_config(*config, config->struct_size, settings);
+  if (!is_valid(settings)) return RAVENCAL_ERROR_ARGUMENT;
   const bool misaligned = reinterpret_cast<std::uintptr_t>(storage) % storage_alignment() != 0;
   if (storage_bytes < storage_size() || misaligned) return RAVENCAL_ERROR_MEMORY;
-  auto* const made = new (storage) ravencal_instance(*config);
+  auto* const made = new (storage) ravencal_instance(settings);
   const std::int32_t code = made->telemetry.open(made->config);
   if (code == RAVENCAL_SUCCESS) {
     *instance = made;
@@ -152,15 +191,29 @@ std::int32_t step(ravencal_instance* instance, const ravencal_state* state,
   return ravencal::rt::step(*instance, *state, *output);
 }
 
-void uncorrect_desired(const ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
-                       float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
-  if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
-  const OwnFloatMode own_mode;
-  const ravencal::rt::JointVector& correction_ji = instance->envelope.correction_ji();
+void take_out(const ravencal_instance& instance, const float desired_ji[RAVENCAL_JOINTS],
+              float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
+  const ravencal::rt::JointVector& correction_ji = instance.envelope.correction_ji();
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const bool corrected = correction_ji[j] != 0.0F;
     uncorrected_ji[j] = corrected ? desired_ji[j] - correction_ji[j] : desired_ji[j];
   }
+}
+
+void uncorrect_desired(const ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
+                       float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
+  if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
+  const OwnFloatMode own_mode;
+  take_out(*instance, desired_ji, uncorrected_ji);
+}
+
+void uncorrect_command(ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
+                       std::int32_t commanded, float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
+  if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
+  const OwnFloatMode own_mode;
+  ravencal::rt::check_press(*instance, {desired_ji[0], desired_ji[1], desired_ji[2]},
+                            commanded != 0);
+  take_out(*instance, desired_ji, uncorrected_ji);
 }
 
 void uncorrect_pose(const ravencal_instance* instance, const float corrected_ji[RAVENCAL_JOINTS],
@@ -231,6 +284,7 @@ constexpr ravencal_api kApi = {
     &reset,
     &flight,
     &destroy,
+    &uncorrect_command,
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "ravencal/plugin.h"
 #include "rt_plugin/commanded_motion.hpp"
+#include "rt_plugin/desired_joints.hpp"
 #include "rt_plugin/envelope.hpp"
 #include "rt_plugin/flight.hpp"
 #include "rt_plugin/guards.hpp"
@@ -22,7 +23,12 @@
 
 struct alignas(64) ravencal_instance {
   explicit ravencal_instance(const ravencal_config& settings) noexcept
-      : config(settings), models(swap), envelope(settings), guards(settings), overruns(settings) {
+      : config(settings),
+        models(swap),
+        envelope(settings),
+        guards(settings),
+        overruns(settings),
+        desired(settings) {
     counters.struct_size = sizeof counters;
     last_load.message[0] = '\0';
   }
@@ -42,7 +48,8 @@ struct alignas(64) ravencal_instance {
   ravencal_state published{};  ///< as the controller published it last
   bool has_published = false;
   ravencal::rt::CommandedMotion commanded;  ///< in the cycle published last
-  std::int64_t armed_ns = 0;                ///< zero of the time channel
+  ravencal::rt::DesiredJoints desired;
+  std::int64_t armed_ns = 0;  ///< zero of the time channel
 
   // Written by the real-time thread, read by any.
   ravencal::rt::SharedCounters shared_counters;

@@ -5,9 +5,11 @@
 // joints; count(). Nothing below allocates, locks or calls the system.
 #include "rt_plugin/step.hpp"
 
+#include <algorithm>
 #include <atomic>
 
 #include "core/constants.hpp"
+#include "core/run_level.hpp"
 #include "rt_plugin/telemetry_record.hpp"
 
 namespace ravencal::rt {
@@ -53,12 +55,17 @@ struct Decision {
 Wish wish(const ravencal_instance& self, const ravencal_state& state,
           const Decision& decision) noexcept {
   const LoadedModel* const model = self.models.current();
+  const ravencal_arm& arm = state.arm[0];
+  const bool latched = doubt_latch(self) == 0;
   return {.predicted_ji = decision.prediction.error_ji,
           .constant_ji = model == nullptr ? JointVector{} : model->constant_ji(),
           .confidence = decision.prediction.confidence,
           .same_weights = !decision.swapped,
           .motors_follow = StateGuards::motors_follow(state),
-          .commanded_ji = doubt_latch(self) == 0 ? self.commanded.moved_ji() : JointVector{},
+          .is_init = state.runlevel == core::kInit,
+          .own_ji = {arm.jpos_ji[0], arm.jpos_ji[1], arm.jpos_ji[2]},
+          .commanded_ji = latched ? self.commanded.moved_ji() : JointVector{},
+          .travelled_ji = latched ? self.commanded.travelled_ji() : JointVector{},
           .passed_ns = self.guards.passed_ns()};
 }
 
@@ -77,6 +84,9 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
 
   decision.doubts = self.guards.inspect(state);
   if (self.overruns.exhausted()) decision.doubts |= RAVENCAL_DOUBT_OVERRUN;
+  if (self.desired.press_is_doubted() && StateGuards::motors_follow(state)) {
+    decision.doubts |= RAVENCAL_DOUBT_PRESS;
+  }
   if ((decision.doubts & RAVENCAL_DOUBT_TIME) != 0) self.models.forget_history();
   // Before the first published state, that at the hook is the nearest to it.
   const ravencal_state& published = self.has_published ? self.published : state;
@@ -85,6 +95,8 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   decision.doubts |= decision.prediction.doubts;
   decision.status = self.envelope.advance(enabled, decision.doubts, wish(self, state, decision));
   if (decision.doubts == 0) self.models.note_sound_cycle();
+  // Shown, but no reason to leave what is applied: that part is right.
+  if (self.envelope.is_at_limit()) decision.doubts |= RAVENCAL_DOUBT_LIMIT;
   if (enabled && (decision.doubts & RAVENCAL_DOUBT_NETWORK) != 0) {
     decision.rolled_back = self.models.roll_back();
   }
@@ -118,6 +130,11 @@ void count(ravencal_instance& self, const ravencal_state& state, std::int32_t st
   self.shared_counters.publish(counters);
 }
 
+DesiredJoints::Phase phase_of(const ravencal_state& state) noexcept {
+  if (StateGuards::motors_follow(state)) return DesiredJoints::Phase::kFollows;
+  return state.runlevel == core::kInit ? DesiredJoints::Phase::kInit : DesiredJoints::Phase::kFree;
+}
+
 /// Denormal numbers count as zero here, so the robot's own value is copied, never computed, where
 /// it is to come back bit for bit.
 void write(const ravencal_instance& self, const ravencal_state& state, const Decision& decision,
@@ -144,13 +161,28 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
                   ravencal_output& output) noexcept {
   const std::uint64_t start = Stopwatch::now();
   const std::int32_t state_before = self.envelope.state();
+  const JointVector correction_before_ji = self.envelope.correction_ji();
   const Decision decision = decide(self, state);
   write(self, state, decision, output);
+  const JointVector desired_ji = self.desired.at_hook(
+      state.arm[0], correction_before_ji, self.envelope.correction_ji(), phase_of(state));
+  if (output.struct_size >= sizeof output) {
+    std::copy(desired_ji.begin(), desired_ji.end(), output.desired_ji);
+  }
   // What follows is bookkeeping, the same every time.
   output.step_ns = self.stopwatch.since_ns(start);
   count(self, state, state_before, decision, output.step_ns);
   record(self, state, output, output.step_ns);
   return decision.status;
+}
+
+void check_press(ravencal_instance& self, const JointVector& desired_ji, bool commanded) noexcept {
+  JointVector agreed_ji;
+  if (!self.desired.at_coupling(desired_ji, self.envelope.correction_ji(), commanded, agreed_ji)) {
+    return;
+  }
+  self.envelope.take(agreed_ji);
+  self.desired.doubt_press();
 }
 
 void observe_cycle_end(ravencal_instance& self, const ravencal_state& state) noexcept {

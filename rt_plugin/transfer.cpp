@@ -22,7 +22,7 @@ JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji,
     } else {
       offset_ji_[j] = applied_ji[j] - wish.wanted_ji(j);
     }
-    const float share_ji = blend_share_ * wish.commanded_ji[j];
+    const float share_ji = blend_share_ * wish.travelled_ji[j];
     const float step_ji = blend_step_ji_[j] * passed_ticks;
     offset_ji_[j] = towards_zero(offset_ji_[j], share_ji < step_ji ? share_ji : step_ji);
     variable_ji_[j] = wish.predicted_ji[j] - wish.constant_ji[j];

@@ -21,7 +21,10 @@ struct Wish {
   float confidence = 0.0F;      ///< 0..1: share of what differs from the constant part
   bool same_weights = true;     ///< the prediction goes on from that of the cycle before
   bool motors_follow = false;   ///< the pedal is down: a change of the correction moves the motors
+  bool is_init = false;         ///< the robot may home: nothing may be corrected
+  JointVector own_ji{};         ///< measured joints without a correction
   JointVector commanded_ji{};   ///< how far each desired joint moved since the cycle before, >= 0
+  JointVector travelled_ji{};   ///< the same, without what goes to and fro (CommandedMotion)
   std::uint32_t passed_ns = 0;  ///< time since the cycle before, but at most a tick
 
   [[nodiscard]] float wanted_ji(std::size_t joint) const noexcept {

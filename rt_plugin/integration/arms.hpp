@@ -63,20 +63,46 @@ class Arms {
         snprintf(error, error_bytes, "message_slot is %d; it is 0 (gold) or 1 (green)", slot);
         return false;
       }
+      slots_[a] = slot;
       if (!find_one(device, arms[a]->id, places_[a], error, error_bytes)) return false;
       poses_[a] = places_[a];
       if (poses_as_published) poses_[a] = slot < mechanisms_ ? slot : static_cast<int>(kAbsent);
     }
-    if (places_[kCalibrated] != kAbsent) return true;
+    if (slots_[kCalibrated] == slots_[kOther]) {
+      snprintf(error, error_bytes, "both arms have message_slot %d; one is gold's, one is green's",
+               slots_[kOther]);
+      return false;
+    }
+    if (places_[kCalibrated] == places_[kOther] && places_[kOther] != kAbsent) {
+      snprintf(error, error_bytes, "both arms are mech[%d], which has %s %d", places_[kOther],
+               Identity::what(), calibrated.id);
+      return false;
+    }
+    if (places_[kCalibrated] != kAbsent) return agree(device, error, error_bytes);
     snprintf(error, error_bytes, "none of the %d mechanisms has %s %d, the calibrated arm's",
              mechanisms_, Identity::what(), calibrated.id);
     return false;
   }
 
-  // Mechanism of an arm; null if it is absent, and before INIT, when its joints have no types.
+  // Whether the joints of each arm are those of its message slot, as far as they have types yet.
+  bool agree(const Device& device, char* error, size_t error_bytes) const {
+    for (int a = 0; a < kCount; ++a) {
+      if (places_[a] == kAbsent || !has_joint_types(device.mech[places_[a]])) continue;
+      const int slot = slot_of_arm(device.mech[places_[a]]);
+      if (slot == slots_[a]) continue;
+      snprintf(error, error_bytes,
+               "mech[%d] (%s %d) has message_slot %d, but its joints are published in slot %d",
+               places_[a], Identity::what(), Identity::id(device.mech[places_[a]]), slots_[a],
+               slot);
+      return false;
+    }
+    return true;
+  }
+
+  // Mechanism of an arm; null if it is absent, before its joints have types, and where these are of
+  // another message slot.
   const Mechanism* mechanism(const Device& device, int arm) const {
-    if (places_[arm] == kAbsent || !has_joint_types(device.mech[places_[arm]])) return 0;
-    return &device.mech[places_[arm]];
+    return is_known(device, arm) ? &device.mech[places_[arm]] : 0;
   }
 
   // Mechanism whose pose raven_state has in an arm's slots; null if there is none.
@@ -85,10 +111,13 @@ class Arms {
   }
   bool pose_is_of_calibrated(int arm) const { return poses_[arm] == places_[kCalibrated]; }
 
-  // Of the calibrated arm; null before INIT.
+  // The calibrated arm's, whose desired pose is compared from cycle to cycle.
+  Mechanism& calibrated(Device& device) const { return device.mech[places_[kCalibrated]]; }
+
+  // Of the calibrated arm; null where mechanism() is.
   Joint* joint(Device& device, int slot) const {
+    if (!is_known(device, kCalibrated)) return 0;
     Mechanism& mechanism = device.mech[places_[kCalibrated]];
-    if (!has_joint_types(mechanism)) return 0;
     for (int i = 0; i < RAVENCAL_SLOTS; ++i) {
       if (slot_of(mechanism.joint[i]) == slot) return &mechanism.joint[i];
     }
@@ -135,6 +164,15 @@ class Arms {
     return true;
   }
 
+  bool is_known(const Device& device, int arm) const {
+    return places_[arm] != kAbsent && has_joint_types(device.mech[places_[arm]]) &&
+           slot_of_arm(device.mech[places_[arm]]) == slots_[arm];
+  }
+  // Gold's joints have the types 0 to 7, green's 8 to 15.
+  static int slot_of_arm(const Mechanism& mechanism) {
+    return static_cast<int>(mechanism.joint[0].type) / RAVENCAL_SLOTS;
+  }
+
   // Until the controller sets them, all types are 0, and no joint can be told from another.
   static bool has_joint_types(const Mechanism& mechanism) {
     unsigned seen = 0;
@@ -145,6 +183,7 @@ class Arms {
   int mechanisms_;
   int places_[kCount];  // index into device.mech, or kAbsent
   int poses_[kCount];
+  int slots_[kCount];
 };
 
 }  // namespace ravencal

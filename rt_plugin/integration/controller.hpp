@@ -5,7 +5,8 @@
 // controller's device type: it compiles against the controller's headers and includes none of them.
 // Plain C++98, no libraries but libdl. README.md says which lines go where.
 //
-// Threads: open, close, load: not the real-time thread, and not while it calls the others.
+// Threads: open, close: not the real-time thread, and not while it calls the others. load: not the
+// real-time thread. enable, reset: any.
 // correct, uncorrect, restore, observe, all_joints_ready: the real-time thread; bounded, no
 // allocation, no lock. An adapter that is not open, or whose open failed, changes nothing. It only
 // reads fields of the controller's structures and calls none of its functions but r2_jac.get_vel.
@@ -20,6 +21,7 @@
 
 #include "arms.hpp"
 #include "ravencal/plugin.h"
+#include "settings.hpp"
 
 namespace ravencal {
 
@@ -40,25 +42,14 @@ struct NoJacobian {
   }
 };
 
-struct ControllerSettings {
-  const char* plugin;      // path of libravencal_plugin.so
-  const char* weights;     // path of the blob; null: none yet, see load
-  const char* telemetry;   // name for `ravencal monitor`, like "/ravencal-left"; null: none
-  ArmSettings calibrated;  // the arm with the external encoders
-  ArmSettings other;
-  int mechanisms;  // how many of robot_device::mech are in use: NUM_MECH or num_mechs
-  // raven_state takes pose, desired pose, grasp, type and Jacobian of its slot i from mech[i],
-  // whose order is that of the USB boards' names: on the CRTK branch slot 0 holds the poses of the
-  // green arm beside the joints of the gold one. 1: the plugin sees these fields as they are
-  // published, which is what a model was trained on. 0: each arm's own.
-  int poses_as_published;
-};
-
 template <typename Device, typename Identity = ByType, typename Jacobian = PublishedJacobian>
 class ControllerAdapter {
  public:
-  ControllerAdapter() : library_(0), api_(0), instance_(0), storage_(0), saved_(0) {
-    memset(&settings_, 0, sizeof settings_);
+  ControllerAdapter()
+      : library_(0), api_(0), instance_(0), storage_(0), saved_(0), commanded_(false) {
+    memset(uncorrected_ji_, 0, sizeof uncorrected_ji_);
+    memset(&pose_, 0, sizeof pose_);
+    memset(rotation_, 0, sizeof rotation_);
     memset(&state_, 0, sizeof state_);
     memset(&output_, 0, sizeof output_);
     state_.struct_size = sizeof state_;
@@ -68,18 +59,21 @@ class ControllerAdapter {
   ~ControllerAdapter() { close(); }
 
   // Finds the arms in `device`, loads the plugin and the weights, and asks for the correction.
-  // False: error() says why, and the controller runs as if nothing had been added.
+  // False: error() says why, and the controller runs as if nothing had been added. Where only the
+  // weights were refused, is_open() is true and load() may bring others. An adapter that is open
+  // refuses, and goes on as it was.
   bool open(const ControllerSettings& settings, const Device& device) {
-    close();
+    if (instance_ != 0) return fail("the adapter is open; close it first, with the motors off", "");
     settings_ = settings;
-    if (arms_.find(device, settings.mechanisms, settings.calibrated, settings.other,
-                   settings.poses_as_published != 0, error_, sizeof error_) &&
-        load_library() && create_instance() && (settings.weights == 0 || load(settings.weights))) {
-      api_->enable(instance_, 1);
-      return true;
+    if (!arms_.find(device, settings.mechanisms, settings.calibrated, settings.other,
+                    settings.poses_as_published != 0, error_, sizeof error_) ||
+        !settings.limits.are_there(error_, sizeof error_) || !load_library() ||
+        !create_instance()) {
+      close();
+      return false;
     }
-    close();
-    return false;
+    api_->enable(instance_, 1);
+    return settings.weights == 0 || load(settings.weights);
   }
 
   // New weights, also while the real-time thread runs; they are faded in. False: error() says why,
@@ -95,6 +89,12 @@ class ControllerAdapter {
     if (instance_ != 0) api_->enable(instance_, on);
   }
 
+  // After a FAULT or too many overruns, with their cause removed: begins as after open, once
+  // enable(1) is called. Any thread.
+  void reset() {
+    if (instance_ != 0) api_->reset(instance_);
+  }
+
   // Only when the real-time thread has stopped.
   void close() {
     if (instance_ != 0) api_->destroy(instance_);
@@ -107,6 +107,9 @@ class ControllerAdapter {
   }
 
   bool is_open() const { return instance_ != 0; }
+  // Whether each arm's joints are those of its message slot: known once the controller has given
+  // them types. False: nothing is corrected, and error() says why.
+  bool arms_agree(const Device& device) { return arms_.agree(device, error_, sizeof error_); }
   const char* error() const { return error_; }
   const ravencal_api* api() const { return api_; }
   ravencal_instance* instance() const { return instance_; }
@@ -127,18 +130,33 @@ class ControllerAdapter {
   }
 
   // The hook: after the forward cable coupling, before the forward kinematics. Replaces jpos of
-  // joints 1 to 3 of the calibrated arm. `sublevel` is what raven_state publishes under that name.
-  // Returns what the plugin's step returned.
+  // joints 1 to 3 of the calibrated arm; while the motors do not follow, moves their jpos_d with
+  // the correction. `sublevel` is what raven_state publishes under that name. Returns what the
+  // plugin's step returned.
   int correct(Device& device, int runlevel, int sublevel, int last_sequence,
               int64_t t_ns = monotonic_ns()) {
     if (instance_ == 0) return RAVENCAL_BYPASS;
     fill(device, runlevel, sublevel, last_sequence, t_ns);
+    float own_before_ji[RAVENCAL_JOINTS], corrected_before_ji[RAVENCAL_JOINTS];
+    memcpy(own_before_ji, uncorrected_ji_, sizeof own_before_ji);
+    memcpy(corrected_before_ji, output_.jpos_ji, sizeof corrected_before_ji);
     memcpy(uncorrected_ji_, state_.arm[0].jpos_ji, sizeof uncorrected_ji_);
     const int status = api_->step(instance_, &state_, &output_);
     if (status < 0) return status;
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
-      if (Joint* joint = arms_.joint(device, slot)) joint->jpos = output_.jpos_ji[slot];
+      if (Joint* joint = arms_.joint(device, slot)) {
+        joint->jpos = output_.jpos_ji[slot];
+        joint->jpos_d = output_.desired_ji[slot];
+      }
     }
+    Mechanism& own = arms_.calibrated(device);
+    // In INIT the desired pose stays what it was, while the correction has gone.
+    if (runlevel == kInit &&
+        memcmp(own_before_ji, corrected_before_ji, sizeof own_before_ji) != 0) {
+      move_desired_pose(own, corrected_before_ji, own_before_ji);
+    }
+    commanded_ = memcmp(&own.pos_d, &pose_, sizeof pose_) != 0 ||
+                 memcmp(own.ori_d.R, rotation_, sizeof rotation_) != 0;
     return status;
   }
 
@@ -153,7 +171,7 @@ class ControllerAdapter {
       desired_ji[slot] = joint->jpos_d;
     }
     float uncorrected_ji[RAVENCAL_JOINTS];
-    api_->uncorrect_desired(instance_, desired_ji, uncorrected_ji);
+    api_->uncorrect_command(instance_, desired_ji, commanded_ ? 1 : 0, uncorrected_ji);
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
       saved_ji_[slot] = desired_ji[slot];
       arms_.joint(device, slot)->jpos_d = uncorrected_ji[slot];
@@ -177,6 +195,9 @@ class ControllerAdapter {
     for (int a = 0; a < FoundArms::kCount; ++a) {
       if (Mechanism* posed = arms_.posed(device, a)) fill_jacobian(*posed, state_.arm[a]);
     }
+    const Mechanism& own = arms_.calibrated(device);
+    memcpy(&pose_, &own.pos_d, sizeof pose_);
+    memcpy(rotation_, own.ori_d.R, sizeof rotation_);
     take_correction_out();
     api_->observe_cycle_end(instance_, &state_);
   }
@@ -185,9 +206,12 @@ class ControllerAdapter {
   ControllerAdapter(const ControllerAdapter&);
   ControllerAdapter& operator=(const ControllerAdapter&);
 
+  enum { kInit = 1 };  // run level
+
   typedef Arms<Device, Identity> FoundArms;
   typedef typename FoundArms::Mechanism Mechanism;
   typedef typename FoundArms::Joint Joint;
+  typedef __typeof__(static_cast<Mechanism*>(0)->pos_d) Pose;
 
   bool fail(const char* what, const char* more) {
     snprintf(error_, sizeof error_, "%s%s", what, more);
@@ -214,6 +238,11 @@ class ControllerAdapter {
     config.struct_size = sizeof config;
     api_->default_config(&config);
     config.arm = settings_.calibrated.message_slot == 0 ? RAVENCAL_ARM_GOLD : RAVENCAL_ARM_GREEN;
+    memcpy(config.lowest_ji, settings_.limits.lowest_ji, sizeof config.lowest_ji);
+    memcpy(config.highest_ji, settings_.limits.highest_ji, sizeof config.highest_ji);
+    config.remote_centre_m = settings_.limits.remote_centre_m;
+    config.remote_centre_radius_m = settings_.limits.remote_centre_radius_m;
+    if (settings_.step_budget_ns != 0) config.step_budget_ns = settings_.step_budget_ns;
     if (settings_.telemetry != 0) {
       strncpy(config.telemetry_name, settings_.telemetry, sizeof config.telemetry_name - 1);
     }
@@ -258,6 +287,18 @@ class ControllerAdapter {
       api_->uncorrect_pose(instance_, desired_ji, arm.jpos_d_ji, posed.pos_d_um, posed.ori_d);
     }
     memcpy(arm.jpos_ji, uncorrected_ji_, sizeof uncorrected_ji_);
+  }
+
+  void move_desired_pose(Mechanism& mechanism, const float (&from_ji)[RAVENCAL_JOINTS],
+                         const float (&to_ji)[RAVENCAL_JOINTS]) {
+    int32_t position_um[3] = {mechanism.pos_d.x, mechanism.pos_d.y, mechanism.pos_d.z};
+    float rotation[9];
+    memcpy(rotation, mechanism.ori_d.R, sizeof rotation);
+    api_->uncorrect_pose(instance_, from_ji, to_ji, position_um, rotation);
+    mechanism.pos_d.x = position_um[0];
+    mechanism.pos_d.y = position_um[1];
+    mechanism.pos_d.z = position_um[2];
+    memcpy(mechanism.ori_d.R, rotation, sizeof rotation);
   }
 
   static void fill_joints(const Mechanism& mechanism, ravencal_arm& arm) {
@@ -311,6 +352,9 @@ class ControllerAdapter {
   float uncorrected_ji_[RAVENCAL_JOINTS];  // jpos of the calibrated arm at the hook
   float saved_ji_[RAVENCAL_JOINTS];        // jpos_d between uncorrect and restore
   int saved_;
+  Pose pose_;  // desired, of the calibrated arm at the end of the cycle before
+  float rotation_[3][3];
+  bool commanded_;  // it was moved since
   char error_[256];
 };
 

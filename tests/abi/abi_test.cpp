@@ -174,12 +174,32 @@ TEST(Structs, SmallerThanThisVersionAreRefusedAndLargerOnesAccepted) {
   EXPECT_EQ(rig.tick(), RAVENCAL_ERROR_ARGUMENT);
   EXPECT_EQ(rig.output.jpos_ji[0], 123.0F) << "nothing may be written";
   rig.state.struct_size = sizeof(ravencal_state) + 64;
-  rig.output.struct_size = sizeof(ravencal_output) - 1;
+  rig.output.struct_size = offsetof(ravencal_output, desired_ji) - 1;
   EXPECT_EQ(rig.tick(), RAVENCAL_ERROR_ARGUMENT);
   rig.output.struct_size = sizeof(ravencal_output) + 64;
   EXPECT_EQ(rig.tick(), RAVENCAL_BYPASS);
   ravencal_counters counters{};
   EXPECT_EQ(rig.api().counters(rig.instance.get(), &counters), RAVENCAL_ERROR_ARGUMENT);
+}
+
+TEST(Structs, OfVersion30AreTakenAsTheyAre) {
+  Rig rig([](ravencal_config& config) {
+    config.struct_size = offsetof(ravencal_config, lowest_ji);
+    config.lowest_ji[0] = 2.0F;  // not part of it: would be inverted
+    config.highest_ji[0] = 1.0F;
+  });
+  rig.load(make_model(16, {}));
+  rig.enable();
+  rig.output.struct_size = offsetof(ravencal_output, desired_ji);
+  rig.output.desired_ji[0] = 123.0F;
+  ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE));
+  EXPECT_EQ(rig.output.desired_ji[0], 123.0F) << "nothing may be written beyond";
+  ravencal_config defaults{};
+  defaults.struct_size = offsetof(ravencal_config, lowest_ji);
+  defaults.lowest_ji[0] = 123.0F;
+  EXPECT_EQ(rig.api().default_config(&defaults), RAVENCAL_SUCCESS);
+  EXPECT_EQ(defaults.lowest_ji[0], 123.0F);
+  EXPECT_EQ(defaults.struct_size, offsetof(ravencal_config, lowest_ji));
 }
 
 TEST(Structs, NullPointersAreRefused) {

@@ -27,7 +27,7 @@ float any_float(std::mt19937_64& random) {
 
 void disturb(std::mt19937_64& random, ravencal_state& state) {
   const auto slot = random() % RAVENCAL_SLOTS;
-  switch (random() % 13) {
+  switch (random() % 15) {
     case 0:
       state.arm[0].jpos_ji[slot] = any_float(random);
       break;
@@ -55,6 +55,12 @@ void disturb(std::mt19937_64& random, ravencal_state& state) {
     case 8:
       state.arm[0].jpos_ji[slot] =
           std::numeric_limits<float>::denorm_min() * static_cast<float>(1 + random() % 1000);
+      break;
+    case 9:
+      state.arm[0].jpos_d_ji[slot] = any_float(random);
+      break;
+    case 10:
+      state.arm[0].jpos_d_ji[slot] += 0.001F * static_cast<float>(random() % 64);
       break;
     default:
       state.arm[0].jpos_ji[slot] +=

@@ -63,7 +63,8 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
                                             ? config_.max_correction_rate_ji_per_s[joint]
                                             : config_.slew_ji_per_s[joint]);
   // Rounding: a few units in the last place of the correction.
-  if (step > rate * passed_s * 1.0001 + 1e-8)
+  const bool drops = state.runlevel == core::kInit && correction_ji == 0.0F;
+  if (!drops && step > rate * passed_s * 1.0001 + 1e-8)
     return fmt::format("the correction stepped by {} in {} ns", step, passed_ns_);
   if (output.state == RAVENCAL_STATE_HOLD && step != 0.0) return "the correction moved in HOLD";
   if (state.runlevel == core::kPedalDown && !follows_prediction(output.state) && step != 0.0) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The controller's cycle in miniature, around the look-alike structures: encoders, forward cable
-// coupling, hook, kinematics, control law, inverse cable coupling, torque, publishing. Compiled as
-// gnu++98, the controllers' age, and as C++17. RAVENCAL_ENTRY names the build.
+// The controller's cycle in miniature, around the look-alike structures: run level, commands,
+// encoders, forward cable coupling, hook, kinematics, control law (integration_control.hpp),
+// inverse cable coupling, torque, publishing. Compiled as gnu++98, the controllers' age, and as
+// C++17. RAVENCAL_ENTRY names the build.
 #include "unit/integration_controller.h"
 
 #include <math.h>
@@ -11,10 +12,11 @@
 #include <string>
 
 #include "rt_plugin/integration/controller.hpp"
-#include "unit/integration_kinematics.hpp"
+#include "unit/integration_control.hpp"
+#include "unit/integration_publish.hpp"
 #include "unit/integration_structures.hpp"
 
-using namespace lookalike;
+using namespace LOOKALIKE;
 
 namespace {
 
@@ -28,21 +30,10 @@ typedef ravencal::ControllerAdapter<robot_device> Adapter;
 #ifdef RAVENCAL_CRTK
 // Not only a question: it un-homes the robot if that was asked for.
 bool robot_ready(robot_device& device) {
-  if (device.unhome_trigger == 1) {
-    device.unhome_trigger = 0;
-    for (int i = 0; i < kMechanisms; ++i) {
-      for (int j = 0; j < 8; ++j) {
-        if (j != 3) device.mech[i].joint[j].state = jstate_not_ready;
-      }
-    }
-    return false;
-  }
-  for (int i = 0; i < kMechanisms; ++i) {
-    for (int j = 0; j < 8; ++j) {
-      if (j != 3 && device.mech[i].joint[j].state != jstate_ready) return false;
-    }
-  }
-  return true;
+  if (device.unhome_trigger != 1) return all_ready(device);
+  device.unhome_trigger = 0;
+  forget_home(device);
+  return false;
 }
 #endif
 
@@ -51,29 +42,33 @@ bool robot_ready(robot_device& device) {
 struct controller {
   robot_device device;
   param_pass params;
+  control_state control;
   float motor[kMechanismRoom][8];  // true motor angles: the mechanics
   long cycle_number;
-  int homing_cycles;
   double message[240];
   int lines;
   Adapter adapter;
+  ravencal::ControllerSettings settings;
   int green;
   int soft_stopped;
-  int moving;  // 1: the operator moves the arms while the pedal is down
+  int moving;      // 1: the operator moves the arms while the pedal is down
+  int joint_arms;  // CRTK: bit 0, the calibrated arm gets joint commands; bit 1, the other one
+  float joint_step_ji[3];
+  int tip_um[3];  // added to the calibrated arm's desired position in each cycle
   std::string error;
-
-  mechanism& calibrated() { return device.mech[green ? kGreenIndex : kGoldIndex]; }
-  // As the lines that a user adds have it.
-  int sublevel_for_adapter() const {
-#ifdef RAVENCAL_CRTK
-    return adapter.all_joints_ready(device);
-#else
-    return params.sublevel;
-#endif
-  }
 };
 
 namespace {
+
+mechanism& calibrated(controller& c) { return c.device.mech[c.green ? kGreenIndex : kGoldIndex]; }
+// As the lines that a user adds have it.
+int sublevel_for_adapter(const controller& c) {
+#ifdef RAVENCAL_CRTK
+  return c.adapter.all_joints_ready(c.device);
+#else
+  return c.params.sublevel;
+#endif
+}
 
 void state_estimate(controller& c) {
   for (int i = 0; i < kMechanisms; ++i) {
@@ -88,57 +83,23 @@ void state_estimate(controller& c) {
   }
 }
 
-// Hard stops are found in the middle of homing; then the arm moves to its home position.
-void homing(controller& c) {
-  ++c.homing_cycles;
-  for (int i = 0; i < kMechanisms; ++i) {
-    for (int j = 0; j < 8; ++j) {
-      DOF& joint = c.device.mech[i].joint[j];
-      joint.state = c.homing_cycles < 200 ? jstate_homing1 : jstate_homing2;
-      if (c.homing_cycles == 200) {
-        joint.jpos_d = kHome[j] + 0.05F;
-        joint.mpos_d = kRatio[j] * joint.jpos_d;
-      }
-      if (c.homing_cycles > 200) joint.jpos_d += (kHome[j] - joint.jpos_d) * 0.01F;
-      if (c.homing_cycles > 1200) joint.state = jstate_ready;
-    }
-    if (c.homing_cycles != 200) continue;
-    inverse_coupling(c.device.mech[i]);  // as set_joints_known_pos does, past the wrapper
-    for (int j = 0; j < 8; ++j) {
-      DOF& joint = c.device.mech[i].joint[j];
-      joint.enc_offset = joint.enc_val - static_cast<int>(joint.mpos_d * kCountsPerRad);
-    }
-  }
-}
-
-void set_desired_to_actual(robot_device& device) {
-  for (int i = 0; i < kMechanisms; ++i) {
-    for (int j = 0; j < 8; ++j) device.mech[i].joint[j].jpos_d = device.mech[i].joint[j].jpos;
-    device.mech[i].ori_d.grasp = 250 + i;
-  }
-}
-
-void teleoperate(controller& c) {
+// The operator moves the tips, or nobody does.
+commands collect_commands(controller& c) {
+  commands given;
+  memset(&given, 0, sizeof given);
   const float t = static_cast<float>(c.cycle_number) * 1e-3F;
-  for (int i = 0; i < kMechanisms; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const float speed = (j == 2 ? 0.004F : 0.02F) * cosf(t + static_cast<float>(i + j));
-      c.device.mech[i].joint[j].jpos_d += speed * 1e-3F;
+  for (int i = 0; i < kMechanisms && c.moving; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      given.pose_um[i][k] = static_cast<int>(4.0F * cosf(t + static_cast<float>(i + k)));
     }
   }
-}
-
-// The inverse kinematics keep the desired joints, corrected ones, within their limits.
-void saturate(robot_device& device) {
-  const float lowest[3] = {0.0F, 0.785398F, 0.23F};
-  const float highest[3] = {1.570796F, 2.356194F, 0.56F};
-  for (int i = 0; i < kMechanisms; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      float& desired = device.mech[i].joint[j].jpos_d;
-      if (desired < lowest[j]) desired = lowest[j];
-      if (desired > highest[j]) desired = highest[j];
-    }
+  for (int i = 0; i < 2; ++i) {
+    const bool is_calibrated = &c.device.mech[i] == &calibrated(c);
+    given.joints[i] = (c.joint_arms & (is_calibrated ? 1 : 2)) != 0;
+    for (int j = 0; j < 3; ++j) given.joint_ji[i][j] = c.joint_step_ji[j];
   }
+  for (int k = 0; k < 3; ++k) given.pose_um[c.green ? kGreenIndex : kGoldIndex][k] += c.tip_um[k];
+  return given;
 }
 
 // The wrapper that every control law calls.
@@ -151,8 +112,8 @@ void inverse_coupling_of_all(controller& c) {
   for (int i = 0; i < kMechanisms; ++i) inverse_coupling(c.device.mech[i]);
 }
 
-void torques(controller& c) {
-  const bool powered = c.params.runlevel == 1 || c.params.runlevel == 3;
+void torques(controller& c, bool couples) {
+  const bool powered = c.params.runlevel == kDown || (c.control.mode == homing_mode && couples);
   for (int i = 0; i < kMechanisms; ++i) {
     for (int j = 0; j < 8; ++j) {
       DOF& joint = c.device.mech[i].joint[j];
@@ -168,55 +129,6 @@ void torques(controller& c) {
   }
 }
 
-// raven_state in its own units and with its own mixture of arms, in the catalogue's order: see
-// shared/core/catalogue.hpp. Written after the message's field table, not after the adapter.
-void publish(controller& c) {
-  const double deg = 180.0 / kPi;
-  double* const m = c.message;
-  memset(c.message, 0, sizeof c.message);
-  m[0] = static_cast<double>(c.cycle_number) * 1e-3;
-  m[17] = c.params.runlevel;
-#ifdef RAVENCAL_CRTK
-  m[18] = robot_ready(c.device) ? 1 : 0;
-#else
-  m[18] = c.params.sublevel;
-#endif
-  m[19] = c.params.last_sequence;
-  for (int slot = 0; slot < 2; ++slot) {
-    mechanism& mech = c.device.mech[slot];  // by slot, whichever arm that is
-    m[20 + slot] = mech.type;
-    m[22 + 3 * slot] = mech.pos.x;
-    m[23 + 3 * slot] = mech.pos.y;
-    m[24 + 3 * slot] = mech.pos.z;
-    m[64 + 3 * slot] = mech.pos_d.x;
-    m[65 + 3 * slot] = mech.pos_d.y;
-    m[66 + 3 * slot] = mech.pos_d.z;
-    for (int i = 0; i < 9; ++i) {
-      m[28 + 9 * slot + i] = static_cast<double>(mech.ori.R[i / 3][i % 3]);
-      m[46 + 9 * slot + i] = static_cast<double>(mech.ori_d.R[i / 3][i % 3]);
-    }
-    m[198 + slot] = mech.ori_d.grasp / 1000.0;
-    for (int i = 0; i < 6; ++i) {
-      m[216 + 6 * slot + i] = static_cast<double>(mech.r2_jac.velocity[i]);
-      m[228 + 6 * slot + i] = static_cast<double>(mech.r2_jac.velocity[i]);
-    }
-    for (int j = 0; j < 8; ++j) {
-      const DOF& joint = mech.joint[j];
-      const int type = joint.type;  // gold 0 to 7, green 8 to 15
-      m[1 + type] = static_cast<double>(joint.jpos) * deg;
-      m[70 + type] = joint.enc_val;
-      m[86 + type] = joint.current_cmd;
-      m[102 + type] = static_cast<double>(joint.tau_d);
-      m[118 + type] = static_cast<double>(joint.mpos) * deg;
-      m[134 + type] = static_cast<double>(joint.mvel) * deg;
-      m[150 + type] = static_cast<double>(joint.jvel) * deg;
-      m[166 + type] = static_cast<double>(joint.mpos_d) * deg;
-      m[182 + type] = static_cast<double>(joint.jpos_d) * deg;
-      m[200 + type] = joint.enc_offset;
-    }
-  }
-}
-
 controller* start(const controller_setup* setup) {
   controller* const c = new controller;
   memset(static_cast<void*>(&c->device), 0, sizeof c->device);
@@ -225,11 +137,14 @@ controller* start(const controller_setup* setup) {
   memset(c->message, 0, sizeof c->message);
   c->params.last_sequence = 111;
   c->cycle_number = 0;
-  c->homing_cycles = 0;
+  memset(&c->control, 0, sizeof c->control);
   c->lines = setup->lines;
   c->green = setup->green;
   c->soft_stopped = 0;
   c->moving = 1;
+  c->joint_arms = 0;
+  memset(c->joint_step_ji, 0, sizeof c->joint_step_ji);
+  memset(c->tip_um, 0, sizeof c->tip_um);
   for (int i = 0; i < kMechanisms; ++i) {
     mechanism& m = c->device.mech[i];
     // A third mechanism is another arm on the gold side.
@@ -242,7 +157,7 @@ controller* start(const controller_setup* setup) {
     }
   }
   if (setup->plugin == 0) return c;
-  ravencal::ControllerSettings settings;
+  ravencal::ControllerSettings& settings = c->settings;
   settings.plugin = setup->plugin;
   settings.weights = setup->weights;
   settings.telemetry = setup->telemetry;
@@ -256,6 +171,24 @@ controller* start(const controller_setup* setup) {
   settings.calibrated = setup->green ? green_arm : gold_arm;
   settings.other = setup->green ? gold_arm : green_arm;
   if (setup->absent_arm) settings.calibrated.id = 7;
+  if (setup->fault != SETTINGS_NO_LIMITS) {
+    memcpy(settings.limits.lowest_ji, kLowest, sizeof kLowest);
+    memcpy(settings.limits.highest_ji, kHighest, sizeof kHighest);
+  }
+  if (setup->fault == SETTINGS_WIDE_LIMITS) {
+    for (int j = 0; j < 3; ++j) settings.limits.lowest_ji[j] = -settings.limits.highest_ji[j];
+    for (int j = 0; j < 3; ++j) settings.limits.highest_ji[j] *= 2.0F;
+  }
+  settings.limits.remote_centre_m = 0.47F;
+  settings.limits.remote_centre_radius_m = setup->fault == SETTINGS_NO_CENTRE ? 0.0F : 0.013F;
+  settings.step_budget_ns = setup->step_budget_ns;
+  if (setup->fault == SETTINGS_ONE_SLOT) {
+    settings.other.message_slot = settings.calibrated.message_slot;
+  }
+  if (setup->wrong_slot) {
+    settings.calibrated.message_slot = 1 - settings.calibrated.message_slot;
+    settings.other.message_slot = 1 - settings.other.message_slot;
+  }
   settings.mechanisms = kMechanisms;
   settings.poses_as_published = 1;
 #ifdef RAVENCAL_CRTK
@@ -273,39 +206,31 @@ controller* start(const controller_setup* setup) {
   return c;
 }
 
-// The controller sets the joints' types when it first comes to INIT, after the plugin was opened.
-void set_joint_types(robot_device& device) {
-  for (int i = 0; i < kMechanisms; ++i) {
-    const int first = i == kGoldIndex ? 0 : i == kGreenIndex ? 8 : 16;
-    for (int j = 0; j < 8; ++j) device.mech[i].joint[j].type = static_cast<u_16>(first + j);
-  }
-}
-
-void cycle(controller* c, int runlevel) {
+void cycle(controller* c, int level) {
   ++c->cycle_number;
   const int64_t t_ns = static_cast<int64_t>(c->cycle_number) * 1000000;
-  c->params.runlevel = static_cast<u_08>(runlevel);
-  c->params.sublevel = static_cast<u_08>(runlevel == 1 ? 3 : 0);
-  if (runlevel == 0) c->soft_stopped = 0;
-  if (runlevel == 1) set_joint_types(c->device);
+  state_machine(c->control, c->params, level);
+  const int runlevel = c->params.runlevel;
+  if (runlevel == kEStop) {
+    c->soft_stopped = 0;
+    if (c->control.homing_wanted) c->control.mode = homing_mode;
+  }
   for (int i = 0; i < kMechanisms; ++i) {
     for (int j = 0; j < 8; ++j) c->device.mech[i].joint[j].current_cmd = 0;  // clearDACs
   }
+  take_commands(c->device, c->params, collect_commands(*c));
   if (c->soft_stopped) c->device.mech[0].joint[0].state = jstate_pos_unknown;
+  initialize(c->device, c->control, c->params);
   state_estimate(*c);
   for (int i = 0; i < kMechanisms; ++i) forward_coupling(c->device.mech[i]);
   if (c->lines != CONTROLLER_WITHOUT) {
-    c->adapter.correct(c->device, c->params.runlevel, c->sublevel_for_adapter(),
+    c->adapter.correct(c->device, c->params.runlevel, sublevel_for_adapter(*c),
                        c->params.last_sequence, t_ns);
   }
-  for (int i = 0; i < kMechanisms; ++i) kinematics(c->device.mech[i]);
-  if (runlevel == 1) homing(*c);
-  if (runlevel == 2) set_desired_to_actual(c->device);
-  if (runlevel == 3 && c->moving) teleoperate(*c);
-  if (runlevel == 3) saturate(c->device);
-  for (int i = 0; i < kMechanisms; ++i) desired_kinematics(c->device.mech[i]);
-  if (runlevel > 0) inverse_coupling_of_all(*c);
-  torques(*c);
+  forward_kinematics_of_all(c->device, runlevel);
+  const bool couples = control_law(c->device, c->control, c->params);
+  if (couples) inverse_coupling_of_all(*c);
+  torques(*c, couples);
 #ifdef RAVENCAL_CRTK
   if (c->device.unhome_trigger > 0) {
     c->device.robot_homed = 0;
@@ -313,14 +238,23 @@ void cycle(controller* c, int runlevel) {
     c->device.robot_homed = 1;
   }
 #endif
-  publish(*c);
+#ifdef RAVENCAL_CRTK
+  const int sublevel = robot_ready(c->device) ? 1 : 0;
+#else
+  const int sublevel = c->params.sublevel;
+#endif
+  publish(c->device, c->params, c->cycle_number, sublevel, c->message);
   if (c->lines != CONTROLLER_WITHOUT) {
-    c->adapter.observe(c->device, c->params.runlevel, c->sublevel_for_adapter(),
+    c->adapter.observe(c->device, c->params.runlevel, sublevel_for_adapter(*c),
                        c->params.last_sequence);
   }
 }
 
-void begin_homing(controller* c) { c->homing_cycles = 0; }
+// As the commands to unhome and to home have it; the mode changes in E-stop.
+void begin_homing(controller* c) {
+  forget_home(c->device);
+  c->control.homing_wanted = true;
+}
 const char* error(const controller* c) { return c->error.c_str(); }
 void unhome(controller* c) {
 #ifdef RAVENCAL_CRTK
@@ -331,6 +265,36 @@ void unhome(controller* c) {
 }
 void soft_stop(controller* c) { c->soft_stopped = 1; }
 void command(controller* c, int moving) { c->moving = moving; }
+void command_joints(controller* c, int arms, const float step_ji[3]) {
+  c->joint_arms = arms;
+  memcpy(c->joint_step_ji, step_ji, sizeof c->joint_step_ji);
+}
+void command_tip(controller* c, const int step_um[3]) {
+  memcpy(c->tip_um, step_um, sizeof c->tip_um);
+}
+void press(controller* c, int down) { c->device.surgeon_mode = down; }
+void move_by_hand(controller* c, int other, const float by_ji[3]) {
+  const int index = c->green == (other == 0) ? kGreenIndex : kGoldIndex;
+  mechanism moved = c->device.mech[index];
+  for (int j = 0; j < 8; ++j) moved.joint[j].jpos_d = j < 3 ? by_ji[j] : 0.0F;
+  inverse_coupling(moved);
+  for (int j = 0; j < 3; ++j) c->motor[index][j] += moved.joint[j].mpos_d;
+}
+// Everything but what the plugin did to it.
+void adopt(controller* c, const controller* from) {
+  const ravencal_output& corrected = from->adapter.output();
+  c->device = from->device;
+  c->params = from->params;
+  c->control = from->control;
+  c->cycle_number = from->cycle_number;
+  c->soft_stopped = from->soft_stopped;
+  memcpy(c->motor, from->motor, sizeof c->motor);
+  for (int j = 0; j < 3; ++j) {
+    DOF& joint = calibrated(*c).joint[j];
+    joint.jpos -= corrected.correction_ji[j];
+    joint.jpos_d -= corrected.correction_ji[j];
+  }
+}
 int is_homed(const controller* c) {
 #ifdef RAVENCAL_CRTK
   return c->device.robot_homed;
@@ -345,6 +309,17 @@ int early_reads(const controller* c) {
   return sum;
 }
 void enable(controller* c, int on) { c->adapter.enable(on); }
+int open_again(controller* c) {
+  const bool opened = c->adapter.open(c->settings, c->device);
+  c->error = c->adapter.error();
+  return opened ? 1 : 0;
+}
+int arms_agree(controller* c) {
+  const bool agree = c->adapter.arms_agree(c->device);
+  c->error = c->adapter.error();
+  return agree ? 1 : 0;
+}
+void reset(controller* c) { c->adapter.reset(); }
 int load(controller* c, const char* weights) { return c->adapter.load(weights) ? 1 : 0; }
 void published(const controller* c, double message[240]) {
   memcpy(message, c->message, sizeof c->message);
@@ -356,19 +331,23 @@ const void* device(const controller* c, size_t* bytes) {
   return &c->device;
 }
 void motors(const controller* c, float mpos[3], float mpos_d[3]) {
-  mechanism& m = const_cast<controller*>(c)->calibrated();
+  mechanism& m = calibrated(*const_cast<controller*>(c));
   for (int j = 0; j < 3; ++j) {
     mpos[j] = m.joint[j].mpos;
     mpos_d[j] = m.joint[j].mpos_d;
   }
 }
 void joints(const controller* c, float jpos[3], float jpos_d[3]) {
-  mechanism& m = const_cast<controller*>(c)->calibrated();
+  mechanism& m = calibrated(*const_cast<controller*>(c));
   for (int j = 0; j < 3; ++j) {
     jpos[j] = m.joint[j].jpos;
     jpos_d[j] = m.joint[j].jpos_d;
   }
 }
+void true_motors(const controller* c, float motor[3]) {
+  memcpy(motor, c->motor[c->green ? kGreenIndex : kGoldIndex], 3 * sizeof(float));
+}
+int runlevel_of(const controller* c) { return c->params.runlevel; }
 void stop(controller* c) { delete c; }
 
 const controller_api kApi = {
@@ -377,8 +356,10 @@ const controller_api kApi = {
 #else
     "main",
 #endif
-    start,     error, cycle,  begin_homing, unhome, soft_stop, command,  enable,      load,
-    published, seen,  output, device,       motors, joints,    is_homed, early_reads, stop};
+    start,          error,       cycle,       begin_homing, unhome,   soft_stop,   command,
+    command_joints, command_tip, press,       move_by_hand, adopt,    enable,      open_again,
+    arms_agree,     reset,       load,        published,    seen,     output,      device,
+    motors,         joints,      true_motors, runlevel_of,  is_homed, early_reads, stop};
 
 }  // namespace
 

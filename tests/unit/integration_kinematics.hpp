@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cable coupling and forward kinematics of the look-alike controller, written after the facts of
-// the RAVEN-II controller and apart from shared/physics. C++98.
+// Cable coupling, forward and inverse kinematics of the look-alike controller, written after the
+// facts of the RAVEN-II controller and apart from shared/physics. C++98.
 #pragma once
 
 #include <math.h>
 
 #include "unit/integration_structures.hpp"
 
-namespace lookalike {
+namespace LOOKALIKE {
 
 const double kPi = 3.14159265358979323846;
 const float kCountsPerRad = static_cast<float>(4000.0 / (2.0 * kPi));
@@ -53,12 +53,16 @@ inline void turn_and_move(pose& to, double alpha, double a, double theta, double
   to = next;
 }
 
+const double kTwistGold[6] = {0.0, 75.0, 128.0, 0.0, 90.0, 90.0};
+const double kTwistGreen[6] = {180.0, 75.0, 52.0, 0.0, 90.0, 90.0};
+const double kOffsetGold[6] = {205.0, 180.0, 90.0, 0.0, -90.0, 0.0};
+const double kOffsetGreen[6] = {25.0, 0.0, -90.0, 0.0, -90.0, 0.0};
+const double kDeg = kPi / 180.0;
+const double kToolLength = -0.47;   // d4, m
+const double kWristLength = 0.013;  // Lw, m
+
 inline void forward_kinematics(bool is_gold, const float* joints, position& where,
                                orientation& how) {
-  const double twist_gold[6] = {0.0, 75.0, 128.0, 0.0, 90.0, 90.0};
-  const double twist_green[6] = {180.0, 75.0, 52.0, 0.0, 90.0, 90.0};
-  const double offset_gold[6] = {205.0, 180.0, 90.0, 0.0, -90.0, 0.0};
-  const double offset_green[6] = {25.0, 0.0, -90.0, 0.0, -90.0, 0.0};
   const double angle[6] = {static_cast<double>(joints[0]),
                            static_cast<double>(joints[1]),
                            0.0,
@@ -67,10 +71,9 @@ inline void forward_kinematics(bool is_gold, const float* joints, position& wher
                            0.5 * static_cast<double>(joints[7] - joints[6])};
   pose tip = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, {0.0, 0.0, 0.0}};
   for (int i = 0; i < 6; ++i) {
-    const double deg = kPi / 180.0;
-    const double d = i == 2 ? static_cast<double>(joints[2]) : i == 3 ? -0.47 : 0.0;
-    turn_and_move(tip, (is_gold ? twist_gold : twist_green)[i] * deg, i == 5 ? 0.013 : 0.0,
-                  angle[i] + (is_gold ? offset_gold : offset_green)[i] * deg, d);
+    const double d = i == 2 ? static_cast<double>(joints[2]) : i == 3 ? kToolLength : 0.0;
+    turn_and_move(tip, (is_gold ? kTwistGold : kTwistGreen)[i] * kDeg, i == 5 ? kWristLength : 0.0,
+                  angle[i] + (is_gold ? kOffsetGold : kOffsetGreen)[i] * kDeg, d);
   }
   where.x = static_cast<int>(tip.p[0] * 1e6);
   where.y = static_cast<int>(tip.p[1] * 1e6);
@@ -80,8 +83,6 @@ inline void forward_kinematics(bool is_gold, const float* joints, position& wher
 
 inline bool is_gold(const mechanism& m) { return m.joint[0].type / 8 % 2 == 0; }
 
-// Measured and desired pose. The desired one follows the desired joints; the controller has it the
-// other way round, by its inverse kinematics.
 inline void kinematics(mechanism& m) {
   float joints[8];
   for (int j = 0; j < 8; ++j) joints[j] = m.joint[j].jpos;
@@ -90,10 +91,4 @@ inline void kinematics(mechanism& m) {
   m.r2_jac.is_computed = true;
 }
 
-inline void desired_kinematics(mechanism& m) {
-  float joints[8];
-  for (int j = 0; j < 8; ++j) joints[j] = m.joint[j].jpos_d;
-  forward_kinematics(is_gold(m), joints, m.pos_d, m.ori_d);
-}
-
-}  // namespace lookalike
+}  // namespace LOOKALIKE

@@ -39,11 +39,13 @@ class Controller {
   Controller(const controller_api& api, const controller_setup& setup)
       : api_(api), self_(api.start(&setup), api.stop) {}
   void run(int runlevel, int cycles) {
+    api_.press(get(), runlevel == kPedalDown ? 1 : 0);
     for (int i = 0; i < cycles; ++i) api_.cycle(get(), runlevel);
   }
   void home() {
     api_.begin_homing(get());
-    run(kInit, 1500);
+    run(kEmergencyStop, 5);  // takes the command to home
+    run(kInit, 2500);
   }
   [[nodiscard]] const ravencal_state& seen() const { return *api_.seen(get()); }
   [[nodiscard]] const ravencal_output& output() const { return *api_.output(get()); }
@@ -89,7 +91,10 @@ class Integration : public ::testing::TestWithParam<Case> {
             nullptr,
             GetParam().green,
             0,
-            0};
+            0,
+            0,
+            0,
+            500000000};
   }
   [[nodiscard]] Controller made(int lines, bool with_plugin = true) const {
     const controller_setup chosen = setup(lines, with_plugin);

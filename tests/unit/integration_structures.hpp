@@ -7,7 +7,14 @@
 
 #include <string.h>
 
-namespace lookalike {
+// Both branches are linked into one program.
+#ifdef RAVENCAL_CRTK
+#define LOOKALIKE lookalike_crtk
+#else
+#define LOOKALIKE lookalike_main
+#endif
+
+namespace LOOKALIKE {
 
 typedef unsigned char u_08;
 typedef unsigned short u_16;
@@ -108,4 +115,4 @@ struct param_pass {
   int last_sequence;
 };
 
-}  // namespace lookalike
+}  // namespace LOOKALIKE

@@ -124,7 +124,7 @@ TEST_P(Integration, SeesPosesAsForwardKinematicsOfUncorrectedJointsGivesThem) {
   }
 }
 
-TEST_P(Integration, RefusesWeightsOfTheOtherArm) {
+TEST_P(Integration, RefusesWeightsOfTheOtherArmAndTakesTheRightOnesLater) {
   controller_setup chosen = setup(CONTROLLER_WITH);
   const auto wrong = write_weights(model_for_home(GetParam().green == 0), "wrong_arm");
   chosen.weights = wrong.c_str();
@@ -134,7 +134,11 @@ TEST_P(Integration, RefusesWeightsOfTheOtherArm) {
   controller.run(kEmergencyStop, 20);
   controller.home();
   controller.run(kPedalUp, 1000);
-  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_OFF) << "the plugin was not opened";
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ARMED);
+  for (const float correction : controller.output().correction_ji) EXPECT_EQ(correction, 0.0F);
+  EXPECT_EQ(api.load(controller.get(), weights.c_str()), 1) << api.error(controller.get());
+  controller.run(kPedalUp, 1000);
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ACTIVE);
 }
 
 TEST_P(Integration, ReadsNoJacobianBeforeTheControllerHasComputedOne) {
@@ -168,12 +172,58 @@ TEST_P(CrtkIntegration, RefusesATypeThatTwoArmsShare) {
       << api.error(controller.get());
 }
 
+TEST_P(Integration, CorrectsNoArmWhoseJointsArePublishedInAnotherSlot) {
+  controller_setup chosen = setup(CONTROLLER_WITH);
+  chosen.wrong_slot = 1;
+  // Weights of the arm that the wrong slot names.
+  const auto wrong = write_weights(model_for_home(GetParam().green == 0), "wrong_slot");
+  chosen.weights = wrong.c_str();
+  Controller controller(api, chosen);
+  EXPECT_EQ(std::string(api.error(controller.get())), "") << "the joints have no types yet";
+  controller.run(kEmergencyStop, 20);
+  controller.home();
+  controller.run(kPedalUp, 1000);
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ARMED);
+  for (const float correction : controller.output().correction_ji) EXPECT_EQ(correction, 0.0F);
+  EXPECT_EQ(api.arms_agree(controller.get()), 0);
+  EXPECT_NE(std::string(api.error(controller.get())).find("published in slot"), std::string::npos)
+      << api.error(controller.get());
+}
+
+TEST_P(Integration, RefusesTwoArmsWithOneSlotAndLimitsThatAreMissing) {
+  const std::array<std::pair<int, const char*>, 3> faults = {
+      {{SETTINGS_ONE_SLOT, "both arms have message_slot"},
+       {SETTINGS_NO_LIMITS, "limits of joint 1 are missing"},
+       {SETTINGS_NO_CENTRE, "remote_centre_radius_m is missing"}}};
+  for (const auto& [fault, sentence] : faults) {
+    controller_setup chosen = setup(CONTROLLER_WITH);
+    chosen.fault = fault;
+    const Controller controller(api, chosen);
+    EXPECT_NE(std::string(api.error(controller.get())).find(sentence), std::string::npos)
+        << api.error(controller.get());
+  }
+}
+
+TEST_P(Integration, GoesOnAfterTooManyOverrunsOnceItIsReset) {
+  controller_setup chosen = setup(CONTROLLER_WITH);
+  chosen.step_budget_ns = 1;  // every step is longer
+  Controller controller(api, chosen);
+  controller.run(kEmergencyStop, 20);
+  controller.home();
+  controller.run(kPedalUp, 1000);
+  EXPECT_EQ(controller.output().doubts, RAVENCAL_DOUBT_OVERRUN);
+  api.reset(controller.get());
+  controller.run(kPedalUp, 1);
+  EXPECT_EQ(controller.output().doubts, 0U);
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_FADING_OUT) << "until it is enabled again";
+}
+
 TEST_P(Integration, SeesJointsReadyOneByOneWithTheirState) {
   Controller controller = made(CONTROLLER_WITH);
   controller.run(kEmergencyStop, 20);
   EXPECT_EQ(controller.seen().arm[0].joints_ready, 0U);
   api.begin_homing(controller.get());
-  controller.run(kInit, 1100);
+  controller.run(kInit, 2100);
   EXPECT_EQ(controller.seen().arm[0].joints_ready, 0U);
   controller.run(kInit, 400);
   EXPECT_EQ(controller.seen().arm[0].joints_ready, 0xFFU);

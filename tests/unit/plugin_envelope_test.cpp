@@ -105,9 +105,13 @@ TEST_F(Envelope, FadesOutInEmergencyStop) {
                   RAVENCAL_DOUBT_ROBOT_STATE);
 }
 
-TEST_F(Envelope, FadesOutWhileHoming) {
-  expect_fade_out([&] { rig.state.runlevel = core::kInit; }, RAVENCAL_STATE_ARMED,
-                  RAVENCAL_DOUBT_ROBOT_STATE);
+TEST_F(Envelope, HasNoCorrectionFromTheFirstCycleOfHomingOnAlsoWhenTheClockStands) {
+  activate();
+  rig.state.runlevel = core::kInit;
+  rig.state.t_ns -= rig.config.tick_ns;
+  EXPECT_EQ(rig.tick(), RAVENCAL_BYPASS);
+  EXPECT_EQ(rig.output.state, RAVENCAL_STATE_ARMED);
+  for (const float correction : rig.output.correction_ji) EXPECT_EQ(correction, 0.0F);
 }
 
 TEST_F(Envelope, FadesOutWhenAJointIsNotReady) {

@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_ABI_MAJOR 3 /* anything but an appended field or function */
-#define RAVENCAL_ABI_MINOR 0 /* appended fields and functions */
+#define RAVENCAL_ABI_MINOR 1 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
@@ -77,7 +77,9 @@ extern "C" {
 #define RAVENCAL_DOUBT_DISTANCE 1024u    /* inputs jointly unlike the training set */
 #define RAVENCAL_DOUBT_OVERRUN 2048u     /* too many steps above step_budget_ns: until reset */
 #define RAVENCAL_DOUBT_PEDAL 4096u       /* the pedal moved less than 20 ms ago */
-#define RAVENCAL_DOUBT_KINDS 13
+#define RAVENCAL_DOUBT_LIMIT 8192u  /* pedal up: part of a correction would lead beyond a limit */
+#define RAVENCAL_DOUBT_PRESS 16384u /* this press would have moved a motor: correction held */
+#define RAVENCAL_DOUBT_KINDS 15
 #define RAVENCAL_DOUBT_CAPACITY 32 /* room in the counter block */
 
 /* Instruction sets, for config.max_isa and info. */
@@ -149,14 +151,18 @@ typedef struct ravencal_output {
                                            distance of the inputs from the training set */
   uint32_t step_ns;                     /* what this step took, measured by itself */
   float offset_ji[RAVENCAL_JOINTS];     /* correction minus the wanted one: pedal down */
+  /* Since 3.1. Where the host has to put jpos_d of arm[0]: where the state had it, moved by the
+   * change of the correction while the motors do not follow. */
+  float desired_ji[RAVENCAL_JOINTS];
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
 typedef struct ravencal_config {
   uint32_t struct_size;
-  uint32_t tick_ns;                         /* control period; 1 000 000 */
-  float slew_ji_per_s[RAVENCAL_JOINTS];     /* fastest fade; the pedal is up in every fade */
-  float max_correction_ji[RAVENCAL_JOINTS]; /* larger predictions are refused */
+  uint32_t tick_ns; /* control period; 1 000 000 */
+  /* Fastest fade; the pedal is up in every fade. In INIT and at a limit there is none. */
+  float slew_ji_per_s[RAVENCAL_JOINTS];
+  float max_correction_ji[RAVENCAL_JOINTS];            /* larger predictions are refused */
   float max_correction_rate_ji_per_s[RAVENCAL_JOINTS]; /* rate limit in normal work */
   uint32_t max_isa;                 /* RAVENCAL_ISA_*: do not go beyond this one */
   uint32_t hold_ns;                 /* longest HOLD with the pedal up; 20 000 000; 0: none */
@@ -174,6 +180,13 @@ typedef struct ravencal_config {
    * (0.1), and by at most this rate. */
   float blend_share;
   float blend_ji_per_s[RAVENCAL_JOINTS];
+  /* Since 3.1. Limits at which the controller's inverse kinematics saturate joints 1 to 3; none. */
+  float lowest_ji[RAVENCAL_JOINTS];
+  float highest_ji[RAVENCAL_JOINTS];
+  /* Insertion at which the wrist is in the remote centre, and how near to it inverse kinematics
+   * fail; radius 0: nowhere. */
+  float remote_centre_m;
+  float remote_centre_radius_m;
 } ravencal_config;
 
 /* One change of the envelope's state. */
@@ -292,9 +305,11 @@ typedef struct ravencal_api {
    * RAVENCAL_ERROR_ARGUMENT before the first successful load. */
   int32_t (*info)(const ravencal_instance* instance, ravencal_info* info);
 
-  /* [rt] One control cycle, called at the hook: after the forward cable coupling, before the
-   * forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT; RAVENCAL_ERROR_ARGUMENT,
-   * with nothing written, for a null pointer or a struct_size below this version's. */
+  /* [rt] One control cycle, called at the hook, where jpos_d_ji of arm[0] is as the controller
+   * holds it, with the correction of the cycle before in it: after the forward cable coupling,
+   * before the forward kinematics. Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT;
+   * RAVENCAL_ERROR_ARGUMENT, with nothing written, for a null pointer or a struct_size below this
+   * version's. */
   int32_t (*step)(ravencal_instance* instance, const ravencal_state* state,
                   ravencal_output* output);
 
@@ -331,6 +346,13 @@ typedef struct ravencal_api {
 
   /* [init] Releases what load took. The storage stays the host's. */
   void (*destroy)(ravencal_instance* instance);
+
+  /* Since 3.1. [rt] As uncorrect_desired, right before the inverse cable coupling and in every
+   * cycle that has one. In the first cycle of a press, the correction becomes the one with which
+   * this press moves no motor because of it (RAVENCAL_DOUBT_PRESS). `commanded`: 1 if the desired
+   * pose of arm[0] was moved since the last cycle's end. */
+  void (*uncorrect_command)(ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
+                            int32_t commanded, float uncorrected_ji[RAVENCAL_JOINTS]);
 } ravencal_api;
 
 /* [init] The only exported symbol. Null if `host_abi_major` is not RAVENCAL_ABI_MAJOR. */
@@ -347,8 +369,8 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_ready, offsetof(ravencal_arm, joints_
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 68);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 188);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 80);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 220);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_transition_size, sizeof(ravencal_transition) == 32);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 968);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 144);

@@ -150,7 +150,7 @@ const char* doubt_name(std::size_t kind) {
   constexpr const char* kNames[RAVENCAL_DOUBT_KINDS] = {
       "robot_state",  "no_weights", "time",      "not_latched", "not_finite",
       "out_of_range", "warming_up", "magnitude", "network",     "encoder_jump",
-      "distance",     "overrun",    "pedal"};
+      "distance",     "overrun",    "pedal",     "limit",       "press"};
   return kind < RAVENCAL_DOUBT_KINDS ? kNames[kind] : "unknown";
 }
 
