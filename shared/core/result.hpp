@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Result<T>: a value or the reason why there is none. Libraries return it for every failure that
-// a user can cause (file, device, argument); broken invariants assert. A type of our own because
-// clang 14, which runs the static checks and the fuzzers, does not see gcc 12's std::expected.
+// a user can cause (file, device, argument); a value that is not there throws why. A type of our
+// own because clang 14, which runs the static checks and the fuzzers, does not see gcc 12's
+// std::expected.
 // Not for real-time code: an Error owns a string.
 #pragma once
 
-#include <cassert>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -43,20 +44,20 @@ class [[nodiscard]] Result {
   explicit operator bool() const { return ok(); }
 
   [[nodiscard]] T& value() & {
-    assert(ok());
-    return std::get<T>(state_);
+    check();
+    return *std::get_if<T>(&state_);
   }
   [[nodiscard]] const T& value() const& {
-    assert(ok());
-    return std::get<T>(state_);
+    check();
+    return *std::get_if<T>(&state_);
   }
   [[nodiscard]] T&& value() && {
-    assert(ok());
-    return std::get<T>(std::move(state_));
+    check();
+    return std::move(*std::get_if<T>(&state_));
   }
   [[nodiscard]] const Error& error() const {
-    assert(!ok());
-    return std::get<Error>(state_);
+    if (const Error* const error = std::get_if<Error>(&state_)) return *error;
+    throw std::logic_error("the error of what succeeded was asked for");
   }
 
   T& operator*() & { return value(); }
@@ -65,6 +66,11 @@ class [[nodiscard]] Result {
   const T* operator->() const { return &value(); }
 
  private:
+  void check() const {
+    if (const Error* const error = std::get_if<Error>(&state_))
+      throw std::logic_error(error->message);
+  }
+
   std::variant<T, Error> state_;
 };
 
@@ -77,10 +83,8 @@ class [[nodiscard]] Status {
 
   [[nodiscard]] bool ok() const { return ok_; }
   explicit operator bool() const { return ok_; }
-  [[nodiscard]] const Error& error() const {
-    assert(!ok_);
-    return error_;
-  }
+  /// Empty after success.
+  [[nodiscard]] const Error& error() const { return error_; }
 
  private:
   Error error_;

@@ -100,7 +100,11 @@ void RecordingWriter::Impl::commit_until_stopped() {
   std::unique_lock lock(mutex);
   while (!finishing.wait_for(lock, kCommitPeriod, [this] { return finished; })) {
     if (failure) continue;
-    if (const core::Status status = file.commit(); !status.ok()) failure = status.error();
+    try {
+      if (const core::Status status = file.commit(); !status.ok()) failure = status.error();
+    } catch (const std::exception& error) {  // would leave the thread, and end the process with it
+      failure = core::io_error(error.what());
+    }
   }
 }
 

@@ -208,6 +208,21 @@ TEST(Architecture, TheProofLinksNothingThatItJudges) {
   }
 }
 
+/// A release knows no assert: where one guards a size or an index, users run without it.
+TEST(Architecture, ChecksHoldInEveryBuild) {
+  static const std::regex asserts(
+      R"re((^|[^_a-zA-Z])(eigen_)?assert\s*\(|<cassert>|<assert\.h>)re");
+  for (const char* part : {"shared", "tools"}) {
+    for (const fs::path& file : sources_below(part)) {
+      std::ifstream stream(file);
+      for (std::string line; std::getline(stream, line);) {
+        EXPECT_FALSE(std::regex_search(line, asserts))
+            << file << ": " << line << "\nuse core/require.hpp, or a type that cannot be wrong";
+      }
+    }
+  }
+}
+
 TEST(Architecture, FilesStaySmallEnoughToReadInOneSitting) {
   constexpr int kLongestFile = 400;
   for (const char* folder : {"shared", "rt_plugin", "quadrature_reader", "tools", "tests"}) {

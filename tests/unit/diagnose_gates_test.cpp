@@ -52,6 +52,17 @@ TEST(SignFlip, GoesThroughAllPatternsOfAFewValues) {
   EXPECT_NEAR(diagnose::exact_sign_flip_p(drawn), diagnose::sign_flip_p(drawn, 1, 200000), 3e-3);
 }
 
+TEST(SignFlip, PutsNeighboursTogetherWhereThePatternsAreTooMany) {
+  const double least = diagnose::least_exact_p(diagnose::kMostExactFlips);
+  for (const Index many : {33, 64, 1000, 100'000}) {
+    EXPECT_DOUBLE_EQ(diagnose::exact_sign_flip_p(VectorXd::Ones(many)), least) << many;
+    EXPECT_EQ(diagnose::exact_sign_flip_p(VectorXd::Zero(many)), 1.0) << many;
+  }
+  VectorXd pairs(64);
+  for (Index i = 0; i < 64; ++i) pairs[i] = i < 6 ? 1.0 : 0.0;
+  EXPECT_DOUBLE_EQ(diagnose::exact_sign_flip_p(pairs), 0.25) << "three sums of two";
+}
+
 TEST(SignFlip, CanTestAConstantAndAStep) {
   // Circular shifts leave a constant as it is and a step nearly so: p would be 1 for both.
   const Index rows = 2000;

@@ -26,6 +26,8 @@ int run_program(const char* name, const std::function<int()>& body) {
     fmt::print(stderr, "{}: there is not enough memory for this\n", name);
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", name, error.what());
+  } catch (...) {
+    fmt::print(stderr, "{}: failed without a reason; please report how\n", name);
   }
   std::cout.flush();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;

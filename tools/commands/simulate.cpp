@@ -36,8 +36,10 @@ struct SimulateArguments {
 void print_followed(const simulation::Followed& followed, const SimulateArguments& arguments) {
   if (arguments.json) {
     nlohmann::json joints = nlohmann::json::array();
-    for (const auto& joint : followed.joints)
+    for (const auto& joint : followed.joints) {
       joints.push_back({{"joint", joint.joint}, {"how", joint.how}, {"rmse", joint.rmse_ji}});
+      if (joint.drawn_constant_ji) joints.back()["drawn_constant"] = *joint.drawn_constant_ji;
+    }
     const nlohmann::json json = {
         {"file", arguments.out}, {"rows", followed.recording.rows()}, {"joints", joints}};
     fmt::print("{}\n", json.dump());
@@ -45,8 +47,12 @@ void print_followed(const simulation::Followed& followed, const SimulateArgument
   }
   fmt::print("{}: {} rows\n", arguments.out, followed.recording.rows());
   for (const auto& joint : followed.joints) {
-    fmt::print("  {:<12} {}; {:.4g} (rad or m) from the recording\n", joint.joint, joint.how,
-               joint.rmse_ji);
+    fmt::print("  {:<12} {}; {:.4g} (rad or m) from the recording{}\n", joint.joint, joint.how,
+               joint.rmse_ji,
+               joint.drawn_constant_ji
+                   ? fmt::format(", beside the constant of {:.4g} that homing draws",
+                                 *joint.drawn_constant_ji)
+                   : std::string());
   }
 }
 

@@ -14,6 +14,7 @@
 #include "diagnose/effects/nominal.hpp"
 #include "diagnose/series/input.hpp"
 #include "diagnose/simulated_channel.hpp"
+#include "diagnose/simulated_command.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -133,6 +134,7 @@ core::Result<Sessions> aligned_sessions(const std::vector<Recording>& training,
     const bool trains = i < training.size();
     const Recording& real = trains ? training[i] : held_out[i - training.size()];
     RAVENCAL_ASSIGN_OR_RETURN(Recording recording, aligned(real, simulated[i], notes));
+    RAVENCAL_RETURN_IF_ERROR(commanded_alike(real, recording));
     (trains ? out.training : out.held_out).push_back(std::move(recording));
   }
   return out;

@@ -20,8 +20,8 @@ namespace ravencal::diagnose {
 /// that what is left after the plant's prediction is recording minus simulation. `simulated`: one
 /// per recording; rows that a simulation does not cover are not looked at. Stages are dropped, each
 /// with a note, that a simulation has no signals for, that it repeats, or in which it moves too
-/// differently to be compared row by row. Errors (kUsage, kData): other numbers of recordings, no
-/// stage to compare, no overlap in time.
+/// differently to be compared row by row. Errors (kUsage, kData): other numbers of recordings,
+/// another command, no stage to compare, no overlap in time.
 core::Status take_simulation_as_baseline(SeriesSet& set,
                                          const std::vector<record::Recording>& training,
                                          const std::vector<record::Recording>& held_out,

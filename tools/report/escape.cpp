@@ -2,9 +2,10 @@
 #include "report/escape.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include <nlohmann/json.hpp>
+
+#include "core/require.hpp"
 
 namespace ravencal::report {
 
@@ -59,12 +60,12 @@ std::string fill_template(
     filled += text.substr(0, open);
     if (open == std::string_view::npos) return filled;
     const std::size_t close = text.find("}}", open);
-    assert(close != std::string_view::npos);
+    core::require(close != std::string_view::npos, "a {{ of a page's template has no }}");
     const std::string_view name = text.substr(open + 2, close - open - 2);
     const auto value = std::find_if(values.begin(), values.end(),
                                     [name](const auto& entry) { return entry.first == name; });
-    assert(value != values.end());
-    if (value != values.end()) filled += value->second;
+    core::require(value != values.end(), "a page's template asks for a value that it is not given");
+    filled += value->second;
     text.remove_prefix(close + 2);
   }
 }

@@ -2,12 +2,12 @@
 #include "report/reduce.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "core/median.hpp"
+#include "core/require.hpp"
 
 namespace ravencal::report {
 namespace {
@@ -133,7 +133,8 @@ Timeline timeline_of(std::span<const double> t_s) {
 
 std::vector<Point> envelope(const Timeline& timeline, std::span<const double> values,
                             IndexRange range, std::size_t bins) {
-  assert(values.size() == timeline.t_s.size() && range.end <= values.size() && bins > 0);
+  core::require(values.size() == timeline.t_s.size() && range.end <= values.size() && bins > 0,
+                "an envelope needs a value for each time, a range within them and a bin");
   std::vector<Point> line;
   if (range.begin >= range.end) return line;
   const double from = timeline.t_s[range.begin];
@@ -157,7 +158,7 @@ std::vector<Point> envelope(const Timeline& timeline, std::span<const double> va
 }
 
 Histogram histogram(std::span<const double> values, double half_width, std::size_t bins) {
-  assert(half_width > 0 && bins > 0);
+  core::require(half_width > 0 && bins > 0, "a histogram needs a width and a bin");
   Histogram result{-half_width, 2 * half_width / static_cast<double>(bins), {}};
   result.counts.resize(bins);
   for (const double value : values) {
@@ -167,7 +168,7 @@ Histogram histogram(std::span<const double> values, double half_width, std::size
 }
 
 std::vector<QuantilePoint> magnitude_quantiles(std::span<const double> values, std::size_t points) {
-  assert(points >= 2);
+  core::require(points >= 2, "quantiles need two points");
   std::vector<double> magnitudes;
   for (const double value : values) {
     if (std::isfinite(value)) magnitudes.push_back(std::abs(value));
@@ -217,7 +218,8 @@ std::optional<MapGrid> grid_over(std::span<const double> x, std::span<const doub
 std::vector<MapCell> error_map(const MapGrid& grid, std::span<const double> x,
                                std::span<const double> y, std::span<const double> error,
                                std::span<const std::int8_t> direction, std::int8_t wanted) {
-  assert(x.size() == y.size() && x.size() == error.size() && x.size() == direction.size());
+  core::require(x.size() == y.size() && x.size() == error.size() && x.size() == direction.size(),
+                "a map needs a place, an error and a direction of each sample");
   std::vector<MapCell> cells(grid.columns * grid.rows);
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (direction[i] != wanted || !std::isfinite(x[i]) || !std::isfinite(y[i]) ||

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <stdexcept>
 
 namespace ravencal::learn {
 namespace {
@@ -34,6 +35,19 @@ TEST(ThreadPool, WakesWorkersThatHaveGoneToSleep) {
     std::atomic<int> calls{0};
     pool.run(64, [&](std::size_t, unsigned) { ++calls; });
     EXPECT_EQ(calls, 64);
+  }
+}
+
+TEST(ThreadPool, HandsOutWhatATaskThrows) {
+  for (const unsigned threads : {1U, 4U}) {
+    ThreadPool pool(threads);
+    const auto fail = [](std::size_t index, unsigned) {
+      if (index == 7) throw std::runtime_error("the seventh");
+    };
+    EXPECT_THROW(pool.run(20, fail), std::runtime_error) << threads;
+    std::atomic<int> calls{0};
+    pool.run(20, [&](std::size_t, unsigned) { ++calls; });
+    EXPECT_EQ(calls, 20) << "the next round is whole";
   }
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/ensemble.hpp"
 
-#include <cassert>
 #include <vector>
 
+#include "core/require.hpp"
 #include "model/jacobian.hpp"
 
 namespace ravencal::learn {
@@ -40,7 +40,7 @@ model::DenseLayer join(std::span<const model::CalibrationModel> models, std::siz
 }  // namespace
 
 model::CalibrationModel average(std::span<const model::CalibrationModel> models) {
-  assert(!models.empty());
+  core::require(!models.empty(), "an average needs a network");
   model::CalibrationModel mean = models.front();
   if (models.size() == 1 || mean.layers.size() < 2) return mean;
   const std::size_t last = mean.layers.size() - 1;

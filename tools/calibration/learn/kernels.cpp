@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/kernels.hpp"
 
-#include <cassert>
+#include "core/require.hpp"
 
 namespace ravencal::learn {
 
@@ -13,7 +13,7 @@ extern const Kernels<float> kAvx512FloatKernels;
 #endif
 
 const Kernels<float>& float_kernels(Isa isa) {
-  assert(is_supported(isa));
+  core::require(is_supported(isa), "this processor lacks the instructions that were asked for");
 #ifdef RAVENCAL_X86_64_KERNELS
   if (isa == Isa::kAvx512) return kAvx512FloatKernels;
   if (isa == Isa::kAvx2) return kAvx2FloatKernels;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/simulated.hpp"
 
-#include <cassert>
+#include "core/require.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -56,7 +56,7 @@ std::vector<model::DenseLayer> in_units_of(const model::Standardiser& to,
 
 std::vector<model::DenseLayer> sum_of(const std::vector<model::DenseLayer>& first,
                                       const std::vector<model::DenseLayer>& second) {
-  assert(first.size() == second.size());
+  core::require(first.size() == second.size(), "a sum needs two networks of as many layers");
   std::vector<model::DenseLayer> sum;
   for (std::size_t layer = 0; layer < first.size(); ++layer)
     sum.push_back(side_by_side(first[layer], second[layer], layer == 0, layer + 1 == first.size()));

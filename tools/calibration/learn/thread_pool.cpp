@@ -2,7 +2,7 @@
 #include "learn/thread_pool.hpp"
 
 #include <algorithm>
-#include <system_error>
+#include <exception>
 
 namespace ravencal::learn {
 namespace {
@@ -34,10 +34,11 @@ bool spin_then_yield(const Done& done) {
 
 ThreadPool::ThreadPool(unsigned threads) {
   try {
+    workers_.reserve(threads);
     for (unsigned worker = 1; worker < std::max(1U, threads); ++worker) {
       workers_.emplace_back([this, worker] { work(worker); });
     }
-  } catch (const std::system_error&) {  // as few as there are
+  } catch (const std::exception&) {  // as few as there is room for
   }
 }
 
@@ -59,13 +60,14 @@ void ThreadPool::run(std::size_t count, const std::function<void(std::size_t, un
   finished_.store(0, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
-  take_tasks(0);
+  thrown_.guard([this] { take_tasks(0); });
   const auto expected = static_cast<unsigned>(workers_.size());
   const auto all_done = [&] { return finished_.load(std::memory_order_acquire) == expected; };
   while (!spin_then_yield(all_done)) {
     const unsigned seen = finished_.load(std::memory_order_acquire);
     if (seen != expected) finished_.wait(seen, std::memory_order_acquire);
   }
+  thrown_.rethrow();
 }
 
 void ThreadPool::take_tasks(unsigned worker) {
@@ -83,7 +85,7 @@ void ThreadPool::work(unsigned worker) {
     if (!spin_then_yield(called)) round_.wait(seen, std::memory_order_acquire);
     seen = round_.load(std::memory_order_acquire);
     if (stop_.load(std::memory_order_relaxed)) return;
-    take_tasks(worker);
+    thrown_.guard([&] { take_tasks(worker); });
     finished_.fetch_add(1, std::memory_order_release);
     finished_.notify_one();
   }

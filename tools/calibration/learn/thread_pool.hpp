@@ -11,6 +11,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/first_exception.hpp"
+
 namespace ravencal::learn {
 
 class ThreadPool {
@@ -25,7 +27,7 @@ class ThreadPool {
   [[nodiscard]] unsigned size() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
   /// Calls task(index, worker) for every index in [0, count), each once, and returns when all are
-  /// done. `worker` < size() names the thread. The task must not throw.
+  /// done. `worker` < size() names the thread. What a task throws comes out of this call.
   void run(std::size_t count, const std::function<void(std::size_t, unsigned)>& task);
 
  private:
@@ -39,6 +41,7 @@ class ThreadPool {
   std::atomic<unsigned> finished_{0};    ///< workers that are done with this round
   std::atomic<std::uint32_t> round_{0};  ///< incremented by run(); workers wait for it
   std::atomic<bool> stop_{false};
+  core::FirstException thrown_;
 };
 
 }  // namespace ravencal::learn

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <thread>
 
+#include "core/first_exception.hpp"
 #include "core/monotonic_clock.hpp"
 #include "core/run_level.hpp"
 
@@ -97,7 +98,6 @@ void loop(Work& work) {
     tick.cycle_ns = to_u32(monotonic_now_ns() - woke_ns);
     work.done.store(i + 1, std::memory_order_relaxed);
   }
-  work.finished.store(true, std::memory_order_release);
 }
 
 /// Asks for real-time scheduling, as a control process does. A loop that never sleeps does not ask:
@@ -130,13 +130,17 @@ LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSou
   const std::int64_t period_ns =
       waits ? std::llround(static_cast<double>(core::kSecondNs) / options.rate_hz) : 0;
   Work work{period_ns, ticks, plugin, source, result};
-  std::thread thread([&] {
-    if (waits) {
-      become_real_time(result);
-    } else {
-      result.hindrance = "the loop does not wait (--rate-hz 0)";
-    }
-    loop(work);
+  core::FirstException thrown;
+  std::jthread thread([&] {
+    thrown.guard([&] {
+      if (waits) {
+        become_real_time(result);
+      } else {
+        result.hindrance = "the loop does not wait (--rate-hz 0)";
+      }
+      loop(work);
+    });
+    work.finished.store(true, std::memory_order_release);
   });
   while (!work.finished.load(std::memory_order_acquire)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(ticks < 5000 ? 5 : 100));
@@ -146,6 +150,7 @@ LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSou
     }
   }
   thread.join();
+  thrown.rethrow();
   result.ticks.resize(static_cast<std::size_t>(work.done.load()));
   return result;
 }

@@ -56,8 +56,10 @@ Segments segments_of(const ControlLaw& law, double nominal) {
     ++rows;
     const bool last = i + 1 == law.pull.size();
     const auto missing = static_cast<double>(kSegments) - static_cast<double>(pull.size());
-    // A single row may be worth several segments: the others share what is to come.
-    const bool full = so_far * missing >= to_come && rows >= kRowsPerLag * law.lag;
+    // A single row may be worth several segments: the others share what is to come. Rows that are
+    // worth nothing are no observation, however many they are.
+    const bool enough = so_far > 0.0 && missing > 0.0 && so_far * missing >= to_come;
+    const bool full = enough && rows >= kRowsPerLag * law.lag;
     if (!full && !last) continue;
     if (full || pull.empty()) {
       pull.push_back(pulls);
@@ -117,7 +119,7 @@ class GainStudy {
         ratio_(law_.gains[0] / question.nominal) {
     const Levels levels(s, stretch, usable);
     left_ = levels.of(law_.residual);
-    asked_ = question.nominal * levels.of(s.position_error);
+    asked_ = question.nominal * levels.of(law_.own);
     const double whole = rms_of(left_ + levels.of(s.y - law_.residual));
     const double level = 1.0 - std::pow(rms_of(left_) / std::max(whole, 1e-300), 2);
     explained_ = std::clamp(level, 0.0, law_.explained);
@@ -231,7 +233,7 @@ class GainStudy {
   double deviation_ = 0.0;   ///< of the ratio, by chance
   double half_width_ = 0.0;  ///< of its 95 %, by chance
   VectorXd left_;            ///< by the law, at its rows
-  VectorXd asked_;           ///< by the plant's gain there
+  VectorXd asked_;           ///< by the plant's gain there, beside what rates may ask for
 };
 
 }  // namespace

@@ -50,7 +50,7 @@ std::vector<Index> cut_at(const VectorXd& edges, double threshold, const Series&
 }
 
 /// Half a pulse with the rest beside it is an observation: one half has the begin, the other one
-/// the end. Many are put together, neighbour to neighbour.
+/// the end.
 double chance_of(const std::vector<Pulse>& pulses, const Series& s, const VectorXd& gain) {
   std::vector<Index> begins;  // of observations: in the middle of a pulse or of the rest
   for (std::size_t p = 0; p < pulses.size(); ++p) {
@@ -59,11 +59,11 @@ double chance_of(const std::vector<Pulse>& pulses, const Series& s, const Vector
   }
   begins.push_back(s.rows());
   const auto observed = static_cast<Index>(begins.size()) - 1;
-  VectorXd sums = VectorXd::Zero(std::min(observed, kMostExactFlips));
+  VectorXd sums = VectorXd::Zero(observed);
   for (Index k = 0; k < observed; ++k) {
     for (Index i = begins[static_cast<std::size_t>(k)]; i < begins[static_cast<std::size_t>(k) + 1];
          ++i) {
-      if (s.trains(i)) sums[k * sums.size() / observed] += gain[i];
+      if (s.trains(i)) sums[k] += gain[i];
     }
   }
   return exact_sign_flip_p(sums);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/median.hpp"
+#include "diagnose/channel/homings.hpp"
 #include "diagnose/effects/regimes.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
@@ -175,13 +176,9 @@ Judged judged_of(const ChannelFit& fit) {
   j.rows = unseen_rows(s);
   j.held_out = !j.rows.empty();
   if (!j.held_out) j.rows = fit.model.blocks.rows;
-  j.before.resize(static_cast<Index>(j.rows.size()));
-  j.left = j.held_out ? VectorXd(j.before.size()) : fit.held_out_residual;
-  for (Index n = 0; n < j.before.size(); ++n) {
-    const Index row = j.rows[static_cast<std::size_t>(n)];
-    j.before[n] = s.y[row] - fit.nominal->prediction[row];
-    if (j.held_out) j.left[n] = s.y[row] - fit.prediction[row];
-  }
+  j.left = fit.held_out_residual;
+  j.before = error_of_plant(fit)(j.rows);
+  if (j.held_out) j.left = error_of_findings(fit)(j.rows);
   return j;
 }
 

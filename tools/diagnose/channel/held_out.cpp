@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "diagnose/channel/channel.hpp"
 #include "diagnose/channel/error_left.hpp"
+#include "diagnose/channel/homings.hpp"
 #include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
@@ -49,8 +51,10 @@ std::size_t recording_of(const Series& series, Index row) {
   return static_cast<std::size_t>(series.recording[static_cast<std::size_t>(row)]);
 }
 
-/// Held-out rows of `y`, in stretches that no recording or episode begins within.
-std::vector<Squares> held_out_blocks(const ChannelFit& fit, const VectorXd& y) {
+/// Held-out rows of `y`, with these errors before and after, in stretches that no recording or
+/// episode begins within.
+std::vector<Squares> held_out_blocks(const ChannelFit& fit, const VectorXd& y,
+                                     const VectorXd& before, const VectorXd& after) {
   const Series& series = *fit.model.series;
   const double most = std::max(1.0, kCorrelationsPerBlock * fit.model.correlation_rows);
   std::vector<Squares> blocks;
@@ -65,13 +69,13 @@ std::vector<Squares> held_out_blocks(const ChannelFit& fit, const VectorXd& y) {
       blocks.back().recording = recording_of(series, i);
       open = true;
     }
-    blocks.back().add(y[i] - fit.nominal->prediction[i], y[i] - fit.prediction[i], y[i]);
+    blocks.back().add(before[i], after[i], y[i]);
   }
   return blocks;
 }
 
 /// Training rows, each under a fit without its fold.
-std::vector<Squares> cross_validated_blocks(const ChannelFit& fit) {
+std::vector<Squares> cross_validated_blocks(const ChannelFit& fit, const VectorXd& before) {
   const Series& series = *fit.model.series;
   const Blocks& blocks = fit.model.blocks;
   std::vector<Squares> out(blocks.count());
@@ -79,8 +83,7 @@ std::vector<Squares> cross_validated_blocks(const ChannelFit& fit) {
     for (Index k = blocks.first(b); k < blocks.first(b) + blocks.size(b); ++k) {
       const Index row = blocks.rows[static_cast<std::size_t>(k)];
       out[b].recording = recording_of(series, row);
-      out[b].add(series.y[row] - fit.nominal->prediction[row], fit.held_out_residual[k],
-                 series.y[row]);
+      out[b].add(before[row], fit.held_out_residual[k], series.y[row]);
     }
   }
   return out;
@@ -114,6 +117,19 @@ std::vector<RecordingFigure> by_recording(const std::vector<Squares>& blocks) {
   return figures;
 }
 
+/// RMS of what the plant's homings draw, at the valid rows.
+std::optional<double> drawn_constant(const ChannelFit& fit, const VectorXd& before) {
+  const Series& series = *fit.model.series;
+  if (!series.homing_draws) return std::nullopt;
+  double sum = 0.0, count = 0.0;
+  for (Index i = 0; i < series.rows(); ++i) {
+    if (series.valid[static_cast<std::size_t>(i)] == 0) continue;
+    sum += std::pow(series.y[i] - fit.nominal->prediction[i] - before[i], 2);
+    count += 1.0;
+  }
+  return std::sqrt(sum / std::max(1.0, count));
+}
+
 std::string metric_of(Stage stage) {
   if (stage == Stage::kDrive) return "effort_rmse";
   return stage == Stage::kTracking ? "tracking_rmse" : "position_rmse";
@@ -129,7 +145,9 @@ void add_relative(const ChannelFit& fit, const Squares& total, ChannelFindings& 
   findings.held_out.push_back({findings.joint, "effort_relative_error", "%",
                                percent(total.before, total.signal),
                                percent(total.after, total.signal), floor});
-  const Squares recorded = sum_of(held_out_blocks(fit, series.recorded));
+  const Squares recorded =
+      sum_of(held_out_blocks(fit, series.recorded, series.recorded - fit.nominal->prediction,
+                             series.recorded - fit.prediction));
   if (!(recorded.signal > 0.0)) return;
   findings.held_out.push_back({findings.joint, "effort_relative_error_unfiltered", "%",
                                percent(recorded.before, recorded.signal),
@@ -140,14 +158,16 @@ void add_relative(const ChannelFit& fit, const Squares& total, ChannelFindings& 
 
 void add_held_out(const ChannelFit& fit, ChannelFindings& findings) {
   const Series& series = *fit.model.series;
+  const VectorXd before = error_of_plant(fit);
   const std::vector<Squares> blocks =
-      series.any_held_out() ? held_out_blocks(fit, series.y) : cross_validated_blocks(fit);
+      series.any_held_out() ? held_out_blocks(fit, series.y, before, error_of_findings(fit))
+                            : cross_validated_blocks(fit, before);
   const Squares total = sum_of(blocks);
   if (total.count == 0.0) return;
-  findings.held_out.push_back({findings.joint, metric_of(series.stage), findings.unit,
-                               std::sqrt(total.before / total.count),
-                               std::sqrt(total.after / total.count), findings.floor,
-                               change_interval(blocks), by_recording(blocks)});
+  findings.held_out.push_back(
+      {findings.joint, metric_of(series.stage), findings.unit,
+       std::sqrt(total.before / total.count), std::sqrt(total.after / total.count), findings.floor,
+       change_interval(blocks), by_recording(blocks), drawn_constant(fit, before)});
   add_relative(fit, total, findings);
   // Placebos are asked for names only.
   if (findings.placebo) add_error_left(fit, findings);

@@ -39,9 +39,9 @@ double take_out_means(const VectorXd& error, const std::vector<Index>& rows, Ser
 
 std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant& plant) {
   auto homed = std::make_shared<Series>(series);
-  if (series.stage != Stage::kTransmission ||
-      !plant_has(plant, series.joint, homing_offset_kind().id(), ""))
-    return homed;
+  homed->homing_draws = series.stage == Stage::kTransmission &&
+                        plant_has(plant, series.joint, homing_offset_kind().id(), "");
+  if (!homed->homing_draws) return homed;
   std::vector<Index> rows;
   for (Index i = 0; i < series.rows(); ++i)
     if (series.trains(i)) rows.push_back(i);
@@ -53,6 +53,38 @@ std::shared_ptr<Series> homed_series(const Series& series, const physics::Plant&
   const VectorXd error = series.y - nominal_of(series, plant).prediction;
   take_out_means(error(rows), rows, *homed);
   return homed;
+}
+
+VectorXd beside_homings(const Series& series, VectorXd error) {
+  if (!series.homing_draws) return error;
+  struct Mean {
+    double sum = 0.0, count = 0.0;
+    [[nodiscard]] double value() const { return sum / count; }
+  };
+  std::map<int, Mean> fitted, unseen;
+  for (Index i = 0; i < series.rows(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (series.valid[n] == 0) continue;
+    Mean& mean = (series.trains(i) ? fitted : unseen)[series.recording[n]];
+    mean.sum += error[i];
+    mean.count += 1.0;
+  }
+  fitted.merge(unseen);
+  for (Index i = 0; i < series.rows(); ++i) {
+    const auto own = fitted.find(series.recording[static_cast<std::size_t>(i)]);
+    if (own != fitted.end()) error[i] -= own->second.value();
+  }
+  return error;
+}
+
+VectorXd error_of_plant(const ChannelFit& fit) {
+  const Series& series = *fit.model.series;
+  return beside_homings(series, series.y - fit.nominal->prediction);
+}
+
+VectorXd error_of_findings(const ChannelFit& fit) {
+  const Series& series = *fit.model.series;
+  return beside_homings(series, series.y - fit.prediction);
 }
 
 bool take_out_homings(ChannelFit& fit) {

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/channel/homings.hpp"
 #include "diagnose/effects/shapes.hpp"
 #include "diagnose/selection/invariance.hpp"
 
@@ -111,7 +112,7 @@ std::vector<WaterfallStep> waterfall(const ChannelFit& fit) {
   const ChannelModel& model = fit.model;
   const Series& s = *model.series;
   std::vector<WaterfallStep> steps = {
-      {"plant as it is", rms(model.blocks.gather(s.y - fit.nominal->prediction))},
+      {"plant as it is", rms(model.blocks.gather(error_of_plant(fit)))},
       {"its numbers refitted", rms(fit.base_residual)}};
   const MatrixXd columns = model.columns();
   const auto left_by_first = [&](Index width) {
@@ -182,7 +183,8 @@ std::map<int, UnseenRows> unseen_rows(const ChannelFit& fit) {
 }
 
 /// A stretch in the middle of those rows.
-Trace trace_of(const ChannelFit& fit, const UnseenRows& unseen) {
+Trace trace_of(const ChannelFit& fit, const VectorXd& before, const VectorXd& after,
+               const UnseenRows& unseen) {
   const Series& s = *fit.model.series;
   Trace trace;
   trace.cross_validated = unseen.cross_validated;
@@ -209,16 +211,18 @@ Trace trace_of(const ChannelFit& fit, const UnseenRows& unseen) {
     if (std::any_of(begins + last + 1, begins + i + 1, [](char fresh) { return fresh != 0; }))
       add(gap, gap, gap, gap, gap);
     const Index place = unseen.places[static_cast<std::size_t>(k)];
-    add(s.t_s[i], s.y[i], fit.nominal->prediction[i],
-        place >= 0 ? s.y[i] - fit.held_out_residual[place] : fit.prediction[i], s.motion.q[i]);
+    const double nominal = fit.nominal->prediction[i];
+    const double measured = nominal + before[i];
+    const double left = place >= 0 ? fit.held_out_residual[place] : after[i];
+    add(s.t_s[i], measured, nominal, measured - left, s.motion.q[i]);
   }
   return trace;
 }
 
-std::vector<Trace> traces_of(const ChannelFit& fit) {
+std::vector<Trace> traces_of(const ChannelFit& fit, const VectorXd& before, const VectorXd& after) {
   std::vector<Trace> traces;
   for (const auto& [recording, unseen] : unseen_rows(fit)) {
-    if (traces.size() < kMostTraces) traces.push_back(trace_of(fit, unseen));
+    if (traces.size() < kMostTraces) traces.push_back(trace_of(fit, before, after, unseen));
   }
   return traces;
 }
@@ -234,13 +238,13 @@ void add_plot(const ChannelFit& fit, ChannelFindings& findings) {
   plot.position_unit = position_unit(s);
   plot.load_unit = effort_unit(s);
   plot.floor = findings.floor;
-  const VectorXd before = s.y - fit.nominal->prediction;
-  const VectorXd after = s.y - fit.prediction;
+  const VectorXd before = error_of_plant(fit);
+  const VectorXd after = error_of_findings(fit);
   add_points(s, before, after, plot);
   plot.where = where_map(s, before, after);
   plot.waterfall = waterfall(fit);
   plot.scales = regime_scales(fit);
-  plot.traces = traces_of(fit);
+  plot.traces = traces_of(fit, before, after);
 }
 
 }  // namespace ravencal::diagnose

@@ -96,6 +96,9 @@ struct HeldOut {
   /// 95 % of after / before - 1, stretches of time as observations; none where they are too few.
   std::optional<Interval> change_ci95{};
   std::vector<RecordingFigure> by_recording{};  ///< of a figure that has an interval
+  /// RMS of the constants that the plant draws at homing, which are part of neither error; none
+  /// where it draws none.
+  std::optional<double> drawn_constant{};
 
   [[nodiscard]] double change() const { return after / before - 1.0; }
 };

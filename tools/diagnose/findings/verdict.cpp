@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -41,15 +42,19 @@ std::string sentence_of(const Unexplained& u) {
                      fmt::format("{}", fmt::join(u.depends_on, ", ")));
 }
 
+/// True if that effect is shown by that channel: a sensor's effect by the transmission's.
+template <typename Place>
+bool shown_in(const NamedEffect& effect, const Place& place) {
+  const bool same =
+      effect.stage == place.stage || (effect.stage == "sensor" && place.stage == "transmission");
+  return effect.joint == place.joint && same;
+}
+
 /// True if an effect is named in that channel.
 template <typename Place>
 bool named_at(const Report& report, const Place& place) {
-  return std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& effect) {
-    // A sensor's effect is named in the transmission's channel.
-    const bool same =
-        effect.stage == place.stage || (effect.stage == "sensor" && place.stage == "transmission");
-    return effect.joint == place.joint && same;
-  });
+  return std::any_of(report.effects.begin(), report.effects.end(),
+                     [&](const NamedEffect& effect) { return shown_in(effect, place); });
 }
 
 /// An error above its floor has no name where nothing else is said of its channel.
@@ -78,6 +83,7 @@ void add_unknown(Report& report) {
     effect.stage = u.stage;
     effect.unit = u.unit;
     effect.size = u.size;
+    effect.p_value = std::numeric_limits<double>::quiet_NaN();  // a floor has no chance
     effect.separate_by = "vary one circumstance at a time";
     if (!u.depends_on.empty())
       effect.separate_by += fmt::format(": {}", fmt::join(u.depends_on, ", "));
@@ -93,6 +99,41 @@ void add_unknown(Report& report) {
       effect.p_value = m.p_value;
     }
     report.effects.push_back(std::move(effect));
+  }
+}
+
+/// RMS that an effect takes off, or that has no name.
+double excess_of(const NamedEffect& effect) {
+  const double before = effect.held_out_before, after = effect.held_out_after;
+  if (effect.id == kUnknown) return effect.size;
+  return std::sqrt(std::max(0.0, before * before - after * after));
+}
+
+/// Of an effect that nothing located.
+Mismatch mismatch_of(const Report& report, const NamedEffect& effect) {
+  Mismatch m;
+  m.joint = effect.joint;
+  m.stage = effect.stage;
+  m.regime = {"everywhere"};
+  m.floor = effect.held_out_after;
+  for (const ErrorLeft& e : report.left) {
+    if (effect.id == kUnknown && shown_in(effect, e)) m.floor = e.floor;
+  }
+  m.unit = effect.unit;
+  m.p_value = std::numeric_limits<double>::quiet_NaN();
+  return m;
+}
+
+/// Recording and plant differ where something is named or has no name, and nowhere else: the gates
+/// of names and of the alarm decide, and `mismatch` says where and by how much.
+void agree_on_mismatch(Report& report) {
+  std::erase_if(report.mismatch, [&](const Mismatch& m) { return !named_at(report, m); });
+  for (const NamedEffect& effect : report.effects) {
+    auto m = std::find_if(report.mismatch.begin(), report.mismatch.end(),
+                          [&](const Mismatch& at) { return shown_in(effect, at); });
+    if (m == report.mismatch.end()) m = report.mismatch.insert(m, mismatch_of(report, effect));
+    m->excess_rmse = std::max(m->excess_rmse, excess_of(effect));
+    m->p_value = std::fmin(m->p_value, effect.p_value);
   }
 }
 
@@ -180,6 +221,7 @@ void decide(Report& report, const std::vector<std::string>& notes) {
   const std::string left = left_sentences(report);
   add_unexplained(report);
   add_unknown(report);
+  agree_on_mismatch(report);
   Verdict& verdict = report.verdict;
   verdict.kind = kind_of(report);
   std::string text;

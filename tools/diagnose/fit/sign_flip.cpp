@@ -2,7 +2,6 @@
 #include "diagnose/fit/sign_flip.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <random>
@@ -56,6 +55,14 @@ std::vector<double> sums_of_patterns(const VectorXd& values) {
     }
   }
   std::sort(sums.begin(), sums.end());
+  return sums;
+}
+
+/// Values whose patterns can all be listed: neighbours share one of `kMostExactFlips` sums.
+VectorXd few_enough(const VectorXd& values) {
+  if (values.size() <= kMostExactFlips) return values;
+  VectorXd sums = VectorXd::Zero(kMostExactFlips);
+  for (Index k = 0; k < values.size(); ++k) sums[k * kMostExactFlips / values.size()] += values[k];
   return sums;
 }
 
@@ -119,13 +126,12 @@ double sign_flip_p(const VectorXd& block_values, std::uint64_t seed, int flips) 
 }
 
 double exact_sign_flip_p(const VectorXd& block_values) {
-  assert(block_values.size() <= kMostExactFlips);
-  const Index half = block_values.size() / 2;
-  const std::vector<double> some = sums_of_patterns(block_values.head(half));
-  const std::vector<double> others =
-      sums_of_patterns(block_values.tail(block_values.size() - half));
+  const VectorXd values = few_enough(block_values);
+  const Index half = values.size() / 2;
+  const std::vector<double> some = sums_of_patterns(values.head(half));
+  const std::vector<double> others = sums_of_patterns(values.tail(values.size() - half));
   // A pattern that only rounding parts from what was seen is as extreme.
-  const double observed = std::abs(block_values.sum()) - 1e-12 * block_values.cwiseAbs().sum();
+  const double observed = std::abs(values.sum()) - 1e-12 * values.cwiseAbs().sum();
   if (observed <= 0.0) return 1.0;
   double beyond = 0.0;
   std::size_t enough = others.size();  // from here on the others' sums reach what was seen

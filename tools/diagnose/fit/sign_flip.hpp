@@ -43,7 +43,8 @@ double sign_flip_p(const Eigen::VectorXd& block_values, std::uint64_t seed, int 
 inline constexpr Eigen::Index kMostExactFlips = 32;
 
 /// The same p-value over every pattern of signs (Fisher 1935): no draw, and as little as
-/// `least_exact_p`, where drawn flips never fall below 1 / flips.
+/// `least_exact_p`, where drawn flips never fall below 1 / flips. More than `kMostExactFlips`
+/// values are put together first, neighbour to neighbour.
 double exact_sign_flip_p(const Eigen::VectorXd& block_values);
 
 /// That p-value of so many values that all have one sign.

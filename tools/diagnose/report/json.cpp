@@ -88,15 +88,17 @@ Json held_out_json(const HeldOut& h) {
     recordings.push_back(
         {{"recording", f.recording}, {"before", number(f.before)}, {"after", number(f.after)}});
   }
-  return {{"joint", h.joint},
-          {"metric", h.metric},
-          {"unit", h.unit},
-          {"before", number(h.before)},
-          {"after", number(h.after)},
-          {"floor", number(h.floor)},
-          {"change", number(h.change())},
-          {"change_ci95", interval(h.change_ci95)},
-          {"by_recording", std::move(recordings)}};
+  Json json = {{"joint", h.joint},
+               {"metric", h.metric},
+               {"unit", h.unit},
+               {"before", number(h.before)},
+               {"after", number(h.after)},
+               {"floor", number(h.floor)},
+               {"change", number(h.change())},
+               {"change_ci95", interval(h.change_ci95)},
+               {"by_recording", std::move(recordings)}};
+  if (h.drawn_constant) json["drawn_constant"] = number(*h.drawn_constant);
+  return json;
 }
 
 Json error_left_json(const ErrorLeft& e) {

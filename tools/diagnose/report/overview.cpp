@@ -183,7 +183,11 @@ std::string change_words(const HeldOut& figure) {
     text += fmt::format(", 95 %: {} to {}", percent_figure(figure.change_ci95->first),
                         percent(figure.change_ci95->second));
   }
-  return text + ")";
+  text += ")";
+  if (figure.drawn_constant)
+    text += fmt::format(", beside the constant of {} that homing draws",
+                        quantity(*figure.drawn_constant, figure.unit));
+  return text;
 }
 
 std::vector<ChainCell> chain_of(const Report& report) {

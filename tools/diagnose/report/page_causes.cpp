@@ -62,7 +62,7 @@ std::string evidence_html(const NamedEffect& e) {
   if (e.held_out_before > 0.0)
     html +=
         fact("its share of the squared error", fmt::format("{:.1f} %", 100.0 * held_out_share(e)));
-  html += fact("p", fmt::format("{:.4f}", e.p_value));
+  html += fact("p", chance_text(e.p_value));
   html += fact("differs between circumstances by",
                fmt::format("{:.0f} %", 100.0 * e.invariance_spread));
   return html + "</dl>\n";

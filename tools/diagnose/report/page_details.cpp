@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -139,7 +140,7 @@ std::string mismatch_html(const Report& report) {
     rows += row_html({html_escape(m.joint), m.stage,
                       html_escape(fmt::format("{}", fmt::join(m.regime, "; "))), times, positions,
                       html_escape(quantity(m.excess_rmse, m.unit)),
-                      html_escape(quantity(m.floor, m.unit)), fmt::format("{:.4f}", m.p_value)});
+                      html_escape(quantity(m.floor, m.unit)), chance_text(m.p_value)});
   }
   return table_html(
       {"joint", "stage", "circumstances", "times", "positions", "excess", "floor", "p"}, rows);
@@ -265,6 +266,10 @@ std::string table_html(const std::vector<std::string>& header, const std::string
   if (rows.empty()) return "";
   return "<table class=\"words\"><thead>" + row_html(header, true) + "</thead><tbody>\n" + rows +
          "</tbody></table>\n";
+}
+
+std::string chance_text(double p_value) {
+  return std::isfinite(p_value) ? fmt::format("{:.4f}", p_value) : std::string("not known");
 }
 
 std::string change_html(double before, double after, const std::string& unit) {

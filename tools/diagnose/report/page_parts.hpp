@@ -19,6 +19,9 @@ std::string table_html(const std::vector<std::string>& header, const std::string
 /// "2 deg to 0.3 deg", red where it is worse.
 std::string change_html(double before, double after, const std::string& unit);
 
+/// A probability; a floor has none.
+std::string chance_text(double p_value);
+
 /// Sentence and chain of each joint, the change on unseen motion, one trace of it.
 void add_first_screen(const Report& report, report::Document& page);
 /// A card for each cause.

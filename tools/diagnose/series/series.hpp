@@ -71,6 +71,8 @@ struct Series {
   std::vector<int> recording;  ///< index of the recording of each row
   /// Each recording has a constant and a wander of its own, of which no other one tells.
   bool each_homed = false;
+  /// The plant draws a constant at each homing: no constant is an error of the plant.
+  bool homing_draws = false;
   std::vector<char> fresh;     ///< 1 where a recording or an episode starts
   std::vector<char> held_out;  ///< 1 for rows that no fit may see
   std::vector<char> valid;     ///< 0 where something needed was lost

@@ -26,29 +26,40 @@ constexpr int kPriority = 80;  // below the kernel's own real-time threads
 RobotLoop::RobotLoop(VirtualController controller, const RobotLoopOptions& options)
     : controller_(std::move(controller)), options_(options), inputs_(kInputs), outputs_(kOutputs) {}
 
-RobotLoop::~RobotLoop() { stop(); }
+RobotLoop::~RobotLoop() { join(); }
 
 void RobotLoop::start() {
   thread_ = std::thread([this] {
-    // Faster than real time it would keep others from the processor.
-    if (options_.speed <= 1.0) {
-      sched_param parameters{};
-      parameters.sched_priority = kPriority;
-      const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
-      if (error != 0) {
-        hindrance_ = fmt::format("SCHED_FIFO {}: {} (raise the rtprio limit)", kPriority,
-                                 std::strerror(error));
-      }
-    } else {
-      hindrance_ = fmt::format("{} times as fast as real time", options_.speed);
-    }
-    started_.store(true, std::memory_order_release);
-    run();
+    thrown_.guard([this] {
+      become_real_time();
+      started_.store(true, std::memory_order_release);
+      run();
+    });
+    ended_.store(true, std::memory_order_release);
   });
-  while (!started_.load(std::memory_order_acquire)) std::this_thread::yield();
+  while (!started_.load(std::memory_order_acquire) && running()) std::this_thread::yield();
+}
+
+void RobotLoop::become_real_time() {
+  // Faster than real time it would keep others from the processor.
+  if (options_.speed > 1.0) {
+    hindrance_ = fmt::format("{} times as fast as real time", options_.speed);
+    return;
+  }
+  sched_param parameters{};
+  parameters.sched_priority = kPriority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  if (error == 0) return;
+  hindrance_ =
+      fmt::format("SCHED_FIFO {}: {} (raise the rtprio limit)", kPriority, std::strerror(error));
 }
 
 void RobotLoop::stop() {
+  join();
+  thrown_.rethrow();
+}
+
+void RobotLoop::join() {
   stop_.store(true, std::memory_order_relaxed);
   if (thread_.joinable()) thread_.join();
 }

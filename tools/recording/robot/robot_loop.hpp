@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "core/first_exception.hpp"
 #include "quadrature_reader/spsc_ring.hpp"
 #include "robot/virtual_controller.hpp"
 
@@ -35,10 +36,13 @@ class RobotLoop {
   RobotLoop(VirtualController controller, const RobotLoopOptions& options);
   RobotLoop(const RobotLoop&) = delete;
   RobotLoop& operator=(const RobotLoop&) = delete;
-  ~RobotLoop();  ///< stops
+  ~RobotLoop();
 
   void start();
-  void stop();
+  void stop();  ///< throws what ended the loop before
+
+  /// False once it has ended, by stop() or by itself.
+  [[nodiscard]] bool running() const { return !ended_.load(std::memory_order_acquire); }
 
   /// One thread only. False if the loop is too far behind; the input is lost.
   bool send(const RobotInput& input) noexcept { return inputs_.try_push(input); }
@@ -55,6 +59,8 @@ class RobotLoop {
   [[nodiscard]] const std::string& hindrance() const { return hindrance_; }
 
  private:
+  void join();
+  void become_real_time();
   void run();
   void run_cycle();
   void apply(const RobotInput& input);
@@ -66,6 +72,8 @@ class RobotLoop {
   std::string hindrance_;  // written before started_
   std::atomic<bool> started_{false};
   std::atomic<bool> stop_{false};
+  std::atomic<bool> ended_{false};
+  core::FirstException thrown_;
   std::atomic<std::int64_t> cycles_{0};
   std::atomic<std::int64_t> overruns_{0};
   std::atomic<std::int64_t> not_taken_{0};

@@ -69,7 +69,11 @@ void MasterWatch::start() {
 
 void MasterWatch::run() {
   while (!stop_.load()) {
-    look();
+    try {
+      look();
+    } catch (...) {  // XmlRpc throws what is no std::exception
+      reachable_ = false;
+    }
     sleep_unless(stop_);
   }
 }

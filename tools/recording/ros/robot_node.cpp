@@ -185,7 +185,7 @@ core::Status run_robot_node(const robot::RobotArguments& arguments,
     loop.start();
     report_start(loop, arguments, plant);
     robot::CycleOutput output;
-    while (keep_going() && ros::ok() &&
+    while (keep_going() && ros::ok() && loop.running() &&
            (arguments.duration_s <= 0.0 || seconds() < arguments.duration_s)) {
       while (loop.receive(output)) topics.publish(output);
       std::this_thread::sleep_for(kTickPoll);

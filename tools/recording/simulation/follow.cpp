@@ -152,22 +152,56 @@ class Follower {
       const double dt_s = t_s_[i + 1] - t_s_[i];
       const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kStep_s - 1e-6)));
       for (int k = 0; k < steps; ++k) {
-        const double share = (k + 0.5) / steps;
-        const double asked = controlled ? servo(j, state, i, share)
-                                        : (1.0 - share) * r.effort[i] + share * r.effort[i + 1];
-        const double given = powered(i) ? limited(joint, asked) : 0.0;
-        if (k == 0 && controlled) effort[i] = given;
-        physics::step_drive(numbers, given, load(j, state.position, i), dt_s / steps, state);
+        if (controlled) {
+          const Asked asked = step_servoed(j, numbers, {i, k, steps, dt_s / steps}, state);
+          if (k > 0) continue;
+          effort[i] = asked.effort;
+          velocity[i] = asked.velocity;
+        } else {
+          const double share = (k + 0.5) / steps;
+          const double asked = (1.0 - share) * r.effort[i] + share * r.effort[i + 1];
+          const double given = powered(i) ? limited(joint, asked) : 0.0;
+          physics::step_drive(numbers, given, load(j, state.position, i), dt_s / steps, state);
+        }
       }
     }
+    // Nothing follows the last row: it keeps what was asked before.
+    if (controlled && effort.size() > 1) effort.tail(1) = effort.segment(effort.size() - 2, 1);
     write_drive(j, position, velocity, effort, controlled);
   }
 
-  [[nodiscard]] double servo(std::size_t j, const physics::DriveState<double>& state, Index i,
-                             double share) const {
+  struct Step {
+    Index row;
+    int number, of;  ///< of the steps to the next row
+    double dt_s;
+  };
+  struct Asked {
+    double effort, velocity;
+  };
+
+  /// Moves the drive on under its controller; gives what that asked for where the step begins. The
+  /// effort acts there, between a velocity of half a step before and one of half a step after, so
+  /// that their mean is the one that belongs to it: half a step of damping looks like inertia.
+  Asked step_servoed(std::size_t j, const physics::DriveNumbers<double>& numbers, const Step& step,
+                     physics::DriveState<double>& state) {
+    constexpr int kPasses =
+        4;  // each leaves dt_s rate / (2 inertia) of the one before, some percent
     const VectorXd& desired = recorded_[j].desired;
-    const double wanted = (1.0 - share) * desired[i] + share * desired[i + 1];
-    return law(j)->position * (wanted - state.position) - law(j)->rate * state.velocity;
+    const double share = static_cast<double>(step.number) / step.of;
+    const double wanted = (1.0 - share) * desired[step.row] + share * desired[step.row + 1];
+    const double held = load(j, state.position, step.row);
+    Asked asked{0.0, state.velocity};
+    physics::DriveState<double> next;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const double effort =
+          law(j)->position * (wanted - state.position) - law(j)->rate * asked.velocity;
+      asked.effort = powered(step.row) ? limited(plant_.joints[j], effort) : 0.0;
+      next = state;
+      physics::step_drive(numbers, asked.effort, held, step.dt_s, next);
+      asked.velocity = 0.5 * (state.velocity + next.velocity);
+    }
+    state = next;
+    return asked;
   }
 
   [[nodiscard]] static double limited(const physics::Joint& joint, double effort) {
@@ -241,7 +275,7 @@ class Follower {
         controlled
             ? "drive with its controller"
             : fmt::format("drive under recorded efforts, {:g} s at a time", options_.restart_s);
-    report(joint.name, how, position - r.measured());
+    report(joint.name, how, position - r.measured(), false);
   }
 
   [[nodiscard]] physics::JointSignals signals(const VectorXd& asked) const {
@@ -268,7 +302,8 @@ class Follower {
     for (Index i = 0; i < position.size(); ++i)
       if (!std::isfinite(measured[i])) position[i] = measured[i];
     set(role, joint.name, position);
-    report(joint.name, how, position - measured);
+    report(joint.name, how, position - measured,
+           joint.parameter("homing_offset", "deviation") > 0.0);
     return {};
   }
 
@@ -284,15 +319,21 @@ class Follower {
       out_.recording.samples.col(*index) = values;
   }
 
-  void report(const std::string& joint, const std::string& how, const VectorXd& error) {
-    double sum = 0.0;
-    double count = 0.0;
+  void report(const std::string& joint, const std::string& how, const VectorXd& error,
+              bool homing_draws) {
+    double sum = 0.0, squares = 0.0, count = 0.0;
     for (const double e : error) {
       if (!std::isfinite(e)) continue;
-      sum += e * e;
+      sum += e;
+      squares += e * e;
       count += 1.0;
     }
-    out_.joints.push_back({joint, how, std::sqrt(sum / std::max(1.0, count))});
+    count = std::max(1.0, count);
+    const double constant = homing_draws ? sum / count : 0.0;
+    FollowedJoint followed{joint, how,
+                           std::sqrt(std::max(0.0, squares / count - constant * constant))};
+    if (homing_draws) followed.drawn_constant_ji = -constant;
+    out_.joints.push_back(std::move(followed));
   }
 
   const physics::Plant& plant_;

@@ -6,6 +6,7 @@
 // (`ravencal diagnose --simulated`). RAVEN arms on a motion of one's own: session.hpp.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct FollowedJoint {
   std::string joint;
   std::string how;       ///< a few words for people
   double rmse_ji = 0.0;  ///< of the simulated position against the recorded one, rad or m
+  /// Recorded minus simulated position in the mean, where the plant draws a constant at homing: no
+  /// error of the simulation, and no part of `rmse_ji`.
+  std::optional<double> drawn_constant_ji{};
 };
 
 struct Followed {
