@@ -22,13 +22,14 @@ std::vector<record::Channel> channels_of(const Config& config, bool every_edge) 
     const std::string& joint = encoder.axis.joint;
     const std::string& unit = encoder.axis.unit;
     if (every_edge) {
-      channels.push_back({joint + ".counts", "counts", record::Role::kFeature, joint});
+      channels.push_back({joint + ".counts", "counts", record::Role::kTruthReading, joint});
       channels.push_back({joint + ".lines", "1", record::Role::kStatus, joint});
       continue;
     }
     channels.push_back({joint + ".joint_truth", unit, record::Role::kJointTruth, joint});
-    channels.push_back({joint + ".truth_velocity", unit + "_per_s", record::Role::kFeature, joint});
-    channels.push_back({joint + ".counts", "counts", record::Role::kFeature, joint});
+    channels.push_back(
+        {joint + ".truth_velocity", unit + "_per_s", record::Role::kTruthReading, joint});
+    channels.push_back({joint + ".counts", "counts", record::Role::kTruthReading, joint});
     channels.push_back({joint + ".losses", "1", record::Role::kStatus, joint});
   }
   return channels;

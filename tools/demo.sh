@@ -182,7 +182,7 @@ show_calibrate() {
   local payload
   for payload in 0 500; do
     echo
-    echo "act one, $(label_of "$payload"), on unseen random motion of the twin:"
+    echo "act one, $(label_of "$payload"), on unseen random motion of the twin, the network's own correction (above: as the plugin applied it in the loop):"
     cat "$out/evaluate_${payload}g.txt"
   done
 }

@@ -86,12 +86,12 @@ RAVENCAL_INLINE Floats exponential(const Floats& unlimited) noexcept {
   return p * same_bits<Floats>(power);
 }
 
-/// 1 / (1 + exp(-x)), absolute error below 2e-7, in [0, 1].
+/// 1 / (1 + exp(-x)), absolute error below model::kSigmoidError, in [0, 1].
 RAVENCAL_INLINE Floats sigmoid(const Floats& x) noexcept {
   return broadcast(1.0F) / (broadcast(1.0F) + exponential(-x));
 }
 
-/// Absolute error below 3e-7, in [-1, 1].
+/// Absolute error below model::kTanhError, in [-1, 1].
 RAVENCAL_INLINE Floats hyperbolic_tangent(const Floats& x) noexcept {
   const Floats e = exponential(x * broadcast(-2.0F));
   return (broadcast(1.0F) - e) / (broadcast(1.0F) + e);

@@ -325,7 +325,8 @@ Result<TomlTable> parse_toml(std::string_view text, const std::string& source,
   try {
     state->document = std::make_shared<const toml::table>(toml::parse(text, source));
   } catch (const toml::parse_error& error) {
-    return error_at(source, error.source().begin, error.description());
+    return error_at(source, error.source().begin,
+                    fmt::format("{} is TOML, this is not: {}", name, error.description()));
   }
   state->table = state->document.get();
   state->source = source;
@@ -336,6 +337,30 @@ Result<TomlTable> parse_toml(std::string_view text, const std::string& source,
 Result<TomlTable> read_toml(const std::filesystem::path& path, std::string_view name) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, read_whole_file(path));
   return parse_toml(text, path.string(), name);
+}
+
+std::string toml_text(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (code < 0x20 || code == 0x7f) {
+      out += fmt::format("\\u{:04x}", code);
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+std::string toml_key(std::string_view key) {
+  const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  });
+  return bare ? std::string(key) : toml_text(key);
 }
 
 }  // namespace ravencal::core

@@ -96,6 +96,11 @@ class TomlTable {
   std::unique_ptr<State> state_;
 };
 
+/// A text as a TOML file holds it, in quotes.
+std::string toml_text(std::string_view text);
+/// A key that is data: bare where TOML allows it.
+std::string toml_key(std::string_view key);
+
 /// Parses `text`. `source` is the file's name in errors, `name` what the whole file is ("a
 /// profile"). Errors: kData.
 Result<TomlTable> parse_toml(std::string_view text, const std::string& source,

@@ -17,7 +17,7 @@
 #include "core/whole_file.hpp"
 #include "model/blob_format.hpp"
 #include "model/blob_view.hpp"
-#include "model/single_precision.hpp"
+#include "model/kernel_promise.hpp"
 
 namespace ravencal::model {
 
@@ -96,16 +96,10 @@ SelfTest make_self_test(const CalibrationModel& model) {
           std::clamp(static_cast<float>(value), static_cast<float>(low), static_cast<float>(high));
     }
   }
-  test.outputs = model.predict(test.inputs.transpose().cast<double>()).transpose();
-  const Eigen::MatrixXd single = predict_single(model, test.inputs).cast<double>();
-  // Another instruction set sums in another order: its rounding error has the size of the one that
-  // plain single precision shows here. Eight times the largest seen, plus eight units in the last
-  // place of the output, holds for all of them and still catches any wrong weight that matters. In
-  // int8 predict_single rounds the layers' inputs as the kernels do, and double does not: the
-  // tolerance then covers that rounding as well.
-  const Eigen::VectorXd rounding = (single - test.outputs).cwiseAbs().rowwise().maxCoeff();
-  const Eigen::VectorXd size = model.output.mean.cwiseAbs() + model.output.scale;
-  test.tolerance = 8.0 * rounding + 8.0 * std::ldexp(1.0, -23) * size;
+  const KernelPromise promise = kernel_promise(model, test.inputs);
+  test.outputs = promise.outputs;
+  // A rounding of the output's scale on top, because a blob holds no tolerance of zero.
+  test.tolerance = promise.error.rowwise().maxCoeff() + std::ldexp(1.0, -24) * model.output.scale;
   return test;
 }
 

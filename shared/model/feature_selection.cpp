@@ -132,7 +132,7 @@ class Selector {
  public:
   explicit Selector(std::span<const Channel> available) {
     for (const Channel& channel : available) {
-      if (channel.role != Role::kJointTruth) channels_.push_back(&channel);
+      if (!record::tells_truth(channel.role)) channels_.push_back(&channel);
     }
   }
 

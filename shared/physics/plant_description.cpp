@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/joint_layout.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::physics {
 namespace {
+
+/// Other robots have no gold and no green arm.
+bool is_raven_arm(const Plant& plant) {
+  return std::all_of(plant.joints.begin(), plant.joints.end(), [](const Joint& joint) {
+    const auto& names = core::kSlotNames;
+    return std::find(names.begin(), names.end(), joint.name) != names.end();
+  });
+}
 
 std::string describe_effect(const Effect& effect, JointKind kind) {
   const EffectSpec* spec = find_effect_spec(effect.id);
@@ -26,8 +36,9 @@ std::string describe_effect(const Effect& effect, JointKind kind) {
 
 std::string describe_plant(const Plant& plant) {
   std::string text = fmt::format(
-      "plant {} ({} arm), {} joints, integrated at {:.0f} Hz inside {:.0f} Hz\n", plant.robot.name,
-      plant.robot.arm, plant.joints.size(), plant.robot.inner_rate_hz, plant.robot.control_rate_hz);
+      "plant {}{}, {} joints, integrated at {:.0f} Hz inside {:.0f} Hz\n", plant.robot.name,
+      is_raven_arm(plant) ? fmt::format(" ({} arm)", plant.robot.arm) : "", plant.joints.size(),
+      plant.robot.inner_rate_hz, plant.robot.control_rate_hz);
   if (!plant.robot.controller.name.empty())
     text += fmt::format("controller {}\n", plant.robot.controller.name);
   text +=
@@ -82,7 +93,7 @@ std::string describe_plant_in_json(const Plant& plant) {
                                         {"ratio", joint.external_load->ratio}};
   }
   const nlohmann::json document = {{"plant", plant.robot.name},
-                                   {"arm", plant.robot.arm},
+                                   {"arm", is_raven_arm(plant) ? plant.robot.arm : ""},
                                    {"controller", plant.robot.controller.name},
                                    {"payload_kg", plant.payload.mass_kg},
                                    {"inner_rate_hz", plant.robot.inner_rate_hz},

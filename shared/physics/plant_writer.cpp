@@ -26,31 +26,6 @@ std::string list(std::span<const double> values) {
   return "[" + text + "]";
 }
 
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (code < 0x20 || code == 0x7f) {
-      out += fmt::format("\\u{:04x}", code);
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
-}
-
-/// A key that is data: bare where TOML allows it.
-std::string key_text(std::string_view key) {
-  const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  });
-  return bare ? std::string(key) : quoted(key);
-}
-
 /// The tables one after the other; those of a joint are indented.
 class PlantText {
  public:
@@ -65,7 +40,9 @@ class PlantText {
   void value(std::string_view key, std::span<const double> values) {
     line("{} = {}", key, list(values));
   }
-  void value(std::string_view key, std::string_view text) { line("{} = {}", key, quoted(text)); }
+  void value(std::string_view key, std::string_view text) {
+    line("{} = {}", key, core::toml_text(text));
+  }
   void flag(std::string_view key, bool value) { line("{} = {}", key, value); }
   void unless(double usual, std::string_view key, double given) {
     if (given != usual) value(key, given);
@@ -200,7 +177,7 @@ void write_joint(PlantText& out, const Joint& joint) {
   if (joint.tolerance.empty()) return;
   out.table("[joint.tolerance]", true);
   for (const auto& [parameter, relative] : joint.tolerance)
-    out.value(key_text(parameter), relative);
+    out.value(core::toml_key(parameter), relative);
 }
 
 }  // namespace

@@ -7,10 +7,10 @@
 namespace ravencal::record {
 namespace {
 
-constexpr std::array<std::string_view, 12> kRoleNames = {
+constexpr std::array<std::string_view, 13> kRoleNames = {
     "desired_position", "desired_velocity", "motor_position", "motor_velocity", "joint_estimate",
-    "joint_truth",      "drive_input",      "drive_torque",   "load",           "temperature",
-    "status",           "feature"};
+    "joint_truth",      "truth_reading",    "drive_input",    "drive_torque",   "load",
+    "temperature",      "status",           "feature"};
 
 }  // namespace
 

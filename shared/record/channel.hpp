@@ -16,6 +16,7 @@ enum class Role {
   kMotorVelocity,
   kJointEstimate,  ///< what the robot believes
   kJointTruth,     ///< external encoder or tracker
+  kTruthReading,   ///< what it read otherwise: counts, velocity; as little an input as the truth
   kDriveInput,
   kDriveTorque,
   kLoad,
@@ -23,6 +24,11 @@ enum class Role {
   kStatus,
   kFeature,
 };
+
+/// Whether the channel comes from the external encoders: no model may have it as an input.
+constexpr bool tells_truth(Role role) {
+  return role == Role::kJointTruth || role == Role::kTruthReading;
+}
 
 /// "joint_estimate" etc.
 std::string_view name_of(Role role);

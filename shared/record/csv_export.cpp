@@ -38,8 +38,12 @@ core::Result<ExportColumn> channel_column(const Recording& recording, const Prof
   const auto unit = core::find_unit(wanted.channel.unit);
   if (!channel || !unit) {
     return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: no channel {}, which profile {} needs", recording.source,
-                                   wanted.channel.name, profile.name)};
+                       fmt::format("{}: no channel {}, which profile {} needs{}", recording.source,
+                                   wanted.channel.name, profile.name,
+                                   wanted.channel.role == Role::kJointTruth
+                                       ? "; `ravencal merge` puts the truth of a recording of "
+                                         "encoders beside the robot's states"
+                                       : "")};
   }
   const std::string& si_unit = recording.channels[static_cast<std::size_t>(*channel)].unit;
   if (si_unit != unit->si_name) {
@@ -191,7 +195,12 @@ core::Status export_csv(const Recording& recording, const Profile& profile,
   RAVENCAL_ASSIGN_OR_RETURN(const ExportColumns columns, plan(recording, profile));
   RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
   RAVENCAL_RETURN_IF_ERROR(write_rows(recording, columns, profile.header, target.partial()));
-  return target.publish();
+  RAVENCAL_RETURN_IF_ERROR(target.publish());
+  std::error_code unknown;
+  const bool takes_profile =
+      profile.name == "generic" && std::filesystem::is_regular_file(path, unknown);
+  if (!takes_profile) return {};
+  return core::write_whole_file(profile_beside(path), profile_of(recording));
 }
 
 }  // namespace ravencal::record

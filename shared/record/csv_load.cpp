@@ -291,6 +291,8 @@ void CsvLoader::describe() {
   if (!profile_.robot.empty()) recording_.meta["robot"] = profile_.robot;
   if (!profile_.arm.empty()) recording_.meta["arm"] = profile_.arm;
   if (!dropped_.empty()) recording_.meta["dropped_rows"] = std::to_string(dropped_.size());
+  for (const auto& [key, value] : profile_.meta) recording_.meta[key] = value;
+  recording_.events = profile_.events;
   for (const ProfileChannel& channel : profile_.channels) {
     recording_.channels.push_back(channel.channel);
     recording_.channels.back().unit = core::find_unit(channel.channel.unit)->si_name;

@@ -22,6 +22,11 @@ core::Result<Recording> load_recording(const std::filesystem::path& path,
   const std::string format = extension.substr(1);
   std::string name = options.profile;
   if (name.empty() && format == "bag") name = "raven2-bag";
+  // An exported CSV has a profile beside it that says more than its header can.
+  std::error_code unknown;
+  const std::filesystem::path beside = profile_beside(path);
+  const bool is_plain = format == "csv" && (name.empty() || name == "generic");
+  if (is_plain && std::filesystem::is_regular_file(beside, unknown)) name = beside.string();
   if (name.empty()) return refuse("a .csv needs --profile (raven2, generic or a profile file)");
   RAVENCAL_ASSIGN_OR_RETURN(Profile profile, load_profile(name, options.profile_options));
   if (profile.format != format) {

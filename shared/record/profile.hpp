@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +13,7 @@
 
 #include "core/result.hpp"
 #include "record/channel.hpp"
+#include "record/recording.hpp"
 
 namespace ravencal::record {
 
@@ -53,7 +56,9 @@ struct Profile {
   std::string truth_topic;       ///< bag: topic of the joint encoders; empty: ext_jpos
   std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order
   std::vector<ProfileChannel> channels;
-  std::vector<ProfileFilter> filters;  ///< only rows that pass all of them are kept
+  std::vector<ProfileFilter> filters;       ///< only rows that pass all of them are kept
+  std::map<std::string, std::string> meta;  ///< of the recording that was exported
+  std::vector<Event> events;                ///< likewise
 };
 
 /// Which arm of a two-arm source is the calibrated one.
@@ -66,5 +71,12 @@ struct ProfileOptions {
 /// `generic` has no channels of its own: the reader takes them from a header of `name_unit` words.
 core::Result<Profile> load_profile(std::string_view name_or_path,
                                    const ProfileOptions& options = {});
+
+/// The profile that `export` writes beside a CSV of every channel: FILE.csv.toml.
+std::filesystem::path profile_beside(const std::filesystem::path& csv);
+
+/// What it holds: which column is which channel, metadata and events, so that an import gives the
+/// same recording.
+std::string profile_of(const Recording& recording);
 
 }  // namespace ravencal::record

@@ -16,8 +16,9 @@ struct Prefix {
 };
 
 // Documented in FORMATS.md; `truth.elbow_rad` is the truth of the joint "elbow".
-constexpr std::array<Prefix, 12> kPrefixes = {{
+constexpr std::array<Prefix, 13> kPrefixes = {{
     {"truth", Role::kJointTruth},
+    {"truth_reading", Role::kTruthReading},
     {"estimate", Role::kJointEstimate},
     {"desired", Role::kDesiredPosition},
     {"desired_velocity", Role::kDesiredVelocity},

@@ -139,6 +139,24 @@ core::Result<Profile> bag_profile(const Profile& read, TomlTable& source, bool h
   return profile;
 }
 
+core::Status read_meta(TomlTable& table, Profile& profile) {
+  for (const std::string& key : table.unread_keys()) profile.meta[key] = table.text(key);
+  return table.finish();
+}
+
+core::Status read_event(TomlTable& table, Profile& profile) {
+  Event event;
+  if (const auto t_ns = table.find_integer("t_ns")) {
+    event.t_ns = *t_ns;
+  } else {
+    table.fail_missing("t_ns");
+  }
+  event.kind = table.text("kind");
+  event.detail = table.text_or("detail", "");
+  profile.events.push_back(std::move(event));
+  return table.finish();
+}
+
 core::Result<Profile> read_profile(TomlTable& root, std::string name) {
   Profile profile;
   profile.name = std::move(name);
@@ -148,6 +166,8 @@ core::Result<Profile> read_profile(TomlTable& root, std::string name) {
   if (!bag && !root.has("channel")) root.fail("a profile needs [[channel]] tables");
   std::vector<TomlTable> channels = root.tables("channel");
   std::vector<TomlTable> filters = root.tables("filter");
+  std::vector<TomlTable> events = root.tables("event");
+  auto meta = root.table("meta");
   RAVENCAL_RETURN_IF_ERROR(root.finish());
   RAVENCAL_RETURN_IF_ERROR(read_source(*source, profile));
   if (bag) return bag_profile(profile, *source, !channels.empty() || !filters.empty());
@@ -157,6 +177,8 @@ core::Result<Profile> read_profile(TomlTable& root, std::string name) {
   for (TomlTable& table : filters) {
     RAVENCAL_ASSIGN_OR_RETURN(profile.filters.emplace_back(), read_filter(table, "keep"));
   }
+  if (meta) RAVENCAL_RETURN_IF_ERROR(read_meta(*meta, profile));
+  for (TomlTable& table : events) RAVENCAL_RETURN_IF_ERROR(read_event(table, profile));
   return profile;
 }
 

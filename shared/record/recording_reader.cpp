@@ -172,7 +172,9 @@ core::Status Reader::read_channels() {
                                  core::instead_of(word, role ? core::unit_names() : role_names())));
     }
     ++columns_;
-    channel.role = *role;
+    // Simulated recordings from before the role was there.
+    const bool is_reading = *role == Role::kFeature && channel.name.starts_with("truth_counts.");
+    channel.role = is_reading ? Role::kTruthReading : *role;
     channel.unit = unit->si_name;
     all.push_back(channel);
     if (keep_ && !keep_(channel)) return {};

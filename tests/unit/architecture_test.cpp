@@ -24,8 +24,8 @@ const fs::path kRoot = RAVENCAL_SOURCE_DIR;
 
 // Every room and what its files may include, by the first word of an include path. Arrows point
 // left: core <- record <- model and core <- physics, then the programs. The plugin sees core and
-// model only; of the plugin, others see its C header (ravencal/) only. A file belongs to the
-// innermost room that holds it.
+// model only; of the plugin, others see its C header (ravencal/) only, and `convert` tries the
+// kernels. A file belongs to the innermost room that holds it.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"shared/core", {"core"}},
     {"shared/record", {"core", "record"}},
@@ -43,7 +43,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
       "host",    "loop",       "methods",    "monitor",  "prove",      "quadrature_reader",
       "robot",   "signing",    "simulation", "study",    "trajectory", "choice"}},
     {"tools/conceal", {"core", "record", "physics", "simulation", "trajectory", "conceal"}},
-    {"tools/deployment/conversion", {"core", "record", "model", "exchange", "learn", "conversion"}},
+    {"tools/deployment/conversion",
+     {"core", "record", "model", "kernels", "exchange", "learn", "conversion"}},
     {"tools/diagnose", {"core", "record", "physics", "report", "diagnose"}},
     {"tools/recording/exchange", {"core", "record", "exchange"}},
     {"tools/deployment/host",
@@ -192,7 +193,8 @@ TEST(Architecture, NothingOutsideThePluginIncludesItsInside) {
     if (std::string_view(part) == "rt_plugin") continue;
     for (const fs::path& file : sources_below(part)) {
       for (const std::string& target : included_rooms(file)) {
-        EXPECT_TRUE(target != "rt_plugin" && target != "kernels") << file;
+        EXPECT_NE(target, "rt_plugin") << file;
+        EXPECT_TRUE(target != "kernels" || room_of(file) == "tools/deployment/conversion") << file;
       }
     }
   }

@@ -82,8 +82,9 @@ TEST_P(PackedBlob, SelfTestToleranceFitsThePrecision) {
   ASSERT_TRUE(BlobView::open(bytes, view).ok());
   EXPECT_EQ(view.precision(), GetParam());
   for (std::size_t j = 0; j < 2; ++j) {
-    // Input rounding of int8 is 2^-15 of a limit; without it only f32's own rounding is left.
-    const double limit = GetParam() == Precision::kInt8 ? 1e-2 : 1e-4;
+    // int8 rounds inputs to 2^-15 of a limit, some of which an error moves over a boundary; without
+    // it only f32's own rounding is left.
+    const double limit = GetParam() == Precision::kInt8 ? 1e-3 : 1e-4;
     EXPECT_LT(view.self_test_tolerance(j), limit * view.output_scale(j));
     Eigen::MatrixXf x(3, 1);
     for (int i = 0; i < 3; ++i) x(i, 0) = view.self_test_input(5, static_cast<std::size_t>(i));

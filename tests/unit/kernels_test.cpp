@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "model/kernel_promise.hpp"
 #include "unit/kernels_network.hpp"
 
 namespace ravencal::kernels_test {
@@ -147,8 +148,8 @@ RC_GTEST_PROP(Kernels, SameInputsGiveTheSameBits, ()) {
 }
 
 TEST(Kernels, ActivationsStayWithinTheirStatedErrors) {
-  const std::pair<Activation, double> limits[] = {{Activation::kSigmoid, 2e-7},
-                                                  {Activation::kTanh, 3e-7}};
+  const std::pair<Activation, double> limits[] = {{Activation::kSigmoid, model::kSigmoidError},
+                                                  {Activation::kTanh, model::kTanhError}};
   for (const auto& [activation, limit] : limits) {
     const Packed packed(activation_only(activation), Precision::kFloat32);
     for (const Isa isa : isas()) {

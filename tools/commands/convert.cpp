@@ -15,6 +15,7 @@
 #include "commands/convert.hpp"
 #include "commands/origin_options.hpp"
 #include "conversion/assemble.hpp"
+#include "conversion/kernel_check.hpp"
 #include "conversion/window.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/onnx_file.hpp"
@@ -228,6 +229,8 @@ core::Status run(const Arguments& arguments, int& exit_code) {
   RAVENCAL_RETURN_IF_ERROR(check_source(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check(arguments, outcome));
   if (outcome.accepted) {
+    RAVENCAL_ASSIGN_OR_RETURN(outcome.kernels,
+                              conversion::check_kernels(outcome.blob, arguments.out));
     RAVENCAL_RETURN_IF_ERROR(model::write_blob(outcome.blob, arguments.out));
   } else {
     exit_code = cli::kFinding;

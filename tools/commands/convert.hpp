@@ -53,6 +53,7 @@ struct Outcome {
   std::vector<std::byte> blob;
   std::size_t f32_bytes_per_step = 0;  ///< of the model as trained
   std::optional<conversion::WeightsCheck> check;
+  std::vector<std::string> kernels;  ///< instruction sets whose code passed the self-test
   std::optional<conversion::SourceCheck> source_check;
   std::optional<loop::Margins> margins;
   bool is_unstable = false;  ///< margins below the least

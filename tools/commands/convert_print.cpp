@@ -92,8 +92,11 @@ void print(const Arguments& arguments, const Outcome& outcome) {
     return;
   }
   if (!outcome.accepted) {
-    fmt::print("{} is not written: it costs too much accuracy (--max-rmse-change)\n",
-               arguments.out);
+    fmt::print("{} is not written: it costs too much accuracy (--max-rmse-change); {}\n",
+               arguments.out,
+               arguments.precision == "int8"   ? "--precision bf16 rounds weights less"
+               : arguments.precision == "bf16" ? "--precision f32 rounds no weight"
+                                               : "give --compact a smaller budget");
     return;
   }
   fmt::print("origin: {}\n", describe(outcome.model.origin));
@@ -102,6 +105,7 @@ void print(const Arguments& arguments, const Outcome& outcome) {
              arguments.out, outcome.blob.size(), arguments.precision,
              outcome.compacted.model.features.size(), outcome.model.outputs.size(), bytes,
              static_cast<double>(outcome.f32_bytes_per_step) / static_cast<double>(bytes));
+  fmt::print("self-test passed by the code for {}\n", fmt::join(outcome.kernels, ", "));
 }
 
 void print_json(const Arguments& arguments, const Outcome& outcome) {
@@ -109,6 +113,7 @@ void print_json(const Arguments& arguments, const Outcome& outcome) {
   json["weights"] = arguments.out;
   json["written"] = outcome.accepted;
   json["precision"] = arguments.precision;
+  json["self_test_passed_by"] = outcome.kernels;
   json["loop"] = model::loop_json(outcome.compacted.model);
   const model::Origin& origin = outcome.model.origin;
   json["origin"] = {{"arm", name_of(origin.arm)},

@@ -4,12 +4,18 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
+#include "host/replay.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/onnx_file.hpp"
+#include "learn/seen.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
 
@@ -21,8 +27,39 @@ struct EvaluateArguments {
   std::vector<std::string> recordings;
   std::string json;
   std::string report;
+  std::string plugin;
   record::LoadOptions load;
 };
+
+/// What the arm has with the plugin's limits, beside the network's own figures.
+core::Result<host::Summary> as_applied(const EvaluateArguments& arguments,
+                                       const model::CalibrationModel& model,
+                                       const std::vector<record::Recording>& recordings) {
+  cli::catch_interrupts();
+  cli::Progress progress("evaluate");
+  RAVENCAL_ASSIGN_OR_RETURN(
+      host::Summary summary,
+      host::replay(arguments.plugin, model, pointers_to(recordings), [&](double done) {
+        progress.update(done);
+        return !cli::interrupted();
+      }));
+  fmt::print("\nas the plugin applies it, in {} of {} ticks, each row held until the next:\n{}{}",
+             summary.corrected_ticks, summary.ticks, learn::evaluation_table(summary.evaluation),
+             host::limits_text(summary));
+  return summary;
+}
+
+std::string json_of(const learn::Evaluation& evaluation,
+                    const std::optional<host::Summary>& applied) {
+  const std::string text = learn::evaluation_json(evaluation);
+  if (!applied) return text;
+  auto json = nlohmann::ordered_json::parse(text);
+  json["as_applied"] = nlohmann::ordered_json::parse(learn::evaluation_json(applied->evaluation));
+  json["as_applied"]["ticks"] = applied->ticks;
+  json["as_applied"]["corrected_ticks"] = applied->corrected_ticks;
+  json["as_applied"]["limited_rate"] = applied->counters.limited_rate;
+  return json.dump(2) + "\n";
+}
 
 core::Status run(const EvaluateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
@@ -36,10 +73,18 @@ core::Status run(const EvaluateArguments& arguments) {
   }
   for (const std::string& warning : learn::warnings_of(evaluation))
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
+  for (const record::Recording& recording : recordings) {
+    if (!learn::was_trained_on(model, recording)) continue;
+    fmt::print(stderr, "ravencal: warning: {}: the model was trained on it, so this is no test\n",
+               recording.source);
+  }
   fmt::print("{}", learn::evaluation_table(evaluation));
+  std::optional<host::Summary> applied;
+  if (!arguments.plugin.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(applied, as_applied(arguments, model, recordings));
+  }
   if (!arguments.json.empty()) {
-    RAVENCAL_RETURN_IF_ERROR(
-        core::write_whole_file(arguments.json, learn::evaluation_json(evaluation)));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, json_of(evaluation, applied)));
   }
   if (!arguments.report.empty()) {
     RAVENCAL_RETURN_IF_ERROR(report::write_html(
@@ -59,8 +104,15 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command->add_option("recordings", arguments->recordings, "Recordings (.db, .csv)")->required();
   command->add_option("--json", arguments->json, "Write the figures as JSON");
   command->add_option("--report", arguments->report, "Write an HTML page");
+  command->add_option("--as-applied", arguments->plugin,
+                      "libravencal_plugin.so: also show what the arm has with the plugin's limits, "
+                      "as `host --recording` does");
   add_load_options(*command, arguments->load);
-  command->footer("Example: ravencal evaluate arm.onnx test.db --json test.json");
+  command->footer(
+      "The table shows the network's own correction. With the pedal down the plugin lets it "
+      "change\n"
+      "by at most a tenth of a joint's commanded motion: --as-applied shows what is left then.\n"
+      "Example: ravencal evaluate arm.onnx test.db --json test.json");
   on_call(*command, exit_code,
           {.read = {"model", "recordings", "--profile"}, .written = {"--json", "--report"}},
           [arguments] { return run(*arguments); });

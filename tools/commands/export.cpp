@@ -19,6 +19,7 @@ struct ExportArguments {
   std::string recording;
   std::string profile;
   std::string out;
+  bool overwrite = false;
 };
 
 /// In the columns of a profile.
@@ -42,6 +43,13 @@ core::Status export_profile(const ExportArguments& arguments, const record::Reco
 }
 
 core::Status run(const ExportArguments& arguments) {
+  for (const std::filesystem::path& out :
+       {std::filesystem::path(arguments.out), record::profile_beside(arguments.out)}) {
+    std::error_code unknown;
+    if (arguments.overwrite || !std::filesystem::is_regular_file(out, unknown)) continue;
+    return core::usage_error(
+        fmt::format("{}: exists already; use --overwrite to replace it", out.string()));
+  }
   const std::string extension = std::filesystem::path(arguments.out).extension().string();
   const bool has_profile = extension == ".csv" || extension == ".bag";
   if (!has_profile && extension != ".h5" && extension != ".mat") {
@@ -73,9 +81,11 @@ void add_export(CLI::App& app, int& exit_code) {
   command->add_option(
       "--profile", arguments->profile,
       ".csv, .bag: which column is what: raven2 (252 columns), raven2-bag, generic (a "
-      "header, every channel) or a profile file; default generic, raven2-bag");
+      "header, every channel; OUT.toml beside it keeps roles, metadata and events for `import`) or "
+      "a profile file; default generic, raven2-bag");
   command->add_option("--out", arguments->out, "File to write (.csv, .bag, .h5 or .mat)")
       ->required();
+  command->add_flag("--overwrite", arguments->overwrite, "Replace a file of that name");
   command->footer(
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"
       "          ravencal export run3.db --out run3.csv      (PlotJuggler, spreadsheets)\n"

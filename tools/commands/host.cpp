@@ -14,6 +14,7 @@
 #include "host/flight_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
+#include "host/replay.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
 #include "model/blob_writer.hpp"
@@ -96,14 +97,12 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
 
   host::LoopOptions loop = arguments.loop;
   loop.ticks = arguments.ticks == 0 ? source->cycles() : arguments.ticks;
-  plugin.api().enable(plugin.get(), 1);
   cli::catch_interrupts();
   cli::Progress progress("host");
-  const host::LoopResult result = host::run_loop(loop, plugin, *source, [&](double done) {
+  host::Summary summary = host::run(loop, plugin, *source, model, [&](double done) {
     progress.update(done);
     return !cli::interrupted();
   });
-  host::Summary summary = host::summarise(result, loop, plugin, model);
   RAVENCAL_ASSIGN_OR_RETURN(summary.faults, host::write_flight(plugin, arguments.flight));
   if (summary.faults > 0) summary.flight_path = arguments.flight;
   if (!arguments.json.empty()) {
@@ -115,6 +114,13 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
 /// Prints the figures. A correction that was never applied is a finding.
 cli::ExitCode report(const host::Summary& summary) {
   fmt::print("{}", host::summary_text(summary));
+  for (const learn::JointEvaluation& joint : summary.evaluation.joints) {
+    if (!(joint.calibrated.rmse > joint.raw.rmse)) continue;
+    fmt::print(stderr,
+               "ravencal: warning: joint {}: the correction makes the error larger: these weights "
+               "do not fit this robot, plant or homing\n",
+               joint.joint);
+  }
   if (summary.corrected_ticks > 0) return cli::kOk;
   fmt::print("the correction was never applied in full: see the doubts above\n");
   return cli::kFinding;

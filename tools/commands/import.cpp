@@ -33,6 +33,12 @@ core::Status run(const ImportArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, arguments.overwrite));
   fmt::print("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
              recording.channels.size());
+  if (recording.meta["profile"] == "generic" && recording.calibratable_joints().empty()) {
+    fmt::print(
+        "no joint has both an estimate and a truth, so that nothing can be trained or diagnosed: a "
+        "profile file gives roles (`export` writes one beside its .csv), or names such as "
+        "estimate.elbow_rad and truth.elbow_rad\n");
+  }
   const auto dropped = recording.meta.find("dropped_rows");
   if (dropped != recording.meta.end()) {
     fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);

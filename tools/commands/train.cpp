@@ -22,6 +22,7 @@
 #include "commands/origin_options.hpp"
 #include "commands/simulated_motion.hpp"
 #include "learn/calibration_report.hpp"
+#include "learn/distinct.hpp"
 #include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
@@ -241,6 +242,7 @@ core::Status write_model(Trained& trained, const std::string& out) {
 
 core::Status run(TrainArguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
+  RAVENCAL_RETURN_IF_ERROR(learn::check_distinct(arguments.recordings, arguments.validation));
   RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
   cli::catch_interrupts_of_work();

@@ -59,14 +59,24 @@ core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> ou
   return errors;
 }
 
+std::string joints_with(const Recording& recording, Role role) {
+  std::vector<std::string> joints;
+  for (const record::Channel& channel : recording.channels) {
+    if (channel.role == role) joints.push_back(channel.joint);
+  }
+  return joints.empty() ? "no joint" : fmt::format("{}", fmt::join(joints, ", "));
+}
+
 core::Result<std::vector<model::OutputSpec>> outputs_of(const Recording& recording,
                                                         std::span<const std::string> joints) {
   const std::vector<std::string> present = recording.calibratable_joints();
   if (present.empty()) {
     return core::data_error(fmt::format(
-        "{}: no joint has both an estimate and a truth; calibration needs an external encoder or "
-        "tracker in the recording (role joint_truth in its profile)",
-        recording.source));
+        "{}: no joint has both an estimate and a truth: the recording has the truth of {} and the "
+        "estimate of {}. Joints go by their names; the truth comes from external encoders "
+        "(`ravencal merge`) or from a channel of role joint_truth in the profile",
+        recording.source, joints_with(recording, Role::kJointTruth),
+        joints_with(recording, Role::kJointEstimate)));
   }
   for (const std::string& joint : joints) {
     if (std::find(present.begin(), present.end(), joint) == present.end()) {

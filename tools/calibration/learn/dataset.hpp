@@ -25,6 +25,9 @@ struct Dataset {
   std::size_t rows_without_feature = 0;  ///< left out: truth known, but a feature lost
 };
 
+/// Names of the joints that have a channel of that role, for messages.
+std::string joints_with(const record::Recording& recording, record::Role role);
+
 /// The recording's calibratable joints, or those of them that are named in `joints`.
 /// Errors (kData): none, or one that is named has no truth or no estimate.
 core::Result<std::vector<model::OutputSpec>> outputs_of(const record::Recording& recording,

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "learn/dataset.hpp"
 #include "model/hook_view.hpp"
 
 namespace ravencal::learn {
@@ -47,8 +48,11 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
     if (!truth || !estimate) {
       return core::Error{
           core::ErrorCode::kData,
-          fmt::format("{}: has no {} of joint {}, which the model corrects", recording.source,
-                      estimate ? "truth" : "estimate", joint.joint)};
+          fmt::format("{}: has no {} of joint {}, which the model corrects; the recording has the "
+                      "truth of {} and the estimate of {}",
+                      recording.source, estimate ? "truth" : "estimate", joint.joint,
+                      joints_with(recording, Role::kJointTruth),
+                      joints_with(recording, Role::kJointEstimate))};
     }
     for (Eigen::Index row = 0; row < recording.rows(); ++row) {
       const double corrected =
@@ -63,6 +67,35 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
     }
   }
   return {};
+}
+
+/// By how much of the raw RMSE the calibrated one is smaller; where nothing was wrong, nothing.
+std::string fall_of(const JointEvaluation& joint) {
+  if (!(joint.raw.rmse > 0.0)) return "-";
+  return fmt::format("{:.1f} %", 100.0 * (1.0 - joint.calibrated.rmse / joint.raw.rmse));
+}
+
+/// Two columns of words and then numbers, each at least as wide as a usual table has it. A heading
+/// may reach over the empty cell before it.
+std::string aligned(const std::vector<std::vector<std::string>>& lines) {
+  std::vector<std::size_t> widths = {12, 5, 9, 11, 9, 11, 9, 11, 9, 10};
+  for (const auto& line : lines) {
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      const bool reaches = c > 0 && line[c - 1].empty();
+      if (!reaches) widths[c] = std::max(widths[c], line[c].size() + 1);
+    }
+  }
+  std::string text;
+  for (const auto& line : lines) {
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      const std::size_t next = c + 1 < widths.size() ? line[c + 1].size() : 0;
+      const bool lends = line[c].empty() && next > widths[c + 1];
+      const std::size_t width = widths[c] - (lends ? next - widths[c + 1] : 0);
+      text += c < 2 ? fmt::format("{:<{}}", line[c], width) : fmt::format("{:>{}}", line[c], width);
+    }
+    text += "\n";
+  }
+  return text;
 }
 
 nlohmann::ordered_json figures(const ErrorStatistics& statistics, double per_si) {
@@ -141,19 +174,21 @@ std::string evaluation_json(const Evaluation& evaluation) {
 }
 
 std::string evaluation_table(const Evaluation& evaluation) {
-  std::string text = fmt::format("{:<12}{:<5}{:>9}{:>20}{:>20}{:>20}{:>10}\n", "joint", "unit",
-                                 "samples", "raw", "bias removed", "calibrated", "fall");
-  text += fmt::format("{:<26}{:>20}{:>20}{:>20}{:>10}\n", "", "RMSE     peak", "RMSE     peak",
-                      "RMSE     peak", "of RMSE");
+  std::vector<std::vector<std::string>> lines = {
+      {"joint", "unit", "samples", "", "raw", "", "bias removed", "", "calibrated", "fall"},
+      {"", "", "", "RMSE", "peak", "RMSE", "peak", "RMSE", "peak", "of RMSE"}};
   for (const JointEvaluation& joint : evaluation.joints) {
     const core::DisplayUnit unit = core::display_unit(joint.unit);
-    text += fmt::format("{:<12}{:<5}{:>9}", joint.joint, unit.name, joint.truth.size());
+    const bool has_rows = !joint.truth.empty();  // a loop may know no truth
+    std::vector<std::string>& line = lines.emplace_back();
+    line = {joint.joint, std::string(unit.name), std::to_string(joint.truth.size())};
     for (const ErrorStatistics& s : {joint.raw, joint.bias_removed, joint.calibrated}) {
-      text += fmt::format("{:>11.4f}{:>9.4f}", s.rmse * unit.per_si, s.peak * unit.per_si);
+      line.push_back(has_rows ? fmt::format("{:.4f}", s.rmse * unit.per_si) : "-");
+      line.push_back(has_rows ? fmt::format("{:.4f}", s.peak * unit.per_si) : "-");
     }
-    text += fmt::format("{:>8.1f} %\n", 100.0 * (1.0 - joint.calibrated.rmse / joint.raw.rmse));
+    line.push_back(fall_of(joint));
   }
-  return text;
+  return aligned(lines);
 }
 
 }  // namespace ravencal::learn

@@ -49,4 +49,11 @@ std::string files_text(std::span<const Recording* const> recordings) {
   return fmt::format("{}", fmt::join(files, "; "));
 }
 
+bool was_trained_on(const model::CalibrationModel& model, const Recording& recording) {
+  const auto trained = model.provenance.find("recordings");
+  const auto hash = sha256_of_file(recording.source);
+  return trained != model.provenance.end() && hash.ok() &&
+         trained->second.find(*hash) != std::string::npos;
+}
+
 }  // namespace ravencal::learn

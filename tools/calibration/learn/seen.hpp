@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/calibration_model.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::learn {
@@ -34,5 +35,8 @@ class Seen {
 
 /// "run1.db sha256:...; run2.db sha256:...".
 std::string files_text(std::span<const record::Recording* const> recordings);
+
+/// Whether the model was trained on a file with these bytes, under whatever name.
+bool was_trained_on(const model::CalibrationModel& model, const record::Recording& recording);
 
 }  // namespace ravencal::learn

@@ -17,7 +17,7 @@ record::Recording recording_of(const Problem& problem, const Series& series) {
   recording.source = series.source;
   std::vector<Eigen::VectorXd> columns;
   for (const record::Channel& channel : problem.channels) {
-    if (channel.role == record::Role::kJointTruth) continue;
+    if (record::tells_truth(channel.role)) continue;
     const auto values = series.channels.find(channel.name);
     if (values == series.channels.end()) continue;
     recording.channels.push_back(channel);

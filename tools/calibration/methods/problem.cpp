@@ -105,7 +105,7 @@ core::Result<Series> make_series(const Problem& problem, const Recording& record
   }
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
     const record::Channel& channel = recording.channels[c];
-    if (channel.role == Role::kJointTruth) continue;
+    if (record::tells_truth(channel.role)) continue;
     // Whole robot messages have hundreds of channels; methods ask for positions, efforts and loads.
     if (channel.role == Role::kFeature && recording.channels.size() > 60) continue;
     series.channels[channel.name] = recording.samples.col(static_cast<Eigen::Index>(c));

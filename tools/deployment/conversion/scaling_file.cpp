@@ -150,7 +150,7 @@ class Reader {
       for (const record::ProfileChannel& channel : profile_.channels) {
         if (channel.index && static_cast<double>(*channel.index) == value) found = &channel;
       }
-      if (found == nullptr || found->channel.role == record::Role::kJointTruth) {
+      if (found == nullptr || record::tells_truth(found->channel.role)) {
         return core::data_error(
             fmt::format("'features': column {} of profile {} is no input", value, profile_.name));
       }

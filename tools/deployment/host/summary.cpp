@@ -87,6 +87,14 @@ Summary summarise(const LoopResult& result, const LoopOptions& options,
   return summary;
 }
 
+std::string limits_text(const Summary& summary) {
+  if (summary.counters.limited_rate == 0) return "";
+  return fmt::format(
+      "limited     {} corrections of a joint in {} ticks followed the network late: with the pedal "
+      "down a correction changes by at most a tenth of its joint's commanded motion\n",
+      summary.counters.limited_rate, summary.ticks);
+}
+
 std::string summary_text(const Summary& s) {
   std::string text;
   text += fmt::format("network     {} inputs, {} parameters in {}, {} code, {:.0f} KiB per step\n",
@@ -112,11 +120,13 @@ std::string summary_text(const Summary& s) {
     text += fmt::format("doubt       {} in {} ticks\n", doubt_name(kind),
                         s.counters.ticks_in_doubt[kind]);
   }
+  text += limits_text(s);
   if (s.faults > 0) {
     text += fmt::format("FAULT       {}; the last ticks before the last one are in {}\n", s.faults,
                         s.flight_path);
   }
-  if (s.corrected_ticks > 0) text += "\n" + learn::evaluation_table(s.evaluation);
+  if (s.corrected_ticks > 0)
+    text += "\nas the plugin applied it:\n" + learn::evaluation_table(s.evaluation);
   return text;
 }
 

@@ -40,6 +40,8 @@ Summary summarise(const LoopResult& result, const LoopOptions& options,
                   const PluginInstance& plugin, const model::CalibrationModel& model);
 
 std::string summary_text(const Summary& summary);
+/// How often the plugin's limits held a correction back; empty if never.
+std::string limits_text(const Summary& summary);
 std::string summary_json(const Summary& summary);
 
 }  // namespace ravencal::host

@@ -24,6 +24,7 @@ std::string_view stage_word(Stage stage) {
 }
 
 bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
+  if (channel.role == record::Role::kTruthReading) return false;
   if (channel.role == record::Role::kFeature)
     return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
   return channel.joint.empty() || channel.role == record::Role::kLoad ||

@@ -22,7 +22,7 @@ constexpr std::int64_t kClockPeriodNs = 10'000'000'000;  // as the driver notes 
 std::vector<record::Channel> channels_of(const physics::Plant& plant) {
   std::vector<record::Channel> channels;
   for (const physics::Joint& joint : plant.joints) {
-    channels.push_back({joint.name + ".counts", "counts", record::Role::kFeature, joint.name});
+    channels.push_back({joint.name + ".counts", "counts", record::Role::kTruthReading, joint.name});
     channels.push_back({joint.name + ".lines", "1", record::Role::kStatus, joint.name});
   }
   return channels;

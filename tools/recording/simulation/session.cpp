@@ -43,7 +43,7 @@ core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& pla
   if (!with_truth) return channels;
   for (const physics::Joint& joint : plant.joints) {
     channels.push_back(
-        {"truth_counts." + joint.name, "counts", record::Role::kFeature, joint.name});
+        {"truth_counts." + joint.name, "counts", record::Role::kTruthReading, joint.name});
   }
   return channels;
 }
