@@ -45,6 +45,24 @@ TEST_F(MainRoad, ThePluginTakesWhatDefaultTrainingAndConversionMake) {
   }
 }
 
+// Where users rehearse, as in the controller.
+TEST_F(MainRoad, HostRefusesWeightsOfTheOtherArm) {
+  std::string plant = bytes_of(kPlant);
+  const std::string gold = "arm = \"gold\"";
+  ASSERT_NE(plant.find(gold), std::string::npos);
+  plant.replace(plant.find(gold), gold.size(), "arm = \"green\"");
+  std::ofstream(folder_ / "green.toml") << plant;
+  expect_ok("simulate --plant green.toml --trajectory t.csv --out green.db");
+  for (const char* source : {"--plant green.toml", "--recording green.db"}) {
+    const Outcome outcome =
+        run(fmt::format("host --plugin {} --weights w.blob {} --ticks 10", plugin(), source));
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
+    EXPECT_NE(outcome.text.find("was trained for the gold arm and would correct the green one"),
+              std::string::npos)
+        << outcome.text;
+  }
+}
+
 TEST_F(MainRoad, TheTruthIsNeverOfferedAsAnInput) {
   for (const char* features : {"joint:elbow", "*", "*elbow*"}) {
     expect_ok(fmt::format("train s.db --method linear --features '{}' --out x.onnx", features));

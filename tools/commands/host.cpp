@@ -61,10 +61,11 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const HostArguments& 
   return host::make_twin_source(plant, trajectory, arguments.twin);
 }
 
-/// The plugin's defaults, changed as the user wants.
+/// The plugin's defaults, for weights of the source's arm, changed as the user wants.
 core::Result<ravencal_config> make_config(const HostArguments& arguments,
-                                          const host::PluginLibrary& library) {
-  ravencal_config config = library.default_config();
+                                          const host::PluginLibrary& library,
+                                          const host::RobotSource& source) {
+  ravencal_config config = library.default_config(source.arm());
   config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
   if (arguments.telemetry.size() >= sizeof config.telemetry_name) {
     return core::Error{core::ErrorCode::kUsage,
@@ -80,11 +81,6 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
                             model::read_blob(arguments.weights));
   RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
                             host::PluginLibrary::open(arguments.plugin));
-  RAVENCAL_ASSIGN_OR_RETURN(const ravencal_config config, make_config(arguments, library));
-  RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
-                            host::PluginInstance::create(library, config));
-  RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
-
   record::Recording recording;
   std::unique_ptr<host::RobotSource> source;
   if (!arguments.recording.empty()) {
@@ -94,6 +90,10 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(source, make_twin(arguments));
   }
+  RAVENCAL_ASSIGN_OR_RETURN(const ravencal_config config, make_config(arguments, library, *source));
+  RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
+                            host::PluginInstance::create(library, config));
+  RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
 
   host::LoopOptions loop = arguments.loop;
   loop.ticks = arguments.ticks == 0 ? source->cycles() : arguments.ticks;

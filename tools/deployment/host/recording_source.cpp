@@ -34,6 +34,11 @@ class RecordingSource final : public RobotSource {
     }
   }
 
+  [[nodiscard]] std::string arm() const override {
+    const auto named = recording_.meta.find("arm");
+    return named == recording_.meta.end() ? std::string() : named->second;
+  }
+
   [[nodiscard]] std::int64_t cycles() const override {
     return (recording_.t_ns.back() - recording_.t_ns.front()) / kTickNs + 1;
   }

@@ -11,14 +11,15 @@
 namespace ravencal::host {
 namespace {
 
-core::Result<Summary> replay_one(const PluginLibrary& library, const ravencal_config& config,
-                                 const std::filesystem::path& weights,
+core::Result<Summary> replay_one(const PluginLibrary& library, const std::filesystem::path& weights,
                                  const model::CalibrationModel& model,
                                  const record::Recording& recording, const KeepGoing& keep_going) {
-  RAVENCAL_ASSIGN_OR_RETURN(PluginInstance plugin, PluginInstance::create(library, config));
-  RAVENCAL_RETURN_IF_ERROR(plugin.load(weights));
   RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<RobotSource> source,
                             make_recording_source(recording, model.features));
+  ravencal_config config = library.default_config(source->arm());
+  config.step_budget_ns = 0;  // this machine is not the robot's
+  RAVENCAL_ASSIGN_OR_RETURN(PluginInstance plugin, PluginInstance::create(library, config));
+  RAVENCAL_RETURN_IF_ERROR(plugin.load(weights));
   LoopOptions options;
   options.rate_hz = 0.0;
   options.ticks = source->cycles();
@@ -61,15 +62,13 @@ core::Result<Summary> replay(const std::filesystem::path& plugin,
   const std::filesystem::path weights = folder.path() / "model.blob";
   RAVENCAL_RETURN_IF_ERROR(model::write_blob(model, weights));
   RAVENCAL_ASSIGN_OR_RETURN(const PluginLibrary library, PluginLibrary::open(plugin));
-  ravencal_config config = library.default_config();
-  config.step_budget_ns = 0;  // this machine is not the robot's
   std::optional<Summary> all;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const auto share = [&](double done) {
       return keep_going((static_cast<double>(i) + done) / static_cast<double>(recordings.size()));
     };
     RAVENCAL_ASSIGN_OR_RETURN(Summary one,
-                              replay_one(library, config, weights, model, *recordings[i], share));
+                              replay_one(library, weights, model, *recordings[i], share));
     if (all) {
       append(one, *all);
     } else {

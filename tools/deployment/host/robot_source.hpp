@@ -28,6 +28,8 @@ class RobotSource {
  public:
   virtual ~RobotSource() = default;
 
+  /// "gold" or "green"; empty where it is not known.
+  [[nodiscard]] virtual std::string arm() const { return {}; }
   /// Control cycles that it can give.
   [[nodiscard]] virtual std::int64_t cycles() const = 0;
   /// The robot where its motion begins, as published before the first cycle; `state.t_ns` is that

@@ -15,8 +15,14 @@ constexpr double kApproachS = 5.0;  // smooth move from home to the trajectory's
 
 class TwinSource final : public RobotSource {
  public:
-  TwinSource(physics::RavenTwin twin, trajectory::Trajectory trajectory, double rate_hz)
-      : twin_(std::move(twin)), trajectory_(std::move(trajectory)), rate_hz_(rate_hz) {}
+  TwinSource(physics::RavenTwin twin, trajectory::Trajectory trajectory,
+             const physics::Plant& plant)
+      : twin_(std::move(twin)),
+        trajectory_(std::move(trajectory)),
+        rate_hz_(plant.robot.control_rate_hz),
+        arm_(plant.robot.arm) {}
+
+  [[nodiscard]] std::string arm() const override { return arm_; }
 
   void go_to_start() {
     twin_.home();
@@ -55,6 +61,7 @@ class TwinSource final : public RobotSource {
   physics::RavenTwin twin_;
   trajectory::Trajectory trajectory_;
   double rate_hz_;
+  std::string arm_;
   CatalogueValues rest_{};
   std::int64_t cycle_ = 0;
   std::int64_t t_ns_ = 0;
@@ -71,8 +78,7 @@ core::Result<std::unique_ptr<RobotSource>> make_twin_source(
   twin_options.homing_seed = options.homing_seed;
   RAVENCAL_ASSIGN_OR_RETURN(physics::RavenTwin twin,
                             physics::RavenTwin::create(plant, twin_options));
-  auto source =
-      std::make_unique<TwinSource>(std::move(twin), trajectory, plant.robot.control_rate_hz);
+  auto source = std::make_unique<TwinSource>(std::move(twin), trajectory, plant);
   source->go_to_start();
   return std::unique_ptr<RobotSource>(std::move(source));
 }
