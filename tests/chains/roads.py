@@ -59,7 +59,10 @@ def calibrate(chain: Chain) -> None:
     )
     chain.ravencal("train", "train.db", *method, "--seed", chain.seed(), "--out", "model.onnx")
     chain.ravencal("info", "model.onnx")
-    chain.ravencal("evaluate", "model.onnx", "test.db", "--json", "evaluate.json", "--report", "evaluate.html")
+    chain.ravencal(
+        "evaluate", "model.onnx", "test.db", "--as-applied", chain.programs.plugin,
+        "--json", "evaluate.json", "--report", "evaluate.html",
+    )
     find_on_page(chain, chain.json("evaluate.json"), "evaluate.html")
     convert_and_host(chain)
 
@@ -87,20 +90,24 @@ def convert_and_host(chain: Chain) -> None:
         "host", "--plugin", chain.programs.plugin, "--weights", "weights.blob", "--recording", "test.db",
         "--rate-hz", 0, "--json", "host.json", last=True,
     )
-    compare_errors(chain, chain.json("evaluate.json"), chain.json("host.json"))
+    if precision == "f32":
+        compare_errors(chain, chain.json("evaluate.json").get("as_applied", {}), chain.json("host.json"))
 
 
-def compare_errors(chain: Chain, evaluated: dict, hosted: dict) -> None:
-    """What `evaluate` and `host` say of the same recording without a model is the same."""
+def compare_errors(chain: Chain, applied: dict, hosted: dict) -> None:
+    """`evaluate --as-applied`, which is in f32, and `host` say the same of one recording."""
     in_loop = {joint["joint"]: joint for joint in hosted.get("joints", [])}
-    for joint in evaluated.get("joints", []):
+    if not applied.get("joints"):
+        chain.fault("disagree", "evaluate says nothing of the plugin")
+    for joint in applied.get("joints", []):
         other = in_loop.get(joint["joint"])
         if other is None:
             chain.fault("disagree", f"host says nothing of {joint['joint']}")
             continue
-        ours, theirs = joint["raw"]["rmse"], other["raw"]["rmse"]
-        if not math.isclose(ours, theirs, rel_tol=SAME_ERROR):
-            chain.fault("disagree", f"raw {joint['joint']}: evaluate {ours}, host {theirs}")
+        for kind in ("raw", "bias_removed", "calibrated"):
+            ours, theirs = joint[kind]["rmse"], other[kind]["rmse"]
+            if not math.isclose(ours, theirs, rel_tol=SAME_ERROR):
+                chain.fault("disagree", f"{kind} {joint['joint']}: evaluate {ours}, host {theirs}")
 
 
 def encoders(chain: Chain) -> None:
@@ -143,6 +150,7 @@ def exchange(chain: Chain) -> None:
         chain.fault("round trip", f"{len(lost)} of {len(before)} channels differ, {lost[:3]}")
     if form == "generic":
         chain.ravencal("train", "again.db", "--method", "linear", "--out", "model.onnx", last=True)
+        chain.ravencal("diagnose", "again.db", "--plant", plant, "--placebo", 0, "--out", "why", last=True)
 
 
 def diagnose(chain: Chain) -> None:

@@ -51,19 +51,28 @@ struct PluginHook {
     return {};
   }
 
-  /// Joints 1 to 3 as the controller goes on with them.
-  void correct(const RavenMessage& at_hook, std::int64_t t_ns, bool homed, Vector3d& joints_ji) {
-    if (!instance) return;
+  /// Joints 1 to 3 as the controller goes on with them, as integration/controller.hpp puts them.
+  /// Returns the change of the correction.
+  Vector3d correct(const RavenMessage& at_hook, std::int64_t t_ns, bool homed,
+                   Vector3d& measured_ji, Vector3d& desired_ji) {
+    if (!instance) return Vector3d::Zero();
     host::fill_state(host::to_si(at_hook), t_ns, homed, state);
-    if (instance->api().step(instance->get(), &state, &output) < 0) return;
-    joints_ji = Eigen::Map<const Eigen::Vector3f>(output.jpos_ji).cast<double>();
+    // Not by way of the message, whose degrees round.
+    Eigen::Map<Eigen::Vector3f>(state.arm[0].jpos_d_ji) = desired_ji.cast<float>();
+    const Eigen::Map<const Eigen::Vector3f> correction_ji(output.correction_ji);
+    const Eigen::Vector3f before_ji = correction_ji;
+    if (instance->api().step(instance->get(), &state, &output) < 0) return Vector3d::Zero();
+    measured_ji = Eigen::Map<const Eigen::Vector3f>(output.jpos_ji).cast<double>();
+    desired_ji = Eigen::Map<const Eigen::Vector3f>(output.desired_ji).cast<double>();
+    return (correction_ji - before_ji).cast<double>();
   }
 
+  /// For the inverse cable coupling of every cycle. No desired pose is commanded here.
   [[nodiscard]] Vector3d uncorrected(const Vector3d& desired_ji) const {
     if (!instance) return desired_ji;
     const Eigen::Vector3f desired = desired_ji.cast<float>();
     Eigen::Vector3f result;
-    instance->api().uncorrect_desired(instance->get(), desired.data(), result.data());
+    instance->api().uncorrect_command(instance->get(), desired.data(), 0, result.data());
     return result.cast<double>();
   }
 
@@ -279,7 +288,8 @@ void VirtualController::Impl::read_arms(std::int64_t t_ns) {
   at_hook = arm.twin.begin_cycle();
   complete(at_hook);
   arm.measured_ji = arm.twin.estimate_ji();
-  plugin.correct(at_hook, t_ns, homed, arm.measured_ji);
+  const Vector3d change_ji = plugin.correct(at_hook, t_ns, homed, arm.measured_ji, arm.desired_ji);
+  if (runlevel == kInit) arm.pose_ji += change_ji;
 }
 
 /// Desired joints of this cycle, as the branch's joint and Cartesian control leave them. Inverse
