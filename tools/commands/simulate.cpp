@@ -203,7 +203,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
       "Example: ravencal simulate --plant tools/plants/raven2.toml --trajectory zigzag3.csv --out "
       "zigzag3.db\n"
       "         ravencal simulate --plant diagnosis/plant_improved.toml --follow run.csv --profile "
-      "emps --out again.db");
+      "tools/profiles/emps.toml --out again.db");
   on_call(*command, exit_code,
           {.read = {"--plant", "--trajectory", "--follow", "--profile"},
            .written = {"--out", "--edges"}},
