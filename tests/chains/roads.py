@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 from chain import Chain
 
@@ -68,13 +69,19 @@ def calibrate(chain: Chain) -> None:
 
 
 def find_on_page(chain: Chain, evaluated: dict, name: str) -> None:
-    """The page states the errors of the JSON, with the digits of the table."""
+    """The first table of the page states the errors of the JSON, rounded to the digits that it shows."""
     path = chain.folder / name
     page = path.read_text() if path.exists() else ""
     for joint in evaluated.get("joints", []):
-        for kind in ("raw", "bias_removed", "calibrated"):
-            if f"{joint[kind]['rmse']:.4f}" not in page:
-                chain.fault("disagree", f"{name} lacks {kind} {joint['joint']} {joint[kind]['rmse']:.4f}")
+        row = re.search(rf'<th scope="row">{joint["joint"]} \[.*?</tr>', page)
+        shown = re.findall(r"<td[^>]*>([\d.]+)</td>", row.group()) if row else []
+        stated = [joint[kind][what] for kind in ("raw", "bias_removed", "calibrated") for what in ("rmse", "peak")]
+        for text, value in zip(shown[1:], stated):
+            half_a_digit = 0.5 * 10.0 ** -len(text.partition(".")[2])
+            if not math.isclose(float(text), value, rel_tol=1e-9, abs_tol=1.001 * half_a_digit):
+                chain.fault("disagree", f"{name}, {joint['joint']}: {text} on the page, {value} in the JSON")
+        if len(shown) < 1 + len(stated):
+            chain.fault("disagree", f"{name} has no row of {joint['joint']}")
 
 
 def convert_and_host(chain: Chain) -> None:
@@ -184,9 +191,13 @@ def judge_clean(chain: Chain, what: str) -> None:
         chain.fault("named", f"{what}: {', '.join(named)}")
     if report.get("verdict", {}).get("kind") == "unexplained":
         chain.fault("unexplained", what)
-    for row in report.get("held_out", []):
-        if row["after"] > 1.05 * max(row["before"], row["floor"]):
-            chain.fault("harm", f"{what}: {row['joint']} {row['metric']} {row['before']:.3g} to {row['after']:.3g}")
+    worse = [
+        f"{row['joint']} {row['metric']} {row['before']:.3g} to {row['after']:.3g}"
+        for row in report.get("held_out", [])
+        if row["after"] > 1.05 * max(row["before"], row["floor"])
+    ]
+    if worse:
+        chain.fault("harm", f"{what}: {'; '.join(worse)}")
 
 
 def other_robot(chain: Chain) -> None:
