@@ -12,7 +12,8 @@ int main(int argc, char** argv) {
     std::fputs("usage: rt_weights FILE\n", stderr);
     return 2;
   }
-  const model::CalibrationModel model = test::make_model(112, {128, 64, 32});
+  model::CalibrationModel model = test::make_model(112, {128, 64, 32});
+  model.origin.arm = model::Arm::kGold;  // the plant's
   const auto precision = model::packed::Precision::kFloat32;
   return model::write_blob(model, argv[1], test::packing_of(model, precision)).ok() ? 0 : 3;
 }
