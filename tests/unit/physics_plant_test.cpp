@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -11,11 +10,9 @@
 #include <sstream>
 #include <string>
 
-#include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 #include "physics/plant_effort.hpp"
-#include "physics/plant_ranges.hpp"
 #include "physics/plant_writer.hpp"
 
 namespace ravencal::physics {
@@ -66,39 +63,6 @@ std::string with_number(const std::string& text, std::size_t line, const std::st
     changed_text += one + "\n";
   }
   return found ? changed_text : "";
-}
-
-TEST(Plant, HasItsRangesInTheTableOfTheFormats) {
-  const auto formats = core::read_whole_file(RAVENCAL_SOURCE_DIR "/shared/FORMATS.md");
-  ASSERT_TRUE(formats.ok());
-  const std::pair<const char*, core::NumberRange> rows[] = {
-      {"positions (`tool_joints_rad`, `stop_*`, `home_*`)", kPositionRange},
-      {"`speed_*`", kVelocityRange},
-      {"stiffnesses (`kp_*`, `stop_stiffness_*`)", kStiffnessRange},
-      {"dampings (`kd_*`, `stop_damping_*`)", kDampingRange},
-      {"counts (`dac_limit_counts`, `dac_threshold_counts`)", kCountsRange},
-      {"`mass_kg`", kMassRange},
-      {"`inertia_kg_m2`", kInertiaRange},
-      {"`motor_inertia_kg_m2`", kRotorRange},
-      {"`com_m`", kLengthRange},
-      {"`gravity_m_per_s2`", kGravityRange},
-      {"`gearbox_ratio`, `reduction`, `reduction_rad_per_m`", kTransmissionRange},
-      {"`gain`, `dac_counts_per_n_m`", kGainRange},
-      {"`encoder_sign`", kSignRange},
-      {"`joint_encoder_resolution_*`", kResolutionRange},
-      {"`motor_encoder_counts_per_rev`", kCountsPerRevRange},
-      {"`control_rate_hz`", kControlRateRange},
-      {"`inner_rate_hz`", kInnerRateRange},
-      {"`rate_hz`", kRowRateRange},
-      {"`truth_period_s`", kPeriodRange},
-      {"`truth_latency_s`, `truth_latency_deviation_s`", kLatencyRange},
-      {"tolerances", kToleranceRange},
-      {"`coupling`", kCouplingRange},
-  };
-  for (const auto& [numbers, range] : rows) {
-    const std::string row = fmt::format("| {} | {:g} | {:g} |", numbers, range.low, range.high);
-    EXPECT_NE(formats->find(row), std::string::npos) << row;
-  }
 }
 
 TEST(Plant, HasARangeForEveryNumber) {

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // plant_text is the way back of parse_plant.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
+#include "physics/plant_ranges.hpp"
 #include "physics/plant_writer.hpp"
 
 namespace ravencal::physics {
@@ -127,6 +131,39 @@ TEST(EffectFlaws, AreWhatNoPlantMayHave) {
   EXPECT_NE(flaw_of({"backlash", "elbow", {{"half_width", 1.0}}}).find("from"), std::string::npos);
   EXPECT_NE(flaw_of({"joint_friction", "", {{"level", 1.0}}}).find("presliding"),
             std::string::npos);
+}
+
+TEST(Plant, HasItsRangesInTheTableOfTheFormats) {
+  const auto formats = core::read_whole_file(RAVENCAL_SOURCE_DIR "/shared/FORMATS.md");
+  ASSERT_TRUE(formats.ok());
+  const std::pair<const char*, core::NumberRange> rows[] = {
+      {"positions (`tool_joints_rad`, `stop_*`, `home_*`)", kPositionRange},
+      {"`speed_*`", kVelocityRange},
+      {"stiffnesses (`kp_*`, `stop_stiffness_*`)", kStiffnessRange},
+      {"dampings (`kd_*`, `stop_damping_*`)", kDampingRange},
+      {"counts (`dac_limit_counts`, `dac_threshold_counts`)", kCountsRange},
+      {"`mass_kg`", kMassRange},
+      {"`inertia_kg_m2`", kInertiaRange},
+      {"`motor_inertia_kg_m2`", kRotorRange},
+      {"`com_m`", kLengthRange},
+      {"`gravity_m_per_s2`", kGravityRange},
+      {"`gearbox_ratio`, `reduction`, `reduction_rad_per_m`", kTransmissionRange},
+      {"`gain`, `dac_counts_per_n_m`", kGainRange},
+      {"`encoder_sign`", kSignRange},
+      {"`joint_encoder_resolution_*`", kResolutionRange},
+      {"`motor_encoder_counts_per_rev`", kCountsPerRevRange},
+      {"`control_rate_hz`", kControlRateRange},
+      {"`inner_rate_hz`", kInnerRateRange},
+      {"`rate_hz`", kRowRateRange},
+      {"`truth_period_s`", kPeriodRange},
+      {"`truth_latency_s`, `truth_latency_deviation_s`", kLatencyRange},
+      {"tolerances", kToleranceRange},
+      {"`coupling`", kCouplingRange},
+  };
+  for (const auto& [numbers, range] : rows) {
+    const std::string row = fmt::format("| {} | {:g} | {:g} |", numbers, range.low, range.high);
+    EXPECT_NE(formats->find(row), std::string::npos) << row;
+  }
 }
 
 }  // namespace
