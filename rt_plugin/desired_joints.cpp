@@ -32,10 +32,10 @@ JointVector DesiredJoints::at_hook(const ravencal_arm& arm, const JointVector& b
     // Written since the last look: by a command, which would be the same without the plugin, or
     // from measured joints, behind the coupling of the cycle before. A host that left it where it
     // was shown, instead of moving it, wrote nothing.
-    const bool written = changed & (desired_ji != joint.shown_ji);
     const double commanded_ji = joint.without_ji + (exact_ji - static_cast<double>(joint.left_ji));
     const bool is_measured = std::fabs(joint.motor_ji - static_cast<double>(joint.own_ji)) <=
                              kSeedCounts * kMotorCountJi[j];
+    const bool written = changed & ((desired_ji != joint.shown_ji) | is_measured);
     const bool is_number = commanded_ji - commanded_ji == 0.0;
     const double seen_ji = pick(is_measured | !is_number, joint.motor_ji, commanded_ji);
     joint.without_ji = pick(written, seen_ji, joint.without_ji);
@@ -56,14 +56,30 @@ JointVector DesiredJoints::at_hook(const ravencal_arm& arm, const JointVector& b
 /// there is no correction.
 void DesiredJoints::see_seed(Joint& joint, float desired_ji, float correction_ji) const noexcept {
   const std::size_t j = static_cast<std::size_t>(&joint - joints_.data());
-  if (desired_ji == joint.left_ji || desired_ji == joint.shown_ji) return;
-  joint.left_ji = desired_ji;
-  joint.motor_ji = static_cast<double>(desired_ji) - static_cast<double>(correction_ji);
+  const double motor_ji = static_cast<double>(desired_ji) - static_cast<double>(correction_ji);
   const double own_ji = static_cast<double>(joint.own_ji);
-  const bool is_measured = std::fabs(joint.motor_ji - own_ji) <= kSeedCounts * kMotorCountJi[j];
+  const bool is_measured = std::fabs(motor_ji - own_ji) <= kSeedCounts * kMotorCountJi[j];
+  // A host that did not move a desired joint leaves it where it was shown. So does one that sets it
+  // to a corrected joint that stands still at a limit, while the measured one goes on.
+  if (desired_ji == joint.left_ji || (desired_ji == joint.shown_ji && !is_measured)) return;
+  joint.left_ji = desired_ji;
+  joint.motor_ji = motor_ji;
   const double seeded_ji =
       std::clamp(own_ji, static_cast<double>(lowest_ji_[j]), static_cast<double>(highest_ji_[j]));
   joint.without_ji = correction_ji == 0.0F || is_measured ? joint.motor_ji : seeded_ji;
+}
+
+/// In the first cycle of a press.
+bool DesiredJoints::agrees(const Joint& joint, float desired_ji, float correction_ji,
+                           double allowed_counts) const noexcept {
+  const std::size_t j = static_cast<std::size_t>(&joint - joints_.data());
+  const double with_ji = static_cast<double>(desired_ji) - static_cast<double>(correction_ji);
+  // From a pose that was set in INIT, where nothing is corrected.
+  const bool is_own = is_from_init_ && correction_ji == 0.0F && desired_ji != joint.left_ji;
+  const double allowed_ji = allowed_counts * kMotorCountJi[j];
+  const double measured_ji = kSeedCounts * kMotorCountJi[j];
+  return is_own || !std::isfinite(with_ji) || std::fabs(with_ji - joint.without_ji) <= allowed_ji ||
+         std::fabs(with_ji - static_cast<double>(joint.own_ji)) <= measured_ji;
 }
 
 bool DesiredJoints::at_coupling(const JointVector& desired_ji, const JointVector& correction_ji,
@@ -77,18 +93,19 @@ bool DesiredJoints::at_coupling(const JointVector& desired_ji, const JointVector
       see_seed(joint, desired_ji[j], correction_ji[j]);
       continue;
     }
-    if (!is_press_ || !has_been_corrected_) continue;
     const double with_ji =
         static_cast<double>(desired_ji[j]) - static_cast<double>(correction_ji[j]);
-    // From a pose that was set in INIT, where nothing is corrected.
-    const bool is_own = is_from_init_ && correction_ji[j] == 0.0F && desired_ji[j] != joint.left_ji;
-    const double allowed_ji = allowed_counts * kMotorCountJi[j];
-    const double measured_ji = kSeedCounts * kMotorCountJi[j];
-    const bool agrees = is_own || std::fabs(with_ji - joint.without_ji) <= allowed_ji ||
-                        std::fabs(with_ji - static_cast<double>(joint.own_ji)) <= measured_ji;
-    if (agrees || !std::isfinite(with_ji)) continue;
-    agreed_ji[j] = static_cast<float>(static_cast<double>(desired_ji[j]) - joint.without_ji);
-    disagrees = true;
+    if (is_press_ && has_been_corrected_ &&
+        !agrees(joint, desired_ji[j], correction_ji[j], allowed_counts)) {
+      agreed_ji[j] = static_cast<float>(static_cast<double>(desired_ji[j]) - joint.without_ji);
+      disagrees = true;
+    } else {
+      joint.without_ji = with_ji;
+    }
+    // The motors go there: what the controller holds from then on, it would hold from there alone,
+    // however far the correction moved with the commands.
+    joint.left_ji = desired_ji[j];
+    joint.motor_ji = joint.without_ji;
   }
   is_press_ = false;
   return disagrees;

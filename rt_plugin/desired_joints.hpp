@@ -62,10 +62,13 @@ class DesiredJoints {
     float shown_ji = 0.0F;    ///< desired joint at the last hook
     float left_ji = 0.0F;     ///< the same when it was looked at last, moved
     double motor_ji = 0.0;    ///< that one without the correction: what the motor is sent to
-    double without_ji = 0.0;  ///< what the motor would be sent to without the plugin
+    double without_ji = 0.0;  ///< what the motor would be sent to without the plugin, from where it
+                              ///< last followed
     float own_ji = 0.0F;      ///< measured, of the cycle at hand
   };
   void see_seed(Joint& joint, float desired_ji, float correction_ji) const noexcept;
+  [[nodiscard]] bool agrees(const Joint& joint, float desired_ji, float correction_ji,
+                            double allowed_counts) const noexcept;
 
   JointVector lowest_ji_;  ///< where the controller's inverse kinematics saturate
   JointVector highest_ji_;

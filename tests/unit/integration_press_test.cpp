@@ -2,6 +2,8 @@
 //
 // A press of the pedal moves the arm with the plugin as it does without it, also where the
 // controller leaves its desired joints as they were.
+#include <cmath>
+
 #include "unit/integration_pair.hpp"
 
 namespace ravencal::test {
@@ -63,6 +65,31 @@ TEST_P(IntegrationPress, DuringAFadeWhileAClientStreamsAddsNothingAtAnyLatencyOf
   }
 }
 
+TEST_P(IntegrationPress, AfterTheCorrectionMovedWithACommandGoesBackToTheSameJoints) {
+  if (!is_crtk()) GTEST_SKIP() << "the main branch has no joint mode";
+  Pair both = pair();
+  api.enable(both.with().get(), 0);
+  both.home();
+  both.run(kPedalUp, 1000);
+  api.enable(both.with().get(), 1);
+  both.run(kPedalUp, 150);  // in the middle of the fade: the rest of it is blended in
+  both.press(true);
+  both.run(kPedalUp, 8);
+  both.run(kPedalDown, 200);
+  const float before_ji = both.with().output().correction_ji[1];
+  both.stream(1, {2e-4F, -2e-4F, 2e-5F});
+  both.run(kPedalDown, 1000);
+  EXPECT_GT(std::fabs(both.with().output().correction_ji[1] - before_ji), 0.1 * Added::kDeg);
+  both.stream(1);
+  both.run(kPedalDown, 500);
+  both.run(kEmergencyStop, 1500);
+  both.move_by_hand(0, {0.003F, 0.003F, 0.0003F});  // as the weight of an arm does
+  both.run(kInit, 30);
+  both.run(kPedalUp, 3);
+  expect_nothing(both.watch(1000));
+  EXPECT_EQ(both.with().output().doubts & RAVENCAL_DOUBT_PRESS, 0U);
+}
+
 TEST_P(IntegrationPress, WithAWithdrawnToolAddsNothing) {
   for (const int other : {0, 1}) {
     SCOPED_TRACE(other);
@@ -88,6 +115,24 @@ TEST_P(IntegrationPress, BesideTheRemoteCentreAddsNothing) {
   both.run(kPedalUp, 500);
   both.press(true);
   expect_nothing(both.watch(1000));
+}
+
+TEST_P(IntegrationPress, MovedByHandPastALimitOfTheCorrectionAddsNothing) {
+  // As far as the correction gives way, the corrected joint stands still at the boundary while the
+  // measured one goes on: the controller writes the desired joint that it had. Then inverse
+  // kinematics fail, and it keeps it.
+  Pair both = pair();
+  both.home();
+  both.run(kPedalUp, 1000);
+  constexpr int kCycles = 3000;
+  for (int i = 0; i < kCycles; ++i) {
+    both.move_by_hand(0, {0.0F, 0.0F, 0.07F / kCycles});
+    both.run(kPedalUp, 1);
+  }
+  both.run(kPedalUp, 1000);
+  both.press(true);
+  expect_nothing(both.watch(1000));
+  EXPECT_EQ(both.with().output().doubts & RAVENCAL_DOUBT_PRESS, 0U);
 }
 
 TEST_P(IntegrationPress, NearALimitOfTheJointsAddsNothing) {
