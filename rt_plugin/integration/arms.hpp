@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which mechanism of the controller is which arm, and which of its joints is which. Arms are told
-// apart when the adapter is opened, joints in every cycle: the controller sets DOF::type when it
-// first comes to INIT. A template over the controller's device type, C++98; it only reads.
+// apart when the adapter is opened, joints in every cycle: the controller sets DOF::type when its
+// real-time thread starts. A template over the controller's device type, C++98; it only reads.
 #ifndef RAVENCAL_ARMS_HPP
 #define RAVENCAL_ARMS_HPP
 
