@@ -43,13 +43,6 @@ core::Status export_profile(const ExportArguments& arguments, const record::Reco
 }
 
 core::Status run(const ExportArguments& arguments) {
-  for (const std::filesystem::path& out :
-       {std::filesystem::path(arguments.out), record::profile_beside(arguments.out)}) {
-    std::error_code unknown;
-    if (arguments.overwrite || !std::filesystem::is_regular_file(out, unknown)) continue;
-    return core::usage_error(
-        fmt::format("{}: exists already; use --overwrite to replace it", out.string()));
-  }
   const std::string extension = std::filesystem::path(arguments.out).extension().string();
   const bool has_profile = extension == ".csv" || extension == ".bag";
   if (!has_profile && extension != ".h5" && extension != ".mat") {
@@ -61,6 +54,13 @@ core::Status run(const ExportArguments& arguments) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: {} files hold every channel and need no --profile",
                                    arguments.out, extension)};
+  }
+  for (const std::filesystem::path& out :
+       {std::filesystem::path(arguments.out), record::profile_beside(arguments.out)}) {
+    std::error_code unknown;
+    if (arguments.overwrite || !std::filesystem::is_regular_file(out, unknown)) continue;
+    return core::usage_error(
+        fmt::format("{}: exists already; use --overwrite to replace it", out.string()));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             record::load_recording(arguments.recording, {}));

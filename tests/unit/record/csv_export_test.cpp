@@ -141,7 +141,10 @@ TEST(CsvExport, NamesTheChannelThatIsMissing) {
   recording.samples.resize(0, 0);
   const auto status = export_csv(recording, *load_profile("raven2"), scratch / "b.csv");
   ASSERT_FALSE(status.ok());
-  EXPECT_EQ(status.error().message, "r.db: no channel truth.shoulder, which profile raven2 needs");
+  EXPECT_EQ(
+      status.error().message,
+      "r.db: no channel truth.shoulder, which profile raven2 needs; `ravencal merge` puts the "
+      "truth of a recording of encoders beside the robot's states");
   EXPECT_EQ(scratch.file_count(), 0U);
 }
 

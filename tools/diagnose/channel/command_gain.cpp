@@ -119,7 +119,7 @@ class GainStudy {
         ratio_(law_.gains[0] / question.nominal) {
     const Levels levels(s, stretch, usable);
     left_ = levels.of(law_.residual);
-    asked_ = question.nominal * levels.of(law_.own);
+    asked_ = question.nominal * levels.of(s.position_error);
     const double whole = rms_of(left_ + levels.of(s.y - law_.residual));
     const double level = 1.0 - std::pow(rms_of(left_) / std::max(whole, 1e-300), 2);
     explained_ = std::clamp(level, 0.0, law_.explained);
@@ -233,7 +233,7 @@ class GainStudy {
   double deviation_ = 0.0;   ///< of the ratio, by chance
   double half_width_ = 0.0;  ///< of its 95 %, by chance
   VectorXd left_;            ///< by the law, at its rows
-  VectorXd asked_;           ///< by the plant's gain there, beside what rates may ask for
+  VectorXd asked_;           ///< by the plant's gain there
 };
 
 }  // namespace

@@ -104,9 +104,8 @@ ControlLaw fit_differences(const Series& s, Index first, Index last, Index lag) 
   const MatrixXd rates = z.rightCols(2);
   MatrixXd normal = rates.transpose() * weight.asDiagonal() * rates;
   normal.diagonal().array() += 1e-9;
-  const VectorXd said = normal.ldlt().solve(rates.transpose() * weight.cwiseProduct(dx.col(0)));
-  const VectorXd own = dx.col(0) - rates * said;
-  law.own = s.position_error - x.rightCols(2) * said.cwiseQuotient(column_scale.tail(2));
+  const VectorXd own =
+      dx.col(0) - rates * normal.ldlt().solve(rates.transpose() * weight.cwiseProduct(dx.col(0)));
   law.pull = weight.cwiseProduct(own).cwiseProduct(left);
   // The pull's derivative: an outlier pulls less the farther off it is.
   law.worth = (1.0 - u2.array()) * (1.0 - 5.0 * u2.array()) * own.array().square();

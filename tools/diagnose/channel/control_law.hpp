@@ -22,8 +22,6 @@ struct ControlLaw {
   /// Of each difference that was fitted, what it asks of the position error's gain, and how much it
   /// asks for per unit by which the gain is too low: nothing in sum, and what it is worth.
   Eigen::VectorXd pull, worth;
-  /// The position error without what the rates say of it, all rows: in a single sine nothing.
-  Eigen::VectorXd own;
 };
 
 /// Why a law with this share says nothing of the command.
