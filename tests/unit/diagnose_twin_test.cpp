@@ -192,8 +192,10 @@ void write_sines(const fs::path& path, double amplitude_m, double rate_rad_per_s
   }
 }
 
+// Not of slower sines: their velocities say nearly all of the position error, and errors
+// of the law in steps of time decide about its gain.
 TEST_F(DiagnoseTwin, FindsTheGainThatSimulateFollowedWith) {
-  const std::pair<double, double> sines[] = {{0.1, 0.8}, {0.05, 2.0}, {0.02, 5.0}, {0.01, 10.0}};
+  const std::pair<double, double> sines[] = {{0.02, 5.0}, {0.01, 10.0}};
   int n = 0;
   for (const auto& [amplitude_m, rate_rad_per_s] : sines) {
     const std::string name = fmt::format("sine{}", n++);
