@@ -100,10 +100,22 @@ core::Status settle_recording(const fs::path& path) {
   if (code == SQLITE_OK) {
     code = sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
   }
-  if (code != SQLITE_BUSY && code != SQLITE_LOCKED) return remove_side_files(path);
-  return core::io_error(
-      fmt::format("{}: another process writes or reads it; end that first, or choose another name",
-                  path.string()));
+  switch (code) {
+    case SQLITE_OK:
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT:
+      return remove_side_files(path);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return core::io_error(fmt::format(
+          "{}: another process writes or reads it; end that first, or choose another name",
+          path.string()));
+    default:
+      if (!fs::exists(path)) return remove_side_files(path);
+      return sqlite::last_error(handle, path,
+                                "cannot take in the rows that a killed writer left in its log; "
+                                "both stay as they are");
+  }
 }
 
 core::Status remove_recording(const fs::path& path) {

@@ -76,7 +76,8 @@ core::Status check_channels(std::span<const Channel> channels, const std::filesy
 
 /// Before another file takes the recording's name: takes the rows that a killed writer left in
 /// SQLite's log into the recording itself, so that it is whole until then, and removes the log,
-/// whose rows SQLite would read instead of the new ones. kIo where another process has it open.
+/// whose rows SQLite would read instead of the new ones. kIo where another process has it open or
+/// where the rows cannot be taken in (a full disk): both files then stay as they are.
 core::Status settle_recording(const std::filesystem::path& path);
 
 /// Removes a recording and SQLite's files beside it, if they exist.

@@ -4,6 +4,7 @@ ravencal_test(NAME record_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/record/reader_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/writer_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/killed_writer_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/log_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/disk_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/hostile_test.cpp
