@@ -27,14 +27,8 @@ constexpr std::uint64_t kMiB = 1U << 20U;
 constexpr std::uint64_t kLargestPiece = 128 * kMiB;
 
 // A sanitizer reserves terabytes of addresses for itself.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef RAVENCAL_SANITIZED
 constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 #else
 constexpr bool kSanitized = false;
 #endif

@@ -27,5 +27,4 @@ ravencal_test(NAME plugin_abi_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/abi_test.cp
 add_dependencies(plugin_abi_test ravencal_rule_breaker)
 target_compile_definitions(plugin_abi_test PRIVATE
   RAVENCAL_RULE_BREAKER="$<TARGET_FILE:ravencal_rule_breaker>"
-  RAVENCAL_KERNEL_OBJECTS="${kernel_objects}"
-  $<$<BOOL:${RAVENCAL_SANITIZED}>:RAVENCAL_SANITIZED>)
+  RAVENCAL_KERNEL_OBJECTS="${kernel_objects}")

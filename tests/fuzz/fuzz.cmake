@@ -39,4 +39,3 @@ ravencal_parser(telemetry ravencal_monitor)
 
 get_property(parsers GLOBAL PROPERTY ravencal_parsers)
 ravencal_test(NAME replay_test SOURCES ${fuzz_folder}/replay_test.cpp LIBS ${parsers} LABELS replay)
-target_compile_definitions(replay_test PRIVATE $<$<BOOL:${RAVENCAL_SANITIZED}>:RAVENCAL_SANITIZED>)

@@ -10,6 +10,5 @@ target_compile_definitions(diagnose_program_test PRIVATE RAVENCAL_PROGRAM="$<TAR
 add_dependencies(diagnose_program_test ravencal)
 ravencal_test(NAME diagnose_twin_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_twin_test.cpp
   LIBS nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
-target_compile_definitions(diagnose_twin_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>"
-  $<$<BOOL:${RAVENCAL_SANITIZED}>:RAVENCAL_SANITIZED>)
+target_compile_definitions(diagnose_twin_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
 add_dependencies(diagnose_twin_test ravencal)
