@@ -93,6 +93,10 @@ core::Status check_channels(std::span<const Channel> channels, const fs::path& p
 }
 
 core::Status settle_recording(const fs::path& path) {
+  // Where one of them is missing there is no row that could be lost.
+  std::error_code failure;
+  const bool has_rows_in_log =
+      fs::exists(path, failure) && fs::exists(path.string() + "-wal", failure);
   sqlite3* handle = nullptr;
   int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE, nullptr);
   const sqlite::Database database(handle);
@@ -111,7 +115,7 @@ core::Status settle_recording(const fs::path& path) {
           "{}: another process writes or reads it; end that first, or choose another name",
           path.string()));
     default:
-      if (!fs::exists(path)) return remove_side_files(path);
+      if (!has_rows_in_log) return remove_side_files(path);
       return sqlite::last_error(handle, path,
                                 "cannot take in the rows that a killed writer left in its log; "
                                 "both stay as they are");

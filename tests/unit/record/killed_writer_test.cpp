@@ -7,9 +7,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <functional>
+#include <random>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "record/recording_file.hpp"
 #include "record/recording_reader.hpp"
@@ -78,6 +85,12 @@ std::vector<Progress> run_and_kill(const std::filesystem::path& path,
   return reports;
 }
 
+void expect_flushed_rows(const std::filesystem::path& path, const std::vector<Progress>& reports) {
+  const auto read = read_recording(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_GE(read->rows(), reports.back().flushed);
+}
+
 TEST(RecordingWriter, KeepsTheRowsOfAKilledWriterUntilTheNewFileStands) {
   const Scratch scratch;
   const auto path = scratch / "r.db";
@@ -88,9 +101,7 @@ TEST(RecordingWriter, KeepsTheRowsOfAKilledWriterUntilTheNewFileStands) {
   const core::Status settled = settle_recording(path);
   ASSERT_TRUE(settled.ok()) << settled.error().message;
   EXPECT_EQ(scratch.file_count(), 1U);
-  const auto read = read_recording(path);
-  ASSERT_TRUE(read.ok()) << read.error().message;
-  EXPECT_GE(read->rows(), reports.back().flushed);
+  expect_flushed_rows(path, reports);
 }
 
 /// While one lives, this process can write no file beyond `bytes`.
@@ -125,9 +136,7 @@ TEST(RecordingWriter, KeepsTheRowsOfAKilledWriterThatFindNoRoomInTheRecording) {
     EXPECT_NE(settled.error().message.find("killed writer"), std::string::npos)
         << settled.error().message;
   }
-  const auto read = read_recording(path);
-  ASSERT_TRUE(read.ok()) << read.error().message;
-  EXPECT_GE(read->rows(), reports.back().flushed);
+  expect_flushed_rows(path, reports);
 }
 
 TEST(RecordingWriter, RefusesToReplaceARecordingThatAnotherProcessWrites) {
@@ -144,9 +153,7 @@ TEST(RecordingWriter, RefusesToReplaceARecordingThatAnotherProcessWrites) {
     EXPECT_NE(live.error().message.find("another process"), std::string::npos);
   });
   ASSERT_GT(reports.size(), 1U);
-  const auto read = read_recording(path);
-  ASSERT_TRUE(read.ok()) << read.error().message;
-  EXPECT_GE(read->rows(), reports.back().flushed);
+  expect_flushed_rows(path, reports);
 }
 
 TEST(RecordingWriter, NoRowOfAKilledWriterOutlivesTheFileThatReplacesIt) {

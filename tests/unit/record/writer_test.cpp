@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sqlite3.h>
 #include <sys/inotify.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
-#include <random>
 #include <set>
 #include <thread>
 
 #include "record/load.hpp"
-#include "record/recording_file.hpp"
 #include "record/recording_reader.hpp"
 #include "record/recording_writer.hpp"
 #include "scratch.hpp"
