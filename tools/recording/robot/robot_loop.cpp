@@ -17,6 +17,7 @@ namespace ravencal::robot {
 namespace {
 
 constexpr std::int64_t kShortestWakeNs = 1'000'000;  // several cycles a wake-up above real time
+constexpr std::int64_t kLookNs = 200'000;            // while it waits for a command
 constexpr std::size_t kInputs = 4096;
 constexpr std::size_t kOutputs = 2048;
 constexpr int kPriority = 80;  // below the kernel's own real-time threads
@@ -70,7 +71,6 @@ void RobotLoop::run() {
       std::max<std::int64_t>(1, std::llround(static_cast<double>(kShortestWakeNs) / cycle_ns));
   const auto period_ns = std::llround(cycle_ns * static_cast<double>(cycles_per_wake));
   std::int64_t deadline_ns = core::monotonic_now_ns();
-  RobotInput input;
   while (!stop_.load(std::memory_order_relaxed)) {
     deadline_ns += period_ns;
     const std::int64_t awake_ns = core::monotonic_now_ns();
@@ -81,15 +81,38 @@ void RobotLoop::run() {
     } else {
       core::sleep_until(deadline_ns);
     }
-    while (inputs_.try_pop(input)) apply(input);
+    apply_inputs();
+    if (options_.speed > 1.0 && commands_come_ &&
+        outputs_since_command_ >= options_.outputs_ahead) {
+      wait_for_commander();
+      deadline_ns = core::monotonic_now_ns();
+    }
     for (std::int64_t i = 0; i < cycles_per_wake; ++i) run_cycle();
   }
+}
+
+void RobotLoop::wait_for_commander() {
+  const std::int64_t begun_ns = core::monotonic_now_ns();
+  const auto patience_ns = std::llround(1e9 * options_.patience_s);
+  while (outputs_since_command_ > 0 && !stop_.load(std::memory_order_relaxed)) {
+    const std::int64_t now_ns = core::monotonic_now_ns();
+    commands_come_ = now_ns - begun_ns < patience_ns;
+    if (!commands_come_) return;
+    core::sleep_until(now_ns + kLookNs);
+    apply_inputs();
+  }
+}
+
+void RobotLoop::apply_inputs() {
+  RobotInput input;
+  while (inputs_.try_pop(input)) apply(input);
 }
 
 void RobotLoop::run_cycle() {
   const CycleOutput& output = controller_.cycle();
   const std::int64_t number = cycles_.fetch_add(1, std::memory_order_relaxed);
   if (number % options_.publish_every != 0) return;
+  ++outputs_since_command_;
   if (!outputs_.try_push(output)) not_taken_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -97,6 +120,8 @@ void RobotLoop::apply(const RobotInput& input) {
   if (input.kind == RobotInput::Kind::kButton) {
     controller_.press(input.button);
   } else {
+    commands_come_ = true;
+    outputs_since_command_ = 0;
     controller_.command(input.arm, input.command,
                         {input.joints[0], input.joints[1], input.joints[2]});
   }

@@ -19,6 +19,11 @@ namespace ravencal::robot {
 struct RobotLoopOptions {
   double speed = 1.0;     ///< robot seconds per second; above 1 only for tests and tutorials
   int publish_every = 1;  ///< hands out every n-th cycle
+  /// Above real time only: after so many outputs without a joint command it waits for the next
+  /// command, for at most `patience_s` of the caller's clock, then goes on until commands come
+  /// again. A commander that is held up would otherwise miss more robot time than any real one.
+  int outputs_ahead = 3;
+  double patience_s = 0.5;
 };
 
 /// A message for the loop: a button, or a joint command.
@@ -63,12 +68,16 @@ class RobotLoop {
   void become_real_time();
   void run();
   void run_cycle();
+  void apply_inputs();
+  void wait_for_commander();
   void apply(const RobotInput& input);
 
   VirtualController controller_;
   RobotLoopOptions options_;
   quadrature_reader::SpscRing<RobotInput> inputs_;
   quadrature_reader::SpscRing<CycleOutput> outputs_;
+  bool commands_come_ = false;
+  int outputs_since_command_ = 0;
   std::string hindrance_;  // written before started_
   std::atomic<bool> started_{false};
   std::atomic<bool> stop_{false};
