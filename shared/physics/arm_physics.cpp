@@ -5,14 +5,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
 
 #include "physics/arm_dynamics.hpp"
 #include "physics/cable.hpp"
-#include "physics/effects/bristle_friction.hpp"
-#include "physics/plant_effort.hpp"
+#include "physics/drives.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -20,54 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-/// Friction with a level that wanders about its mean.
-struct Friction {
-  BristleFriction bristle;
-  Wander variation;
-  double level = 0.0;
-  double load_share = 0.0;
-  double level_difference = 0.0;  ///< forwards beyond backwards
-
-  double step(double velocity, double dt_s, double load = 0.0) {
-    if (level <= 0.0) return 0.0;
-    const double scale =
-        std::max(0.1, 1.0 + variation.value()) * (1.0 + load_share * std::abs(load) / level);
-    const double friction = bristle.step(velocity, dt_s, scale);
-    return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
-  }
-};
-
-Wander variation_of(const Joint& joint, std::string_view effect) {
-  return {joint.parameter(effect, "variation"),
-          std::max(1e-3, joint.parameter(effect, "variation_time"))};
-}
-
-Friction motor_friction(const Joint& joint) {
-  BristleFriction::Parameters p;
-  // Friction that depends on the load alone still needs a bristle, so it gets a negligible level.
-  const double load_share = joint.parameter("load_dependent_friction", "load_share");
-  p.level = std::max(joint.parameter("coulomb_friction", "level"), load_share > 0.0 ? 1e-6 : 0.0);
-  p.stribeck_extra = joint.parameter("stribeck_friction", "extra");
-  p.stribeck_velocity = std::max(1e-9, joint.parameter("stribeck_friction", "velocity"));
-  if (joint.find_effect("presliding") != nullptr) {
-    p.presliding = joint.parameter("presliding", "displacement");
-    p.damping = joint.parameter("presliding", "damping");
-  } else {
-    p.presliding = joint.kind == JointKind::kRevolute ? 1e-4 : 1e-5;
-  }
-  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share,
-          joint.parameter("asymmetric_friction", "level_difference")};
-}
-
-Friction joint_friction(const Joint& joint) {
-  BristleFriction::Parameters p;
-  p.level = joint.parameter("joint_friction", "level");
-  p.presliding = std::max(1e-9, joint.parameter("joint_friction", "presliding"));
-  p.damping = joint.parameter("joint_friction", "damping");
-  return {BristleFriction(p), variation_of(joint, "joint_friction"), p.level,
-          joint.parameter("joint_friction", "load_share")};
-}
 
 /// One-sided contact with the mechanical end of the joint's range.
 struct HardStop {
@@ -98,52 +48,23 @@ HardStop hard_stop(const Joint& joint) {
   return stop;
 }
 
-/// Where a cable without stretch holds each joint: `of_motor` times motor angles over nominal
-/// reduction, the controller's coupling and ratio with the plant's errors on top, and `of_joint`
-/// times the joints whose links cables follow. By virtual work tensions act on both through the
-/// transposes.
-struct Drives {
-  Matrix3d of_motor, of_joint;
-};
-
-Drives true_drives(const Plant& plant) {
-  Matrix3d through_drive = Matrix3d::Zero();
-  Matrix3d through_link = Matrix3d::Zero();
-  Vector3d gain;
-  for (Index i = 0; i < 3; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    const Joint& joint = plant.joints[row];
-    gain[i] = 1.0 + joint.parameter("gain_error", "ratio");
-    Matrix3d& coupling = joint.coupling_through == Through::kLink ? through_link : through_drive;
-    for (Index k = 0; k < 3; ++k)
-      coupling(i, k) = coupling_of(plant, row, static_cast<std::size_t>(k));
-  }
-  const Matrix3d driven = (Matrix3d::Identity() - through_drive).inverse();
-  return {driven * gain.asDiagonal(), driven * through_link};
-}
-
 }  // namespace
 
 struct ArmPhysics::Impl {
   Impl(const Plant& plant, std::vector<Cable> cables_in, bool drift)
       : cables(std::move(cables_in)),
         dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true),
-        drives(true_drives(plant)),
+        of_motor(drive_kinematics(plant).of_motor),
+        of_joint(drive_kinematics(plant).of_joint),
         cycle_s(1.0 / plant.robot.control_rate_hz),
         inner_steps(static_cast<int>(plant.robot.inner_rate_hz / plant.robot.control_rate_hz)),
         with_drift(drift) {
     for (Index i = 0; i < 3; ++i) {
       const Joint& axis = plant.joints[static_cast<std::size_t>(i)];
       reduction[i] = axis.reduction;
-      inertia[i] = axis.motor_inertia_kg_m2 * axis.reduction * axis.reduction;
-      const double drive_gain = 1.0 + axis.parameter("torque_constant", "ratio");
-      effort_per_torque[i] = axis.reduction / axis.gearbox_ratio * drive_gain;
-      lost_effort[i] = drive_gain * axis.parameter("effort_offset", "offset");
-      viscous[i] = axis.parameter("viscous_friction", "damping");
-      asymmetry[i] = 0.5 * axis.parameter("asymmetric_friction", "damping_difference");
-      ripple[i] = axis.parameter("torque_ripple", "amplitude");
-      ripple_order[i] = axis.parameter("torque_ripple", "order");
-      ripple_phase[i] = axis.parameter("torque_ripple", "phase");
+      losses.push_back(drive_losses(axis));
+      effort_per_torque[i] = axis.reduction / axis.gearbox_ratio * losses.back().effort_ratio;
+      lost_effort[i] = losses.back().effort_ratio * losses.back().lost_effort;
       const double limit = axis.parameter("saturation", "limit");
       effort_limit[i] = limit > 0.0 ? limit : std::numeric_limits<double>::infinity();
       motor_frictions.push_back(motor_friction(axis));
@@ -165,9 +86,8 @@ struct ArmPhysics::Impl {
 
   /// Semi-implicit Euler: velocities from efforts at the old positions, then positions.
   void inner_step(const Vector3d& drive_effort, double dt_s) {
-    const Vector3d drive = drives.of_motor * motor + drives.of_joint * joint;
-    const Vector3d drive_velocity =
-        drives.of_motor * motor_velocity + drives.of_joint * joint_velocity;
+    const Vector3d drive = of_motor * motor + of_joint * joint;
+    const Vector3d drive_velocity = of_motor * motor_velocity + of_joint * joint_velocity;
     Vector3d tension;
     Vector3d joint_effort;
     for (Index i = 0; i < 3; ++i) {
@@ -178,16 +98,14 @@ struct ArmPhysics::Impl {
                         joint_frictions[n].step(joint_velocity[i], dt_s, tension[i]) +
                         stops[n].effort(joint[i], joint_velocity[i]);
     }
-    joint_effort -= drives.of_joint.transpose() * tension;
-    const Vector3d reaction = drives.of_motor.transpose() * tension;
+    joint_effort -= of_joint.transpose() * tension;
+    const Vector3d reaction = of_motor.transpose() * tension;
     for (Index i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
-      double friction = motor_frictions[n].step(motor_velocity[i], dt_s, tension[i]) +
-                        viscous[i] * motor_velocity[i] + asymmetry[i] * std::abs(motor_velocity[i]);
-      if (ripple[i] != 0.0)
-        friction += ripple[i] * std::sin(ripple_order[i] * motor[i] + ripple_phase[i]);
+      const double friction = motor_frictions[n].step(motor_velocity[i], dt_s, tension[i]) +
+                              losses[n].drag(motor[i], motor_velocity[i]);
       const double effort = std::clamp(drive_effort[i], -effort_limit[i], effort_limit[i]);
-      motor_velocity[i] += dt_s * (effort - friction - reaction[i]) / inertia[i];
+      motor_velocity[i] += dt_s * (effort - friction - reaction[i]) / losses[n].inertia;
     }
     joint_velocity += dt_s * (inverse_mass * joint_effort);
     motor += dt_s * motor_velocity;
@@ -195,21 +113,16 @@ struct ArmPhysics::Impl {
   }
 
   std::vector<Cable> cables;
-  std::vector<Friction> motor_frictions;
-  std::vector<Friction> joint_frictions;
+  std::vector<WanderingFriction> motor_frictions;
+  std::vector<WanderingFriction> joint_frictions;
+  std::vector<DriveLosses> losses;
   std::vector<HardStop> stops;
   ArmDynamics dynamics;
-  Drives drives;
+  Matrix3d of_motor, of_joint;  // DriveKinematics
   Vector3d reduction;
-  Vector3d inertia;            // of motor and gearbox, at the joint
   Vector3d effort_per_torque;  // joint effort per torque at the gearbox output
   Vector3d lost_effort;        // constant part of the effort asked that moves nothing
-  Vector3d viscous;
-  Vector3d asymmetry;     // half the difference of damping between the directions
-  Vector3d ripple;        // against the motion of the motor, over its position at the joint
-  Vector3d ripple_order;  // per joint unit
-  Vector3d ripple_phase;
-  Vector3d effort_limit;  // of the drives, at the joint
+  Vector3d effort_limit;       // of the drives, at the joint
   double cycle_s;
   int inner_steps;
   bool with_drift;
@@ -250,8 +163,7 @@ ArmPhysics::~ArmPhysics() = default;
 void ArmPhysics::place(const Vector3d& joints_ji) {
   impl_->joint = joints_ji;
   impl_->joint_velocity.setZero();
-  const Drives& drives = impl_->drives;
-  impl_->motor = drives.of_motor.inverse() * (joints_ji - drives.of_joint * joints_ji);
+  impl_->motor = impl_->of_motor.inverse() * (joints_ji - impl_->of_joint * joints_ji);
   impl_->motor_velocity.setZero();
   impl_->motors_rad = impl_->motor.cwiseProduct(impl_->reduction);
 }
@@ -282,8 +194,10 @@ const Vector3d& ArmPhysics::joints_ji() const { return impl_->joint; }
 double ArmPhysics::kinetic_energy_j() const {
   const Vector3d& v = impl_->joint_velocity;
   const Vector3d& w = impl_->motor_velocity;
-  return 0.5 * v.dot(impl_->dynamics.mass_matrix(impl_->joint) * v) +
-         0.5 * w.dot(impl_->inertia.cwiseProduct(w));
+  double energy_j = 0.5 * v.dot(impl_->dynamics.mass_matrix(impl_->joint) * v);
+  for (Index i = 0; i < 3; ++i)
+    energy_j += 0.5 * impl_->losses[static_cast<std::size_t>(i)].inertia * w[i] * w[i];
+  return energy_j;
 }
 
 }  // namespace ravencal::physics

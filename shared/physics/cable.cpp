@@ -22,9 +22,7 @@ core::Result<Cable> Cable::create(const Joint& joint) {
                     joint.name)};
   }
   cable.gap_half_width_ = joint.parameter("backlash", "half_width");
-  cable.eccentricity_ = joint.parameter("eccentricity", "amplitude");
-  cable.eccentricity_order_ = joint.parameter("eccentricity", "order");
-  cable.eccentricity_phase_rad_ = joint.parameter("eccentricity", "phase");
+  cable.eccentricity_ = Eccentricity(joint);
   cable.drift_final_ = joint.parameter("thermal_drift", "final");
   cable.drift_time_s_ = joint.parameter("thermal_drift", "time");
   cable.wander_ = Wander(joint.parameter("thermal_drift", "wander"),
@@ -37,11 +35,6 @@ core::Result<Cable> Cable::create(const Joint& joint) {
                          std::max(1e-3, joint.parameter("creep", "time")));
   }
   return cable;
-}
-
-double Cable::with_eccentricity(double drive) const {
-  if (eccentricity_ == 0.0) return drive;
-  return drive + eccentricity_ * std::sin(eccentricity_order_ * drive + eccentricity_phase_rad_);
 }
 
 void Cable::advance_length(double dt_s, double age_s, bool with_drift, RandomSource& random) {

@@ -7,6 +7,7 @@
 
 #include "core/result.hpp"
 #include "physics/effects/creep.hpp"
+#include "physics/effects/eccentricity.hpp"
 #include "physics/effects/hysteresis.hpp"
 #include "physics/effects/wander.hpp"
 #include "physics/plant.hpp"
@@ -20,7 +21,9 @@ class Cable {
   static core::Result<Cable> create(const Joint& joint);
 
   /// Position that the drive asks of the joint: adds the pulley's run-out.
-  [[nodiscard]] double with_eccentricity(double drive) const;
+  [[nodiscard]] double with_eccentricity(double drive) const {
+    return drive + eccentricity_.at(drive);
+  }
 
   /// Once per control cycle: slow change of length at `age_s` since power-on.
   void advance_length(double dt_s, double age_s, bool with_drift, RandomSource& random);
@@ -34,15 +37,13 @@ class Cable {
   double stiffness_ = 0.0;
   double damping_ = 0.0;
   double gap_half_width_ = 0.0;
-  double eccentricity_ = 0.0;
-  double eccentricity_order_ = 0.0;
-  double eccentricity_phase_rad_ = 0.0;
   double drift_final_ = 0.0;
   double drift_time_s_ = 0.0;
   bool has_creep_ = false;
   bool started_ = false;
   double last_stretch_ = 0.0;
   double length_change_ = 0.0;
+  Eccentricity eccentricity_;
   Hysteresis hysteresis_;
   Creep creep_;
   Wander wander_;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "physics/effects/eccentricity.hpp"
 #include "physics/effects/slip_element.hpp"
 
 namespace ravencal::physics {
@@ -83,20 +84,24 @@ VectorXd shape_of(const Effect& e, const JointSignals& s, const VectorXd& follow
          value(e, "stiffening_per_load2") * other.cwiseProduct(other.cwiseAbs());
 }
 
+VectorXd play(const Joint& joint, const VectorXd& followed, const std::vector<char>& fresh) {
+  const double half_width = joint.parameter("backlash", "half_width");
+  if (half_width <= 0.0) return VectorXd::Zero(followed.size());
+  return -half_width * side(followed, 2.0 * half_width, fresh);
+}
+
 /// What the other effects add; zero for those that need an effort to be known.
-VectorXd motion_part(const Effect& e, const JointSignals& s, const VectorXd& followed) {
+VectorXd motion_part(const Joint& joint, const Effect& e, const JointSignals& s,
+                     const VectorXd& followed) {
   const VectorXd& q = s.position;
   if (e.id == "gain_error") return value(e, "ratio") * q;
   if (e.id == "coupling") return value(e, "error") * signal(s, e.from);
-  if (e.id == "eccentricity") {
-    return value(e, "amplitude") *
-           (value(e, "order") * q.array() + value(e, "phase")).sin().matrix();
-  }
+  if (e.id == "eccentricity")
+    return q.unaryExpr([&](double at) { return Eccentricity(joint).at(at); });
   if (e.id == "thermal_drift" && value(e, "time") > 0.0) {
     return value(e, "final") * (1.0 - (-(s.t_s.array() - s.t_s[0]) / value(e, "time")).exp());
   }
-  if (e.id == "backlash" && value(e, "half_width") > 0.0)
-    return -value(e, "half_width") * side(followed, 2.0 * value(e, "half_width"), s.fresh);
+  if (e.id == "backlash") return play(joint, followed, s.fresh);
   return VectorXd::Zero(q.size());
 }
 
@@ -113,6 +118,10 @@ VectorXd moved_by_others(const Joint& joint, const JointSignals& s) {
   return moved;
 }
 
+VectorXd play_error(const Joint& joint, const JointSignals& s) {
+  return play(joint, s.position + moved_by_others(joint, s), s.fresh);
+}
+
 VectorXd shape_error(const Joint& joint, const JointSignals& s) {
   VectorXd error = VectorXd::Zero(s.position.size());
   const VectorXd followed = s.position + moved_by_others(joint, s);
@@ -123,18 +132,27 @@ VectorXd shape_error(const Joint& joint, const JointSignals& s) {
   return error;
 }
 
-core::Result<VectorXd> joint_error(const Joint& joint, const JointSignals& s) {
-  VectorXd error = VectorXd::Zero(s.position.size());
-  const VectorXd followed = s.position + moved_by_others(joint, s);
+core::Status check_signals(const Joint& joint,
+                           const std::function<bool(const std::string&)>& recorded) {
   for (const Effect& effect : joint.effects) {
     for (const std::string& name : {effect.from, effect.posture}) {
-      if (name.empty() || s.other(name).size() > 0) continue;
+      if (name.empty() || recorded(name)) continue;
       return core::Error{core::ErrorCode::kData,
                          fmt::format("joint '{}': {} from '{}', which was not recorded", joint.name,
                                      effect.id, name)};
     }
+  }
+  return {};
+}
+
+core::Result<VectorXd> joint_error(const Joint& joint, const JointSignals& s) {
+  RAVENCAL_RETURN_IF_ERROR(
+      check_signals(joint, [&](const std::string& name) { return s.other(name).size() > 0; }));
+  VectorXd error = VectorXd::Zero(s.position.size());
+  const VectorXd followed = s.position + moved_by_others(joint, s);
+  for (const Effect& effect : joint.effects) {
     const VectorXd part = shape_of(effect, s, followed);
-    error += part.size() > 0 ? part : motion_part(effect, s, followed);
+    error += part.size() > 0 ? part : motion_part(joint, effect, s, followed);
   }
   return error;
 }

@@ -31,6 +31,13 @@ struct JointSignals {
 /// moved.
 Eigen::VectorXd moved_by_others(const Joint& joint, const JointSignals& signals);
 
+/// Errors (kData): a signal that an effect of the joint names is not `recorded`.
+core::Status check_signals(const Joint& joint,
+                           const std::function<bool(const std::string&)>& recorded);
+
+/// Joint minus `position` where nothing but its own motion says on which side of the gap it is.
+Eigen::VectorXd play_error(const Joint& joint, const JointSignals& signals);
+
 /// Joint minus `position`, rad or m, by every effect of the joint that needs no effort to be known.
 /// Errors (kData): a signal that an effect names is missing.
 core::Result<Eigen::VectorXd> joint_error(const Joint& joint, const JointSignals& signals);

@@ -62,6 +62,32 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   return efforts;
 }
 
+std::vector<VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links) {
+  const std::size_t joints = links.size();
+  if (joints != 3) {
+    std::vector<VectorXd> positions;
+    for (const Motion& link : links) positions.push_back(link.q);
+    std::vector<VectorXd> efforts = holding_efforts(plant, positions);
+    for (std::size_t j = 0; j < joints; ++j) {
+      const VectorXd inertial = link_inertia(plant.joints[j]) * links[j].a;
+      efforts[j] = efforts[j].size() > 0 ? VectorXd(efforts[j] + inertial) : inertial;
+    }
+    return efforts;
+  }
+  ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
+  std::vector<VectorXd> efforts(joints, VectorXd::Zero(links.front().q.size()));
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (Index i = 0; i < links.front().q.size(); ++i) {
+    const Eigen::Vector3d q(links[0].q[i], links[1].q[i], links[2].q[i]);
+    const Eigen::Vector3d v(links[0].v[i], links[1].v[i], links[2].v[i]);
+    const Eigen::Vector3d a(links[0].a[i], links[1].a[i], links[2].a[i]);
+    if (q.allFinite() && v.allFinite() && a.allFinite())
+      last = dynamics.gravity(q) + dynamics.coriolis(q, v) + dynamics.mass_matrix(q) * a;
+    for (std::size_t j = 0; j < 3; ++j) efforts[j][i] = last[static_cast<Index>(j)];
+  }
+  return efforts;
+}
+
 void add_external_loads(const Plant& plant, const std::vector<VectorXd>& measured,
                         std::vector<VectorXd>& efforts) {
   for (std::size_t j = 0; j < efforts.size(); ++j) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "physics/motion.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::physics {
@@ -13,6 +14,11 @@ namespace ravencal::physics {
 /// describes no weight or the positions are not known.
 std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
+
+/// Efforts that move the plant's links as `links` moves ([joints]) against weight and inertia, per
+/// joint and sample (N m or N). Robots other than a RAVEN-II and a single pendulum have no weight,
+/// and each joint moves its own link only.
+std::vector<Eigen::VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links);
 
 /// Adds to `efforts` what balances the measured loads from outside (Joint::external_load);
 /// `measured` ([joints][samples], in units of the channel) is empty where none was recorded.

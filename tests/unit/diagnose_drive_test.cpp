@@ -316,7 +316,7 @@ TEST(SmoothMotion, KeepsVelocitiesSharpWhereAccelerationsNeedALongWindow) {
   std::mt19937_64 engine(4);
   for (Index i = 0; i < rows; ++i) q[i] = triangle(t_s[i]) + 2e-5 * gauss(engine);
   const std::vector<char> none(static_cast<std::size_t>(rows), 0);
-  const auto motion = diagnose::smooth_motion(t_s, q, none, none, 2);
+  const auto motion = physics::smooth_motion(t_s, q, none, none, 2);
   EXPECT_EQ(motion.q, q);
   EXPECT_LT(motion.noise, 6e-5);
   double worst = 0.0;

@@ -226,6 +226,40 @@ TEST(Follow, LetsFrictionOfADriveFollowTheDrive) {
   EXPECT_EQ(followed->recording.samples.col(2), r.samples.col(0));
 }
 
+TEST(Follow, HangsAJointBehindItsCable) {
+  const auto plant = plant_of(R"(
+[robot]
+name = "pendulum"
+gravity_m_per_s2 = [0.0, -9.8, 0.0]
+tool_joints_rad = [0.0, 0.0, 0.0, 0.0]
+[[joint]]
+name = "one"
+kind = "revolute"
+motor_inertia_kg_m2 = 1e-5
+gearbox_ratio = 1.0
+reduction = 1.0
+joint_encoder_resolution_rad = 1e-5
+  [joint.link]
+  mass_kg = 2.0
+  com_m = [0.3, 0.0, 0.0]
+  inertia_kg_m2 = [0.0, 0.0, 0.0]
+  [[joint.effect]]
+  id = "compliance"
+  stiffness_n_m_per_rad = 60.0
+  damping_n_m_s_per_rad = 0.0
+)");
+  auto r = recording_of(
+      {{"e1", "rad", Role::kJointEstimate, "one"}, {"t1", "rad", Role::kJointTruth, "one"}}, 400,
+      0.05);
+  for (Eigen::Index i = 0; i < r.rows(); ++i) r.samples(i, 0) = 0.005 * static_cast<double>(i);
+  const auto followed = simulation::follow_recording(plant, r, {});
+  ASSERT_TRUE(followed.ok()) << followed.error().message;
+  for (const Eigen::Index i : {100, 200, 300}) {
+    const double joint = followed->recording.samples(i, 1);
+    EXPECT_NEAR(60.0 * (r.samples(i, 0) - joint), 2.0 * 9.8 * 0.3 * std::cos(joint), 0.03);
+  }
+}
+
 TEST(Follow, SaysWhichSignalIsMissing) {
   auto r = two_recording();
   r.channels[3].name = "pull";

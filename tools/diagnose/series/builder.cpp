@@ -123,7 +123,7 @@ class Builder {
     const VectorXd position = Table::bridged(best_position(positions_[j]));
     if (position.size() == 0) return {};
     const Motion motion =
-        smooth_motion(table_.t_s(), position, table_.fresh(), table_.held_out(), 2);
+        physics::smooth_motion(table_.t_s(), position, table_.fresh(), table_.held_out(), 2);
     return physics::link_inertia(plant_.joints[j]) * motion.a + frictions_[j];
   }
 
@@ -163,8 +163,8 @@ class Builder {
     series.fresh = table_.fresh();
     series.held_out = table_.held_out();
     series.inertia = joint_inertia(plant_, j);
-    series.motion = smooth_motion(series.t_s, position, series.fresh, series.held_out,
-                                  stage == Stage::kDrive ? 2 : 1);
+    series.motion = physics::smooth_motion(series.t_s, position, series.fresh, series.held_out,
+                                           stage == Stage::kDrive ? 2 : 1);
     series.nominal_mass_kg = joint.link.mass_kg;
     series.drive_order = joint.reduction / joint.gearbox_ratio;
     series.presliding = joint.parameter("presliding", "displacement");
@@ -182,7 +182,7 @@ class Builder {
       series.others.push_back(
           {plant_.joints[k].name,
            plant_.joints[k].kind == physics::JointKind::kPrismatic ? "m" : "rad",
-           smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
+           physics::smooth_motion(series.t_s, other, series.fresh, series.held_out, 1).q});
     }
     series.servo = physics::servo_law(joint);
     series.removable_mass_kg = plant_.joints.back().link.mass_kg + plant_.payload.mass_kg;
@@ -316,8 +316,8 @@ class Builder {
     Series series = basis(j, Stage::kDrive, p.motor.size() > 0 ? p.motor : best_position(p));
     series.unit = series.prismatic ? "N" : "N_m";
     series.recorded = p.effort;
-    series.y = filter_like_acceleration(series.t_s, p.effort, series.fresh,
-                                        std::max(series.motion.half_width_s, 1e-9));
+    series.y = physics::filter_like_acceleration(series.t_s, p.effort, series.fresh,
+                                                 std::max(series.motion.half_width_s, 1e-9));
     series.mark_valid();
     mask_unpowered(series);
     series.at_rest = rows_at_rest(series, p.desired);

@@ -120,7 +120,7 @@ double Series::row_period_s() const {
 
 Eigen::VectorXd Series::as_seen(const Eigen::VectorXd& column) const {
   if (stage != Stage::kDrive) return column;
-  return filter_like_acceleration(t_s, column, fresh, std::max(motion.half_width_s, 1e-9));
+  return physics::filter_like_acceleration(t_s, column, fresh, std::max(motion.half_width_s, 1e-9));
 }
 
 }  // namespace ravencal::diagnose

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "diagnose/series/smoother.hpp"
 #include "physics/cable_replay.hpp"
 #include "physics/plant.hpp"
+#include "physics/predict/smoother.hpp"
 #include "physics/servo_law.hpp"
 #include "record/recording.hpp"
 
@@ -22,6 +22,7 @@ namespace ravencal::diagnose {
 
 using physics::CableMotion;
 using physics::CableNumbers;
+using physics::Motion;
 
 /// Where a mismatch enters.
 enum class Stage {

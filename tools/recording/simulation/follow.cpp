@@ -11,6 +11,8 @@
 #include "physics/drive_model.hpp"
 #include "physics/joint_error.hpp"
 #include "physics/plant_effort.hpp"
+#include "physics/predict/predict.hpp"
+#include "physics/predict/smoother.hpp"
 
 namespace ravencal::simulation {
 namespace {
@@ -61,13 +63,15 @@ class Follower {
       if (driven && r.truth.size() == 0) {
         drive(j, controlled);
       } else if (r.truth.size() > 0 && r.believed().size() > 0) {
-        RAVENCAL_RETURN_IF_ERROR(
-            place(j, Role::kJointTruth, signals(r.believed()), r.truth, "joint"));
+        if (placed_.position.empty()) RAVENCAL_RETURN_IF_ERROR(predict_joints(positions));
+        write_position(j, Role::kJointTruth, placed_.position[j], r.truth, "joint");
       } else if (r.desired.size() > 0 && r.estimate.size() > 0) {
         physics::JointSignals asked = signals(r.desired);
         asked.driven = asked_of_drive(j);
-        RAVENCAL_RETURN_IF_ERROR(
-            place(j, Role::kJointEstimate, asked, r.estimate, "followed its desired position"));
+        RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error,
+                                  physics::joint_error(plant_.joints[j], asked));
+        write_position(j, Role::kJointEstimate, r.desired + error, r.estimate,
+                       "followed its desired position");
       }
     }
     if (!out_.joints.empty()) return std::move(out_);
@@ -293,18 +297,38 @@ class Follower {
     return drive;
   }
 
-  core::Status place(std::size_t j, Role role, const physics::JointSignals& asked,
-                     const VectorXd& measured, const std::string& how) {
+  /// All joints with their motors forced in. Weights need every joint's position.
+  core::Status predict_joints(const std::vector<VectorXd>& positions) {
+    physics::Plant plant = plant_;
+    physics::ForcedMotion forced{t_s_, fresh_, {}, external_loads(), {}};
+    forced.load = [this](const std::string& name) { return named(name); };
+    const std::vector<char> all_seen(fresh_.size(), 0);
+    for (std::size_t j = 0; j < positions.size(); ++j) {
+      const Recorded& r = recorded_[j];
+      VectorXd motor = r.estimate.size() > 0 ? VectorXd() : r.motor;
+      if (positions[j].size() == 0) plant.robot.gravity_m_per_s2 = {};
+      if (motor.size() == 0) {
+        motor = positions[j].size() > 0 ? positions[j] : VectorXd(VectorXd::Zero(t_s_.size()));
+        for (std::size_t k = 0; k < j; ++k) {
+          if (plant_.coupling[j][k] != 0.0 && positions[k].size() > 0)
+            motor -= plant_.coupling[j][k] * positions[k];
+        }
+      }
+      forced.motors.push_back(physics::smooth_motion(t_s_, motor, fresh_, all_seen, 2));
+    }
+    RAVENCAL_ASSIGN_OR_RETURN(placed_, physics::predict(plant, forced));
+    return {};
+  }
+
+  void write_position(std::size_t j, Role role, VectorXd position, const VectorXd& measured,
+                      const std::string& how) {
     const physics::Joint& joint = plant_.joints[j];
-    RAVENCAL_ASSIGN_OR_RETURN(const VectorXd error, physics::joint_error(joint, asked));
-    VectorXd position = asked.position + error;
     // Values that were not measured, as of joints that are held, are not simulated either.
     for (Index i = 0; i < position.size(); ++i)
       if (!std::isfinite(measured[i])) position[i] = measured[i];
     set(role, joint.name, position);
     report(joint.name, how, position - measured,
            joint.parameter("homing_offset", "deviation") > 0.0);
-    return {};
   }
 
   /// A joint's position, or a recorded load of that name.
@@ -344,6 +368,7 @@ class Follower {
   std::optional<Index> power_column_;
   std::vector<Recorded> recorded_;
   std::vector<VectorXd> weights_;
+  physics::Prediction placed_;
   mutable std::optional<std::pair<double, double>> pendulum_;  ///< sine, cosine of its effort
 };
 

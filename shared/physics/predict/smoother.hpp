@@ -4,18 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace ravencal::diagnose {
+#include "physics/motion.hpp"
 
-/// Position with its derivatives, from a recorded position by local cubic least squares over
-/// a window (Savitzky and Golay, Anal. Chem. 1964, for uneven stamps). Zero phase, so that a
-/// regressor is aligned with the sample it belongs to.
-struct Motion {
-  Eigen::VectorXd q;          ///< as recorded: operators with memory need its true extremes
-  Eigen::VectorXd v;          ///< over the shortest window that its noise allows
-  Eigen::VectorXd a;          ///< over +-half_width_s
-  double half_width_s = 0.0;  ///< of the derivative of order `need`
-  double noise = 0.0;         ///< standard deviation of the position about its local cubic
-};
+namespace ravencal::physics {
 
 /// Filters `y` with the kernel that the acceleration of smooth_motion() has been through: the
 /// second derivative of a local parabola is the true one under the weights (1 - u^2)^2, u = t /
@@ -24,6 +15,10 @@ struct Motion {
 Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen::VectorXd& y,
                                          const std::vector<char>& fresh, double half_width_s);
 
+/// Position with its derivatives, from a recorded position by local cubic least squares over a
+/// window (Savitzky and Golay, Anal. Chem. 1964, for uneven stamps). Zero phase, so that a
+/// regressor is aligned with the sample it belongs to.
+///
 /// `fresh[i]` starts a new stretch: no window reaches across. NaN positions are bridged linearly.
 /// The window is chosen on the rows that are not in `unseen`: from the shortest of 5 ms to 1.3 s
 /// (and at least 7 samples) whose noise in the derivative of order `need` (1 or 2) stays below 1 %
@@ -33,4 +28,4 @@ Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen
 Motion smooth_motion(const Eigen::VectorXd& t_s, const Eigen::VectorXd& position,
                      const std::vector<char>& fresh, const std::vector<char>& unseen, int need);
 
-}  // namespace ravencal::diagnose
+}  // namespace ravencal::physics

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/series/smoother.hpp"
+#include "physics/predict/smoother.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "core/median.hpp"
 
-namespace ravencal::diagnose {
+namespace ravencal::physics {
 namespace {
 
 using Eigen::Index;
@@ -219,4 +219,4 @@ Eigen::VectorXd filter_like_acceleration(const Eigen::VectorXd& t_s, const Eigen
   return out;
 }
 
-}  // namespace ravencal::diagnose
+}  // namespace ravencal::physics

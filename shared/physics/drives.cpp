@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/drives.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "physics/plant_effort.hpp"
+
+namespace ravencal::physics {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+Wander variation_of(const Joint& joint, std::string_view effect) {
+  return {joint.parameter(effect, "variation"),
+          std::max(1e-3, joint.parameter(effect, "variation_time"))};
+}
+
+}  // namespace
+
+DriveKinematics drive_kinematics(const Plant& plant,
+                                 const std::vector<std::optional<double>>& link_shares) {
+  const auto joints = static_cast<Index>(plant.joints.size());
+  MatrixXd through_drive = MatrixXd::Zero(joints, joints);
+  MatrixXd through_link = MatrixXd::Zero(joints, joints);
+  VectorXd gain(joints);
+  for (Index i = 0; i < joints; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const Joint& joint = plant.joints[row];
+    gain[i] = 1.0 + joint.parameter("gain_error", "ratio");
+    const double by_plant = joint.coupling_through == Through::kLink ? 1.0 : 0.0;
+    const double link_share = link_shares.empty() ? by_plant : link_shares[row].value_or(by_plant);
+    for (Index k = 0; k < joints; ++k) {
+      const double factor = coupling_of(plant, row, static_cast<std::size_t>(k));
+      through_link(i, k) = link_share * factor;
+      through_drive(i, k) = (1.0 - link_share) * factor;
+    }
+  }
+  const MatrixXd driven = (MatrixXd::Identity(joints, joints) - through_drive).inverse();
+  return {driven * gain.asDiagonal(), driven * through_link};
+}
+
+VectorXd DriveKinematics::motors_of(const VectorXd& joints_ji) const {
+  return of_motor.inverse() * (joints_ji - of_joint * joints_ji);
+}
+
+double WanderingFriction::step(double velocity, double dt_s, double load) {
+  if (level <= 0.0) return 0.0;
+  const double scale =
+      std::max(0.1, 1.0 + variation.value()) * (1.0 + load_share * std::abs(load) / level);
+  const double friction = bristle.step(velocity, dt_s, scale);
+  return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
+}
+
+WanderingFriction motor_friction(const Joint& joint, double presliding) {
+  BristleFriction::Parameters p;
+  // Friction that depends on the load alone still needs a bristle, so it gets a negligible level.
+  const double load_share = joint.parameter("load_dependent_friction", "load_share");
+  p.level = std::max(joint.parameter("coulomb_friction", "level"), load_share > 0.0 ? 1e-6 : 0.0);
+  p.stribeck_extra = joint.parameter("stribeck_friction", "extra");
+  p.stribeck_velocity = std::max(1e-9, joint.parameter("stribeck_friction", "velocity"));
+  if (joint.find_effect("presliding") != nullptr) {
+    p.presliding = joint.parameter("presliding", "displacement");
+    p.damping = joint.parameter("presliding", "damping");
+  } else if (presliding > 0.0) {
+    p.presliding = presliding;
+  } else {
+    p.presliding =
+        joint.kind == JointKind::kRevolute ? kUnstatedPresliding_rad : kUnstatedPresliding_m;
+  }
+  return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share,
+          joint.parameter("asymmetric_friction", "level_difference")};
+}
+
+WanderingFriction joint_friction(const Joint& joint) {
+  BristleFriction::Parameters p;
+  p.level = joint.parameter("joint_friction", "level");
+  p.presliding = std::max(1e-9, joint.parameter("joint_friction", "presliding"));
+  p.damping = joint.parameter("joint_friction", "damping");
+  return {BristleFriction(p), variation_of(joint, "joint_friction"), p.level,
+          joint.parameter("joint_friction", "load_share")};
+}
+
+DriveLosses drive_losses(const Joint& joint) {
+  DriveLosses losses;
+  losses.inertia = joint.motor_inertia_kg_m2 * joint.reduction * joint.reduction;
+  losses.effort_ratio = 1.0 + joint.parameter("torque_constant", "ratio");
+  losses.lost_effort = joint.parameter("effort_offset", "offset");
+  losses.viscous = joint.parameter("viscous_friction", "damping");
+  losses.asymmetry = 0.5 * joint.parameter("asymmetric_friction", "damping_difference");
+  losses.ripple = joint.parameter("torque_ripple", "amplitude");
+  losses.ripple_order = joint.parameter("torque_ripple", "order");
+  losses.ripple_phase = joint.parameter("torque_ripple", "phase");
+  return losses;
+}
+
+double DriveLosses::drag(double position, double velocity) const {
+  double effort = viscous * velocity + asymmetry * std::abs(velocity);
+  if (ripple != 0.0) effort += ripple * std::sin(ripple_order * position + ripple_phase);
+  return effort;
+}
+
+}  // namespace ravencal::physics

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/predict/predict.hpp"
+
+#include <Eigen/LU>
+#include <utility>
+
+#include "physics/cable_replay.hpp"
+#include "physics/drives.hpp"
+#include "physics/effects/eccentricity.hpp"
+#include "physics/effects/thermal_drift.hpp"
+#include "physics/joint_error.hpp"
+#include "physics/plant_effort.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Weights depend on where the links are, and that on the weights: the second pass changes an
+/// error of some degrees by a few per cent, a third one nothing that an encoder shows.
+constexpr int kPasses = 2;
+
+/// Half of the rows over which the rate of an effort is taken: its lateness is less than a row.
+constexpr Index kRateReach = 1;
+
+/// One plant along one forced motion.
+class Step {
+ public:
+  Step(const Predictor& predictor, const Plant& plant,
+       const std::vector<JointCircumstances>& circumstances, const std::vector<Motion>& links)
+      : forced_(predictor.forced()),
+        believed_(predictor.believed()),
+        plant_(plant),
+        links_(links),
+        circumstances_(circumstances) {
+    std::vector<std::optional<double>> link_shares;
+    for (const JointCircumstances& c : circumstances) link_shares.push_back(c.link_share);
+    kinematics_ = drive_kinematics(plant, link_shares);
+  }
+
+  [[nodiscard]] const DriveKinematics& kinematics() const { return kinematics_; }
+
+  /// Tension and position of one joint; tensions of the joints after it must be known.
+  void hang(std::size_t j, VectorXd load, Prediction& out) const {
+    for (std::size_t k = j + 1; k < plant_.joints.size(); ++k) {
+      if (const double factor = of_joint(k, j); factor != 0.0) load += factor * out.tension[k];
+    }
+    const VectorXd asked = asked_of(j);
+    out.hanging[j] = asked - stretch_of(j, asked, load, out.tension[j]) +
+                     shape_error(plant_.joints[j], signals(j));
+  }
+
+  /// What the encoder shows; joints before it must hang.
+  void show(std::size_t j, Prediction& out) const {
+    const JointCircumstances& c = of(j);
+    VectorXd& position = out.position[j];
+    position = out.hanging[j];
+    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
+      // Cables hung where the links were taken to be.
+      if (const double factor = of_joint(j, k); factor != 0.0 && k != j)
+        position += factor * (out.hanging[k] - links_[k].q);
+    }
+    position.array() += c.encoder_offset;
+    if (c.encoder_ramp == 0.0) return;
+    const VectorXd& t_s = forced_.t_s;
+    const double length_s = t_s[t_s.size() - 1] - t_s[0];
+    position.array() += c.encoder_ramp * ((t_s.array() - t_s[0]) / length_s - 0.5);
+  }
+
+  void ask(std::size_t j, Prediction& out) const {
+    const Joint& joint = plant_.joints[j];
+    const Motion& motor = forced_.motors[j];
+    const DriveLosses losses = drive_losses(joint);
+    VectorXd& effort = out.effort[j];
+    effort = VectorXd::Zero(rows());
+    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
+      const double factor = kinematics_.of_motor(static_cast<Index>(k), static_cast<Index>(j));
+      if (factor != 0.0) effort += factor * out.tension[k];
+    }
+    WanderingFriction friction;
+    double held = 0.0;
+    for (Index i = 0; i < rows(); ++i) {
+      if (starts(i)) {
+        friction = motor_friction(joint, of(j).presliding);
+        held = 0.0;
+      } else if (const double dt_s = forced_.t_s[i] - forced_.t_s[i - 1]; dt_s > 0.0) {
+        held = friction.step((read(j, i) - read(j, i - 1)) / dt_s, dt_s, out.tension[j][i]);
+      }
+      const double needed =
+          losses.inertia * motor.a[i] + held + losses.drag(read(j, i), motor.v[i]) + effort[i];
+      effort[i] = needed / losses.effort_ratio + losses.lost_effort;
+    }
+    if (of(j).effort_lateness_s != 0.0) effort += of(j).effort_lateness_s * rate_of(effort);
+  }
+
+ private:
+  [[nodiscard]] Index rows() const { return forced_.t_s.size(); }
+  [[nodiscard]] double of_joint(std::size_t to, std::size_t from) const {
+    return kinematics_.of_joint(static_cast<Index>(to), static_cast<Index>(from));
+  }
+  [[nodiscard]] bool starts(Index i) const {
+    return i == 0 || forced_.fresh[static_cast<std::size_t>(i)] != 0;
+  }
+  [[nodiscard]] const JointCircumstances& of(std::size_t j) const {
+    static const JointCircumstances none;
+    return circumstances_.empty() ? none : circumstances_[j];
+  }
+
+  /// Where the motor is: counts that its encoder lost are no motion.
+  [[nodiscard]] double read(std::size_t j, Index i) const {
+    const Jump& lost = of(j).lost_counts;
+    const double jumped = lost.size != 0.0 && forced_.t_s[i] >= lost.t_s ? lost.size : 0.0;
+    return forced_.motors[j].q[i] - jumped;
+  }
+
+  /// Position that the drive and the joints that the cable follows ask of the joint.
+  [[nodiscard]] VectorXd asked_of(std::size_t j) const {
+    VectorXd asked = VectorXd::Zero(rows());
+    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
+      const double of_motor = kinematics_.of_motor(static_cast<Index>(j), static_cast<Index>(k));
+      if (of_motor != 0.0)
+        for (Index i = 0; i < rows(); ++i) asked[i] += of_motor * read(k, i);
+      if (of_joint(j, k) != 0.0) asked += of_joint(j, k) * links_[k].q;
+    }
+    const Joint& joint = plant_.joints[j];
+    const Eccentricity eccentricity(joint);
+    const double drift = joint.parameter("thermal_drift", "final");
+    const double drift_time_s = joint.parameter("thermal_drift", "time");
+    const Jump& slip = of(j).slip;
+    for (Index i = 0; i < rows(); ++i) {
+      asked[i] += eccentricity.at(asked[i]) +
+                  thermal_drift(drift, drift_time_s, forced_.t_s[i] - forced_.t_s[0]);
+      if (slip.size != 0.0 && forced_.t_s[i] >= slip.t_s) asked[i] += slip.size;
+    }
+    return asked;
+  }
+
+  /// What the joint lacks of what is asked, and the tension on the way.
+  [[nodiscard]] VectorXd stretch_of(std::size_t j, const VectorXd& asked, const VectorXd& load,
+                                    VectorXd& tension) const {
+    CableNumbers numbers = cable_numbers(plant_.joints[j]);
+    numbers.creep_start = of(j).creep_start;
+    tension.resize(rows());
+    VectorXd stretch(rows());
+    CableReplay cable(numbers);
+    for (Index i = 0; i < rows(); ++i) {
+      if (starts(i)) {
+        cable.start(asked[i], load[i]);
+        stretch[i] = cable.offset(asked[i]);
+      } else {
+        stretch[i] = cable.step(asked[i], load[i], forced_.t_s[i] - forced_.t_s[i - 1]);
+      }
+      tension[i] = cable.tension();
+    }
+    // Nothing presses an unloaded joint against a side of its gap but what it leaves behind.
+    const bool free = numbers.friction_level <= 0.0 && load.cwiseAbs().maxCoeff() <= 0.0;
+    return free && numbers.gap_half_width > 0.0
+               ? VectorXd(-play_error(plant_.joints[j], signals(j)))
+               : stretch;
+  }
+
+  [[nodiscard]] VectorXd rate_of(const VectorXd& effort) const {
+    VectorXd rate = VectorXd::Zero(rows());
+    for (Index i = kRateReach; i + kRateReach < rows(); ++i) {
+      const double dt_s = forced_.t_s[i + kRateReach] - forced_.t_s[i - kRateReach];
+      if (dt_s > 0.0) rate[i] = (effort[i + kRateReach] - effort[i - kRateReach]) / dt_s;
+    }
+    return rate;
+  }
+
+  [[nodiscard]] JointSignals signals(std::size_t j) const {
+    return {forced_.t_s, forced_.fresh, believed_[j], [this](const std::string& name) {
+              if (const auto joint = plant_.joint_index(name)) return believed_[*joint];
+              return forced_.load ? forced_.load(name) : VectorXd();
+            }};
+  }
+
+  const ForcedMotion& forced_;
+  const std::vector<VectorXd>& believed_;
+  const Plant& plant_;
+  const std::vector<Motion>& links_;
+  const std::vector<JointCircumstances>& circumstances_;
+  DriveKinematics kinematics_;
+};
+
+/// The plant with none of its masses, or with its masses but no moments.
+Plant stripped(Plant plant, bool keep_moments) {
+  for (Joint& joint : plant.joints) {
+    joint.link.mass_kg = 0.0;
+    if (!keep_moments) joint.link.inertia_kg_m2 = {};
+  }
+  plant.payload.mass_kg = 0.0;
+  return plant;
+}
+
+}  // namespace
+
+Predictor::Predictor(const Plant& plant, ForcedMotion forced)
+    : nominal_(plant), forced_(std::move(forced)) {
+  const auto joints = static_cast<Index>(plant.joints.size());
+  for (std::size_t j = 0; j < plant.joints.size(); ++j) {
+    believed_.push_back(forced_.motors[j].q);
+    for (std::size_t k = 0; k < j; ++k)
+      if (plant.coupling[j][k] != 0.0) believed_[j] += plant.coupling[j][k] * believed_[k];
+  }
+  const DriveKinematics kinematics = drive_kinematics(plant);
+  const MatrixXd through =
+      (MatrixXd::Identity(joints, joints) - kinematics.of_joint).inverse() * kinematics.of_motor;
+  links_.resize(plant.joints.size());
+  for (Index j = 0; j < joints; ++j) {
+    Motion& link = links_[static_cast<std::size_t>(j)];
+    link.q = link.v = link.a = VectorXd::Zero(forced_.t_s.size());
+    for (Index k = 0; k < joints; ++k) {
+      const Motion& motor = forced_.motors[static_cast<std::size_t>(k)];
+      if (through(j, k) == 0.0) continue;
+      link.q += through(j, k) * motor.q;
+      link.v += through(j, k) * motor.v;
+      link.a += through(j, k) * motor.a;
+    }
+  }
+  weigh_links();
+}
+
+void Predictor::move_links(const std::vector<VectorXd>& positions) {
+  for (std::size_t j = 0; j < links_.size(); ++j) links_[j].q = positions[j];
+  weigh_links();
+}
+
+/// Efforts are linear in the masses: what a kilogram of each body adds is found once.
+void Predictor::weigh_links() {
+  of_moments_ = link_efforts(stripped(nominal_, true), links_);
+  per_kg_.clear();
+  const Plant weightless = stripped(nominal_, false);
+  for (std::size_t body = 0; body <= nominal_.joints.size(); ++body) {
+    Plant one = weightless;
+    (body < nominal_.joints.size() ? one.joints[body].link.mass_kg : one.payload.mass_kg) = 1.0;
+    per_kg_.push_back(link_efforts(one, links_));
+  }
+}
+
+std::vector<VectorXd> Predictor::link_loads(const Plant& plant) const {
+  std::vector<VectorXd> loads = of_moments_;
+  for (std::size_t body = 0; body < per_kg_.size(); ++body) {
+    const double mass_kg =
+        body < plant.joints.size() ? plant.joints[body].link.mass_kg : plant.payload.mass_kg;
+    if (mass_kg == 0.0) continue;
+    for (std::size_t j = 0; j < loads.size(); ++j) loads[j] += mass_kg * per_kg_[body][j];
+  }
+  if (!forced_.external_loads.empty()) add_external_loads(plant, forced_.external_loads, loads);
+  return loads;
+}
+
+Prediction Predictor::predict(const Plant& plant,
+                              const std::vector<JointCircumstances>& circumstances) const {
+  Prediction out;
+  for (auto* part : {&out.effort, &out.position, &out.tension, &out.hanging})
+    part->resize(plant.joints.size());
+  update(plant, circumstances, 0, Reach::kEverything, out);
+  return out;
+}
+
+void Predictor::update(const Plant& plant, const std::vector<JointCircumstances>& circumstances,
+                       std::size_t joint, Reach reach, Prediction& out) const {
+  const Step step(*this, plant, circumstances, links_);
+  const DriveKinematics& kinematics = step.kinematics();
+  const std::size_t joints = plant.joints.size();
+  const bool everything = reach == Reach::kEverything;
+  if (reach == Reach::kPosition) return step.show(joint, out);
+  if (reach == Reach::kDrive) return step.ask(joint, out);
+  std::vector<char> hung(joints, everything ? 1 : 0);
+  std::vector<VectorXd> loads = link_loads(plant);
+  for (std::size_t j = joints; j-- > 0;) {
+    hung[j] |= j == joint ? 1 : 0;
+    for (std::size_t k = j + 1; k < joints; ++k)
+      hung[j] |=
+          hung[k] != 0 && kinematics.of_joint(static_cast<Index>(k), static_cast<Index>(j)) != 0.0;
+    if (hung[j] != 0) step.hang(j, std::move(loads[j]), out);
+  }
+  for (std::size_t j = 0; j < joints; ++j) {
+    bool pulled = hung[j] != 0;
+    bool carried = hung[j] != 0;
+    for (std::size_t k = 0; k < joints; ++k) {
+      const auto row = static_cast<Index>(k);
+      const auto column = static_cast<Index>(j);
+      pulled = pulled || (hung[k] != 0 && kinematics.of_motor(row, column) != 0.0);
+      carried = carried || (hung[k] != 0 && kinematics.of_joint(column, row) != 0.0);
+    }
+    if (pulled) step.ask(j, out);
+    if (carried) step.show(j, out);
+  }
+}
+
+core::Result<Prediction> predict(const Plant& plant, const ForcedMotion& forced) {
+  const auto recorded = [&](const std::string& name) {
+    return plant.joint_index(name) || (forced.load && forced.load(name).size() > 0);
+  };
+  for (const Joint& joint : plant.joints) RAVENCAL_RETURN_IF_ERROR(check_signals(joint, recorded));
+  Predictor predictor(plant, forced);
+  Prediction prediction = predictor.predict(plant);
+  for (int pass = 1; pass < kPasses; ++pass) {
+    predictor.move_links(prediction.hanging);
+    prediction = predictor.predict(plant);
+  }
+  return prediction;
+}
+
+}  // namespace ravencal::physics
