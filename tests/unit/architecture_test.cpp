@@ -114,8 +114,9 @@ TEST(Architecture, IncludesPointOneWay) {
 
 /// The way of a recording through the diagnosis: each room sees itself and those before it.
 TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
-  const std::vector<std::string> rooms = {"findings",  "series",  "fit",      "effects",
-                                          "selection", "channel", "free_run", "report"};
+  const std::vector<std::string> rooms = {
+      "findings", "track",   "model",     "vocabulary", "search",   "explain", "series",
+      "fit",      "effects", "selection", "channel",    "free_run", "report"};
   const fs::path house = kRoot / "tools/diagnose";
   const auto place = [&](const std::string& room) {
     return std::find(rooms.begin(), rooms.end(), room) - rooms.begin();

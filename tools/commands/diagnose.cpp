@@ -40,6 +40,7 @@ struct DiagnoseArguments {
   std::optional<double> held_out_from_s;
   bool skip_bad = false;
   bool check = false;
+  std::string core = "old";
   diagnose::Options options;
 };
 
@@ -157,6 +158,9 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.held_out));
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
+  if (arguments.core == "new" && !arguments.simulated.empty())
+    return core::Error{core::ErrorCode::kUsage,
+                       "--core new: compares with the plant alone; leave --simulated out"};
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(
       auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
@@ -170,6 +174,7 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
                             load_all(arguments.simulated, third, arguments.skip_bad, plant));
   options.series.held_out_from_s = arguments.held_out_from_s;
+  options.by_model = arguments.core == "new";
   cli::catch_interrupts_of_work();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {
@@ -240,6 +245,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   command
       ->add_option("--threads", arguments->options.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0U, 1024U))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--core", arguments->core,
+          "old: channel by channel; new: one model of all channels, which does not yet say "
+          "all that a report says")
+      ->check(CLI::IsMember({"old", "new"}))
       ->capture_default_str();
   command->add_flag("--skip-bad", arguments->skip_bad,
                     "Drop unreadable rows instead of refusing the file");

@@ -18,6 +18,7 @@
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/routing.hpp"
 #include "diagnose/effects/effects.hpp"
+#include "diagnose/explain/explain.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/free_run/judge.hpp"
@@ -311,6 +312,14 @@ std::vector<SeenRecording> seen(const std::vector<record::Recording>& training,
 core::Result<Report> diagnose(std::vector<record::Recording> training,
                               std::vector<record::Recording> held_out, const physics::Plant& plant,
                               Options options) {
+  if (options.by_model) {
+    RAVENCAL_ASSIGN_OR_RETURN(
+        Report report, explain(training, held_out, plant,
+                               {options.series.held_out_from_s, options.seed, options.look}));
+    report.recordings = seen(training, held_out);
+    decide(report, {});
+    return report;
+  }
   const bool against_plant = options.simulated.empty();
   RAVENCAL_ASSIGN_OR_RETURN(
       SeriesSet set, series_of(training, held_out, options.simulated, plant, options.series));

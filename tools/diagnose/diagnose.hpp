@@ -26,6 +26,8 @@ struct Options {
   std::vector<record::Recording> simulated;
   int placebos = 0;      ///< made of this recording with nothing left out, per channel
   unsigned threads = 0;  ///< 0: all cores
+  bool by_model =
+      false;  ///< one model of all channels (model/, search/) instead of channel by channel
   std::function<bool(double done, std::string_view what)> look;  ///< false stops early
 };
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A model: which candidates are in it, where its parameters are, and what it scores.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "diagnose/model/likelihood.hpp"
+#include "diagnose/model/parameter.hpp"
+
+namespace ravencal::diagnose {
+
+struct Judgement {
+  double loss = 0.0;        ///< Huber's, of the training rows
+  double trace = 0.0;       ///< parameters that the data choose: trace of H^-1 times the scores'
+                            ///< covariance
+  double dispersion = 1.0;  ///< of the loss: correlation that the noise model leaves, at least 1
+  double score = std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd covariance;  ///< of x, in the order of Model::free()
+};
+
+struct Model {
+  std::set<std::size_t> chosen;                           ///< places in the vocabulary
+  std::vector<Parameter> numbers;                         ///< of the plant and the recordings
+  std::map<std::size_t, std::vector<Parameter>> effects;  ///< of what is chosen
+  Judgement judgement;
+
+  /// Parameters that are fitted: numbers first, then those of the effects in their order.
+  [[nodiscard]] std::vector<Parameter*> free();
+  [[nodiscard]] std::vector<const Parameter*> free() const;
+  [[nodiscard]] double prior() const;
+  /// What the model says of the recordings of the likelihood that it was fitted to.
+  [[nodiscard]] State state_for(const Likelihood& training) const;
+  /// The same of other recordings, which have circumstances of their own.
+  [[nodiscard]] State state_elsewhere(const Likelihood& other) const;
+};
+
+/// The likelihood linearised where a model is.
+struct Linearised {
+  State state;
+  Outcome outcome;
+  Eigen::VectorXd innovations;   ///< stacked
+  Eigen::VectorXd root_weights;  ///< of Huber's loss
+  Eigen::MatrixXd columns;       ///< change of the whitened prediction per change of x
+  Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors'
+};
+
+Linearised linearise(const Likelihood& likelihood, const Model& model);
+
+/// Moves the model to the optimum of loss and priors within its bounds; returns that loss.
+double fit(const Likelihood& likelihood, Model& model);
+
+/// What adding an effect and a parameter costs in the score: twice the logarithm of the odds that a
+/// plant lacks one of some fifty candidates, and Akaike's two.
+inline constexpr double kEffectCost = 8.0;
+inline constexpr double kParameterCost = 2.0;
+
+/// Fills in the judgement of a fitted model. `dispersion`: of the best model so far; `cost`: of
+/// what is chosen, beside the priors.
+void judge(const Likelihood& likelihood, double dispersion, double cost, Model& model);
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/search/screen.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+namespace ravencal::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kFlips = 300;
+/// Deviations from which on a number's prior may be opened.
+constexpr double kPulled = 1.5;
+/// Sizes beyond so many of their starts are no effect.
+constexpr double kAbsurd = 1e6;
+constexpr double kRidge = 1e-4;
+
+/// The linearised model, with what every candidate's test needs.
+class Screen {
+ public:
+  Screen(const Likelihood& likelihood, const Model& model)
+      : likelihood_(likelihood), at_(linearise(likelihood, model)), free_(model.free()) {
+    const auto count = static_cast<Index>(free_.size());
+    pull_.resize(count);
+    for (Index k = 0; k < count; ++k) {
+      const Parameter& p = *free_[static_cast<std::size_t>(k)];
+      pull_[k] = (p.x - p.mean) / (p.deviation * p.deviation);
+      if (!p.at_bound()) continue;
+      // A parameter at its bound makes nothing of a candidate.
+      at_.columns.col(k).setZero();
+      at_.curvature.row(k).setZero();
+      at_.curvature.col(k).setZero();
+      at_.curvature(k, k) = 1.0;
+    }
+    inverse_ = at_.curvature.ldlt().solve(MatrixXd::Identity(count, count));
+    weighted_ = at_.root_weights.asDiagonal() * at_.columns;
+    left_ = at_.root_weights.cwiseProduct(at_.innovations);
+  }
+
+  /// Adds a hit and its blocks' scores where the start fits.
+  void test(const Candidate& candidate, std::size_t number, std::size_t start) {
+    const auto count = static_cast<Index>(candidate.sizes.size());
+    MatrixXd columns = columns_of(candidate, start);
+    const MatrixXd taken = inverse_ * (weighted_.transpose() * columns);
+    columns.noalias() -= weighted_ * taken;
+    MatrixXd curvature = columns.transpose() * columns;
+    for (Index a = 0; a < count; ++a) {
+      curvature(a, a) += kRidge;
+      for (std::size_t k = 0; k < free_.size(); ++k) {
+        const double part = taken(static_cast<Index>(k), a) / free_[k]->deviation;
+        curvature(a, a) += part * part;
+      }
+    }
+    // What the priors hold back belongs to the score.
+    const VectorXd held_back = taken.transpose() * pull_;
+    const VectorXd score = columns.transpose() * left_ + held_back;
+    VectorXd sizes = curvature.ldlt().solve(score);
+    for (Index a = 0; a < count; ++a) {
+      const Parameter& p = candidate.sizes[static_cast<std::size_t>(a)];
+      if (sizes[a] < p.low || !(std::abs(sizes[a]) < kAbsurd)) return;
+      sizes[a] = std::min(sizes[a], p.high);
+    }
+    Hit hit{number, start, 0.0, 0.0, 1.0, sizes};
+    hit.gain = std::max(0.0, 2.0 * score.dot(sizes) - sizes.dot(curvature * sizes));
+    MatrixXd scores = block_scores(columns, held_back);
+    MatrixXd covariance = scores.transpose() * scores;
+    covariance.diagonal() *= 1.0 + 1e-6;
+    const MatrixXd root = covariance.llt().matrixL().solve(MatrixXd::Identity(count, count));
+    if (!root.allFinite()) return;
+    scores = scores * root.transpose();
+    hit.statistic = statistic_of(VectorXd::Ones(scores.rows()), scores);
+    hits_.push_back(std::move(hit));
+    scores_.push_back(candidate.kind == CandidateKind::kJump ||
+                              candidate.kind == CandidateKind::kTone
+                          ? MatrixXd()
+                          : std::move(scores));
+  }
+
+  /// A number that its prior holds away from where the data want it.
+  void test_number(const Candidate& candidate, std::size_t number, const Model& model) {
+    const Parameter& p = model.numbers[*candidate.opens];
+    const double off = (p.x - p.mean) / p.deviation;
+    if (std::abs(off) < kPulled) return;
+    // Freed, it goes at least as far again.
+    hits_.push_back({number, 0, 4.0 * off * off + 12.0, 0.0, 0.0, {}});
+    scores_.emplace_back();
+  }
+
+  void judge_chance(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::vector<double> greatest;
+    VectorXd signs(likelihood_.block_count());
+    for (int flip = 0; flip < kFlips; ++flip) {
+      for (double& sign : signs) sign = (random() & 1U) != 0 ? 1.0 : -1.0;
+      double most = 0.0;
+      for (const MatrixXd& scores : scores_)
+        if (scores.size() > 0) most = std::max(most, statistic_of(signs, scores));
+      greatest.push_back(most);
+    }
+    std::sort(greatest.begin(), greatest.end());
+    for (std::size_t h = 0; h < hits_.size(); ++h) {
+      if (scores_[h].size() == 0) continue;
+      const auto above =
+          greatest.end() - std::lower_bound(greatest.begin(), greatest.end(), hits_[h].statistic);
+      hits_[h].p_value = (static_cast<double>(above) + 1.0) / (kFlips + 1.0);
+    }
+  }
+
+  /// The best start of each candidate, with the least chance of any of its starts.
+  [[nodiscard]] std::vector<Hit> best() const {
+    std::map<std::size_t, Hit> of;
+    for (const Hit& hit : hits_) {
+      const auto [at, is_new] = of.try_emplace(hit.candidate, hit);
+      if (is_new) continue;
+      const double p_value = std::min(at->second.p_value, hit.p_value);
+      if (hit.gain > at->second.gain) at->second = hit;
+      at->second.p_value = p_value;
+    }
+    std::vector<Hit> out;
+    for (auto& [candidate, hit] : of) out.push_back(hit);
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Hit& a, const Hit& b) { return a.gain > b.gain; });
+    return out;
+  }
+
+ private:
+  [[nodiscard]] MatrixXd columns_of(const Candidate& candidate, std::size_t start) const {
+    State state = at_.state;
+    for (std::size_t f = 0; f < candidate.forms.size(); ++f)
+      candidate.forms[f].set(state, candidate.starts[start][f]);
+    MatrixXd columns(likelihood_.rows(), static_cast<Index>(candidate.sizes.size()));
+    for (std::size_t a = 0; a < candidate.sizes.size(); ++a)
+      likelihood_.add_column(state, at_.outcome, candidate.sizes[a], candidate.sizes[a].step,
+                             columns.col(static_cast<Index>(a)));
+    return at_.root_weights.asDiagonal() * columns;
+  }
+
+  [[nodiscard]] MatrixXd block_scores(const MatrixXd& columns, const VectorXd& held_back) const {
+    MatrixXd scores = MatrixXd::Zero(likelihood_.block_count(), columns.cols());
+    for (Index i = 0; i < columns.rows(); ++i)
+      if (left_[i] != 0.0)
+        scores.row(likelihood_.blocks()[static_cast<std::size_t>(i)]) += left_[i] * columns.row(i);
+    scores.rowwise() += held_back.transpose() / static_cast<double>(likelihood_.block_count());
+    return scores;
+  }
+
+  /// Less the second degree of freedom of a pair, so that pairs and single sizes compare.
+  static double statistic_of(const VectorXd& signs, const MatrixXd& scores) {
+    const double squared = (scores.transpose() * signs).squaredNorm();
+    return std::max(0.0, squared - static_cast<double>(scores.cols() - 1));
+  }
+
+  const Likelihood& likelihood_;
+  Linearised at_;
+  std::vector<const Parameter*> free_;
+  VectorXd pull_, left_;
+  MatrixXd inverse_, weighted_;
+  std::vector<Hit> hits_;
+  std::vector<MatrixXd> scores_;  ///< of each hit, by block, each column in deviations
+};
+
+}  // namespace
+
+std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
+                        const Vocabulary& vocabulary, std::uint64_t seed) {
+  Screen screen(likelihood, model);
+  for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
+    const Candidate& candidate = vocabulary.candidates[c];
+    if (model.chosen.contains(c)) continue;
+    if (candidate.opens) {
+      screen.test_number(candidate, c, model);
+      continue;
+    }
+    const std::size_t starts = candidate.forms.empty() ? 1 : candidate.starts.size();
+    for (std::size_t start = 0; start < starts; ++start) screen.test(candidate, c, start);
+  }
+  screen.judge_chance(seed);
+  return screen.best();
+}
+
+std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
+                            const Candidate& candidate) {
+  Screen screen(likelihood, model);
+  const std::size_t starts = candidate.forms.empty() ? 1 : candidate.starts.size();
+  for (std::size_t start = 0; start < starts; ++start) screen.test(candidate, 0, start);
+  return screen.best();
+}
+
+Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
+  constexpr double kOpenedBelow = -2.5;  // of a logarithm: a twelfth of the plant's number
+  constexpr double kOpenedAbove = 8.0;
+  constexpr double kStepShare = 0.05;
+  const Candidate& candidate = vocabulary.candidates[hit.candidate];
+  Model out = model;
+  out.judgement = {};
+  out.chosen.insert(hit.candidate);
+  std::vector<Parameter>& parameters = out.effects[hit.candidate];
+  if (candidate.opens) {
+    Parameter& number = out.numbers[*candidate.opens];
+    number.deviation = candidate.opened_deviation;
+    number.low = number.logarithmic ? kOpenedBelow : -std::numeric_limits<double>::infinity();
+    number.high = number.logarithmic ? kOpenedAbove : std::numeric_limits<double>::infinity();
+    return out;
+  }
+  for (std::size_t a = 0; a < candidate.sizes.size(); ++a) {
+    Parameter p = candidate.sizes[a];
+    p.x = p.bounded(hit.sizes[static_cast<Index>(a)]);
+    p.step = std::max(0.02, kStepShare * std::abs(p.x));
+    parameters.push_back(std::move(p));
+  }
+  for (std::size_t f = 0; f < candidate.forms.size(); ++f) {
+    Parameter p = candidate.forms[f];
+    const double start = candidate.starts[hit.start][f];
+    if (p.logarithmic)
+      p.nominal = start;
+    else
+      p.x = p.mean = start;
+    parameters.push_back(std::move(p));
+  }
+  return out;
+}
+
+Model without(const Model& model, const Vocabulary& vocabulary, std::size_t chosen) {
+  constexpr double kReturned = 3.0;  // deviations at which a closed prior begins
+  const Candidate& candidate = vocabulary.candidates[chosen];
+  Model out = model;
+  out.judgement = {};
+  out.chosen.erase(chosen);
+  out.effects.erase(chosen);
+  if (!candidate.opens) return out;
+  Parameter& number = out.numbers[*candidate.opens];
+  const double x = number.x;
+  number = vocabulary.numbers[*candidate.opens];
+  number.x = std::clamp(x, std::max(number.low, number.mean - kReturned * number.deviation),
+                        std::min(number.high, number.mean + kReturned * number.deviation));
+  return out;
+}
+
+}  // namespace ravencal::diagnose

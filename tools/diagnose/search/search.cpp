@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/search/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ravencal::diagnose {
+
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kRounds = 5;
+/// Fits of the plant alone with the noise estimated anew.
+constexpr int kStartRounds = 2;
+constexpr std::size_t kFirstBreadth = 6;
+constexpr std::size_t kBreadth = 4;
+constexpr std::size_t kNarrow = 2;
+/// Models this close to the best are expanded as well, so many of them.
+constexpr double kCloseScore = 30.0;
+constexpr std::size_t kClose = 3;
+constexpr std::size_t kMostEffects = 4;
+constexpr std::size_t kKeptModels = 5;
+constexpr double kMostDispersion = 4.0;
+/// Chance of a candidate over all candidates, below which a small gain is tried as well.
+constexpr double kChance = 0.02;
+/// Gains of the loss over the dispersion: to be tried at all; whatever the chance of few blocks,
+/// and for a shape without a name, for which no physics speaks; of a jump and of a tone, to which
+/// chance by blocks does not apply.
+constexpr double kLeastGain = 10.0;
+constexpr double kClearGain = 25.0;
+constexpr double kLeastJumpGain = 25.0;
+constexpr double kLeastToneGain = 32.0;
+constexpr double kLeastToneStatistic = 16.0;
+constexpr std::size_t kMostShapes = 2;
+/// Gain of the fitted model in a block, over its standard error: one-sided chance of 0.6 %.
+constexpr double kLeastGain_z = 2.5;
+/// Share of what the richer model leaves in a channel that an effect changes at least; a shape
+/// without a name more.
+constexpr double kLeastSize = 0.4;
+constexpr double kLeastShapeSize = 0.64;
+/// Beside others: of what they change together. Their forms may be wrong by as much.
+constexpr double kLeastBesideOthers = 0.12;
+/// Deviations of its prior that a wrong number is off.
+constexpr double kWrongBy = 2.5;
+constexpr int kMomentPasses = 4;
+
+}  // namespace
+
+Search::Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary,
+               std::uint64_t seed)
+    : training_(training), held_out_(held_out), vocabulary_(vocabulary), seed_(seed) {}
+
+void Search::run(const std::function<bool()>& go_on) {
+  go_on_ = go_on;
+  start();
+  Key last;
+  for (int round = 0; round < kRounds && go_on_(); ++round) {
+    expand(in_order().front()->model.chosen, round == 0 ? kFirstBreadth : kBreadth);
+    const std::vector<const Seen*> order = in_order();
+    for (std::size_t i = 1; i < std::min(kClose, order.size()); ++i) {
+      const bool close =
+          order[i]->model.judgement.score < order[0]->model.judgement.score + kCloseScore;
+      if (close && !order[i]->expanded && !order[i]->model.chosen.empty())
+        expand(order[i]->model.chosen, kNarrow);
+    }
+    try_without(in_order().front()->model.chosen);
+    const Key now = in_order().front()->model.chosen;
+    if (now == last || now.empty()) break;
+    last = now;
+    judge_anew();
+  }
+}
+
+void Search::start() {
+  Model model;
+  model.numbers = vocabulary_.numbers;
+  training_.estimate_noise(training_.base());
+  for (int round = 0; round < kStartRounds; ++round) {
+    fit(training_, model);
+    const State state = model.state_for(training_);
+    training_.move_links(state);
+    training_.estimate_noise(state);
+  }
+  fit(training_, model);
+  judge(training_, 1.0, 0.0, model);
+  dispersion_ = std::clamp(model.judgement.dispersion, 1.0, kMostDispersion);
+  judge(training_, dispersion_, 0.0, model);
+  seen_[Key{}].model = std::move(model);
+}
+
+double Search::cost_of(const Key& key) const {
+  double cost = 0.0;
+  for (const std::size_t c : key) {
+    const Candidate& candidate = vocabulary_.candidates[c];
+    cost += kEffectCost * (candidate.unnamed() ? 2.0 : 1.0);
+    double parameters = candidate.opens ? 1.0 : 0.0;
+    for (const auto* list : {&candidate.sizes, &candidate.forms})
+      for (const Parameter& p : *list) parameters += p.held ? 0.0 : 1.0;
+    // A moment and a frequency were searched for.
+    if (candidate.kind == CandidateKind::kJump || candidate.kind == CandidateKind::kTone)
+      parameters += 2.0;
+    cost += kParameterCost * parameters;
+  }
+  return cost;
+}
+
+Search::Seen& Search::consider(Model model) {
+  fit(training_, model);
+  judge(training_, dispersion_, cost_of(model.chosen), model);
+  const Key key = model.chosen;
+  const auto [at, is_new] = seen_.try_emplace(key);
+  if (is_new || model.judgement.score < at->second.model.judgement.score)
+    at->second.model = std::move(model);
+  return at->second;
+}
+
+bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>& shapes) const {
+  const Candidate& candidate = vocabulary_.candidates[hit.candidate];
+  const double gain = hit.gain / dispersion_;
+  switch (candidate.kind) {
+    case CandidateKind::kJump:
+      return gain >= kLeastJumpGain;
+    case CandidateKind::kTone:
+      if (gain < kLeastToneGain || hit.statistic < kLeastToneStatistic) return false;
+      break;
+    default:
+      if (gain < kClearGain && hit.p_value > kChance) return false;
+  }
+  if (!candidate.unnamed()) return true;
+  if (gain < kClearGain) return false;
+  const auto held = static_cast<std::size_t>(std::count_if(
+      key.begin(), key.end(), [&](std::size_t c) { return vocabulary_.candidates[c].unnamed(); }));
+  // Neighbouring places of one shape say the same.
+  const std::string& kind = candidate.circumstance;
+  return held < kMostShapes && shapes.insert(kind.substr(0, kind.find(" at "))).second;
+}
+
+void Search::expand(const Key& key, std::size_t most) {
+  seen_[key].expanded = true;
+  const Model model = seen_[key].model;
+  aim(training_, held_out_, model, vocabulary_);
+  std::set<std::string> shapes;
+  std::size_t tried = 0;
+  for (Hit& hit : screen(training_, model, vocabulary_, seed_)) {
+    if (tried == most || hit.gain / dispersion_ < kLeastGain || !go_on_()) return;
+    if (!worth_trying(hit, key, shapes)) continue;
+    ++tried;
+    Key larger = key;
+    larger.insert(hit.candidate);
+    if (seen_.contains(larger)) continue;
+    if (vocabulary_.candidates[hit.candidate].kind == CandidateKind::kJump)
+      refine_moment(model, hit);
+    Seen& considered = consider(with(model, vocabulary_, hit));
+    considered.too_small = too_small(considered.model, key, hit.candidate);
+  }
+}
+
+void Search::try_without(const Key& key) {
+  if (key.size() < 2) return;
+  const Model model = seen_[key].model;
+  for (const std::size_t candidate : key) {
+    if (!go_on_()) return;
+    Key smaller = key;
+    smaller.erase(candidate);
+    if (!seen_.contains(smaller)) consider(without(model, vocabulary_, candidate));
+    if (!seen_[smaller].expanded && key.size() < kMostEffects) expand(smaller, kNarrow);
+  }
+}
+
+/// Blocks as observations.
+double Search::gain_z(const Model& richer, const Model& poorer) const {
+  const auto innovations = [&](const Model& model) {
+    const State state = model.state_for(training_);
+    return training_.whitened(training_.residuals(state, training_.outcome(state)));
+  };
+  const VectorXd with_it = innovations(richer);
+  const VectorXd without_it = innovations(poorer);
+  VectorXd gains = VectorXd::Zero(training_.block_count());
+  for (Eigen::Index i = 0; i < with_it.size(); ++i)
+    gains[training_.blocks()[static_cast<std::size_t>(i)]] +=
+        huber_loss(without_it[i]) - huber_loss(with_it[i]);
+  const double mean = gains.mean();
+  const double squares = (gains.array() - mean).square().sum();
+  const auto blocks = static_cast<double>(gains.size());
+  return squares > 0.0 ? mean / std::sqrt(squares / (blocks * (blocks - 1.0))) : 0.0;
+}
+
+double Search::size_between(const Model& richer, const Model& other) const {
+  double greatest = 0.0;
+  for (const Likelihood* likelihood :
+       {static_cast<const Likelihood*>(&training_), static_cast<const Likelihood*>(held_out_)}) {
+    if (likelihood == nullptr) continue;
+    const bool own = likelihood == &training_;
+    const State a = own ? richer.state_for(training_) : richer.state_elsewhere(*likelihood);
+    const State b = own ? other.state_for(training_) : other.state_elsewhere(*likelihood);
+    const auto left_a = likelihood->residuals(a, likelihood->outcome(a));
+    const auto left_b = likelihood->residuals(b, likelihood->outcome(b));
+    for (std::size_t c = 0; c < likelihood->channels().size(); ++c) {
+      const Channel& channel = likelihood->channels()[c];
+      double squares = 0.0, left = 0.0;
+      for (std::size_t r = 0; r < left_a[c].size(); ++r) {
+        for (Eigen::Index i = 0; i < left_a[c][r].size(); ++i) {
+          if (channel.rows[r].used[static_cast<std::size_t>(i)] == 0) continue;
+          const double difference = left_a[c][r][i] - left_b[c][r][i];
+          squares += difference * difference;
+          left += left_a[c][r][i] * left_a[c][r][i];
+        }
+      }
+      if (left > 0.0) greatest = std::max(greatest, std::sqrt(squares / left));
+    }
+  }
+  return greatest;
+}
+
+bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
+  const Candidate& added = vocabulary_.candidates[candidate];
+  if (added.opens) {
+    const Parameter& closed = vocabulary_.numbers[*added.opens];
+    const double off = with_it.numbers[*added.opens].x - closed.mean;
+    if (std::abs(off) <= kWrongBy * closed.deviation) return true;
+  }
+  const Model& smaller = seen_.at(without_it).model;
+  const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;
+  if (!at_moments && gain_z(with_it, smaller) < kLeastGain_z) return true;
+  const double size = size_between(with_it, smaller);
+  if (size < (added.unnamed() ? kLeastShapeSize : kLeastSize)) return true;
+  return !without_it.empty() &&
+         size < kLeastBesideOthers * size_between(smaller, seen_.at(Key{}).model);
+}
+
+/// Finer around the best moment, several times.
+void Search::refine_moment(const Model& model, Hit& hit) {
+  Candidate candidate = vocabulary_.candidates[hit.candidate];
+  double moment_s = candidate.starts[hit.start][0];
+  double reach_s = 2.0 * training_.tracks().front().period_s *
+                   static_cast<double>(training_.tracks().front().tent_rows);
+  for (int pass = 0; pass < kMomentPasses; ++pass) {
+    candidate.starts.clear();
+    for (int k = -4; k <= 4; ++k) candidate.starts.push_back({moment_s + 0.25 * reach_s * k});
+    const std::vector<Hit> hits = screen_one(training_, model, candidate);
+    if (hits.empty()) break;
+    moment_s = candidate.starts[hits[0].start][0];
+    hit.sizes = hits[0].sizes;
+    hit.gain = hits[0].gain;
+    reach_s *= 0.25;
+  }
+  std::vector<std::vector<double>>& starts = vocabulary_.candidates[hit.candidate].starts;
+  starts.push_back({moment_s});
+  hit.start = starts.size() - 1;
+}
+
+/// The noise of the best model so far is what the others are judged by.
+void Search::judge_anew() {
+  const std::vector<const Seen*> order = in_order();
+  std::set<Key> kept = {Key{}};
+  for (std::size_t i = 0; i < std::min(kKeptModels, order.size()); ++i)
+    kept.insert(order[i]->model.chosen);
+  Model best = order.front()->model;
+  std::erase_if(seen_, [&](const auto& entry) { return !kept.contains(entry.first); });
+  const State state = best.state_for(training_);
+  training_.move_links(state);
+  training_.estimate_noise(state);
+  judge(training_, 1.0, cost_of(best.chosen), best);
+  dispersion_ = std::clamp(best.judgement.dispersion, 1.0, kMostDispersion);
+  for (auto& [key, seen] : seen_) {
+    fit(training_, seen.model);
+    judge(training_, dispersion_, cost_of(key), seen.model);
+    seen.expanded = false;
+  }
+  if (held_out_ != nullptr) held_out_->take_noise(training_);
+}
+
+std::vector<const Search::Seen*> Search::in_order() const {
+  std::vector<const Seen*> order;
+  for (const auto& [key, seen] : seen_)
+    if (!seen.too_small) order.push_back(&seen);
+  std::stable_sort(order.begin(), order.end(), [](const Seen* a, const Seen* b) {
+    return a->model.judgement.score < b->model.judgement.score;
+  });
+  return order;
+}
+
+std::vector<const Model*> Search::ranked() const {
+  std::vector<const Model*> models;
+  for (const Seen* seen : in_order()) models.push_back(&seen->model);
+  return models;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// From the plant as it is to the models that explain the recordings best: effects are added where
+// the screen calls for them, taken out where they are not missed, and every model is fitted whole.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "diagnose/model/model.hpp"
+#include "diagnose/search/screen.hpp"
+#include "diagnose/vocabulary/vocabulary.hpp"
+
+namespace ravencal::diagnose {
+
+class Search {
+ public:
+  /// All must outlive the search; it aims the vocabulary's jumps and tones.
+  Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary, std::uint64_t seed);
+
+  /// `go_on`: asked between models; false ends the search.
+  void run(const std::function<bool()>& go_on);
+
+  /// Models that were judged, the best first. Never empty after run().
+  [[nodiscard]] std::vector<const Model*> ranked() const;
+  [[nodiscard]] const Model& best() const { return *ranked().front(); }
+  [[nodiscard]] double dispersion() const { return dispersion_; }
+  /// Greatest change that what distinguishes two models makes in any channel, as a share of what
+  /// the richer one leaves there.
+  [[nodiscard]] double size_between(const Model& richer, const Model& other) const;
+
+ private:
+  using Key = std::set<std::size_t>;
+  struct Seen {
+    Model model;
+    bool expanded = false;
+    bool too_small = false;  ///< its last effect is not worth a name
+  };
+
+  void start();
+  void expand(const Key& key, std::size_t most);
+  void try_without(const Key& key);
+  void judge_anew();
+  Seen& consider(Model model);
+  [[nodiscard]] bool worth_trying(const Hit& hit, const Key& key,
+                                  std::set<std::string>& shapes) const;
+  [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
+                               std::size_t candidate) const;
+  [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;
+  [[nodiscard]] double cost_of(const Key& key) const;
+  void refine_moment(const Model& model, Hit& hit);
+  [[nodiscard]] std::vector<const Seen*> in_order() const;
+
+  Likelihood& training_;
+  Likelihood* held_out_;
+  Vocabulary& vocabulary_;
+  std::uint64_t seed_;
+  std::map<Key, Seen> seen_;
+  double dispersion_ = 1.0;
+  std::function<bool()> go_on_;
+};
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/track/track.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "core/median.hpp"
+#include "diagnose/track/filter.hpp"
+#include "physics/joint_error.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using record::Recording;
+using record::Role;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr Index kFewestRows = 50;
+/// Periods without a row after which a new episode begins.
+constexpr double kLongestHole = 5.0;
+
+/// Which rows of a recording a row of the track is the mean of.
+struct Grid {
+  double period_s = 0.0;
+  VectorXd t_s;
+  std::vector<char> fresh;
+  std::vector<Index> first;  ///< of each row of the track, and one past the last
+
+  [[nodiscard]] Index rows() const { return t_s.size(); }
+};
+
+double time_s(const Recording& recording, Index row) {
+  return 1e-9 * static_cast<double>(recording.t_ns[static_cast<std::size_t>(row)] -
+                                    recording.t_ns.front());
+}
+
+Grid grid_of(const Recording& recording, double from_s, double to_s) {
+  std::vector<double> steps;
+  for (Index i = 1; i < std::min<Index>(recording.rows(), 2000); ++i)
+    steps.push_back(time_s(recording, i) - time_s(recording, i - 1));
+  const double usual_s = steps.empty() ? 0.0 : core::upper_median(std::move(steps));
+  Grid grid;
+  if (!(usual_s > 0.0)) return grid;
+  const Index stride = std::max<Index>(1, std::lround(1.0 / (kWorkingRateHz * usual_s)));
+  grid.period_s = usual_s * static_cast<double>(stride);
+  std::vector<std::int64_t> starts_ns;
+  for (const record::Event& event : recording.events)
+    if (event.kind == "episode" || event.kind == "homing") starts_ns.push_back(event.t_ns);
+  std::sort(starts_ns.begin(), starts_ns.end());
+  std::vector<double> times_s;
+  std::size_t next = 0;
+  for (Index i = 0; i + stride <= recording.rows(); i += stride) {
+    const double t_s = time_s(recording, i);
+    if (t_s < from_s || t_s >= to_s) continue;
+    bool starts = times_s.empty() || t_s - times_s.back() > kLongestHole * grid.period_s;
+    for (;
+         next < starts_ns.size() && starts_ns[next] <= recording.t_ns[static_cast<std::size_t>(i)];
+         ++next)
+      starts = true;
+    times_s.push_back(t_s);
+    grid.fresh.push_back(starts ? 1 : 0);
+    grid.first.push_back(i);
+  }
+  if (!grid.first.empty()) grid.first.push_back(grid.first.back() + stride);
+  grid.t_s = Eigen::Map<const VectorXd>(times_s.data(), static_cast<Index>(times_s.size()));
+  if (grid.rows() > 0) grid.t_s.array() -= grid.t_s[0];
+  return grid;
+}
+
+class Builder {
+ public:
+  Builder(const Recording& recording, const physics::Plant& plant, Grid grid)
+      : recording_(recording), plant_(plant), grid_(std::move(grid)) {}
+
+  Track build() {
+    Track track;
+    track.period_s = grid_.period_s;
+    track.tent_rows = std::max<Index>(1, std::lround(kTentS / grid_.period_s));
+    track.forced.t_s = grid_.t_s;
+    track.forced.fresh = grid_.fresh;
+    track.lost.assign(plant_.joints.size(),
+                      std::vector<char>(static_cast<std::size_t>(grid_.rows()), 0));
+    for (const physics::Joint& joint : plant_.joints) {
+      estimates_.push_back(signal(Role::kJointEstimate, joint.name));
+      desired_.push_back(signal(Role::kDesiredPosition, joint.name));
+    }
+    const std::vector<char> off = switched_off();
+    for (std::size_t j = 0; j < plant_.joints.size(); ++j) {
+      track.lost[j] = off;
+      add_joint(j, track);
+    }
+    for (const physics::Joint& joint : plant_.joints)
+      track.forced.external_loads.push_back(
+          joint.external_load ? bridged(channel(joint.external_load->channel)) : VectorXd());
+    return track;
+  }
+
+  [[nodiscard]] VectorXd channel(const std::string& name) const {
+    return mean_of(recording_.column(name));
+  }
+
+  /// Lost samples lie on the line between their neighbours.
+  static VectorXd bridged(VectorXd x) {
+    Index last = -1;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (!std::isfinite(x[i])) continue;
+      for (Index k = last + 1; k < i; ++k) {
+        const double share = static_cast<double>(k - last) / static_cast<double>(i - last);
+        x[k] = last < 0 ? x[i] : x[last] + share * (x[i] - x[last]);
+      }
+      last = i;
+    }
+    for (Index k = last + 1; k < x.size(); ++k) x[k] = last < 0 ? 0.0 : x[last];
+    return x;
+  }
+
+ private:
+  void add_joint(std::size_t j, Track& track) {
+    const physics::Joint& joint = plant_.joints[j];
+    JointTrack out;
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    const double counts = joint.drive.dac_counts_per_n_m;
+    out.effort = signal(Role::kDriveTorque, joint.name) * to_joint;
+    if (out.effort.size() == 0)
+      out.effort = signal(Role::kDriveInput, joint.name) * to_joint *
+                   (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
+    out.truth = signal(Role::kJointTruth, joint.name);
+    const VectorXd desired = desired_[j].size() > 0 ? without_coupling(j, desired_) : VectorXd();
+    VectorXd motor = signal(Role::kMotorPosition, joint.name) / joint.reduction;
+    if (motor.size() == 0 && estimates_[j].size() > 0) motor = without_coupling(j, estimates_);
+    // Nothing but the command was recorded beside a position: that is what followed it.
+    const bool follows = out.truth.size() == 0 && out.effort.size() == 0 && desired.size() > 0;
+    if (follows && motor.size() > 0) {
+      out.truth = estimates_[j].size() > 0 ? estimates_[j] : motor;
+      motor = desired;
+    } else {
+      out.desired = desired;
+    }
+    if (motor.size() == 0) motor = desired.size() > 0 ? desired : out.truth;
+    if (motor.size() == 0) motor = VectorXd::Zero(grid_.rows());
+    out.quantum =
+        2.0 * std::numbers::pi / plant_.sensors.motor_encoder_counts_per_rev / joint.reduction;
+    mark_lost(motor, track.lost[j]);
+    track.forced.motors.push_back(motion_of(bridged(motor)));
+    track.joints.push_back(std::move(out));
+  }
+
+  [[nodiscard]] physics::Motion motion_of(const VectorXd& motor) const {
+    return {motor, first_difference(motor, grid_.period_s),
+            second_difference(motor, grid_.period_s), 0.0, 0.0};
+  }
+
+  [[nodiscard]] VectorXd without_coupling(std::size_t j,
+                                          const std::vector<VectorXd>& joints) const {
+    VectorXd motor = joints[j];
+    for (std::size_t k = 0; k < j; ++k)
+      if (plant_.coupling[j][k] != 0.0 && joints[k].size() > 0)
+        motor -= plant_.coupling[j][k] * joints[k];
+    return motor;
+  }
+
+  static void mark_lost(const VectorXd& x, std::vector<char>& lost) {
+    for (Index i = 0; i < x.size(); ++i)
+      if (!std::isfinite(x[i])) lost[static_cast<std::size_t>(i)] = 1;
+  }
+
+  /// Where a status channel says that the drives were off, efforts are not what they did.
+  [[nodiscard]] std::vector<char> switched_off() const {
+    std::vector<char> off(static_cast<std::size_t>(grid_.rows()), 0);
+    for (const record::Channel& status : recording_.channels) {
+      if (status.role != Role::kStatus || status.name.find("torque_on") == std::string::npos)
+        continue;
+      const VectorXd on = channel(status.name);
+      for (Index i = 0; i < on.size(); ++i)
+        if (!(on[i] >= 0.5)) off[static_cast<std::size_t>(i)] = 1;
+    }
+    return off;
+  }
+
+  [[nodiscard]] VectorXd signal(Role role, const std::string& joint) const {
+    return mean_of(recording_.column(role, joint));
+  }
+
+  [[nodiscard]] VectorXd mean_of(std::optional<Index> column) const {
+    if (!column) return {};
+    VectorXd out(grid_.rows());
+    for (Index i = 0; i < grid_.rows(); ++i) {
+      const Index first = grid_.first[static_cast<std::size_t>(i)];
+      const Index stride = grid_.first.back() - grid_.first[grid_.first.size() - 2];
+      out[i] = recording_.samples.col(*column).segment(first, stride).mean();
+    }
+    return out;
+  }
+
+  const Recording& recording_;
+  const physics::Plant& plant_;
+  Grid grid_;
+  std::vector<VectorXd> estimates_, desired_;  ///< [joint], at the joints
+};
+
+}  // namespace
+
+core::Result<Track> make_track(const Recording& recording, const physics::Plant& plant,
+                               double from_s, double to_s) {
+  Grid grid = grid_of(recording, from_s, to_s);
+  if (grid.rows() < kFewestRows) {
+    return core::Error{core::ErrorCode::kData,
+                       fmt::format("{}: {} samples are too few to diagnose; at least {} are needed",
+                                   recording.source, grid.rows(), kFewestRows)};
+  }
+  Builder builder(recording, plant, std::move(grid));
+  Track track = builder.build();
+  for (const physics::Joint& joint : plant.joints) {
+    RAVENCAL_RETURN_IF_ERROR(physics::check_signals(joint, [&](const std::string& name) {
+      return plant.joint_index(name) || recording.column(name).has_value();
+    }));
+  }
+  std::map<std::string, VectorXd> loads;
+  for (const record::Channel& channel : recording.channels)
+    if (channel.role == Role::kLoad)
+      loads[channel.name] = Builder::bridged(builder.channel(channel.name));
+  track.forced.load = [loads = std::move(loads)](const std::string& name) {
+    const auto load = loads.find(name);
+    return load == loads.end() ? VectorXd() : load->second;
+  };
+  return track;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A recording as the model sees it: rows of one period (at most kWorkingRateHz), every signal at
+// its joint, in rad and N m or m and N.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+#include "physics/predict/predict.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::diagnose {
+
+inline constexpr double kWorkingRateHz = 50.0;
+
+/// One joint's signals; empty where they were not recorded, NaN where they were lost.
+struct JointTrack {
+  Eigen::VectorXd effort;   ///< of the drive
+  Eigen::VectorXd truth;    ///< of the external encoder, or what followed the command
+  Eigen::VectorXd desired;  ///< position of the motor that the controller wants, at the joint
+  double quantum = 0.0;     ///< of the motor's encoder, at the joint
+};
+
+struct Track {
+  double period_s = 0.0;
+  Eigen::Index tent_rows = 1;  ///< half width of the filter
+  physics::ForcedMotion forced;
+  std::vector<JointTrack> joints;  ///< as in the plant
+  /// 1 where the drives were off or a signal was lost: no row within the filter's reach is used.
+  std::vector<std::vector<char>> lost;  ///< [joint]
+
+  [[nodiscard]] Eigen::Index rows() const { return forced.t_s.size(); }
+};
+
+/// Rows from `from_s` to `to_s` of the recording. Errors (kData): too few rows; an effect of the
+/// plant follows a signal that was not recorded.
+core::Result<Track> make_track(const record::Recording& recording, const physics::Plant& plant,
+                               double from_s, double to_s);
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "diagnose/vocabulary/scales.hpp"
+#include "diagnose/vocabulary/vocabulary.hpp"
+
+namespace ravencal::diagnose {
+
+/// Effects that one joint's plant may lack, and numbers of it that may be wrong. `scales`: of all
+/// joints.
+void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
+                 std::size_t recordings, std::vector<Candidate>& candidates);
+void add_wrong_numbers(const physics::Plant& plant, const Scales& scales,
+                       const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
+/// A mass on the tool, which all joints feel.
+void add_payload(const physics::Plant& plant, std::vector<Candidate>& candidates);
+
+/// Shapes that no plant can have: each in one channel, over what it may depend on.
+void add_shapes(const Scales& scales, Likelihood& training, Likelihood* held_out,
+                std::vector<Candidate>& candidates);
+
+}  // namespace ravencal::diagnose

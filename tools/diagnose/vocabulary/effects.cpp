@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
+#include "diagnose/vocabulary/candidates.hpp"
+#include "diagnose/vocabulary/setters.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using physics::JointCircumstances;
+
+/// Of its start: below, an effect that can only be positive is absent.
+constexpr double kLeastOfStart = 0.02;
+/// Harmonics of a pulley that are tried.
+constexpr double kHarmonics[] = {1.0, 2.0, 3.0};
+/// Deviations of the logarithm of forms: widths, times, speeds.
+constexpr double kFormDeviation = 1.0;
+constexpr double kTimeDeviation = 0.7;
+constexpr double kSpeedDeviation = 0.5;
+constexpr double kCreepStartDeviation = 1.0;
+
+class Effects {
+ public:
+  Effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
+          std::size_t recordings, std::vector<Candidate>& out)
+      : plant_(plant),
+        joint_(plant.joints[joint]),
+        all_(scales),
+        s_(scales[joint]),
+        recordings_(recordings),
+        out_(out) {}
+
+  void of_position() {
+    const double position = s_.position;
+    if (lacks("homing_offset")) either("homing_offset", "offset", 1e-3 * position, Reaches::kCable);
+    if (lacks("gain_error")) either("gain_error", "ratio", 4e-3, Reaches::kCable);
+    couplings();
+    if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {
+      Candidate c = begin("compliance");
+      c.sizes = {
+          size("compliance", 2e-3 * position / s_.load, Reaches::kCable, as_compliance(s_.joint))};
+      c.sizes[0].unit = unit_of("creep", "compliance", s_.prismatic);
+      out_.push_back(std::move(c));
+    }
+    if (lacks("backlash")) positive("backlash", "half_width", 8e-4 * position, Reaches::kCable);
+    if (lacks("hysteresis") && can_stretch()) {
+      Candidate c = begin("hysteresis");
+      c.sizes = {size("stiffness", 40.0 * s_.load / position, Reaches::kCable)};
+      c.sizes[0].high = 40.0;
+      c.forms = {form("yield", kFormDeviation, Reaches::kCable)};
+      for (const double yield : {2e-3, 5e-3, 12e-3}) c.starts.push_back({yield * position});
+      out_.push_back(std::move(c));
+    }
+    if (lacks("creep") && can_stretch()) creep();
+    if (lacks("eccentricity")) wave("eccentricity", 5e-4 * position, Reaches::kCable, false);
+    if (lacks("thermal_drift")) {
+      Candidate c = begin("thermal_drift");
+      c.sizes = {signed_size("final", 1e-3 * position, Reaches::kCable)};
+      c.forms = {form("time", kTimeDeviation, Reaches::kCable)};
+      for (const double share : {0.2, 0.5, 1.0}) c.starts.push_back({share * s_.length_s});
+      out_.push_back(std::move(c));
+    }
+    for (std::size_t r = 0; r < recordings_; ++r) {
+      jump("slip", r, [](JointCircumstances& c) -> physics::Jump& { return c.slip; });
+      jump("lost_counts", r, [](JointCircumstances& c) -> physics::Jump& { return c.lost_counts; });
+    }
+  }
+
+  void of_both() {
+    if (lacks("joint_friction")) {
+      Candidate c = begin("joint_friction");
+      c.sizes = {size("level", 0.2 * s_.load, Reaches::kCable)};
+      Parameter presliding = form("presliding", kFormDeviation, Reaches::kCable);
+      c.forms = {presliding};
+      c.starts = {{1e-4 * s_.position}};
+      out_.push_back(std::move(c));
+    }
+  }
+
+  void of_effort() {
+    if (lacks("coulomb_friction")) positive("coulomb_friction", "level", 0.4 * s_.load);
+    if (lacks("viscous_friction"))
+      positive("viscous_friction", "damping", 1.5 * s_.load / s_.position);
+    if (lacks("stribeck_friction")) {
+      Candidate c = begin("stribeck_friction");
+      c.sizes = {size("extra", 0.2 * s_.load, Reaches::kDrive)};
+      c.forms = {form("velocity", kSpeedDeviation, Reaches::kDrive)};
+      for (const double speed : {8e-3, 16e-3, 30e-3}) c.starts.push_back({speed * s_.position});
+      out_.push_back(std::move(c));
+    }
+    if (lacks("load_dependent_friction") && s_.weight)
+      positive("load_dependent_friction", "load_share", 0.08);
+    if (lacks("asymmetric_friction"))
+      either("asymmetric_friction", "level_difference", 0.2 * s_.load, Reaches::kDrive);
+    if (lacks("torque_ripple")) wave("torque_ripple", 0.1 * s_.load, Reaches::kDrive, true);
+  }
+
+ private:
+  [[nodiscard]] bool lacks(const std::string& id) const { return !joint_.find_effect(id); }
+  /// A cable that no load changes has no stretch to show.
+  [[nodiscard]] bool can_stretch() const {
+    return s_.weight_load > 0.0 || joint_.parameter("joint_friction", "level") > 0.0;
+  }
+
+  [[nodiscard]] Candidate begin(const std::string& id) const {
+    Candidate c;
+    c.id = id;
+    c.joint = s_.joint;
+    current_ = id;
+    return c;
+  }
+
+  [[nodiscard]] Parameter signed_size(const std::string& name, double start, Reaches reaches,
+                                      Setter set = {}, const std::string& from = "") const {
+    Parameter p;
+    p.effect = current_;
+    p.name = name;
+    p.unit = unit_of(current_, name, s_.prismatic);
+    p.joint = s_.joint;
+    p.reaches = reaches;
+    p.scale = start;
+    p.deviation = kUnknownSize;
+    p.step = 1.0;
+    p.set = set ? std::move(set) : in_plant(s_.joint, current_, name, from);
+    return p;
+  }
+
+  [[nodiscard]] Parameter size(const std::string& name, double start, Reaches reaches,
+                               Setter set = {}) const {
+    Parameter p = signed_size(name, start, reaches, std::move(set));
+    p.low = kLeastOfStart;
+    return p;
+  }
+
+  /// A positive form whose start becomes its nominal value.
+  [[nodiscard]] Parameter form(const std::string& name, double deviation, Reaches reaches,
+                               Setter set = {}) const {
+    Parameter p;
+    p.effect = current_;
+    p.name = name;
+    p.unit = unit_of(current_, name, s_.prismatic);
+    p.joint = s_.joint;
+    p.reaches = reaches;
+    p.logarithmic = true;
+    p.deviation = deviation;
+    p.step = 0.03;
+    p.set = set ? std::move(set) : in_plant(s_.joint, current_, name);
+    return p;
+  }
+
+  void either(const std::string& id, const std::string& name, double start, Reaches reaches) {
+    Candidate c = begin(id);
+    c.sizes = {signed_size(name, start, reaches)};
+    out_.push_back(std::move(c));
+  }
+
+  void positive(const std::string& id, const std::string& name, double start,
+                Reaches reaches = Reaches::kDrive) {
+    Candidate c = begin(id);
+    c.sizes = {size(name, start, reaches)};
+    out_.push_back(std::move(c));
+  }
+
+  void couplings() {
+    for (std::size_t k = 0; k < s_.joint; ++k) {
+      const std::string& from = plant_.joints[k].name;
+      Candidate c = begin("coupling");
+      c.from = from;
+      const bool stated = plant_number(plant_, s_.joint, "coupling", "error", from) != 0.0;
+      if (stated) continue;
+      c.sizes = {signed_size("error", 4e-3 * s_.range / all_[k].range, Reaches::kCable, {}, from)};
+      out_.push_back(std::move(c));
+    }
+  }
+
+  void creep() {
+    Candidate c = begin("creep");
+    c.sizes = {size("compliance", 8e-4 * s_.position / s_.load, Reaches::kCable)};
+    Parameter start = form("start", kCreepStartDeviation, Reaches::kCable,
+                           in_circumstances(s_.joint, {}, [](JointCircumstances& j) -> double& {
+                             return j.creep_start;
+                           }));
+    start.logarithmic = false;
+    c.forms = {form("time", kTimeDeviation, Reaches::kCable), start};
+    for (const double time_s : {2.5, 7.0, 20.0})
+      for (const double share : {0.0, 1.0}) c.starts.push_back({time_s, share});
+    out_.push_back(std::move(c));
+  }
+
+  /// A sine and a cosine over the position of the drive. The order is searched for, not fitted.
+  void wave(const std::string& id, double start, Reaches reaches, bool of_motor) {
+    Candidate c = begin(id);
+    c.sizes = {signed_size("sine", start, reaches, as_sine(s_.joint, id)),
+               signed_size("cosine", start, reaches, as_cosine(s_.joint, id))};
+    for (Parameter& p : c.sizes) p.unit = unit_of(id, "amplitude", s_.prismatic);
+    Parameter order = form("order", kFormDeviation, reaches);
+    order.held = true;
+    c.forms = {order};
+    for (const double harmonic : kHarmonics)
+      c.starts.push_back({harmonic * joint_.reduction / joint_.gearbox_ratio});
+    if (of_motor) c.starts.push_back({joint_.reduction});
+    out_.push_back(std::move(c));
+  }
+
+  /// Its moment is searched for: the screen sets the starts.
+  template <typename Member>
+  void jump(const std::string& id, std::size_t recording, Member member) {
+    Candidate c = begin(id);
+    c.kind = CandidateKind::kJump;
+    c.sizes = {signed_size("size", 1e-3 * s_.position, Reaches::kCable)};
+    c.sizes[0].unit = s_.prismatic ? "m" : "rad";
+    c.sizes[0].recording = recording;
+    c.sizes[0].set = [joint = s_.joint, recording, member](State& state, double value) {
+      member(state.circumstances[recording][joint]).size = value;
+    };
+    Parameter moment = form("time", kTimeDeviation, Reaches::kCable);
+    moment.unit = "s";
+    moment.logarithmic = false;
+    moment.held = true;
+    moment.recording = recording;
+    moment.set = [joint = s_.joint, recording, member](State& state, double value) {
+      member(state.circumstances[recording][joint]).t_s = value;
+    };
+    c.forms = {moment};
+    out_.push_back(std::move(c));
+  }
+
+  const physics::Plant& plant_;
+  const physics::Joint& joint_;
+  const std::vector<Scales>& all_;
+  const Scales& s_;
+  std::size_t recordings_;
+  std::vector<Candidate>& out_;
+  mutable std::string current_;  ///< id of the candidate that is being made
+};
+
+/// Deviations to which a prior opens.
+struct Opening {
+  const char* effect;
+  const char* parameter;
+  double deviation;   ///< of x: relative, s for delays, levels of friction for an offset
+  bool wrong_number;  ///< else it is physics that the plant lacks: a delay, a payload's weight
+};
+
+constexpr Opening kOpenings[] = {
+    {"delay", "delay", 0.05, false},
+    {"compliance", "compliance", 0.6, true},
+    {"joint_friction", "level", 0.6, true},
+    {"gravity", "ratio", 0.5, false},
+    {"torque_constant", "ratio", 0.6, false},
+    {"coulomb_friction", "level", 0.6, true},
+    {"viscous_friction", "damping", 0.6, true},
+    {"stribeck_friction", "extra", 0.6, true},
+    {"load_dependent_friction", "load_share", 0.6, true},
+    {"backlash", "half_width", 0.6, true},
+    {"hysteresis", "stiffness", 0.6, true},
+    {"creep", "compliance", 0.6, true},
+    {"inertia_error", "ratio", 0.8, false},
+    {"controller_gain", "ratio", 0.6, false},
+    {"presliding", "displacement", 5.0, false},
+    {"effort_offset", "offset", 3.0, false},
+};
+
+}  // namespace
+
+void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
+                 std::size_t recordings, std::vector<Candidate>& candidates) {
+  const Scales& s = scales[joint];
+  if (!s.effort && !s.truth) return;
+  Effects effects(plant, scales, joint, recordings, candidates);
+  if (s.truth) effects.of_position();
+  effects.of_both();
+  if (s.effort) effects.of_effort();
+}
+
+void add_wrong_numbers(const physics::Plant& plant, const Scales& s,
+                       const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates) {
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    const Parameter& number = numbers[n];
+    if (number.joint != s.joint) continue;
+    for (const Opening& opening : kOpenings) {
+      if (number.effect != opening.effect || number.name != opening.parameter) continue;
+      Candidate c;
+      c.id = number.effect;
+      c.joint = s.joint;
+      c.kind = CandidateKind::kNumber;
+      c.opens = n;
+      c.opened_deviation = opening.deviation;
+      const bool stated = plant.joints[s.joint].find_effect(number.effect) != nullptr;
+      c.wrong_number = opening.wrong_number || stated;
+      candidates.push_back(std::move(c));
+    }
+  }
+}
+
+void add_payload(const physics::Plant& plant, std::vector<Candidate>& candidates) {
+  Candidate c;
+  c.id = "payload";
+  c.joint = plant.joints.size() - 1;
+  Parameter mass;
+  mass.effect = c.id;
+  mass.name = "mass";
+  mass.unit = "kg";
+  mass.joint = c.joint;
+  mass.reaches = Reaches::kEverything;
+  mass.scale = 0.1;
+  mass.deviation = kUnknownSize;
+  mass.low = kLeastOfStart;
+  mass.step = 1.0;
+  mass.set = of_payload(plant.payload.mass_kg);
+  c.sizes = {mass};
+  candidates.push_back(std::move(c));
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/vocabulary/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "diagnose/vocabulary/setters.hpp"
+#include "physics/drives.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using physics::JointCircumstances;
+
+/// Bounds of a plant's number, in deviations; an inertia may be off by what other links add.
+constexpr double kBound = 2.7;
+constexpr double kInertiaBound = 5.0;
+/// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
+/// whose plant states none, and the damping of bristles. Deviations of the logarithm.
+constexpr double kPreslidingForm = 0.5;
+constexpr double kUnstatedPreslidingForm = 1.0;
+constexpr double kBristleDampingForm = 0.6;
+/// Deviations of what a plant seldom states: masses, the motor's constant, its constant effort over
+/// its friction, delays of signals.
+constexpr double kMassDeviation = 0.06;
+constexpr double kMotorDeviation = 0.06;
+constexpr double kEffortOffset = 0.006;
+constexpr double kDelayS = 0.002;
+/// The law is software, but how it differentiates is not stated.
+constexpr double kLawDeviation = 0.02;
+constexpr double kLawRateDeviation = 0.1;
+constexpr double kDesiredRateDeviation = 0.5;
+constexpr double kLinkShareDeviation = 0.4;
+
+class Numbers {
+ public:
+  Numbers(const physics::Plant& plant, const Scales& scales, std::vector<Parameter>& out)
+      : plant_(plant), joint_(plant.joints[scales.joint]), s_(scales), out_(out) {}
+
+  /// A positive number of the plant; nothing where it has none.
+  void of_plant(const std::string& effect, const std::string& parameter, Reaches reaches) {
+    const double value = joint_.parameter(effect, parameter);
+    if (value <= 0.0) return;
+    Parameter p = logarithmic(effect, parameter, value, deviation(effect, parameter), reaches);
+    p.set = in_plant(s_.joint, effect, parameter);
+    bounded(std::move(p), kBound);
+  }
+
+  void cable() {
+    if (const double stiffness = joint_.parameter("compliance", "stiffness");
+        stiffness > 0.0 && s_.truth) {
+      Parameter p = logarithmic("compliance", "compliance", 1.0 / stiffness,
+                                deviation("compliance", "stiffness"), Reaches::kCable);
+      p.unit = unit_of("creep", "compliance", s_.prismatic);
+      p.set = as_compliance(s_.joint);
+      bounded(std::move(p), kBound);
+    }
+    of_plant("joint_friction", "level", Reaches::kCable);
+    form("joint_friction", "presliding", kPreslidingForm, Reaches::kCable);
+    if (!s_.truth) return;
+    of_plant("backlash", "half_width", Reaches::kCable);
+    for (const char* part : {"stiffness", "yield"}) of_plant("hysteresis", part, Reaches::kCable);
+    for (const char* part : {"compliance", "time"}) of_plant("creep", part, Reaches::kCable);
+    wave("eccentricity", Reaches::kCable);
+    signed_number("gain_error", "ratio", Reaches::kCable);
+    signed_number("thermal_drift", "final", Reaches::kCable);
+  }
+
+  void mass() {
+    if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
+    Parameter p = linear("gravity", "ratio", 1.0, kMassDeviation, Reaches::kEverything);
+    p.set = of_mass(s_.joint, joint_.link.mass_kg);
+    bounded(std::move(p), kBound);
+  }
+
+  void drive() {
+    Parameter inertia = linear(
+        "inertia_error", "ratio", 1.0,
+        kDeviationPerTolerance * stated_tolerance(joint_, "inertia", "ratio"), Reaches::kDrive);
+    inertia.set = of_motor_inertia(s_.joint, joint_.motor_inertia_kg_m2);
+    bounded(std::move(inertia), kInertiaBound);
+    Parameter motor = linear("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
+    motor.nominal = joint_.parameter("torque_constant", "ratio");
+    motor.set = in_plant(s_.joint, "torque_constant", "ratio");
+    bounded(std::move(motor), kBound);
+    Parameter offset = linear("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
+    offset.nominal = joint_.parameter("effort_offset", "offset");
+    offset.set = in_plant(s_.joint, "effort_offset", "offset");
+    bounded(std::move(offset), kBound);
+    of_plant("coulomb_friction", "level", Reaches::kDrive);
+    of_plant("viscous_friction", "damping", Reaches::kDrive);
+    of_plant("load_dependent_friction", "load_share", Reaches::kDrive);
+    for (const char* part : {"extra", "velocity"})
+      of_plant("stribeck_friction", part, Reaches::kDrive);
+    for (const char* part : {"level_difference", "damping_difference"})
+      signed_number("asymmetric_friction", part, Reaches::kDrive);
+    wave("torque_ripple", Reaches::kDrive);
+    of_plant("presliding", "displacement", Reaches::kDrive);
+    form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
+    if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
+    Parameter late = linear("effort", "late", 1.0, kDelayS, Reaches::kDrive);
+    late.set = in_circumstances(
+        s_.joint, {}, [](JointCircumstances& c) -> double& { return c.effort_lateness_s; });
+    bounded(std::move(late), kBound);
+  }
+
+  void encoder(std::size_t recordings) {
+    Parameter delay = linear("delay", "delay", 1.0, kDelayS, Reaches::kCable);
+    delay.nominal = joint_.parameter("delay", "delay");
+    delay.set = in_plant(s_.joint, "delay", "delay");
+    bounded(std::move(delay), kBound);
+    const double homing = joint_.parameter("homing_offset", "deviation");
+    for (std::size_t r = 0; r < recordings; ++r) {
+      Parameter constant =
+          linear("encoder", "constant", 1.0, std::max(s_.quantum, kDeviationPerTolerance * homing),
+                 Reaches::kPosition);
+      constant.recording = r;
+      constant.set = in_circumstances(
+          s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
+      out_.push_back(std::move(constant));
+      Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
+      ramp.recording = r;
+      ramp.set = in_circumstances(s_.joint, r,
+                                  [](JointCircumstances& c) -> double& { return c.encoder_ramp; });
+      out_.push_back(std::move(ramp));
+    }
+  }
+
+  void law() {
+    const auto add = [&](const char* name, double mean, double deviation, double LawErrors::*part) {
+      Parameter p = linear("controller_gain", name, 1.0, deviation, Reaches::kLaw);
+      p.mean = p.x = mean;
+      p.set = [joint = s_.joint, part](State& state, double value) {
+        state.laws[joint].*part = value;
+      };
+      out_.push_back(std::move(p));
+    };
+    add("ratio", 0.0, kLawDeviation, &LawErrors::position);
+    add("rate_ratio", 0.0, kLawRateDeviation, &LawErrors::rate);
+    add("desired_rate", 1.0, kDesiredRateDeviation, &LawErrors::desired_rate);
+  }
+
+  /// Which way a cable runs that other joints move.
+  void link_share() {
+    if (joint_.coupling_through || !physics::coupled(plant_, s_.joint)) return;
+    Parameter p = linear("coupling", "link_share", 1.0, kLinkShareDeviation, Reaches::kEverything);
+    p.mean = p.x = 0.5;
+    p.low = 0.0;
+    p.high = 1.0;
+    p.step = 0.3;
+    p.set = [joint = s_.joint](State& state, double value) {
+      for (auto& recording : state.circumstances) recording[joint].link_share = value;
+    };
+    out_.push_back(std::move(p));
+  }
+
+ private:
+  [[nodiscard]] double deviation(const std::string& effect, const std::string& parameter) const {
+    return kDeviationPerTolerance * stated_tolerance(joint_, effect, parameter);
+  }
+
+  [[nodiscard]] Parameter begin(const std::string& effect, const std::string& name,
+                                Reaches reaches) const {
+    Parameter p;
+    p.effect = effect;
+    p.name = name;
+    p.unit = unit_of(effect, name, s_.prismatic);
+    p.joint = s_.joint;
+    p.reaches = reaches;
+    return p;
+  }
+
+  [[nodiscard]] Parameter logarithmic(const std::string& effect, const std::string& name,
+                                      double value, double deviation, Reaches reaches) const {
+    Parameter p = begin(effect, name, reaches);
+    p.logarithmic = true;
+    p.nominal = value;
+    p.deviation = deviation;
+    return p;
+  }
+
+  [[nodiscard]] Parameter linear(const std::string& effect, const std::string& name, double scale,
+                                 double deviation, Reaches reaches) const {
+    Parameter p = begin(effect, name, reaches);
+    p.scale = scale;
+    p.deviation = deviation;
+    p.step = 0.5 * deviation;
+    return p;
+  }
+
+  void bounded(Parameter p, double deviations) {
+    p.low = p.mean - deviations * p.deviation;
+    p.high = p.mean + deviations * p.deviation;
+    out_.push_back(std::move(p));
+  }
+
+  /// A number of the simulation's form that the plant has.
+  void form(const std::string& effect, const std::string& parameter, double deviation,
+            Reaches reaches) {
+    const double value = joint_.parameter(effect, parameter);
+    if (value <= 0.0) return;
+    Parameter p = logarithmic(effect, parameter, value, deviation, reaches);
+    p.set = in_plant(s_.joint, effect, parameter);
+    out_.push_back(std::move(p));
+  }
+
+  /// Of either sign; nothing where the plant has none.
+  void signed_number(const std::string& effect, const std::string& parameter, Reaches reaches) {
+    const double value = joint_.parameter(effect, parameter);
+    if (value == 0.0) return;
+    Parameter p = linear(effect, parameter, std::abs(value), deviation(effect, parameter), reaches);
+    p.nominal = value;
+    p.set = in_plant(s_.joint, effect, parameter);
+    bounded(std::move(p), kBound);
+  }
+
+  void wave(const std::string& effect, Reaches reaches) {
+    signed_number(effect, "amplitude", reaches);
+  }
+
+  void unstated_presliding() {
+    const double value =
+        s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
+    Parameter p =
+        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
+    p.set = in_circumstances(s_.joint, {},
+                             [](JointCircumstances& c) -> double& { return c.presliding; });
+    out_.push_back(std::move(p));
+  }
+
+  const physics::Plant& plant_;
+  const physics::Joint& joint_;
+  const Scales& s_;
+  std::vector<Parameter>& out_;
+};
+
+}  // namespace
+
+void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,
+                 std::vector<Parameter>& out) {
+  if (!scales.effort && !scales.truth) return;
+  Numbers numbers(plant, scales, out);
+  numbers.cable();
+  numbers.mass();
+  if (scales.effort) numbers.drive();
+  if (scales.truth) numbers.encoder(recordings);
+  if (scales.law) numbers.law();
+  numbers.link_share();
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/vocabulary/scales.hpp"
+
+#include <algorithm>
+
+#include "physics/effects/effect_spec.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+/// A prismatic joint's position beside a revolute one's: the radius of a capstan and its pulleys.
+constexpr double kMetresPerRad = 0.08;
+/// Dry friction of drives whose plants state none, N m and N.
+constexpr double kUsualFriction_n_m = 1.7;
+constexpr double kUsualFriction_n = 15.0;
+constexpr double kUsualQuantum_rad = 1e-4;
+
+}  // namespace
+
+Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& training) {
+  const physics::Joint& joint = plant.joints[j];
+  Scales s;
+  s.joint = j;
+  s.prismatic = joint.kind == physics::JointKind::kPrismatic;
+  for (const Channel& channel : training.channels()) {
+    if (channel.joint != j) continue;
+    s.effort = s.effort || channel.kind == ChannelKind::kDrive;
+    s.truth = s.truth || channel.kind == ChannelKind::kPosition;
+    s.law = s.law || channel.kind == ChannelKind::kLaw;
+  }
+  s.position = s.prismatic ? kMetresPerRad : 1.0;
+  const double friction =
+      joint.parameter("coulomb_friction", "level") + joint.parameter("joint_friction", "level");
+  s.load = friction > 0.0 ? friction : (s.prismatic ? kUsualFriction_n : kUsualFriction_n_m);
+  s.quantum = joint.joint_encoder_resolution_ji > 0.0 ? joint.joint_encoder_resolution_ji
+                                                      : kUsualQuantum_rad * s.position;
+  double lowest = 1e300, highest = -1e300;
+  for (std::size_t r = 0; r < training.tracks().size(); ++r) {
+    const Track& track = training.tracks()[r];
+    const Eigen::VectorXd& q = track.forced.motors[j].q;
+    lowest = std::min(lowest, q.minCoeff());
+    highest = std::max(highest, q.maxCoeff());
+    s.length_s = std::max(s.length_s, track.forced.t_s[track.rows() - 1]);
+    s.weight_load =
+        std::max(s.weight_load, training.predictor(r).link_loads(plant)[j].cwiseAbs().maxCoeff());
+  }
+  s.lowest = lowest;
+  s.range = std::max(1e-6, highest - lowest);
+  const auto& g = plant.robot.gravity_m_per_s2;
+  s.weight = s.weight_load > 1e-9 && (g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0);
+  return s;
+}
+
+double stated_tolerance(const physics::Joint& joint, const std::string& effect,
+                        const std::string& parameter) {
+  for (const std::string& key :
+       {effect + "." + parameter, effect + "_" + parameter, parameter, effect}) {
+    const auto at = joint.tolerance.find(key);
+    if (at != joint.tolerance.end()) return at->second;
+  }
+  return kUnstated;
+}
+
+std::string unit_of(const std::string& effect, const std::string& parameter, bool prismatic) {
+  const physics::EffectSpec* spec = physics::find_effect_spec(effect);
+  if (spec == nullptr) return "";
+  const auto kind = prismatic ? physics::JointKind::kPrismatic : physics::JointKind::kRevolute;
+  for (const physics::ParameterSpec& p : spec->parameters) {
+    if (p.name != parameter) continue;
+    std::string unit(physics::unit_suffix(p.dimension, kind));
+    // Newtons are an upper-case N.
+    for (std::size_t i = 0; i < unit.size(); ++i)
+      if (unit[i] == 'n' && (i + 1 == unit.size() || unit[i + 1] == '_')) unit[i] = 'N';
+    if (unit.starts_with('_')) unit.erase(0, 1);
+    return unit;
+  }
+  return "";
+}
+
+}  // namespace ravencal::diagnose

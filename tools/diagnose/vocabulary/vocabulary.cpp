@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/vocabulary/vocabulary.hpp"
+
+#include <algorithm>
+
+#include "diagnose/vocabulary/candidates.hpp"
+#include "diagnose/vocabulary/numbers.hpp"
+
+namespace ravencal::diagnose {
+
+Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Likelihood* held_out) {
+  std::vector<Scales> scales;
+  for (std::size_t j = 0; j < plant.joints.size(); ++j)
+    scales.push_back(scales_of(plant, j, training));
+  Vocabulary out;
+  for (const Scales& s : scales) add_numbers(plant, s, training.tracks().size(), out.numbers);
+  for (std::size_t j = 0; j < plant.joints.size(); ++j) {
+    add_effects(plant, scales, j, training.tracks().size(), out.candidates);
+    add_wrong_numbers(plant, scales[j], out.numbers, out.candidates);
+    add_shapes(scales[j], training, held_out, out.candidates);
+  }
+  const bool weighs =
+      std::any_of(scales.begin(), scales.end(), [](const Scales& s) { return s.weight; });
+  if (weighs) add_payload(plant, out.candidates);
+  return out;
+}
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a model may hold: numbers that are always fitted within what a plant and a recording are
+// good for, and candidates, each an effect that may be missing or a number that may be wrong. The
+// only room that knows effects by name; their physics stands in shared/physics.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diagnose/model/likelihood.hpp"
+#include "diagnose/model/parameter.hpp"
+
+namespace ravencal::diagnose {
+
+enum class CandidateKind {
+  kEffect,  ///< physics that the plant lacks
+  kNumber,  ///< a number of the plant that is beyond its tolerance
+  kJump,    ///< at a moment: no test by blocks applies
+  kTone,    ///< a sine in one channel, whose frequency is searched for
+  kShape,   ///< without a name
+};
+
+struct Candidate {
+  std::string id;  ///< of the vocabulary; "unknown" for shapes without a name
+  CandidateKind kind = CandidateKind::kEffect;
+  std::size_t joint = 0;
+  std::string from{};  ///< the joint that a coupling comes from
+  /// Parameters in which it is linear where it is absent (all zero), and the others.
+  std::vector<Parameter> sizes{};
+  std::vector<Parameter> forms{};
+  std::vector<std::vector<double>> starts{};  ///< values of the forms from which it is tried
+  std::optional<std::size_t> opens{};  ///< place of the number whose prior it opens; no sizes then
+  double opened_deviation = 0.0;       ///< of x
+  bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
+  std::string circumstance{};          ///< of a shape: what it depends on
+
+  /// No plant can have it.
+  [[nodiscard]] bool unnamed() const {
+    return kind == CandidateKind::kShape || kind == CandidateKind::kTone;
+  }
+};
+
+struct Vocabulary {
+  std::vector<Parameter> numbers;
+  std::vector<Candidate> candidates;
+};
+
+/// Shapes are added to both likelihoods; `held_out` may be null.
+Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Likelihood* held_out);
+
+}  // namespace ravencal::diagnose
