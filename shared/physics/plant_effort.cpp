@@ -10,7 +10,21 @@ namespace ravencal::physics {
 namespace {
 
 using Eigen::Index;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+/// The arm's efforts, [3][rows]; a row whose efforts are not finite keeps those before it.
+template <typename EffortAt>
+std::vector<VectorXd> row_by_row(Index rows, EffortAt&& effort_at) {
+  std::vector<VectorXd> efforts(3, VectorXd::Zero(rows));
+  Vector3d last = Vector3d::Zero();
+  for (Index i = 0; i < rows; ++i) {
+    const Vector3d effort = effort_at(i);
+    if (effort.allFinite()) last = effort;
+    for (Index j = 0; j < 3; ++j) efforts[static_cast<std::size_t>(j)][i] = last[j];
+  }
+  return efforts;
+}
 
 bool has_weight(const Plant& plant) {
   double mass_kg = plant.payload.mass_kg;
@@ -52,14 +66,10 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   }
   if (plant.joints.size() != 3) return efforts;
   ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
-  for (VectorXd& effort : efforts) effort = VectorXd::Zero(positions.front().size());
-  Eigen::Vector3d last = Eigen::Vector3d::Zero();
-  for (Index i = 0; i < positions.front().size(); ++i) {
-    const Eigen::Vector3d q(positions[0][i], positions[1][i], positions[2][i]);
-    if (q.allFinite()) last = dynamics.gravity(q);
-    for (std::size_t j = 0; j < 3; ++j) efforts[j][i] = last[static_cast<Index>(j)];
-  }
-  return efforts;
+  return row_by_row(positions.front().size(), [&](Index i) -> Vector3d {
+    const Vector3d q(positions[0][i], positions[1][i], positions[2][i]);
+    return q.allFinite() ? dynamics.gravity(q) : q;
+  });
 }
 
 std::vector<VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links) {
@@ -75,27 +85,25 @@ std::vector<VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>
     return efforts;
   }
   ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
-  std::vector<VectorXd> efforts(joints, VectorXd::Zero(links.front().q.size()));
-  Eigen::Vector3d last = Eigen::Vector3d::Zero();
-  for (Index i = 0; i < links.front().q.size(); ++i) {
-    const Eigen::Vector3d q(links[0].q[i], links[1].q[i], links[2].q[i]);
-    const Eigen::Vector3d v(links[0].v[i], links[1].v[i], links[2].v[i]);
-    const Eigen::Vector3d a(links[0].a[i], links[1].a[i], links[2].a[i]);
-    if (q.allFinite() && v.allFinite() && a.allFinite())
-      last = dynamics.gravity(q) + dynamics.coriolis(q, v) + dynamics.mass_matrix(q) * a;
-    for (std::size_t j = 0; j < 3; ++j) efforts[j][i] = last[static_cast<Index>(j)];
-  }
-  return efforts;
+  return row_by_row(links.front().q.size(), [&](Index i) -> Vector3d {
+    const Vector3d q(links[0].q[i], links[1].q[i], links[2].q[i]);
+    const Vector3d v(links[0].v[i], links[1].v[i], links[2].v[i]);
+    const Vector3d a(links[0].a[i], links[1].a[i], links[2].a[i]);
+    if (!q.allFinite()) return q;
+    return dynamics.gravity(q) + dynamics.coriolis(q, v) + dynamics.mass_matrix(q) * a;
+  });
 }
 
 void add_external_loads(const Plant& plant, const std::vector<VectorXd>& measured,
                         std::vector<VectorXd>& efforts) {
-  for (std::size_t j = 0; j < efforts.size(); ++j) {
-    const auto& load = plant.joints[j].external_load;
-    if (!load || measured[j].size() == 0) continue;
-    if (efforts[j].size() == 0) efforts[j] = VectorXd::Zero(measured[j].size());
-    efforts[j] += load->ratio * measured[j];
-  }
+  for (std::size_t j = 0; j < efforts.size(); ++j)
+    add_external_load(plant.joints[j], measured[j], efforts[j]);
+}
+
+void add_external_load(const Joint& joint, const VectorXd& measured, VectorXd& effort) {
+  if (!joint.external_load || measured.size() == 0) return;
+  if (effort.size() == 0) effort = VectorXd::Zero(measured.size());
+  effort += joint.external_load->ratio * measured;
 }
 
 std::vector<VectorXd> payload_efforts_per_kg(const Plant& plant,

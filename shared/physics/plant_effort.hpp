@@ -25,7 +25,12 @@ std::vector<Eigen::VectorXd> link_efforts(const Plant& plant, const std::vector<
 void add_external_loads(const Plant& plant, const std::vector<Eigen::VectorXd>& measured,
                         std::vector<Eigen::VectorXd>& efforts);
 
-/// The same of a kilogram where the plant hangs its payload; empty where the plant has no weight.
+/// The same of one joint.
+void add_external_load(const Joint& joint, const Eigen::VectorXd& measured,
+                       Eigen::VectorXd& effort);
+
+/// holding_efforts() of a kilogram where the plant hangs its payload; empty where the plant has no
+/// weight.
 std::vector<Eigen::VectorXd> payload_efforts_per_kg(const Plant& plant,
                                                     const std::vector<Eigen::VectorXd>& positions);
 

@@ -16,6 +16,12 @@ namespace ravencal::physics {
 /// `gravity`, `controller_gain`.
 std::vector<std::string> tolerance_keys();
 
+/// Where a plant states none.
+inline constexpr double kUnstatedTolerance = 0.10;
+
+/// How far that parameter of the joint may be off, relative.
+double tolerance_of(const Joint& joint, const std::string& id, const std::string& parameter);
+
 /// What is wrong with that key, and which ones name numbers of this joint; empty if it is a key.
 std::string flaw_of_tolerance(std::string_view key, const Joint& joint);
 

@@ -109,9 +109,8 @@ TEST(DiagnoseModel, UpdatesAPredictionAsIfItWereMadeAnew) {
     State changed = base;
     moved.apply(changed);
     physics::Prediction updated = predictor.predict(base.plant, base.circumstances[0]);
-    const auto reach = static_cast<physics::Reach>(static_cast<int>(parameter.reaches) -
-                                                   static_cast<int>(Reaches::kPosition));
-    predictor.update(changed.plant, changed.circumstances[0], parameter.joint, reach, updated);
+    predictor.update(changed.plant, changed.circumstances[0], parameter.joint,
+                     reach_of(parameter.reaches), updated);
     const physics::Prediction anew = predictor.predict(changed.plant, changed.circumstances[0]);
     EXPECT_EQ(updated.effort[0], anew.effort[0]);
     EXPECT_EQ(updated.position[0], anew.position[0]);

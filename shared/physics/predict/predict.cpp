@@ -240,16 +240,16 @@ void Predictor::weigh_links() {
   }
 }
 
-std::vector<VectorXd> Predictor::link_loads(const Plant& plant) const {
-  std::vector<VectorXd> loads = of_moments_;
+VectorXd Predictor::link_load(const Plant& plant, std::size_t joint) const {
+  VectorXd load = of_moments_[joint];
   for (std::size_t body = 0; body < per_kg_.size(); ++body) {
     const double mass_kg =
         body < plant.joints.size() ? plant.joints[body].link.mass_kg : plant.payload.mass_kg;
-    if (mass_kg == 0.0) continue;
-    for (std::size_t j = 0; j < loads.size(); ++j) loads[j] += mass_kg * per_kg_[body][j];
+    if (mass_kg != 0.0) load += mass_kg * per_kg_[body][joint];
   }
-  if (!forced_.external_loads.empty()) add_external_loads(plant, forced_.external_loads, loads);
-  return loads;
+  if (!forced_.external_loads.empty())
+    add_external_load(plant.joints[joint], forced_.external_loads[joint], load);
+  return load;
 }
 
 Prediction Predictor::predict(const Plant& plant,
@@ -270,13 +270,12 @@ void Predictor::update(const Plant& plant, const std::vector<JointCircumstances>
   if (reach == Reach::kPosition) return step.show(joint, out);
   if (reach == Reach::kDrive) return step.ask(joint, out);
   std::vector<char> hung(joints, everything ? 1 : 0);
-  std::vector<VectorXd> loads = link_loads(plant);
   for (std::size_t j = joints; j-- > 0;) {
     hung[j] |= j == joint ? 1 : 0;
     for (std::size_t k = j + 1; k < joints; ++k)
       hung[j] |=
           hung[k] != 0 && kinematics.of_joint(static_cast<Index>(k), static_cast<Index>(j)) != 0.0;
-    if (hung[j] != 0) step.hang(j, std::move(loads[j]), out);
+    if (hung[j] != 0) step.hang(j, link_load(plant, j), out);
   }
   for (std::size_t j = 0; j < joints; ++j) {
     bool pulled = hung[j] != 0;

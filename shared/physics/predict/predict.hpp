@@ -87,8 +87,8 @@ class Predictor {
   [[nodiscard]] const ForcedMotion& forced() const { return forced_; }
   /// Joints as the controller believes them, [joints].
   [[nodiscard]] const std::vector<Eigen::VectorXd>& believed() const { return believed_; }
-  /// Effort that the plant's own links ask of each joint, [joints].
-  [[nodiscard]] std::vector<Eigen::VectorXd> link_loads(const Plant& plant) const;
+  /// Effort that the plant's links and measured loads from outside ask of the joint.
+  [[nodiscard]] Eigen::VectorXd link_load(const Plant& plant, std::size_t joint) const;
 
  private:
   void weigh_links();

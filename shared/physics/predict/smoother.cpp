@@ -10,12 +10,10 @@
 #include "core/median.hpp"
 
 namespace ravencal::physics {
-namespace {
-
 using Eigen::Index;
 
-Eigen::VectorXd without_gaps(const Eigen::VectorXd& position) {
-  Eigen::VectorXd filled = position;
+Eigen::VectorXd without_gaps(const Eigen::VectorXd& values) {
+  Eigen::VectorXd filled = values;
   Index last = -1;
   for (Index i = 0; i < filled.size(); ++i) {
     if (!std::isfinite(filled[i])) continue;
@@ -29,6 +27,8 @@ Eigen::VectorXd without_gaps(const Eigen::VectorXd& position) {
   for (Index k = last + 1; k < filled.size(); ++k) filled[k] = last < 0 ? 0.0 : filled[last];
   return filled;
 }
+
+namespace {
 
 struct LocalFit {
   double q = 0.0, v = 0.0, a = 0.0, residual2 = 0.0, velocity_gain = 0.0, acceleration_gain = 0.0;

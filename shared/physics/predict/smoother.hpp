@@ -8,6 +8,9 @@
 
 namespace ravencal::physics {
 
+/// Values that are not finite on the line between their neighbours; at an end as the next one.
+Eigen::VectorXd without_gaps(const Eigen::VectorXd& values);
+
 /// Filters `y` with the kernel that the acceleration of smooth_motion() has been through: the
 /// second derivative of a local parabola is the true one under the weights (1 - u^2)^2, u = t /
 /// half_width. An effort so filtered can be compared with mass times acceleration at sharp edges

@@ -18,15 +18,6 @@ physics::JointSignals signals_of(const Series& s) {
   return {s.t_s, s.fresh, s.motion.q, other, s.driven};
 }
 
-double tolerance_of(const physics::Joint& joint, const std::string& id,
-                    const std::string& parameter) {
-  for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
-    const auto it = joint.tolerance.find(key);
-    if (it != joint.tolerance.end()) return it->second;
-  }
-  return 0.10;
-}
-
 Nominal nominal_of(const Series& series, const physics::Plant& plant) {
   NominalBuilder builder(series, plant);
   for (const EffectKind* kind : effect_kinds()) kind->predict(builder);

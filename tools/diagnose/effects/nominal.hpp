@@ -11,6 +11,7 @@
 #include "diagnose/series/series.hpp"
 #include "physics/joint_error.hpp"
 #include "physics/plant.hpp"
+#include "physics/tolerance_keys.hpp"
 
 namespace ravencal::diagnose {
 
@@ -47,10 +48,6 @@ Nominal nominal_of(const Series& series, const physics::Plant& plant);
 
 /// What the plant's effects of this joint may depend on.
 physics::JointSignals signals_of(const Series& series);
-
-/// How far that parameter of the joint may be off, relative.
-double tolerance_of(const physics::Joint& joint, const std::string& id,
-                    const std::string& parameter);
 
 /// True if the plant has this effect on this joint, so that it cannot be "left out".
 bool plant_has(const physics::Plant& plant, const std::string& joint, const std::string& id,

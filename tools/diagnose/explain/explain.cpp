@@ -54,7 +54,6 @@ class Explanation {
         shown_(held_out != nullptr ? *held_out : training),
         own_(held_out == nullptr),
         vocabulary_(vocabulary),
-        search_(search),
         ranked_(search.ranked()),
         best_(*ranked_.front()) {}
 
@@ -83,11 +82,9 @@ class Explanation {
     for (std::size_t c = 0; c < left.size(); ++c) {
       double squares = 0.0, rows = 0.0;
       for (std::size_t r = 0; r < left[c].size(); ++r) {
-        for (Index i = 0; i < left[c][r].size(); ++i) {
-          if (shown_.channels()[c].rows[r].used[static_cast<std::size_t>(i)] == 0) continue;
-          squares += left[c][r][i] * left[c][r][i];
-          rows += 1.0;
-        }
+        const std::vector<Index>& used = shown_.channels()[c].used[r];
+        squares += left[c][r](used).squaredNorm();
+        rows += static_cast<double>(used.size());
       }
       out.push_back(rows > 0.0 ? std::sqrt(squares / rows) : 0.0);
     }
@@ -284,7 +281,6 @@ class Explanation {
   Likelihood& shown_;
   bool own_;
   const Vocabulary& vocabulary_;
-  const Search& search_;
   std::vector<const Model*> ranked_;
   const Model& best_;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/track/filter.hpp"
+#include "physics/predict/smoother.hpp"
 #include "physics/servo_law.hpp"
 
 namespace ravencal::diagnose {
@@ -73,16 +74,11 @@ const VectorXd& signal_of(const JointTrack& joint, ChannelKind kind) {
 
 /// The signal through the filter; rows within whose reach a value was lost become unused.
 VectorXd filtered(const Track& track, const VectorXd& signal, std::vector<char>& used) {
-  VectorXd bridged = signal;
-  double last = 0.0;
-  for (Index i = 0; i < bridged.size(); ++i) {
-    if (!std::isfinite(bridged[i])) {
-      bridged[i] = last;
-      mark_around(i, track.tent_rows, bridged.size(), [&](std::size_t n) { used[n] = 0; });
-    }
-    last = bridged[i];
+  for (Index i = 0; i < signal.size(); ++i) {
+    if (!std::isfinite(signal[i]))
+      mark_around(i, track.tent_rows, signal.size(), [&](std::size_t n) { used[n] = 0; });
   }
-  return tent(bridged, track.tent_rows);
+  return tent(physics::without_gaps(signal), track.tent_rows);
 }
 
 Index used_rows(const Channel& channel, std::size_t recording) {
@@ -292,10 +288,8 @@ void Likelihood::add_column(const State& state, const Outcome& at, const Paramet
     } else if (parameter.reaches != Reaches::kShape) {
       one.predictions.resize(r + 1);
       one.predictions[r] = at.predictions[r];
-      const auto reach = static_cast<physics::Reach>(static_cast<int>(parameter.reaches) -
-                                                     static_cast<int>(Reaches::kPosition));
-      predictors_[r].update(changed.plant, changed.circumstances[r], parameter.joint, reach,
-                            one.predictions[r]);
+      predictors_[r].update(changed.plant, changed.circumstances[r], parameter.joint,
+                            reach_of(parameter.reaches), one.predictions[r]);
     }
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       const Channel& channel = channels_[c];

@@ -20,8 +20,6 @@ constexpr std::array kRatios = {0.1, 0.4, 1.5, 6.0, 30.0, 300.0};
 constexpr double kFreedom = 4.0;  // of the Student t
 constexpr int kScaleRounds = 6;
 constexpr std::size_t kFewestInnovations = 50;
-/// Deviation of a normal distribution over its median absolute value.
-constexpr double kPerMedian = 1.4826;
 /// Deviation over the scale of the Student t, trimmed as Huber's loss trims it.
 constexpr double kPerScale = 1.15;
 
@@ -36,7 +34,7 @@ Scale scale_of(const std::vector<double>& innovations, double log_scale, double 
   for (const double e : innovations) squares += e * e;
   const double least = least_share * std::sqrt(squares / count);
   Scale scale;
-  scale.value = std::max(kPerMedian * core::upper_median(innovations) + 1e-15, least);
+  scale.value = std::max(core::normal_deviation(innovations) + 1e-15, least);
   for (int round = 0; round < kScaleRounds; ++round) {
     double sum = 0.0;
     for (const double e : innovations)

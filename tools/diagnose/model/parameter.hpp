@@ -26,6 +26,20 @@ enum class Reaches {
   kEverything,
 };
 
+/// The same of a parameter that a prediction shows.
+inline physics::Reach reach_of(Reaches reaches) {
+  switch (reaches) {
+    case Reaches::kPosition:
+      return physics::Reach::kPosition;
+    case Reaches::kDrive:
+      return physics::Reach::kDrive;
+    case Reaches::kCable:
+      return physics::Reach::kCable;
+    default:
+      return physics::Reach::kEverything;
+  }
+}
+
 /// Deviation of the size of an effect that may be missing, in the sizes at which it is tried:
 /// nothing is known of it beforehand.
 inline constexpr double kUnknownSize = 60.0;

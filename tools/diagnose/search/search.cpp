@@ -198,15 +198,11 @@ double Search::size_between(const Model& richer, const Model& other) const {
     const auto left_a = likelihood->residuals(a, likelihood->outcome(a));
     const auto left_b = likelihood->residuals(b, likelihood->outcome(b));
     for (std::size_t c = 0; c < likelihood->channels().size(); ++c) {
-      const Channel& channel = likelihood->channels()[c];
       double squares = 0.0, left = 0.0;
       for (std::size_t r = 0; r < left_a[c].size(); ++r) {
-        for (Eigen::Index i = 0; i < left_a[c][r].size(); ++i) {
-          if (channel.rows[r].used[static_cast<std::size_t>(i)] == 0) continue;
-          const double difference = left_a[c][r][i] - left_b[c][r][i];
-          squares += difference * difference;
-          left += left_a[c][r][i] * left_a[c][r][i];
-        }
+        const std::vector<Eigen::Index>& used = likelihood->channels()[c].used[r];
+        squares += (left_a[c][r] - left_b[c][r])(used).squaredNorm();
+        left += left_a[c][r](used).squaredNorm();
       }
       if (left > 0.0) greatest = std::max(greatest, std::sqrt(squares / left));
     }

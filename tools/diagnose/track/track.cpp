@@ -13,6 +13,7 @@
 #include "core/median.hpp"
 #include "diagnose/track/filter.hpp"
 #include "physics/joint_error.hpp"
+#include "physics/predict/smoother.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -99,27 +100,13 @@ class Builder {
     }
     for (const physics::Joint& joint : plant_.joints)
       track.forced.external_loads.push_back(
-          joint.external_load ? bridged(channel(joint.external_load->channel)) : VectorXd());
+          joint.external_load ? physics::without_gaps(channel(joint.external_load->channel))
+                              : VectorXd());
     return track;
   }
 
   [[nodiscard]] VectorXd channel(const std::string& name) const {
     return mean_of(recording_.column(name));
-  }
-
-  /// Lost samples lie on the line between their neighbours.
-  static VectorXd bridged(VectorXd x) {
-    Index last = -1;
-    for (Index i = 0; i < x.size(); ++i) {
-      if (!std::isfinite(x[i])) continue;
-      for (Index k = last + 1; k < i; ++k) {
-        const double share = static_cast<double>(k - last) / static_cast<double>(i - last);
-        x[k] = last < 0 ? x[i] : x[last] + share * (x[i] - x[last]);
-      }
-      last = i;
-    }
-    for (Index k = last + 1; k < x.size(); ++k) x[k] = last < 0 ? 0.0 : x[last];
-    return x;
   }
 
  private:
@@ -149,7 +136,7 @@ class Builder {
     out.quantum =
         2.0 * std::numbers::pi / plant_.sensors.motor_encoder_counts_per_rev / joint.reduction;
     mark_lost(motor, track.lost[j]);
-    track.forced.motors.push_back(motion_of(bridged(motor)));
+    track.forced.motors.push_back(motion_of(physics::without_gaps(motor)));
     track.joints.push_back(std::move(out));
   }
 
@@ -226,7 +213,7 @@ core::Result<Track> make_track(const Recording& recording, const physics::Plant&
   std::map<std::string, VectorXd> loads;
   for (const record::Channel& channel : recording.channels)
     if (channel.role == Role::kLoad)
-      loads[channel.name] = Builder::bridged(builder.channel(channel.name));
+      loads[channel.name] = physics::without_gaps(builder.channel(channel.name));
   track.forced.load = [loads = std::move(loads)](const std::string& name) {
     const auto load = loads.find(name);
     return load == loads.end() ? VectorXd() : load->second;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <initializer_list>
 #include <utility>
 
 #include "diagnose/vocabulary/candidates.hpp"
@@ -47,18 +48,16 @@ class Effects {
       Candidate c = begin("hysteresis");
       c.sizes = {size("stiffness", 40.0 * s_.load / position, Reaches::kCable)};
       c.sizes[0].high = 40.0;
-      c.forms = {form("yield", kFormDeviation, Reaches::kCable)};
-      for (const double yield : {2e-3, 5e-3, 12e-3}) c.starts.push_back({yield * position});
-      out_.push_back(std::move(c));
+      add(std::move(c), form("yield", kFormDeviation, Reaches::kCable),
+          {2e-3 * position, 5e-3 * position, 12e-3 * position});
     }
     if (lacks("creep") && can_stretch()) creep();
     if (lacks("eccentricity")) wave("eccentricity", 5e-4 * position, Reaches::kCable, false);
     if (lacks("thermal_drift")) {
       Candidate c = begin("thermal_drift");
       c.sizes = {signed_size("final", 1e-3 * position, Reaches::kCable)};
-      c.forms = {form("time", kTimeDeviation, Reaches::kCable)};
-      for (const double share : {0.2, 0.5, 1.0}) c.starts.push_back({share * s_.length_s});
-      out_.push_back(std::move(c));
+      add(std::move(c), form("time", kTimeDeviation, Reaches::kCable),
+          {0.2 * s_.length_s, 0.5 * s_.length_s, s_.length_s});
     }
     for (std::size_t r = 0; r < recordings_; ++r) {
       jump("slip", r, [](JointCircumstances& c) -> physics::Jump& { return c.slip; });
@@ -70,10 +69,7 @@ class Effects {
     if (lacks("joint_friction")) {
       Candidate c = begin("joint_friction");
       c.sizes = {size("level", 0.2 * s_.load, Reaches::kCable)};
-      Parameter presliding = form("presliding", kFormDeviation, Reaches::kCable);
-      c.forms = {presliding};
-      c.starts = {{1e-4 * s_.position}};
-      out_.push_back(std::move(c));
+      add(std::move(c), form("presliding", kFormDeviation, Reaches::kCable), {1e-4 * s_.position});
     }
   }
 
@@ -84,9 +80,8 @@ class Effects {
     if (lacks("stribeck_friction")) {
       Candidate c = begin("stribeck_friction");
       c.sizes = {size("extra", 0.2 * s_.load, Reaches::kDrive)};
-      c.forms = {form("velocity", kSpeedDeviation, Reaches::kDrive)};
-      for (const double speed : {8e-3, 16e-3, 30e-3}) c.starts.push_back({speed * s_.position});
-      out_.push_back(std::move(c));
+      add(std::move(c), form("velocity", kSpeedDeviation, Reaches::kDrive),
+          {8e-3 * s_.position, 16e-3 * s_.position, 30e-3 * s_.position});
     }
     if (lacks("load_dependent_friction") && s_.weight)
       positive("load_dependent_friction", "load_share", 0.08);
@@ -158,6 +153,13 @@ class Effects {
                 Reaches reaches = Reaches::kDrive) {
     Candidate c = begin(id);
     c.sizes = {size(name, start, reaches)};
+    out_.push_back(std::move(c));
+  }
+
+  /// With one form, tried from each of these values.
+  void add(Candidate c, Parameter form, std::initializer_list<double> starts) {
+    c.forms = {std::move(form)};
+    for (const double start : starts) c.starts.push_back({start});
     out_.push_back(std::move(c));
   }
 

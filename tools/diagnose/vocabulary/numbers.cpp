@@ -7,6 +7,7 @@
 
 #include "diagnose/vocabulary/setters.hpp"
 #include "physics/drives.hpp"
+#include "physics/tolerance_keys.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -75,9 +76,9 @@ class Numbers {
   }
 
   void drive() {
-    Parameter inertia = linear(
-        "inertia_error", "ratio", 1.0,
-        kDeviationPerTolerance * stated_tolerance(joint_, "inertia", "ratio"), Reaches::kDrive);
+    Parameter inertia =
+        linear("inertia_error", "ratio", 1.0,
+               kDeviationPerTolerance * tolerance_of(joint_, "inertia", "ratio"), Reaches::kDrive);
     inertia.set = of_motor_inertia(s_.joint, joint_.motor_inertia_kg_m2);
     bounded(std::move(inertia), kInertiaBound);
     Parameter motor = linear("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
@@ -157,7 +158,7 @@ class Numbers {
 
  private:
   [[nodiscard]] double deviation(const std::string& effect, const std::string& parameter) const {
-    return kDeviationPerTolerance * stated_tolerance(joint_, effect, parameter);
+    return kDeviationPerTolerance * tolerance_of(joint_, effect, parameter);
   }
 
   [[nodiscard]] Parameter begin(const std::string& effect, const std::string& name,

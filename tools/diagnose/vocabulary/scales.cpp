@@ -42,23 +42,13 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
     highest = std::max(highest, q.maxCoeff());
     s.length_s = std::max(s.length_s, track.forced.t_s[track.rows() - 1]);
     s.weight_load =
-        std::max(s.weight_load, training.predictor(r).link_loads(plant)[j].cwiseAbs().maxCoeff());
+        std::max(s.weight_load, training.predictor(r).link_load(plant, j).cwiseAbs().maxCoeff());
   }
   s.lowest = lowest;
   s.range = std::max(1e-6, highest - lowest);
   const auto& g = plant.robot.gravity_m_per_s2;
   s.weight = s.weight_load > 1e-9 && (g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0);
   return s;
-}
-
-double stated_tolerance(const physics::Joint& joint, const std::string& effect,
-                        const std::string& parameter) {
-  for (const std::string& key :
-       {effect + "." + parameter, effect + "_" + parameter, parameter, effect}) {
-    const auto at = joint.tolerance.find(key);
-    if (at != joint.tolerance.end()) return at->second;
-  }
-  return kUnstated;
 }
 
 std::string unit_of(const std::string& effect, const std::string& parameter, bool prismatic) {

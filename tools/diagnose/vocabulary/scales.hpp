@@ -13,7 +13,6 @@ namespace ravencal::diagnose {
 
 /// Standard deviation over tolerance: a tolerance holds nearly all of what is within it.
 inline constexpr double kDeviationPerTolerance = 0.6;
-inline constexpr double kUnstated = 0.1;  // tolerance where the plant states none
 
 struct Scales {
   std::size_t joint = 0;
@@ -30,10 +29,6 @@ struct Scales {
 };
 
 Scales scales_of(const physics::Plant& plant, std::size_t joint, const Likelihood& training);
-
-/// How far that number of the joint may be off, relative.
-double stated_tolerance(const physics::Joint& joint, const std::string& effect,
-                        const std::string& parameter);
 
 /// "N_m", "rad_per_N_m": as reports have it.
 std::string unit_of(const std::string& effect, const std::string& parameter, bool prismatic);
