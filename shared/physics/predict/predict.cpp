@@ -197,8 +197,8 @@ Plant stripped(Plant plant, bool keep_moments) {
 
 }  // namespace
 
-Predictor::Predictor(const Plant& plant, ForcedMotion forced)
-    : nominal_(plant), forced_(std::move(forced)) {
+Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
+    : nominal_(plant), forced_(std::move(forced)), masses_(masses) {
   const auto joints = static_cast<Index>(plant.joints.size());
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
     believed_.push_back(forced_.motors[j].q);
@@ -228,9 +228,11 @@ void Predictor::move_links(const std::vector<VectorXd>& positions) {
   weigh_links();
 }
 
-/// Efforts are linear in the masses: what a kilogram of each body adds is found once.
+/// Efforts are linear in the masses.
 void Predictor::weigh_links() {
-  of_moments_ = link_efforts(stripped(nominal_, true), links_);
+  const bool vary = masses_ == Masses::kVary;
+  of_links_ = link_efforts(vary ? stripped(nominal_, true) : nominal_, links_);
+  if (!vary) return;
   per_kg_.clear();
   const Plant weightless = stripped(nominal_, false);
   for (std::size_t body = 0; body <= nominal_.joints.size(); ++body) {
@@ -241,7 +243,7 @@ void Predictor::weigh_links() {
 }
 
 VectorXd Predictor::link_load(const Plant& plant, std::size_t joint) const {
-  VectorXd load = of_moments_[joint];
+  VectorXd load = of_links_[joint];
   for (std::size_t body = 0; body < per_kg_.size(); ++body) {
     const double mass_kg =
         body < plant.joints.size() ? plant.joints[body].link.mass_kg : plant.payload.mass_kg;
@@ -296,7 +298,7 @@ core::Result<Prediction> predict(const Plant& plant, const ForcedMotion& forced)
     return plant.joint_index(name) || (forced.load && forced.load(name).size() > 0);
   };
   for (const Joint& joint : plant.joints) RAVENCAL_RETURN_IF_ERROR(check_signals(joint, recorded));
-  Predictor predictor(plant, forced);
+  Predictor predictor(plant, forced, Masses::kFixed);
   Prediction prediction = predictor.predict(plant);
   for (int pass = 1; pass < kPasses; ++pass) {
     predictor.move_links(prediction.hanging);

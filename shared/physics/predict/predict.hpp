@@ -66,10 +66,14 @@ enum class Reach {
   kEverything,
 };
 
+/// Whether plants that are predicted have other masses than the predictor's own: what a kilogram of
+/// each body adds is then found beforehand.
+enum class Masses { kFixed, kVary };
+
 class Predictor {
  public:
   /// Links are where the plant without stretch holds them, until they are moved.
-  Predictor(const Plant& plant, ForcedMotion forced);
+  Predictor(const Plant& plant, ForcedMotion forced, Masses masses);
 
   /// Links weigh where they are: [joints], rad or m.
   void move_links(const std::vector<Eigen::VectorXd>& positions);
@@ -97,8 +101,10 @@ class Predictor {
   ForcedMotion forced_;
   std::vector<Eigen::VectorXd> believed_;
   std::vector<Motion> links_;
-  /// Efforts of the links' moments, and per kg of each link and of the payload last: [joints].
-  std::vector<Eigen::VectorXd> of_moments_;
+  Masses masses_;
+  /// Efforts of the links as they are or, where masses vary, of their moments alone and per kg of
+  /// each link and of the payload last: [joints].
+  std::vector<Eigen::VectorXd> of_links_;
   std::vector<std::vector<Eigen::VectorXd>> per_kg_;
 };
 

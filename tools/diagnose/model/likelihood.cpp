@@ -104,7 +104,8 @@ double floor_of(const std::vector<NoiseRows>& rows, const ByRecording& residuals
 Likelihood::Likelihood(const physics::Plant& plant, std::vector<Track> tracks,
                        const Likelihood* like)
     : plant_(plant), base_(initial_state(plant, tracks.size())), tracks_(std::move(tracks)) {
-  for (const Track& track : tracks_) predictors_.emplace_back(plant_, track.forced);
+  for (const Track& track : tracks_)
+    predictors_.emplace_back(plant_, track.forced, physics::Masses::kVary);
   move_links(base_);
   for (const physics::Predictor& predictor : predictors_)
     by_plant_.push_back(predictor.predict(plant_));
