@@ -158,6 +158,7 @@ TEST(DiagnoseModel, NamesWhatThePlantLacksAndNothingElse) {
   ASSERT_NE(damping, nullptr);
   EXPECT_NEAR(damping->value, 0.6, 0.06);
   EXPECT_LT(lacking.effects[0].held_out_after, 0.5 * lacking.effects[0].held_out_before);
+  EXPECT_LT(lacking.effects[0].p_value, 1e-6);
   EXPECT_TRUE(report_for(robot).effects.empty());
 }
 

@@ -54,14 +54,17 @@ class Explanation {
         shown_(held_out != nullptr ? *held_out : training),
         own_(held_out == nullptr),
         vocabulary_(vocabulary),
+        dispersion_(search.dispersion()),
         ranked_(search.ranked()),
-        best_(*ranked_.front()) {}
+        best_(*ranked_.front()),
+        errors_(errors_of(best_)) {}
 
   void fill(Report& report) const {
     for (const std::size_t c : best_.chosen) {
       const Candidate& candidate = vocabulary_.candidates[c];
       Model less = without(best_, vocabulary_, c);
       fit(training_, less);
+      judge(training_, dispersion_, 0.0, less);
       if (candidate.unnamed())
         report.unexplained.push_back(unexplained(candidate, less));
       else
@@ -127,7 +130,7 @@ class Explanation {
   [[nodiscard]] NamedEffect effect(std::size_t c, const Model& less) const {
     const Candidate& candidate = vocabulary_.candidates[c];
     const std::vector<double> before = errors_of(less);
-    const std::vector<double> after = errors_of(best_);
+    const std::vector<double>& after = errors_;
     const std::size_t at = channel_of(before, after);
     const Channel& channel = shown_.channels()[at];
     NamedEffect out;
@@ -139,7 +142,9 @@ class Explanation {
     out.held_out_before = before[at];
     out.held_out_after = after[at];
     out.size = std::sqrt(std::max(0.0, before[at] * before[at] - after[at] * after[at]));
-    out.p_value = std::min(1.0, std::exp(-0.5 * (less.judgement.loss - best_.judgement.loss)));
+    // Ratio of the likelihoods: a bound on the chance of such data without the effect.
+    const double gain = (less.judgement.loss - best_.judgement.loss) / dispersion_;
+    out.p_value = std::exp(-0.5 * std::max(0.0, gain));
     out.out_of_tolerance = candidate.wrong_number;
     out.parameters = parameters_of(c);
     double all = 0.0, with_it = 0.0;
@@ -222,7 +227,7 @@ class Explanation {
 
   [[nodiscard]] Unexplained unexplained(const Candidate& candidate, const Model& less) const {
     const std::vector<double> before = errors_of(less);
-    const std::vector<double> after = errors_of(best_);
+    const std::vector<double>& after = errors_;
     const std::size_t at = channel_of(before, after);
     const Channel& channel = shown_.channels()[at];
     Unexplained out;
@@ -239,7 +244,7 @@ class Explanation {
   /// The plant as it was given against the plant that is written.
   void add_held_out(const Model& nothing, Report& report) const {
     const std::vector<double> before = errors_of(nothing);
-    const std::vector<double> after = errors_of(best_);
+    const std::vector<double>& after = errors_;
     for (std::size_t c = 0; c < before.size(); ++c) {
       const Channel& channel = shown_.channels()[c];
       if (channel.kind == ChannelKind::kLaw) continue;
@@ -281,8 +286,10 @@ class Explanation {
   Likelihood& shown_;
   bool own_;
   const Vocabulary& vocabulary_;
+  double dispersion_;
   std::vector<const Model*> ranked_;
   const Model& best_;
+  std::vector<double> errors_;  ///< of the best model
 };
 
 }  // namespace
