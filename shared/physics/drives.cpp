@@ -56,7 +56,7 @@ double WanderingFriction::step(double velocity, double dt_s, double load) {
   return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
 }
 
-WanderingFriction motor_friction(const Joint& joint, double presliding) {
+WanderingFriction motor_friction(const Joint& joint) {
   BristleFriction::Parameters p;
   // Friction that depends on the load alone still needs a bristle, so it gets a negligible level.
   const double load_share = joint.parameter("load_dependent_friction", "load_share");
@@ -66,8 +66,6 @@ WanderingFriction motor_friction(const Joint& joint, double presliding) {
   if (joint.find_effect("presliding") != nullptr) {
     p.presliding = joint.parameter("presliding", "displacement");
     p.damping = joint.parameter("presliding", "damping");
-  } else if (presliding > 0.0) {
-    p.presliding = presliding;
   } else {
     p.presliding =
         joint.kind == JointKind::kRevolute ? kUnstatedPresliding_rad : kUnstatedPresliding_m;

@@ -49,8 +49,7 @@ inline constexpr double kUnstatedPresliding_m = 1e-5;
 
 /// Of the motor and its gearbox: coulomb_friction, stribeck_friction, presliding,
 /// load_dependent_friction and asymmetric_friction.
-/// `presliding` (rad or m): where the plant does not say; 0: the default.
-WanderingFriction motor_friction(const Joint& joint, double presliding = 0.0);
+WanderingFriction motor_friction(const Joint& joint);
 /// Behind the cable: joint_friction.
 WanderingFriction joint_friction(const Joint& joint);
 

@@ -71,7 +71,7 @@ TEST_P(ImprovedPlant, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   const fs::path folder =
       fs::path(::testing::TempDir()) / ("improved_" + std::to_string(::getpid()));
-  const auto written = diagnose::write_report(*report, *nominal, folder);
+  const auto written = diagnose::write_report(*report, folder);
   ASSERT_TRUE(written.ok()) << written.error().message;
   const auto improved = physics::load_plant(folder / "plant_improved.toml");
   ASSERT_TRUE(improved.ok()) << improved.error().message;

@@ -115,8 +115,8 @@ TEST(Architecture, IncludesPointOneWay) {
 /// The way of a recording through the diagnosis: each room sees itself and those before it.
 TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
   const std::vector<std::string> rooms = {
-      "findings", "track",   "model",     "vocabulary", "search",   "explain", "series",
-      "fit",      "effects", "selection", "channel",    "free_run", "report"};
+      "findings", "track", "model",   "vocabulary", "search",  "explain", "report",
+      "series",   "fit",   "effects", "selection",  "channel", "free_run"};
   const fs::path house = kRoot / "tools/diagnose";
   const auto place = [&](const std::string& room) {
     return std::find(rooms.begin(), rooms.end(), room) - rooms.begin();

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_plant.hpp"
 #include "diagnose_arm.hpp"
 
 namespace {
@@ -114,7 +113,7 @@ TEST(DiagnoseArm, WritesTheWeightThatItFoundIntoThePlant) {
   EXPECT_TRUE(weight.out_of_tolerance);
   EXPECT_TRUE(says(weight, "payload"));
   EXPECT_NEAR(weight.parameters.front().value, 1.3, 0.07);
-  EXPECT_NEAR(diagnose::improved_plant(plant.value(), report).joints[0].link.mass_kg, 0.78, 0.05);
+  EXPECT_NEAR(report.improved.joints[0].link.mass_kg, 0.78, 0.05);
 }
 
 /// Beyond what anyone is wrong about a link's weight, a weight at the tool is likelier.

@@ -11,7 +11,6 @@
 #include <random>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_plant.hpp"
 #include "physics/plant_effort.hpp"
 
 namespace {
@@ -195,7 +194,7 @@ void expect_no_name(Through way, std::uint64_t seed) {
   EXPECT_EQ(report.routings.front().through, physics::through_word(way));
   EXPECT_FALSE(report.routings.front().by_plant);
   EXPECT_NE(report.verdict.text.find("elbow's cable"), std::string::npos);
-  EXPECT_EQ(diagnose::improved_plant(silent, report).joints[1].coupling_through, way);
+  EXPECT_EQ(report.improved.joints[1].coupling_through, way);
 }
 
 TEST(CoupledCable, GetsNoNameOverALinkWhereThePlantIsSilent) { expect_no_name(Through::kLink, 3); }

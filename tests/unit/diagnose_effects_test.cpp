@@ -3,10 +3,12 @@
 // The vocabulary as objects: what every effect must bring so that no room has to know its id.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 #include <set>
 #include <string>
 
+#include "diagnose/channel/improved_plant.hpp"
 #include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/report/suggest.hpp"
 #include "physics/effects/effect_spec.hpp"
@@ -42,11 +44,66 @@ TEST(EffectKinds, EachNumberOfTheFreeRunBelongsToOneEffect) {
   }
 }
 
-TEST(EffectKinds, ARecordingPartsTwoEffectsOfWhichOneAnswersToIt) {
-  const auto parting = diagnose::cheapest_parting("creep", "thermal_drift");
-  ASSERT_TRUE(parting.has_value());
-  EXPECT_NE(parting->experiment.find("hold"), std::string::npos);
-  EXPECT_FALSE(diagnose::cheapest_parting("creep", "creep").has_value());
+/// Report and channels speak of the same vocabulary.
+TEST(EffectKinds, AreSaidByTheTableOfWords) {
+  const auto words = diagnose::vocabulary_words();
+  ASSERT_EQ(words.size(), diagnose::effect_kinds().size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const diagnose::EffectKind& kind = *diagnose::effect_kinds()[i];
+    const diagnose::Traits& traits = kind.traits();
+    EXPECT_EQ(words[i].id, kind.id());
+    EXPECT_EQ(words[i].stage, diagnose::stage_word(kind.stage())) << kind.id();
+    EXPECT_EQ(words[i].origin, traits.origin) << kind.id();
+    EXPECT_EQ(words[i].abscissa, traits.abscissa) << kind.id();
+    EXPECT_EQ(words[i].probes, traits.probes) << kind.id();
+    EXPECT_EQ(words[i].sentence(), kind.sentence()) << kind.id();
+    EXPECT_EQ(words[i].enters_at, traits.enters_at) << kind.id();
+    EXPECT_EQ(words[i].on_tool, traits.weight == diagnose::Weight::kOnTool) << kind.id();
+  }
+}
+
+diagnose::NamedEffect found(const std::string& id, const std::string& joint,
+                            const std::string& stage, const std::string& parameter, double value) {
+  diagnose::NamedEffect effect;
+  effect.id = id;
+  effect.joint = joint;
+  effect.stage = stage;
+  effect.parameters = {{parameter, value, "1", {value, value}}};
+  return effect;
+}
+
+physics::Plant shipped(const std::string& name) {
+  auto plant =
+      physics::load_plant(std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tools/plants" / name);
+  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
+  return std::move(plant).value();
+}
+
+TEST(ImprovedPlant, MarksWhatNoPlantMayHaveAndDoesWithoutIt) {
+  const physics::Plant plant = shipped("raven2_published.toml");
+  diagnose::Report report;
+  report.effects = {found("payload", "elbow", "drive", "mass", -0.3),
+                    found("gravity", "elbow", "drive", "weight_scale", -0.1),
+                    found("hysteresis", "elbow", "transmission", "half_loop", 0.1),
+                    found("slip", "elbow", "transmission", "size\nmass_kg", 0.01)};
+  report.effects[1].out_of_tolerance = true;
+  diagnose::improve(plant, report);
+  for (const diagnose::NamedEffect& e : report.effects) EXPECT_TRUE(e.beyond_plants) << e.id;
+  report.improved.hash = plant.hash;
+  EXPECT_EQ(report.improved, plant);
+}
+
+/// The recorder's latency is the plant's only where the plant says how it is recorded.
+TEST(ImprovedPlant, TakesADelayOfTheSensorForTheRecordersWhereThePlantHasOne) {
+  diagnose::Report report;
+  report.effects = {found("delay", "carriage", "sensor", "delay", 0.002)};
+  physics::Plant plant = shipped("emps.toml");
+  EXPECT_EQ(diagnose::improved_plant(plant, report).joints.front().parameter("delay", "delay"),
+            0.002);
+  plant.logger.given = true;
+  const physics::Plant recorded = diagnose::improved_plant(plant, report);
+  EXPECT_EQ(recorded.joints.front().find_effect("delay"), nullptr);
+  EXPECT_EQ(recorded.logger.truth_latency_s, 0.002);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <iterator>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_plant.hpp"
+#include "diagnose/report/improved_text.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 #include "trajectory/trajectory.hpp"
@@ -100,7 +100,7 @@ TEST_P(Improved, RunsInSimulateAsItIsAndIsNearerToTheRobot) {
   options.threads = 1;
   const auto report = diagnose::diagnose({simulated(robot, *motion)}, {}, nominal, options);
   ASSERT_TRUE(report.ok()) << report.error().message;
-  const std::string improved_text = diagnose::improved_plant_text(nominal, *report);
+  const std::string improved_text = diagnose::improved_text(*report);
   const physics::Plant improved = saved(improved_text, std::string(change.name) + "_improved");
   trajectory::RandomOptions unseen;
   unseen.duration_s = 40.0;
@@ -194,7 +194,7 @@ TEST(TwinUnderLoad, CarriesOneWeightThatAllItsJointsFeel) {
   ASSERT_EQ(payload.parameters.front().name, "mass");
   EXPECT_NEAR(payload.parameters.front().value, 0.5, 0.06);
   EXPECT_LT(payload.held_out_after, 0.5 * payload.held_out_before);
-  EXPECT_NEAR(diagnose::improved_plant(*plant, *report).payload.mass_kg, 0.5, 0.06);
+  EXPECT_NEAR(report->improved.payload.mass_kg, 0.5, 0.06);
 }
 
 diagnose::NamedEffect found(const std::string& id, const std::string& joint,
@@ -208,37 +208,25 @@ diagnose::NamedEffect found(const std::string& id, const std::string& joint,
 }
 
 /// One number that the reader refuses would cost the user the whole file.
-TEST(ImprovedPlantText, HasInCommentsWhatNoPlantMayHave) {
+TEST(ImprovedText, HasInCommentsWhatNoPlantMayHave) {
   const auto plant =
       physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/raven2_published.toml");
   ASSERT_TRUE(plant.ok());
   diagnose::Report report;
+  report.improved = *plant;
   report.effects = {found("payload", "elbow", "drive", "mass", -0.3),
-                    found("gravity", "elbow", "drive", "weight_scale", -0.1),
-                    found("hysteresis", "elbow", "transmission", "half_loop", 0.1),
                     found("slip", "elbow", "transmission", "size\nmass_kg", 0.01)};
-  report.effects[1].out_of_tolerance = true;
-  const std::string text = diagnose::improved_plant_text(*plant, report);
-  for (const diagnose::NamedEffect& e : report.effects)
-    EXPECT_NE(text.find("#   elbow (" + e.stage + "): " + e.id), std::string::npos) << text;
+  for (diagnose::NamedEffect& e : report.effects) e.beyond_plants = true;
+  report.effects.push_back(found("delay", "elbow", "sensor", "delay", 0.002));
+  const std::string text = diagnose::improved_text(report);
+  for (const diagnose::NamedEffect& e : report.effects) {
+    const bool said = text.find("#   elbow (" + e.stage + "): " + e.id) != std::string::npos;
+    EXPECT_EQ(said, e.beyond_plants) << text;
+  }
   auto read = physics::parse_plant(text, plant->source);
   ASSERT_TRUE(read.ok()) << read.error().message;
   read->hash = plant->hash;
   EXPECT_EQ(*read, *plant);
-}
-
-/// The recorder's latency is the plant's only where the plant says how it is recorded.
-TEST(ImprovedPlant, TakesADelayOfTheSensorForTheRecordersWhereThePlantHasOne) {
-  diagnose::Report report;
-  report.effects = {found("delay", "carriage", "sensor", "delay", 0.002)};
-  auto plant = physics::load_plant(fs::path(RAVENCAL_SOURCE_DIR) / "tools/plants/emps.toml");
-  ASSERT_TRUE(plant.ok());
-  EXPECT_EQ(diagnose::improved_plant(*plant, report).joints.front().parameter("delay", "delay"),
-            0.002);
-  plant->logger.given = true;
-  const physics::Plant recorded = diagnose::improved_plant(*plant, report);
-  EXPECT_EQ(recorded.joints.front().find_effect("delay"), nullptr);
-  EXPECT_EQ(recorded.logger.truth_latency_s, 0.002);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sessions, TwinAsItsPlant, ::testing::Values(1, 3, 5));

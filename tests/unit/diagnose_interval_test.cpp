@@ -177,7 +177,7 @@ TEST(DiagnoseInterval, CountsNumbersThatTheDataHoldAtTheirLimits) {
   model.precision[1] *= noise.squaredNorm() / model.noise.squaredNorm();
   model.noise = noise;
   fit.forms.push_back(ravencal::generator::form_of("gain_error"));
-  auto candidate = std::make_shared<Candidate>();
+  auto candidate = std::make_shared<FormCandidate>();
   candidate->form = fit.forms.front().get();
   model.candidates.push_back(candidate);
   model.chosen.push_back({0, {}, model.blocks.gather(s.motion.q)});

@@ -12,81 +12,11 @@
 #include "diagnose/explain/explain.hpp"
 #include "diagnose/model/likelihood.hpp"
 #include "diagnose/model/noise.hpp"
-#include "diagnose/track/filter.hpp"
 #include "diagnose/vocabulary/vocabulary.hpp"
+#include "diagnose_pendulum.hpp"
 
 namespace ravencal::diagnose {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
-using record::Role;
-
-constexpr double kPeriodS = 0.02;
-constexpr Index kRows = 4000;
-
-/// One pendulum behind a cable.
-std::string plant_text(const std::string& effects) {
-  return R"(
-[robot]
-name = "pendulum"
-gravity_m_per_s2 = [0.0, -9.8, 0.0]
-tool_joints_rad = [0.0, 0.0, 0.0, 0.0]
-[[joint]]
-name = "one"
-kind = "revolute"
-motor_inertia_kg_m2 = 1e-4
-gearbox_ratio = 10.0
-reduction = 50.0
-joint_encoder_resolution_rad = 1e-4
-  [joint.link]
-  mass_kg = 1.0
-  com_m = [0.2, 0.0, 0.0]
-  inertia_kg_m2 = [0.0, 0.0, 0.01]
-  [[joint.effect]]
-  id = "compliance"
-  stiffness_n_m_per_rad = 300.0
-  damping_n_m_s_per_rad = 1.0
-  [[joint.effect]]
-  id = "coulomb_friction"
-  level_n_m = 0.5
-)" + effects;
-}
-
-physics::Plant plant_of(const std::string& effects) {
-  auto plant = physics::parse_plant(plant_text(effects), "test.toml");
-  EXPECT_TRUE(plant.ok()) << (plant.ok() ? "" : plant.error().message);
-  return std::move(plant).value();
-}
-
-/// The pendulum along three sines, with white noise on effort and encoder.
-record::Recording recording_of(const physics::Plant& plant, unsigned seed) {
-  physics::ForcedMotion forced;
-  forced.t_s = VectorXd::LinSpaced(kRows, 0.0, kPeriodS * static_cast<double>(kRows - 1));
-  forced.fresh.assign(static_cast<std::size_t>(kRows), 0);
-  forced.fresh.front() = 1;
-  const VectorXd q = 0.4 * (0.7 * forced.t_s.array() + 0.1 * seed).sin() +
-                     0.2 * (1.9 * forced.t_s.array()).sin() +
-                     0.1 * (0.13 * forced.t_s.array()).sin();
-  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0, 0.0}};
-  const auto predicted = physics::predict(plant, forced);
-  EXPECT_TRUE(predicted.ok());
-  record::Recording r;
-  r.channels = {{"motor", "rad", Role::kMotorPosition, "one"},
-                {"torque", "N_m", Role::kDriveTorque, "one"},
-                {"truth", "rad", Role::kJointTruth, "one"}};
-  r.samples.resize(kRows, 3);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise;
-  for (Index i = 0; i < kRows; ++i) {
-    r.t_ns.push_back(std::llround(1e9 * kPeriodS * static_cast<double>(i)));
-    r.samples(i, 0) = 50.0 * q[i];
-    r.samples(i, 1) = (predicted->effort[0][i] + 0.02 * noise(random)) / 5.0;
-    r.samples(i, 2) = predicted->position[0][i] + 1e-4 * noise(random);
-  }
-  r.source = "test";
-  return r;
-}
 
 Likelihood likelihood_of(const physics::Plant& plant) {
   std::vector<Track> tracks;
@@ -132,7 +62,7 @@ TEST(DiagnoseModel, WhitensSlowNoise) {
   }
   const NoiseRows rows{std::vector<char>(kRows, 1), std::vector<double>(kRows, 0.0), kPeriodS,
                        std::vector<char>(kRows, 0)};
-  const NoiseModel found = estimate_noise({&rows}, {&x}, 0.5);
+  const NoiseModel found = estimate_noise({&rows}, {&x}, 0.5, 20.0);
   VectorXd white(kRows);
   Whitener(rows, found).apply(x, white);
   const double variance = white.squaredNorm() / kRows;
@@ -149,7 +79,7 @@ TEST(DiagnoseModel, NamesWhatThePlantLacksAndNothingElse) {
   const auto report_for = [&](const physics::Plant& given) {
     auto report = explain({recording_of(robot, 1)}, {recording_of(robot, 2)}, given, {});
     EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-    return std::move(report).value();
+    return std::move(report).value().report;
   };
   const Report lacking = report_for(plant_of(""));
   ASSERT_EQ(lacking.effects.size(), 1U);

@@ -202,7 +202,7 @@ TEST(LoadDependentFriction, MayDifferBetweenTheDirectionsWhereFrictionDoes) {
     diagnose::Forms forms;
     forms.push_back(generator::form_of("load_dependent_friction"));
     diagnose::ChannelModel model = diagnose::prepare_channel(series, nominal, forms);
-    const diagnose::Candidate& candidate = *model.candidates.front();
+    const diagnose::FormCandidate& candidate = *model.candidates.front();
     model.chosen.push_back({0, candidate.shapes.front(), candidate.columns.front()});
     model.hold_nominal();
     VectorXd b = diagnose::joint_fit(model);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/explain/repetition.hpp"
 #include "diagnose/findings/verdict.hpp"
-#include "diagnose/fit/repetition.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -45,7 +45,7 @@ TEST(Repetition, MeasuresTheNoiseWhateverLiesUnderIt) {
   for (const double size : {0.0, 0.5, 2.0, 10.0}) {
     const Passes passes = passes_with(
         3, [size](double x, double direction) { return size * std::sin(4.0 * x + direction); });
-    const auto found = repetition_of(passes, passes, true, 1.0, 1);
+    const auto found = repetition_of(passes, passes, true, 1.0);
     ASSERT_TRUE(found.has_value());
     EXPECT_NEAR(found->differs, 1.0, 0.15) << size;
     EXPECT_NEAR(found->left, 1.0 + 0.5 * size * size, 0.15 * (1.0 + 0.5 * size * size)) << size;
@@ -55,8 +55,7 @@ TEST(Repetition, MeasuresTheNoiseWhateverLiesUnderIt) {
 
 TEST(Repetition, ComparesRowsThatNoFitSawWithOthers) {
   const auto mismatch = [](double x, double) { return 2.0 * x; };
-  const auto found =
-      repetition_of(passes_with(3, mismatch), passes_with(4, mismatch), false, 1.0, 1);
+  const auto found = repetition_of(passes_with(3, mismatch), passes_with(4, mismatch), false, 1.0);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->differs, 1.0, 0.15);
   EXPECT_GT(found->left, 4.0 * found->differs);
@@ -67,7 +66,7 @@ TEST(Repetition, TellsLittleWhereCircumstancesDiffer) {
   Passes far = passes_with(3, [](double, double) { return 0.0; });
   far.circumstances.row(0).array() += 3.0;
   const auto found =
-      repetition_of(far, passes_with(4, [](double, double) { return 0.0; }), false, 1.0, 1);
+      repetition_of(far, passes_with(4, [](double, double) { return 0.0; }), false, 1.0);
   ASSERT_TRUE(found.has_value());
   EXPECT_LT(found->agreement, 0.5);
 }

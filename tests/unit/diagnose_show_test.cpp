@@ -12,7 +12,7 @@
 #include <random>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_plant.hpp"
+#include "diagnose/report/improved_text.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 
@@ -66,8 +66,7 @@ TEST(Diagnose, WritesBackWhatTheFreeRunFoundAndThePlantRunsBetter) {
   const auto* row = figure(*report, "free_run_1s_rmse");
   ASSERT_NE(row, nullptr);
   EXPECT_LT(row->after, 0.5 * row->before);
-  const auto improved =
-      physics::parse_plant(diagnose::improved_plant_text(plant, *report), "improved");
+  const auto improved = physics::parse_plant(diagnose::improved_text(*report), "improved");
   ASSERT_TRUE(improved.ok()) << improved.error().message;
   const auto* coulomb = find(*report, "coulomb_friction");
   ASSERT_NE(coulomb, nullptr) << report->verdict.text;
@@ -98,8 +97,7 @@ TEST(Diagnose, NeedsNoFileOfThePlant) {
   const auto without = diagnosed(moved);
   ASSERT_TRUE(without.ok()) << without.error().message;
   EXPECT_EQ(diagnose::report_json(*without), diagnose::report_json(*with_file));
-  EXPECT_EQ(diagnose::improved_plant_text(moved, *without),
-            diagnose::improved_plant_text(kept, *with_file));
+  EXPECT_EQ(diagnose::improved_text(*without), diagnose::improved_text(*with_file));
 }
 
 TEST(Diagnose, MeasuresAgainstAnotherSimulatorThatCountsItsTimeFromZero) {

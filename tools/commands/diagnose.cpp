@@ -158,9 +158,6 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.held_out));
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
-  if (arguments.core == "new" && !arguments.simulated.empty())
-    return core::Error{core::ErrorCode::kUsage,
-                       "--core new: compares with the plant alone; leave --simulated out"};
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(
       auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
@@ -185,7 +182,7 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
       diagnose::Report report,
       diagnose::diagnose(std::move(training), std::move(held_out), plant, std::move(options)));
   add_provenance(arguments, plant, report);
-  RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, plant, arguments.out));
+  RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, arguments.out));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, diagnose::report_json(report)));
   }
@@ -247,10 +244,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
   command
-      ->add_option(
-          "--core", arguments->core,
-          "old: channel by channel; new: one model of all channels, which does not yet say "
-          "all that a report says")
+      ->add_option("--core", arguments->core,
+                   "old: channel by channel; new: one model of all channels, below 3 Hz")
       ->check(CLI::IsMember({"old", "new"}))
       ->capture_default_str();
   command->add_flag("--skip-bad", arguments->skip_bad,

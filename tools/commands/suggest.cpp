@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -18,7 +19,6 @@
 #include "commands/experiment.hpp"
 #include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_plant.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 
@@ -64,10 +64,10 @@ core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
     progress.update(done, what);
     return !cli::interrupted();
   };
-  RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report report,
+  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
                             diagnose::diagnose(std::move(recordings), {}, *out.nominal, options));
   out.report = diagnose::report_json(report);
-  out.improved = diagnose::improved_plant(*out.nominal, report);
+  out.improved = std::move(report.improved);
   return out;
 }
 

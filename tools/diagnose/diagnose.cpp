@@ -8,12 +8,12 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include "core/side_by_side.hpp"
 #include "diagnose/channel/across_channels.hpp"
 #include "diagnose/channel/arm_payload.hpp"
 #include "diagnose/channel/channel.hpp"
+#include "diagnose/channel/improved_plant.hpp"
 #include "diagnose/channel/looked.hpp"
 #include "diagnose/channel/placebo.hpp"
 #include "diagnose/channel/routing.hpp"
@@ -22,24 +22,11 @@
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/fit/derived_seed.hpp"
 #include "diagnose/free_run/judge.hpp"
-#include "diagnose/report/improved_plant.hpp"
 #include "diagnose/series/input.hpp"
 #include "diagnose/simulated.hpp"
 
 namespace ravencal::diagnose {
 namespace {
-
-/// Runs `work(i)` for i in [0, count) on several threads; each i writes only its own result.
-template <typename Work>
-void in_parallel(std::size_t count, unsigned threads, Work&& work) {
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  const std::size_t used = std::min<std::size_t>(count, threads == 0 ? cores : threads);
-  std::atomic<std::size_t> next{0};
-  const auto loop = [&] {
-    for (std::size_t i = next++; i < count; i = next++) work(i);
-  };
-  core::side_by_side(used, loop);
-}
 
 /// What a placebo of a channel costs of the channel's own analysis.
 constexpr double kPlaceboCost = 0.2;
@@ -80,7 +67,7 @@ std::optional<double> false_alarm_rate(const SeriesSet& set,
   }
   if (channels.empty() || placebos == 0) return std::nullopt;
   std::vector<char> alarm(channels.size() * placebos, 0);
-  in_parallel(alarm.size(), options.threads, [&](std::size_t i) {
+  core::for_each_index(alarm.size(), options.threads, [&](std::size_t i) {
     if (watch.stopped()) return;
     ChannelOptions placebo_options = base;
     placebo_options.details = false;
@@ -137,7 +124,7 @@ class Analysis {
   /// Transmissions that hold both ways of a cable are fitted, and anew once a way is decided.
   bool find_ways() {
     named_.resize(set_.series.size());
-    in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
+    core::for_each_index(set_.series.size(), options_.threads, [&](std::size_t i) {
       const Series& series = set_.series[i];
       const bool against_plant = series.measured_y.size() == 0;
       if (!watch_.stopped() && against_plant && admits_both(series))
@@ -153,7 +140,7 @@ class Analysis {
 
   template <typename Wanted>
   bool analyse(Wanted&& wanted) {
-    in_parallel(set_.series.size(), options_.threads, [&](std::size_t i) {
+    core::for_each_index(set_.series.size(), options_.threads, [&](std::size_t i) {
       if (watch_.stopped() || !wanted(set_.series[i].stage)) return;
       findings[i] = findings_of(i);
       watch_.done(1.0, set_.series[i].joint);
@@ -170,7 +157,7 @@ class Analysis {
       if (set_.series[i].stage == Stage::kDrive && !silent)
         agreed[i] = with_friction_of_loop(plant_, findings, set_.series[i].joint);
     }
-    in_parallel(findings.size(), options_.threads, [&](std::size_t i) {
+    core::for_each_index(findings.size(), options_.threads, [&](std::size_t i) {
       if (agreed[i])
         findings[i] = fewer_beside_friction(set_.series[i], *agreed[i], std::move(findings[i]),
                                             channel_options_);
@@ -222,7 +209,7 @@ Eigen::VectorXd free_run_of(const SeriesSet& set, const std::vector<ChannelFindi
 void keep_what_runs(const SeriesSet& set, const physics::Plant& plant, const Options& options,
                     std::vector<ChannelFindings>& findings) {
   std::vector<char> worse(findings.size(), 0);
-  in_parallel(findings.size(), options.threads, [&](std::size_t i) {
+  core::for_each_index(findings.size(), options.threads, [&](std::size_t i) {
     if (!findings[i].bare) return;
     std::vector<ChannelFindings> without = findings;
     without[i] = *findings[i].bare;
@@ -241,7 +228,7 @@ void judge_in_free_run(const SeriesSet& set, const std::vector<ChannelFindings>&
                        const physics::Plant& plant, const Options& options, Report& report) {
   const physics::Plant improved = improved_plant(plant, report);
   std::vector<FreeRunVerdict> verdicts(set.series.size());
-  in_parallel(set.series.size(), options.threads, [&](std::size_t i) {
+  core::for_each_index(set.series.size(), options.threads, [&](std::size_t i) {
     if (set.series[i].stage != Stage::kDrive) return;
     verdicts[i] = judge_drive(set, findings, i, plant, improved, report,
                               derived_seed(options.seed, "free run", i));
@@ -314,11 +301,13 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
                               Options options) {
   if (options.by_model) {
     RAVENCAL_ASSIGN_OR_RETURN(
-        Report report, explain(training, held_out, plant,
-                               {options.series.held_out_from_s, options.seed, options.look}));
-    report.recordings = seen(training, held_out);
-    decide(report, {});
-    return report;
+        Explained explained,
+        explain(training, held_out, plant,
+                {options.series.held_out_from_s, options.seed, std::move(options.simulated),
+                 options.placebos, options.threads, options.look}));
+    explained.report.recordings = seen(training, held_out);
+    decide(explained.report, explained.notes);
+    return std::move(explained.report);
   }
   const bool against_plant = options.simulated.empty();
   RAVENCAL_ASSIGN_OR_RETURN(
@@ -373,6 +362,7 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
   if (watch.stopped()) return stopped;
   if (report.verdict.false_alarm_rate) report.verdict.placebos = options.placebos;
   decide(report, notes);
+  improve(plant, report);
   return report;
 }
 

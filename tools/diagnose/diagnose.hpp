@@ -12,6 +12,7 @@
 #include "core/result.hpp"
 #include "diagnose/findings/findings.hpp"
 #include "diagnose/series/series.hpp"
+#include "diagnose/track/input.hpp"
 #include "physics/plant.hpp"
 #include "record/recording.hpp"
 

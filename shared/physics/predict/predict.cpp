@@ -83,7 +83,7 @@ class Step {
     double held = 0.0;
     for (Index i = 0; i < rows(); ++i) {
       if (starts(i)) {
-        friction = motor_friction(joint, of(j).presliding);
+        friction = motor_friction(joint);
         held = 0.0;
       } else if (const double dt_s = forced_.t_s[i] - forced_.t_s[i - 1]; dt_s > 0.0) {
         held = friction.step((read(j, i) - read(j, i - 1)) / dt_s, dt_s, out.tension[j][i]);

@@ -43,8 +43,6 @@ struct JointCircumstances {
   double encoder_offset = 0.0;     ///< of the external encoder, rad or m
   double encoder_ramp = 0.0;       ///< of it from the first row to the last
   double effort_lateness_s = 0.0;  ///< of the recorded effort
-  /// Over which the drive's dry friction builds up, rad or m, where no plant states it; 0: default.
-  double presliding = 0.0;
   /// Of a cable that other joints move: 1 through their links, 0 through their drives. Without it
   /// the plant says so.
   std::optional<double> link_share{};

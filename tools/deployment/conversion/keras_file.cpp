@@ -79,8 +79,8 @@ core::Status check_chain(const json& items, const std::vector<KerasLayer>& layer
   for (std::size_t k = 0; k < layers.size(); ++k) {
     std::set<std::string> sources;
     find_names(items[k].value("inbound_nodes", json::array()), names, sources);
-    const bool follows = k == 0 ? sources.empty() : sources == std::set{layers[k - 1].name};
-    if (!follows) {
+    const bool tracking = k == 0 ? sources.empty() : sources == std::set{layers[k - 1].name};
+    if (!tracking) {
       return core::data_error(
           fmt::format("layer '{}' ({}) does not take the one before it alone; a calibration "
                       "model is one chain of layers",

@@ -68,7 +68,7 @@ class Joint {
     model.chosen.clear();
     for (auto& candidate : model.candidates) {
       if (candidate->form->traits().weight != Weight::kOnTool) continue;
-      auto hung = std::make_shared<Candidate>(*candidate);
+      auto hung = std::make_shared<FormCandidate>(*candidate);
       hung->untestable = "it hangs";
       candidate = hung;
     }

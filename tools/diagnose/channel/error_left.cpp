@@ -11,10 +11,10 @@
 #include "core/median.hpp"
 #include "diagnose/channel/homings.hpp"
 #include "diagnose/effects/regimes.hpp"
+#include "diagnose/explain/repetition.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
 #include "diagnose/fit/derived_seed.hpp"
-#include "diagnose/fit/repetition.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -60,7 +60,7 @@ struct Surroundings {
 Surroundings surroundings_of(const Series& s) {
   std::vector<VectorXd> own{scaled(s, s.motion.v)}, others;
   if (s.motion.a.size() == s.rows()) own.push_back(scaled(s, s.motion.a));
-  for (const Circumstance& c : circumstances(s)) {
+  for (const RegimeOf& c : circumstances(s)) {
     // The velocity holds both.
     if (c.name == "speed" || c.name == "direction") continue;
     (c.name.starts_with("position of") ? others : own).push_back(scaled(s, c.value));
@@ -192,8 +192,7 @@ bool measured_by_repetition(const ChannelFit& fit, const Judged& judged, ErrorLe
         passes_of(fit, *circumstances, fit.model.blocks.rows, fit.held_out_residual);
     const Passes asked =
         judged.held_out ? passes_of(fit, *circumstances, judged.rows, judged.left) : known;
-    const auto found =
-        repetition_of(asked, known, !judged.held_out, per_floor, derived_seed(1, "repetition"));
+    const auto found = repetition_of(asked, known, !judged.held_out, per_floor);
     if (!found || found->passes < kFewestPasses || found->agreement < kLeastAgreement) continue;
     // Neither is below the noise.
     if (!best || found->differs < best->differs) best = found;

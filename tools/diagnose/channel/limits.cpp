@@ -170,7 +170,7 @@ NotFound limit_of(const TestedCandidate& t, const ScreenResult& result, const Ch
 }
 
 /// Why a candidate was not tested; empty if it was.
-std::string not_tested_because(const Candidate& candidate, const ChannelModel& model) {
+std::string not_tested_because(const FormCandidate& candidate, const ChannelModel& model) {
   if (!candidate.untestable.empty() || model.permits(*candidate.form)) return candidate.untestable;
   return "it changes " + candidate.form->prerequisite() +
          ", which neither the plant nor this recording shows";

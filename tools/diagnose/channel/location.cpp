@@ -95,7 +95,7 @@ std::vector<char> where(const VectorXd& x, double from, double to) {
 std::vector<Cell> regime_cells(const ChannelModel& model, const VectorXd& gain,
                                std::uint64_t seed) {
   std::vector<Cell> cells;
-  for (const Circumstance& c : circumstances(*model.series)) {
+  for (const RegimeOf& c : circumstances(*model.series)) {
     if (c.name == "position" || c.name == "memory" || c.name.starts_with("position of")) continue;
     const VectorXd x = model.blocks.gather(c.value).col(0);
     if (c.name == "direction") {

@@ -69,7 +69,7 @@ LookedAt looked_at(const Series& s) {
   add_motion(s, looked);
   // The command is compared with its law as a whole.
   if (s.stage == Stage::kCommand) return looked;
-  for (const Circumstance& c : circumstances(s)) {
+  for (const RegimeOf& c : circumstances(s)) {
     looked.circumstances.push_back(c.name);
     if (c.name == "load") looked.load = s.training_range(c.value);
   }

@@ -28,7 +28,7 @@ ChannelModel probe_of(const ChannelModel& model, const Forms& shapes) {
     chosen.candidate = probe.candidates.size() - 1;
   }
   for (const auto& form : shapes) {
-    auto candidate = std::make_shared<Candidate>();
+    auto candidate = std::make_shared<FormCandidate>();
     candidate->form = form.get();
     candidate->untestable = form->untestable(*model.series);
     if (candidate->untestable.empty()) {

@@ -86,7 +86,7 @@ class EffectForm {
   [[nodiscard]] virtual bool time_only() const { return false; }
   /// True if the effect acts only while something happens, and that may happen once.
   [[nodiscard]] virtual bool occasional() const { return false; }
-  /// Circumstance whose halves the effect is a difference between: neither half shows it alone.
+  /// RegimeOf whose halves the effect is a difference between: neither half shows it alone.
   /// `uneven`: the model's constant is one of friction that differs between the directions.
   [[nodiscard]] virtual std::string compares(bool /*uneven*/) const { return {}; }
   /// Effect that must be in the model or in the plant before this one makes sense; empty if none.

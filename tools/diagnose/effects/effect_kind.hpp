@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "diagnose/effects/plant_values.hpp"
+#include "diagnose/findings/effect_words.hpp"
 #include "diagnose/series/series.hpp"
 #include "physics/drive_model.hpp"
 
@@ -22,18 +23,6 @@ class EffectForm;
 class NominalBuilder;
 struct Nominal;
 using Forms = std::vector<std::shared_ptr<const EffectForm>>;
-
-/// What makes an effect. Effects of one origin stand together on the page.
-enum class Origin {
-  kItself,         ///< the effect is its own cause
-  kArmLoad,        ///< other masses than the plant's, on the whole arm
-  kDriveFriction,  ///< motor and gearbox of one joint
-  kClock,          ///< a stream that is late, for all joints
-  kUnnamed,        ///< the mismatch is real and has no name
-};
-
-/// The circumstance that an effect follows: the page draws it over this.
-enum class Abscissa { kPosition, kSpeed, kLoad, kTime };
 
 enum class Friction {
   kNone,
@@ -55,29 +44,6 @@ enum class Weight {
 
 /// The number of the cable (physics/cable_replay.hpp) that an effect adds to.
 enum class CablePart { kNone, kSpring, kGap, kStrands, kCreep, kFriction, kWeight };
-
-/// A recording that changes one circumstance. An effect answers to those that change its size, and
-/// a recording to which one of two effects answers parts them (report/suggest.hpp has the menu).
-enum class Probe : unsigned {
-  kNone = 0,
-  kLoaded = 1U << 0U,
-  kSpeeds = 1U << 1U,
-  kHolds = 1U << 2U,
-  kReversals = 1U << 3U,
-  kOneByOne = 1U << 4U,
-  kHomings = 1U << 5U,
-  kWarm = 1U << 6U,
-  kPressed = 1U << 7U,
-  kWholeRange = 1U << 8U,
-  kPulses = 1U << 9U,
-  kWeighed = 1U << 10U,
-};
-constexpr Probe operator|(Probe a, Probe b) {
-  return static_cast<Probe>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
-}
-constexpr bool contains(Probe set, Probe one) {
-  return (static_cast<unsigned>(set) & static_cast<unsigned>(one)) != 0U;
-}
 
 struct Traits {
   Origin origin = Origin::kItself;

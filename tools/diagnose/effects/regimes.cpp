@@ -26,10 +26,10 @@ Eigen::VectorXd since_reversal(const Series& s, const Eigen::VectorXd& side) {
 
 }  // namespace
 
-std::vector<Circumstance> circumstances(const Series& s) {
+std::vector<RegimeOf> circumstances(const Series& s) {
   const std::string q_unit = position_unit(s);
   const Eigen::VectorXd side = direction(s);
-  std::vector<Circumstance> out = {
+  std::vector<RegimeOf> out = {
       {"position", q_unit, s.motion.q},
       {"direction", "1", side},
       {"speed", per(q_unit, "s"), s.motion.v.cwiseAbs()},

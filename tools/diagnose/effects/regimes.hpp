@@ -12,7 +12,7 @@
 
 namespace ravencal::diagnose {
 
-struct Circumstance {
+struct RegimeOf {
   std::string
       name;  ///< "position", "direction", "speed", "load", "since_reversal", "position of q5"
   std::string unit;
@@ -20,6 +20,6 @@ struct Circumstance {
 };
 
 /// Everything but time: position, direction, speed, loads, memory, the other joints.
-std::vector<Circumstance> circumstances(const Series& series);
+std::vector<RegimeOf> circumstances(const Series& series);
 
 }  // namespace ravencal::diagnose

@@ -61,7 +61,7 @@ MatrixXd hats(const VectorXd& x, const std::vector<double>& knots) {
 class Unnamed final : public EffectForm {
  public:
   /// `beside`: one more column; may be empty.
-  Unnamed(const Circumstance& circumstance, bool directed, VectorXd beside = {})
+  Unnamed(const RegimeOf& circumstance, bool directed, VectorXd beside = {})
       : EffectForm(unknown_kind(), circumstance.name),
         value_(circumstance.value),
         beside_(std::move(beside)),
@@ -101,7 +101,7 @@ class Unnamed final : public EffectForm {
 /// with the posture, a cable that another joint leads round a corner.
 class UnnamedInterplay final : public EffectForm {
  public:
-  explicit UnnamedInterplay(const Circumstance& other)
+  explicit UnnamedInterplay(const RegimeOf& other)
       : EffectForm(unknown_kind(), "position with " + other.name), value_(other.value) {}
 
   std::string untestable(const Series& s) const override {
@@ -146,7 +146,7 @@ Forms unnamed_forms(const Series& series) {
   if (!drive && series.stage != Stage::kTransmission) return forms;
   auto all = circumstances(series);
   all.push_back({"time", "s", series.t_s});
-  for (const Circumstance& c : all) {
+  for (const RegimeOf& c : all) {
     if (c.name == "direction" || c.name == "memory") continue;
     if (c.name == "speed" && !drive) continue;  // a lag of the streams, not of the cable
     const bool plain = c.name != "time" && c.name != "speed" && c.name != "since_reversal";

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,14 +20,24 @@ namespace ravencal::diagnose {
 struct ExplainOptions {
   std::optional<double> held_out_from_s{};  ///< rows from here on (of each recording) are held out
   std::uint64_t seed = 1;
+  /// Another simulator's recordings, one per recording, held-out ones last: the baseline instead of
+  /// what the plant predicts. Empty: the plant is.
+  std::vector<record::Recording> simulated{};
+  int placebos = 0;      ///< made of these recordings with nothing left out
+  unsigned threads = 1;  ///< 0: one per core; the report is the same on any number
   std::function<bool(double done, std::string_view what)> look{};  ///< false stops early
 };
 
-/// Figures are on `held_out` recordings, else on held-out rows, else on the rows that were fitted.
-/// Errors: too few rows, a signal that an effect of the plant follows is missing (kData); stopped
+struct Explained {
+  Report report;
+  std::vector<std::string> notes;  ///< what was taken for granted or left out; no full stop
+};
+
+/// Figures are on `held_out` recordings and held-out rows, else on the rows that were fitted.
+/// Errors: what make_tracks and compare_with_simulation refuse, no row to compare (kData); stopped
 /// (kUsage).
-core::Result<Report> explain(const std::vector<record::Recording>& training,
-                             const std::vector<record::Recording>& held_out,
-                             const physics::Plant& plant, const ExplainOptions& options);
+core::Result<Explained> explain(const std::vector<record::Recording>& training,
+                                const std::vector<record::Recording>& held_out,
+                                const physics::Plant& plant, const ExplainOptions& options);
 
 }  // namespace ravencal::diagnose

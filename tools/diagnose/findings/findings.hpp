@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "physics/plant.hpp"
+
 namespace ravencal::diagnose {
 
 /// Id of what is real and has no name in the vocabulary.
@@ -64,6 +66,7 @@ struct NamedEffect {
   std::string from;               ///< the other joint, for couplings
   /// That the effect is there; none where nothing was compared with it.
   std::optional<double> probability{};
+  bool beyond_plants = false;  ///< no plant can hold it: `improved` does without
 };
 
 /// Null where the effect has none of that name.
@@ -160,13 +163,14 @@ struct CandidateRow {
   std::string unit, outcome;
 };
 
-/// One stretch of a recording that no fit saw: what was recorded, what the plant says, what it says
-/// with the effects. NaN parts episodes.
+/// One stretch of a recording, of unseen rows if there are any: what was recorded, what the plant
+/// says, what it says with the effects. NaN parts episodes.
 struct Trace {
   std::vector<double> t_s, measured, nominal, refitted;  ///< residual of the channel
   std::vector<double> motion;    ///< position that the residual adds to; empty: it is an effort
   std::size_t recording = 0;     ///< index into Report::recordings
   bool cross_validated = false;  ///< no rows were held out: each is under a fit without its fold
+  bool fitted = false;           ///< no rows were held out: these are the ones that were fitted
 };
 
 /// RMS of a channel over a grid of position (columns) and signed speed (rows); NaN: too few rows.
@@ -253,6 +257,7 @@ struct Report {
   std::vector<Routing> routings;  ///< of cables that other joints move
   std::vector<CandidateRow> candidates;
   std::vector<ChannelPlot> plots;
+  physics::Plant improved;  ///< the plant with what was found: every "after" is what it predicts
   std::vector<std::pair<std::string, std::string>> provenance;
 };
 

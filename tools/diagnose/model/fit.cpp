@@ -4,8 +4,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "core/side_by_side.hpp"
 #include "diagnose/model/model.hpp"
 
 namespace ravencal::diagnose {
@@ -51,13 +53,14 @@ class Residuals : public ceres::CostFunction {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
         jacobians[0], rows + count, count);
     jacobian.setZero();
-    VectorXd column(rows);
-    for (Index k = 0; k < count; ++k) {
-      const Parameter& p = *free_[static_cast<std::size_t>(k)];
+    core::for_each_index(free_.size(), likelihood_.threads(), [&](std::size_t i) {
+      const Parameter& p = *free_[i];
+      const auto k = static_cast<Index>(i);
+      VectorXd column(rows);
       likelihood_.add_column(state, outcome, p, step_of(p), column);
       jacobian.col(k).head(rows) = -slopes.cwiseProduct(column);
       jacobian(rows + k, k) = 1.0 / p.deviation;
-    }
+    });
     return true;
   }
 
@@ -109,9 +112,10 @@ Linearised linearise(const Likelihood& likelihood, const Model& model) {
   at.innovations = likelihood.whitened(likelihood.residuals(at.state, at.outcome));
   at.root_weights = root_weights(at.innovations);
   at.columns.resize(likelihood.rows(), static_cast<Index>(free.size()));
-  for (std::size_t k = 0; k < free.size(); ++k)
+  core::for_each_index(free.size(), likelihood.threads(), [&](std::size_t k) {
     likelihood.add_column(at.state, at.outcome, *free[k], step_of(*free[k]),
                           at.columns.col(static_cast<Index>(k)));
+  });
   const MatrixXd weighted = at.root_weights.asDiagonal() * at.columns;
   at.curvature = weighted.transpose() * weighted + prior_curvature(free);
   return at;
@@ -157,7 +161,53 @@ void judge(const Likelihood& likelihood, double dispersion, double cost, Model& 
   out.covariance = inverse * (scores + priors) * inverse;
   for (Index k = 0; k < count; ++k)
     out.covariance(k, k) = std::max(out.covariance(k, k), inverse(k, k)) * dispersion;
-  out.score = (out.loss + 2.0 * out.trace) / dispersion + model.prior() + cost;
+  out.penalty = model.prior() + cost;
+  out.score = out.score_at(dispersion);
+}
+
+namespace {
+
+constexpr double kChance5_z = 1.96;
+
+/// Place of the number among `places` that is the fewest deviations from the plant's, if it is
+/// within chance.
+std::optional<std::size_t> least_certain(const std::vector<std::size_t>& places,
+                                         const VectorXd& off, const MatrixXd& covariance) {
+  std::optional<std::size_t> least;
+  double least_z = kChance5_z;
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    const auto i = static_cast<Index>(places[n]);
+    const double z = std::abs(off[i]) / std::sqrt(covariance(i, i));
+    if (!(z < least_z)) continue;
+    least_z = z;
+    least = n;
+  }
+  return least;
+}
+
+}  // namespace
+
+void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& opened,
+                    Model& model) {
+  const std::vector<Parameter*> free = model.free();
+  VectorXd off(static_cast<Index>(free.size()));
+  for (std::size_t k = 0; k < free.size(); ++k)
+    off[static_cast<Index>(k)] = free[k]->x - free[k]->mean;
+  MatrixXd covariance = model.judgement.covariance;
+  std::vector<std::size_t> places;
+  for (std::size_t k = 0; k < model.numbers.size(); ++k)
+    if (model.numbers[k].in_plant && !opened.contains(k)) places.push_back(k);
+  for (auto n = least_certain(places, off, covariance); n;
+       n = least_certain(places, off, covariance)) {
+    // The others go on as if it were known: conditional mean and covariance of a normal.
+    const auto i = static_cast<Index>(places[*n]);
+    const VectorXd gain = covariance.col(i) / covariance(i, i);
+    off -= gain * off[i];
+    covariance -= gain * covariance.row(i).eval();
+    free[places[*n]]->held = true;
+    places.erase(places.begin() + static_cast<std::ptrdiff_t>(*n));
+  }
+  fit(likelihood, model);
 }
 
 }  // namespace ravencal::diagnose

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnose/track/filter.hpp"
 #include "physics/predict/smoother.hpp"
@@ -15,69 +16,31 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// Cables and friction forget how a recording began.
-constexpr double kForgottenS = 1.0;
 /// A block is a stretch of this length; so many at least and at most.
 constexpr double kBlockS = 2.5;
 constexpr int kFewestBlocks = 24;
 constexpr int kMostBlocks = 120;
-/// Reach of a difference that tells motion from the encoder's counts, and the counts.
-constexpr double kStillS = 0.04;
-constexpr double kStillQuanta = 2.5;
-/// Around a reversal, where presliding and quanta decide: half widths beyond the filter, and the
-/// further variance in variances of the noise.
-constexpr double kTurnDriveS = 0.06;
-constexpr double kTurnPositionS = 0.08;
-constexpr double kTurnDriveDoubt = 30.0;
-constexpr double kTurnPositionDoubt = 3.0;
 /// Rows whose squares are left out of a channel's floor.
 constexpr double kLeftOutOfFloor = 0.02;
+/// Times of the slowest noise: encoders wander with temperature, and what is slow in an effort is
+/// friction, which turns with the motion. A constant effort is no noise.
+constexpr double kSlowestEncoderNoise_s = 20.0;
+constexpr double kSlowestEffortNoise_s = 1.5;
+/// A law that explains less than this share of the squared command is not the one that made it, nor
+/// is one whose gain differs between recordings by more than this factor.
+constexpr double kLeastExplained = 0.75;
+constexpr double kMostGainRatio = 1.2;
 /// The scale of the noise is at least this share of the innovations' RMS; a law is no physics.
 constexpr double kLeastScale = 0.5;
 constexpr double kLeastLawScale = 0.9;
-
-Index rows_in(double seconds, const Track& track) {
-  return std::max<Index>(1, std::lround(seconds / track.period_s));
-}
-
-template <typename Mark>
-void mark_around(Index centre, Index reach, Index rows, Mark&& mark) {
-  for (Index i = std::max<Index>(0, centre - reach); i <= std::min(rows - 1, centre + reach); ++i)
-    mark(static_cast<std::size_t>(i));
-}
-
-/// At rest dry friction is whatever the effort asks.
-void leave_out_rest(const Track& track, std::size_t joint, std::vector<char>& used) {
-  const VectorXd& q = track.forced.motors[joint].q;
-  const Index reach = rows_in(kStillS, track);
-  const double least = kStillQuanta * track.joints[joint].quantum;
-  for (Index i = 0; i < q.size(); ++i) {
-    const double moved = q[std::min(q.size() - 1, i + reach)] - q[std::max<Index>(0, i - reach)];
-    if (std::abs(moved) < least)
-      mark_around(i, track.tent_rows + reach, q.size(), [&](std::size_t n) { used[n] = 0; });
-  }
-}
-
-void doubt_turns(const Track& track, std::size_t joint, double reach_s, double doubt,
-                 std::vector<double>& doubts) {
-  const VectorXd& v = track.forced.motors[joint].v;
-  const Index reach = track.tent_rows + rows_in(reach_s, track);
-  for (Index i = 1; i < v.size(); ++i) {
-    if (v[i] * v[i - 1] <= 0.0)
-      mark_around(i, reach, v.size(), [&](std::size_t n) { doubts[n] = doubt; });
-  }
-}
 
 const VectorXd& signal_of(const JointTrack& joint, ChannelKind kind) {
   return kind == ChannelKind::kPosition ? joint.truth : joint.effort;
 }
 
-/// The signal through the filter; rows within whose reach a value was lost become unused.
+/// The signal through the filter.
 VectorXd filtered(const Track& track, const VectorXd& signal, std::vector<char>& used) {
-  for (Index i = 0; i < signal.size(); ++i) {
-    if (!std::isfinite(signal[i]))
-      mark_around(i, track.tent_rows, signal.size(), [&](std::size_t n) { used[n] = 0; });
-  }
+  leave_out_lost(track, signal, used);
   return tent(physics::without_gaps(signal), track.tent_rows);
 }
 
@@ -110,12 +73,32 @@ Likelihood::Likelihood(const physics::Plant& plant, std::vector<Track> tracks,
   for (const physics::Predictor& predictor : predictors_)
     by_plant_.push_back(predictor.predict(plant_));
   add_channels(like);
+  for (Track& track : tracks_)
+    for (JointTrack& joint : track.joints) joint.desired = physics::without_gaps(joint.desired);
   lay_out();
+}
+
+bool Likelihood::law_made_the_commands(std::size_t joint) const {
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (std::size_t r = 0; r < tracks_.size(); ++r) {
+    const VectorXd command = command_of(base_, r, joint);
+    const VectorXd& effort = tracks_[r].joints[joint].effort;
+    if (command.size() == 0 || effort.size() == 0) continue;
+    const VectorXd recorded = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
+    const VectorXd asked = tent(physics::without_gaps(command), tracks_[r].tent_rows);
+    const double gain = asked.dot(recorded) / std::max(1e-300, asked.squaredNorm());
+    const double left = (recorded - gain * asked).squaredNorm();
+    if (!(left <= (1.0 - kLeastExplained) * recorded.squaredNorm())) return false;
+    least = std::min(least, gain);
+    most = std::max(most, gain);
+  }
+  return most > 0.0 && most <= kMostGainRatio * least;
 }
 
 void Likelihood::add_channels(const Likelihood* like) {
   for (std::size_t j = 0; j < plant_.joints.size(); ++j) {
-    const bool has_law = physics::servo_law(plant_.joints[j]).has_value();
+    const bool has_law =
+        like != nullptr ? like->has(j, ChannelKind::kLaw) : law_made_the_commands(j);
     for (const ChannelKind kind :
          {ChannelKind::kDrive, ChannelKind::kPosition, ChannelKind::kLaw}) {
       Channel channel;
@@ -126,9 +109,11 @@ void Likelihood::add_channels(const Likelihood* like) {
         const JointTrack& joint = track.joints[j];
         const bool law = kind != ChannelKind::kLaw || (has_law && joint.desired.size() > 0);
         const bool recorded = law && signal_of(joint, kind).size() > 0;
-        NoiseRows rows = rows_of(track, j, kind);
+        NoiseRows rows = rows_of(track, j, kind, plant_);
         VectorXd measured;
         if (recorded) measured = filtered(track, signal_of(joint, kind), rows.used);
+        if (kind == ChannelKind::kLaw) leave_out_lost(track, joint.desired, rows.used);
+        if (recorded && kind == ChannelKind::kPosition) channel.tracking = joint.tracking;
         if (!recorded) rows.used.assign(rows.used.size(), 0);
         any = any || recorded;
         channel.rows.push_back(std::move(rows));
@@ -144,33 +129,6 @@ bool Likelihood::has(std::size_t joint, ChannelKind kind) const {
   return std::any_of(channels_.begin(), channels_.end(), [&](const Channel& channel) {
     return channel.joint == joint && channel.kind == kind;
   });
-}
-
-NoiseRows Likelihood::rows_of(const Track& track, std::size_t joint, ChannelKind kind) const {
-  const auto count = static_cast<std::size_t>(track.rows());
-  NoiseRows rows{std::vector<char>(count, 0), std::vector<double>(count, 0.0), track.period_s,
-                 track.forced.fresh};
-  double begun_s = 0.0;
-  const double ends_s = track.forced.t_s[track.rows() - 1] - kTentS;
-  for (Index i = 0; i < track.rows(); ++i) {
-    const double t_s = track.forced.t_s[i];
-    if (track.forced.fresh[static_cast<std::size_t>(i)] != 0) begun_s = t_s;
-    // One row per width of the filter: others say the same again.
-    const bool sampled = i % track.tent_rows == 0 && t_s - begun_s >= kForgottenS && t_s <= ends_s;
-    rows.used[static_cast<std::size_t>(i)] = sampled ? 1 : 0;
-  }
-  for (Index i = 0; i < track.rows(); ++i) {
-    if (track.lost[joint][static_cast<std::size_t>(i)] != 0)
-      mark_around(i, track.tent_rows, track.rows(), [&](std::size_t n) { rows.used[n] = 0; });
-  }
-  if (kind == ChannelKind::kDrive) {
-    leave_out_rest(track, joint, rows.used);
-    if (plant_.joints[joint].find_effect("presliding") == nullptr)
-      doubt_turns(track, joint, kTurnDriveS, kTurnDriveDoubt, rows.doubt);
-  }
-  if (kind == ChannelKind::kPosition)
-    doubt_turns(track, joint, kTurnPositionS, kTurnPositionDoubt, rows.doubt);
-  return rows;
 }
 
 void Likelihood::lay_out() {
@@ -200,6 +158,15 @@ void Likelihood::lay_out() {
   }
 }
 
+VectorXd Likelihood::recorded(const Channel& channel, std::size_t recording) const {
+  const Track& track = tracks_[recording];
+  const JointTrack& joint = track.joints[channel.joint];
+  const VectorXd& shift =
+      channel.kind == ChannelKind::kPosition ? joint.truth_shift : joint.effort_shift;
+  if (shift.size() == 0) return channel.measured[recording];
+  return channel.measured[recording] + tent(physics::without_gaps(shift), track.tent_rows);
+}
+
 std::size_t Likelihood::add_shape(std::size_t channel, const ShapeFunction& function) {
   Shape shape{channel, {}};
   for (std::size_t r = 0; r < tracks_.size(); ++r)
@@ -215,10 +182,12 @@ VectorXd Likelihood::command_of(const State& state, std::size_t recording,
   const auto law = physics::servo_law(state.plant.joints[joint]);
   if (!law || desired.size() == 0) return {};
   const physics::Motion& motor = track.forced.motors[joint];
-  const LawErrors& errors = state.laws[joint];
-  return law->position * (1.0 + errors.position) * (desired - motor.q) +
-         law->rate * (1.0 + errors.rate) *
-             (errors.desired_rate * first_difference(desired, track.period_s) - motor.v);
+  const LawCircumstances& seen = state.laws[joint];
+  VectorXd command =
+      law->position * (desired - motor.q) +
+      law->rate * (seen.desired_rate * first_difference(desired, track.period_s) - motor.v);
+  if (seen.age_s != 0.0) command -= seen.age_s * first_difference(command, track.period_s);
+  return command;
 }
 
 Outcome Likelihood::outcome(const State& state) const {
@@ -233,28 +202,33 @@ Outcome Likelihood::outcome(const State& state) const {
   return out;
 }
 
-VectorXd Likelihood::predicted(const Channel& channel, const Outcome& outcome,
-                               std::size_t recording) const {
-  const physics::Prediction& prediction = outcome.predictions[recording];
-  switch (channel.kind) {
-    case ChannelKind::kPosition:
-      return tent(prediction.position[channel.joint], tracks_[recording].tent_rows);
-    case ChannelKind::kDrive:
-      return tent(prediction.effort[channel.joint], tracks_[recording].tent_rows);
-    case ChannelKind::kLaw:
-      break;
-  }
-  return tent(outcome.commands[recording][channel.joint], tracks_[recording].tent_rows);
+const VectorXd& Likelihood::part_of(const Channel& channel, const State& state,
+                                    const Outcome& outcome, std::size_t r,
+                                    VectorXd& scratch) const {
+  const std::size_t j = channel.joint;
+  if (channel.kind == ChannelKind::kLaw) return outcome.commands[r][j];
+  const physics::Prediction& prediction = outcome.predictions[r];
+  if (channel.kind == ChannelKind::kPosition) return prediction.position[j];
+  const double limit = state.plant.joints[j].parameter("saturation", "limit");
+  if (limit <= 0.0 || outcome.commands[r][j].size() == 0) return prediction.effort[j];
+  // What is recorded is what was asked of the drive; it delivers no more than its limit.
+  const VectorXd& asked = outcome.commands[r][j];
+  scratch = prediction.effort[j];
+  for (Index i = 0; i < scratch.size(); ++i)
+    if (std::abs(asked[i]) > limit) scratch[i] += state.laws[j].saturated * (asked[i] - scratch[i]);
+  return scratch;
 }
 
 std::vector<ByRecording> Likelihood::residuals(const State& state, const Outcome& outcome) const {
   std::vector<ByRecording> all;
+  VectorXd scratch;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     ByRecording of_channel;
     for (std::size_t r = 0; r < tracks_.size(); ++r) {
       VectorXd residual = VectorXd::Zero(tracks_[r].rows());
       if (channels_[c].measured[r].size() > 0)
-        residual = channels_[c].measured[r] - predicted(channels_[c], outcome, r);
+        residual = channels_[c].measured[r] -
+                   tent(part_of(channels_[c], state, outcome, r, scratch), tracks_[r].tent_rows);
       for (const auto& [shape, coefficient] : state.shapes)
         if (shapes_[shape].channel == c) residual -= coefficient * shapes_[shape].column[r];
       of_channel.push_back(std::move(residual));
@@ -283,38 +257,57 @@ void Likelihood::add_column(const State& state, const Outcome& at, const Paramet
   for (std::size_t r = 0; r < tracks_.size(); ++r) {
     if (parameter.recording && *parameter.recording != r) continue;
     Outcome one;
-    if (parameter.reaches == Reaches::kLaw) {
+    if (parameter.reaches != Reaches::kShape) {
       one.commands.assign(r + 1, at.commands[r]);
-      one.commands[r][parameter.joint] = command_of(changed, r, parameter.joint);
-    } else if (parameter.reaches != Reaches::kShape) {
       one.predictions.resize(r + 1);
       one.predictions[r] = at.predictions[r];
+    }
+    if (parameter.reaches == Reaches::kLaw)
+      one.commands[r][parameter.joint] = command_of(changed, r, parameter.joint);
+    else if (parameter.reaches > Reaches::kShape)
       predictors_[r].update(changed.plant, changed.circumstances[r], parameter.joint,
                             reach_of(parameter.reaches), one.predictions[r]);
-    }
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       const Channel& channel = channels_[c];
-      VectorXd difference;
-      if (parameter.reaches == Reaches::kShape) {
-        for (const auto& [shape, coefficient] : changed.shapes) {
-          const auto before = state.shapes.find(shape);
-          const double added = coefficient - (before == state.shapes.end() ? 0.0 : before->second);
-          if (shapes_[shape].channel == c && added != 0.0)
-            difference = added * shapes_[shape].column[r];
-        }
-      } else if ((channel.kind == ChannelKind::kLaw) == (parameter.reaches == Reaches::kLaw)) {
-        const auto& part = [&](const Outcome& o) -> const VectorXd& {
-          if (channel.kind == ChannelKind::kLaw) return o.commands[r][channel.joint];
-          return channel.kind == ChannelKind::kDrive ? o.predictions[r].effort[channel.joint]
-                                                     : o.predictions[r].position[channel.joint];
-        };
-        difference = part(one) - part(at);
-        if (difference.size() > 0 && !difference.isZero(0.0))
-          difference = tent(difference, tracks_[r].tent_rows);
-      }
+      const VectorXd difference = parameter.reaches == Reaches::kShape
+                                      ? shape_difference(c, state, changed, r)
+                                      : difference_of(channel, state, at, changed, one, r);
       if (difference.size() == 0 || difference.isZero(0.0)) continue;
       channel.whiteners[r].apply(difference / step,
                                  column.segment(channel.first[r], used_rows(channel, r)));
+    }
+  }
+}
+
+VectorXd Likelihood::shape_difference(std::size_t channel, const State& state, const State& changed,
+                                      std::size_t r) const {
+  for (const auto& [shape, coefficient] : changed.shapes) {
+    const auto before = state.shapes.find(shape);
+    const double added = coefficient - (before == state.shapes.end() ? 0.0 : before->second);
+    if (shapes_[shape].channel == channel && added != 0.0) return added * shapes_[shape].column[r];
+  }
+  return {};
+}
+
+VectorXd Likelihood::difference_of(const Channel& channel, const State& state, const Outcome& at,
+                                   const State& changed, const Outcome& one, std::size_t r) const {
+  VectorXd scratch, other_scratch;
+  const VectorXd difference =
+      part_of(channel, changed, one, r, scratch) - part_of(channel, state, at, r, other_scratch);
+  if (difference.size() == 0 || difference.isZero(0.0)) return {};
+  return tent(difference, tracks_[r].tent_rows);
+}
+
+void Likelihood::measure_anew(const State& state, const Outcome& outcome,
+                              const VectorXd& innovations) {
+  const std::vector<ByRecording> left = residuals(state, outcome);
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    Channel& channel = channels_[c];
+    for (std::size_t r = 0; r < tracks_.size(); ++r) {
+      if (channel.measured[r].size() == 0) continue;
+      channel.measured[r] -= left[c][r];
+      channel.measured[r] +=
+          channel.whiteners[r].undo(innovations.segment(channel.first[r], used_rows(channel, r)));
     }
   }
 }
@@ -335,7 +328,8 @@ void Likelihood::estimate_noise(const State& state) {
       values.push_back(&left[c][r]);
     }
     channel.noise = diagnose::estimate_noise(
-        rows, values, channel.kind == ChannelKind::kLaw ? kLeastLawScale : kLeastScale);
+        rows, values, channel.kind == ChannelKind::kLaw ? kLeastLawScale : kLeastScale,
+        channel.kind == ChannelKind::kPosition ? kSlowestEncoderNoise_s : kSlowestEffortNoise_s);
     channel.floor = floor_of(channel.rows, left[c]);
     for (std::size_t r = 0; r < tracks_.size(); ++r)
       channel.whiteners[r] = Whitener(channel.rows[r], channel.noise);

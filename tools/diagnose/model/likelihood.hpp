@@ -13,6 +13,7 @@
 
 #include "diagnose/model/noise.hpp"
 #include "diagnose/model/parameter.hpp"
+#include "diagnose/model/rows.hpp"
 #include "diagnose/model/state.hpp"
 #include "diagnose/track/track.hpp"
 
@@ -21,11 +22,10 @@ namespace ravencal::diagnose {
 /// Innovations beyond so many deviations count linearly.
 inline constexpr double kHuber = 2.5;
 
-enum class ChannelKind { kPosition, kDrive, kLaw };
-
 struct Channel {
   std::size_t joint = 0;
   ChannelKind kind = ChannelKind::kPosition;
+  bool tracking = false;                  ///< a position that followed the command (JointTrack)
   std::vector<NoiseRows> rows;            ///< [recording]
   std::vector<Eigen::VectorXd> measured;  ///< [recording], filtered; empty: not recorded there
   std::vector<Eigen::Index> first;        ///< [recording]: place of its first used row in the stack
@@ -61,6 +61,10 @@ class Likelihood {
   Likelihood(const physics::Plant& plant, std::vector<Track> tracks,
              const Likelihood* like = nullptr);
 
+  /// Columns are found on so many threads; 0: one per core.
+  void use_threads(unsigned threads) { threads_ = threads; }
+  [[nodiscard]] unsigned threads() const { return threads_; }
+
   /// The plant as it was given, along these recordings.
   [[nodiscard]] const State& base() const { return base_; }
   [[nodiscard]] const std::vector<Track>& tracks() const { return tracks_; }
@@ -81,6 +85,9 @@ class Likelihood {
     shapes_[shape].column = std::move(column);
   }
 
+  /// The channel's signal as it was recorded, filtered: `measured` unless another simulation is the
+  /// baseline.
+  [[nodiscard]] Eigen::VectorXd recorded(const Channel& channel, std::size_t recording) const;
   [[nodiscard]] Outcome outcome(const State& state) const;
   /// Measured minus predicted, filtered: [channel][recording].
   [[nodiscard]] std::vector<ByRecording> residuals(const State& state,
@@ -91,6 +98,9 @@ class Likelihood {
   void add_column(const State& state, const Outcome& at, const Parameter& parameter, double step,
                   Eigen::Ref<Eigen::VectorXd> column) const;
 
+  /// As if the recordings were what the state predicts, with these innovations beside it.
+  void measure_anew(const State& state, const Outcome& outcome, const Eigen::VectorXd& innovations);
+
   /// Links weigh where this state holds them.
   void move_links(const State& state);
   void estimate_noise(const State& state);
@@ -99,12 +109,21 @@ class Likelihood {
 
  private:
   void add_channels(const Likelihood* like);
+  /// Whether the plant's law, but for one gain, made what the recordings hold as efforts.
+  [[nodiscard]] bool law_made_the_commands(std::size_t joint) const;
   void lay_out();
-  [[nodiscard]] NoiseRows rows_of(const Track& track, std::size_t joint, ChannelKind kind) const;
   [[nodiscard]] Eigen::VectorXd command_of(const State& state, std::size_t recording,
                                            std::size_t joint) const;
-  [[nodiscard]] Eigen::VectorXd predicted(const Channel& channel, const Outcome& outcome,
-                                          std::size_t recording) const;
+  /// What the channel shows in that recording, before the filter; `scratch` may hold it.
+  [[nodiscard]] const Eigen::VectorXd& part_of(const Channel& channel, const State& state,
+                                               const Outcome& outcome, std::size_t recording,
+                                               Eigen::VectorXd& scratch) const;
+  /// Filtered; empty: nothing.
+  [[nodiscard]] Eigen::VectorXd shape_difference(std::size_t channel, const State& state,
+                                                 const State& changed, std::size_t recording) const;
+  [[nodiscard]] Eigen::VectorXd difference_of(const Channel& channel, const State& state,
+                                              const Outcome& at, const State& changed,
+                                              const Outcome& one, std::size_t recording) const;
 
   physics::Plant plant_;
   State base_;
@@ -116,6 +135,7 @@ class Likelihood {
   std::vector<int> blocks_;
   int block_count_ = 0;
   Eigen::Index rows_ = 0;
+  unsigned threads_ = 1;
 };
 
 /// Huber's loss of one innovation, of stacked ones, and the root of each row's weight in it.

@@ -8,7 +8,8 @@ namespace {
 template <typename Pointer, typename OfModel>
 std::vector<Pointer> free_of(OfModel& model) {
   std::vector<Pointer> all;
-  for (auto& number : model.numbers) all.push_back(&number);
+  for (auto& number : model.numbers)
+    if (!number.held) all.push_back(&number);
   for (auto& [candidate, parameters] : model.effects)
     for (auto& parameter : parameters)
       if (!parameter.held) all.push_back(&parameter);
@@ -33,7 +34,8 @@ State state_of(const Model& model, State state, bool own_recordings) {
   const auto apply = [&](const Parameter& parameter) {
     if (own_recordings || !parameter.recording) parameter.apply(state);
   };
-  for (const Parameter& number : model.numbers) apply(number);
+  for (const Parameter& number : model.numbers)
+    if (!number.held) apply(number);
   for (const auto& [candidate, parameters] : model.effects)
     for (const Parameter& parameter : parameters) apply(parameter);
   return state;

@@ -19,8 +19,14 @@ struct Judgement {
   double trace = 0.0;       ///< parameters that the data choose: trace of H^-1 times the scores'
                             ///< covariance
   double dispersion = 1.0;  ///< of the loss: correlation that the noise model leaves, at least 1
+  double penalty = 0.0;     ///< of priors, effects and parameters
   double score = std::numeric_limits<double>::infinity();
   Eigen::MatrixXd covariance;  ///< of x, in the order of Model::free()
+
+  /// The score at another dispersion than that by which it was judged.
+  [[nodiscard]] double score_at(double other) const {
+    return (loss + 2.0 * trace) / other + penalty;
+  }
 };
 
 struct Model {
@@ -53,6 +59,12 @@ Linearised linearise(const Likelihood& likelihood, const Model& model);
 
 /// Moves the model to the optimum of loss and priors within its bounds; returns that loss.
 double fit(const Likelihood& likelihood, Model& model);
+
+/// Numbers of the plant that the rows move by no more than chance (5 %, the least certain one
+/// first) are held at the plant's values, the others are fitted again. `opened`: places of numbers
+/// that are named.
+void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& opened,
+                    Model& model);
 
 /// What adding an effect and a parameter costs in the score: twice the logarithm of the odds that a
 /// plant lacks one of some fifty candidates, and Akaike's two.

@@ -84,6 +84,24 @@ void Whitener::apply(const VectorXd& x, Eigen::Ref<VectorXd> out) const {
   }
 }
 
+VectorXd Whitener::undo(const Eigen::Ref<const VectorXd>& innovations) const {
+  VectorXd out(static_cast<Index>(weight_.size()));
+  double expected = 0.0;
+  Index used = 0;
+  for (Index i = 0; i < out.size(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (fresh_[n] != 0) expected = 0.0;
+    out[i] = expected;
+    if (weight_[n] > 0.0) {
+      const double innovation = innovations[used++] * deviation_ / weight_[n];
+      out[i] += innovation;
+      expected += gain_[n] * innovation;
+    }
+    expected *= keep_;
+  }
+  return out;
+}
+
 double Whitener::log_scale() const {
   double sum = 0.0;
   for (const double weight : weight_)
@@ -92,10 +110,12 @@ double Whitener::log_scale() const {
 }
 
 NoiseModel estimate_noise(const std::vector<const NoiseRows*>& rows,
-                          const std::vector<const VectorXd*>& residuals, double least_share) {
+                          const std::vector<const VectorXd*>& residuals, double least_share,
+                          double longest_s) {
   NoiseModel best;
   double least = std::numeric_limits<double>::infinity();
   for (const double time_s : kTimes_s) {
+    if (time_s > longest_s) break;
     for (const double ratio : kRatios) {
       std::vector<double> innovations;
       double log_scale = 0.0;

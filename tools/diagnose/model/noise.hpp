@@ -31,6 +31,8 @@ class Whitener {
 
   /// Innovations of `x` in deviations, of the used rows in their order.
   void apply(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> out) const;
+  /// The signal of which these are the innovations, at the used rows; elsewhere what is expected.
+  [[nodiscard]] Eigen::VectorXd undo(const Eigen::Ref<const Eigen::VectorXd>& innovations) const;
   /// Sum over used rows of the log of an innovation's deviation, that of the model apart.
   [[nodiscard]] double log_scale() const;
 
@@ -42,8 +44,10 @@ class Whitener {
 };
 
 /// Maximum likelihood over a grid of time and ratio, the scale by a Student t of 4 degrees of
-/// freedom. `least_share`: the scale is at least that share of the innovations' RMS.
+/// freedom. `least_share`: the scale is at least that share of the innovations' RMS. `longest_s`:
+/// of the process.
 NoiseModel estimate_noise(const std::vector<const NoiseRows*>& rows,
-                          const std::vector<const Eigen::VectorXd*>& residuals, double least_share);
+                          const std::vector<const Eigen::VectorXd*>& residuals, double least_share,
+                          double longest_s);
 
 }  // namespace ravencal::diagnose

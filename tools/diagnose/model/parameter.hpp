@@ -19,10 +19,12 @@ namespace ravencal::diagnose {
 /// What a parameter changes in the channels.
 enum class Reaches {
   kLaw,    ///< the command of the joint's law
+  kLimit,  ///< what the drive delivers of it
   kShape,  ///< one channel, by a shape without a name
   kPosition,
   kDrive,
   kCable,
+  kRouting,  ///< everything, by the way that a cable runs
   kEverything,
 };
 
@@ -63,7 +65,10 @@ struct Parameter {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   double step = 0.02;  ///< of the finite difference
-  bool held = false;   ///< not fitted: a moment or an order that was searched for
+  /// Not fitted: a moment or an order that was searched for, a number that stays the plant's.
+  bool held = false;
+  bool in_plant = true;  ///< else the recordings have it, and no plant
+  bool said = true;      ///< else no report names it
 
   std::function<void(State&, double value)> set;
 

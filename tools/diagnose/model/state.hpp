@@ -14,17 +14,17 @@
 
 namespace ravencal::diagnose {
 
-/// How the controller's gains differ from the plant's.
-struct LawErrors {
-  double position = 0.0;      ///< relative
-  double rate = 0.0;          ///< relative
+/// What the command of a joint's law has beside the plant's controller.
+struct LawCircumstances {
   double desired_rate = 1.0;  ///< share of the desired velocity that the damping knows of
+  double age_s = 0.0;         ///< of the signals that the law sees
+  double saturated = 1.0;     ///< share of what the plant's limit keeps back
 };
 
 struct State {
   physics::Plant plant;
   std::vector<std::vector<physics::JointCircumstances>> circumstances;  ///< [recording][joint]
-  std::vector<LawErrors> laws;                                          ///< [joint]
+  std::vector<LawCircumstances> laws;                                   ///< [joint]
   std::map<std::size_t, double> shapes;  ///< coefficient of each shape without a name
 };
 

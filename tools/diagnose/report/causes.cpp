@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
-#include "diagnose/effects/effect_kind.hpp"
+#include "diagnose/findings/effect_words.hpp"
+#include "diagnose/findings/experiments.hpp"
 #include "diagnose/findings/words.hpp"
-#include "diagnose/report/suggest.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -26,7 +26,7 @@ constexpr std::array<Family, 3> kFamilies = {{
 }};
 
 const Family* family_of(std::string_view id) {
-  const Origin origin = traits_of(id).origin;
+  const Origin origin = words_for(id).origin;
   const auto it = std::find_if(kFamilies.begin(), kFamilies.end(),
                                [origin](const Family& f) { return f.origin == origin; });
   return it == kFamilies.end() ? nullptr : &*it;
@@ -45,10 +45,9 @@ Cause begin_cause(const Report& report, const NamedEffect& effect, const Family*
   Cause cause;
   cause.name = family != nullptr ? std::string(family->name) : words_of(effect.id);
   cause.sentence = family != nullptr ? std::string(family->sentence)
-                                     : std::string(effect_kind(effect.id).sentence());
+                                     : std::string(words_for(effect.id).sentence());
   // A payload bends every joint; a clock is late for each that shows it.
-  if (traits_of(effect.id).weight == Weight::kOnTool)
-    cause.joints = joints_seen(report, effect.stage);
+  if (words_for(effect.id).on_tool) cause.joints = joints_seen(report, effect.stage);
   return cause;
 }
 
@@ -71,7 +70,7 @@ std::string status_of(const Report& report, const Cause& cause) {
 void add_partings(const NamedEffect& effect, std::vector<Parting>& partings) {
   for (const std::string& rival : effect.ambiguous_with) {
     Parting parting{effect.id, rival, effect.separate_by, std::nullopt};
-    if (const auto cheapest = cheapest_parting(effect.id, rival)) {
+    if (const Experiment* cheapest = cheapest_parting(effect.id, rival)) {
       parting.experiment = cheapest->experiment;
       parting.minutes = cheapest->minutes;
     }

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "diagnose/effects/effect_kind.hpp"
+#include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/findings.hpp"
 
 namespace ravencal::diagnose {

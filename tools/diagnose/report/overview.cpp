@@ -35,9 +35,10 @@ const HeldOut* figure_of(const Report& report, const std::string& joint, std::st
 
 const HeldOut* figure_of_stage(const Report& report, const std::string& joint,
                                std::string_view stage) {
-  constexpr std::array<Words, 4> kShown = {{{"transmission", "position_rmse"},
+  constexpr std::array<Words, 5> kShown = {{{"transmission", "position_rmse"},
                                             {"drive", "effort_rmse"},
                                             {"drive", "tracking_rmse"},
+                                            {"transmission", "tracking_rmse"},
                                             {"joint", "free_run_1s_rmse"}}};
   for (const auto& [of_stage, metric] : kShown) {
     const HeldOut* figure = of_stage == stage ? figure_of(report, joint, metric) : nullptr;

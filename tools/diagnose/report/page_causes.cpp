@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "diagnose/effects/effect_kind.hpp"
+#include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/findings/words.hpp"
 #include "diagnose/report/charts.hpp"
@@ -99,7 +99,7 @@ std::string plot_html(const Report& report, const Cause& cause, Document& page) 
     const NamedEffect& e = report.effects[i];
     const ChannelPlot* plot = plot_of(report, e);
     if (plot == nullptr) continue;
-    nlohmann::json spec = residual_chart(*plot, traits_of(e.id).abscissa);
+    nlohmann::json spec = residual_chart(*plot, words_for(e.id).abscissa);
     if (spec.is_null()) spec = residual_chart(*plot, Abscissa::kPosition);
     if (spec.is_null()) continue;
     return page.figure_html(spec, "What the plant leaves of " + place_of(*plot),

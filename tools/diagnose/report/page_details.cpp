@@ -241,8 +241,10 @@ std::string channel_html(const Report& report, const ChannelPlot& plot, Document
     if (!spec.is_null()) html += page.figure_html(spec, heading, caption, false);
   };
   for (const Trace& trace : plot.traces) html += trace_html(report, plot, trace, page);
+  const bool fitted = !plot.traces.empty() && plot.traces.front().fitted;
   if (plot.waterfall.size() > 1)
-    add(waterfall_chart(plot), "Error on unseen rows as the model grows", "");
+    add(waterfall_chart(plot),
+        fitted ? "Error as the model grows" : "Error on unseen rows as the model grows", "");
   add(where_chart(plot), "Error over position and speed", "Hatched: too little data.");
   add(residual_chart(plot, Abscissa::kPosition), "Error over position", "");
   add(residual_chart(plot, Abscissa::kSpeed), "Error over speed", "");
@@ -287,13 +289,12 @@ std::string trace_html(const Report& report, const ChannelPlot& plot, const Trac
       "<ul class=\"key\">" + report::key_item_html(report::kTruthColour, "none", 4, "recorded") +
       report::key_item_html(report::kRawColour, "4 2", 2, "simulated before") +
       report::key_item_html(report::kCorrectedColour, "none", 2, "simulated after") + "</ul>";
+  const char* rows = trace.cross_validated ? "Each row under a fit that did not see it."
+                     : trace.fitted        ? "Rows that were fitted: none were held out."
+                                           : "Held-out rows.";
   return "<div>" +
-         page.figure_html(
-             trace_chart(plot, trace), fmt::format("{}{}", place_of(plot), recording),
-             trace.cross_validated
-                 ? "Each row under a fit that did not see it. Error = simulated − recorded."
-                 : "Held-out rows. Error = simulated − recorded.",
-             false) +
+         page.figure_html(trace_chart(plot, trace), fmt::format("{}{}", place_of(plot), recording),
+                          fmt::format("{} Error = simulated − recorded.", rows), false) +
          key + "</div>";
 }
 

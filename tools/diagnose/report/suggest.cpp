@@ -5,10 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 
-#include "diagnose/effects/effect_kind.hpp"
 #include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
@@ -16,62 +14,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A recording that changes one circumstance. After MISMATCH's menu of separating experiments.
-struct Protocol {
-  Probe probe;
-  std::string_view experiment;
-  double minutes;
-  Exercise motion = Exercise::kNone;
-};
-
-constexpr std::array<Protocol, 11> kProtocols = {{
-    {Probe::kLoaded, "repeat the same motion with 500 g on the tool", 4, Exercise::kLoaded},
-    {Probe::kSpeeds, "repeat the same motion at a third and at three times the speed", 6,
-     Exercise::kSpeeds},
-    {Probe::kHolds, "hold a loaded pose for three minutes, then the opposite one", 7,
-     Exercise::kHolds},
-    {Probe::kReversals, "reversals of 0.05, 0.2, 1 and 5 degrees around three poses, slowly", 5,
-     Exercise::kReversals},
-    {Probe::kOneByOne, "move every other joint alone over its range while this one holds", 4,
-     Exercise::kOneByOne},
-    {Probe::kHomings, "home twice more and record a minute each time", 4},
-    {Probe::kWarm, "record again after an hour of motion", 65},
-    {Probe::kPressed, "press the joint to and fro by hand, or with torque pulses below breakaway",
-     3},
-    {Probe::kWholeRange, "pass the whole range slowly both ways ten times, at 1 kHz", 8,
-     Exercise::kWholeRange},
-    {Probe::kPulses, "torque pulses and fast stops, recorded at 1 kHz", 3},
-    {Probe::kWeighed, "weigh the tool and check the plant's masses and drive constants", 2},
-}};
-
-bool answers(const Protocol& protocol, std::string_view id) {
-  return contains(traits_of(id).probes, protocol.probe);
-}
-
-/// The cheapest protocol that one of the two answers to and the other does not.
-const Protocol* parting(std::string_view a, std::string_view b) {
-  const Protocol* best = nullptr;
-  for (const Protocol& p : kProtocols) {
-    if (answers(p, a) == answers(p, b)) continue;
-    if (best == nullptr || p.minutes < best->minutes) best = &p;
-  }
-  return best;
-}
-
-const Protocol* testing(std::string_view id) {
-  const Protocol* best = nullptr;
-  for (const Protocol& p : kProtocols) {
-    if (answers(p, id) && (best == nullptr || p.minutes < best->minutes)) best = &p;
-  }
-  return best;
-}
-
 void add_ties(const Json& report, std::vector<Suggestion>& out) {
   for (const Json& effect : report.at("effects")) {
     const std::string id = effect.at("id");
     for (const Json& rival : effect.at("ambiguous_with")) {
       const std::string other = rival;
-      if (const Protocol* p = parting(id, other)) {
+      if (const Experiment* p = cheapest_parting(id, other)) {
         out.push_back({0,
                        effect.at("joint"),
                        std::string(p->experiment),
@@ -114,7 +62,7 @@ void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
 
 /// Effects that one experiment would test and that one reason kept from being tested.
 struct Untested {
-  const Protocol* protocol;
+  const Experiment* experiment;
   std::string why;
   std::vector<std::string> ids, joints;
 };
@@ -125,10 +73,10 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
     if (!n.contains("not_testable_because") || n.value("expected", false)) continue;
     const std::string id = n.at("id");
     const std::string why = n.at("not_testable_because");
-    const Protocol* p = testing(id);
+    const Experiment* p = cheapest_test(id);
     if (p == nullptr) continue;
     auto group = std::find_if(groups.begin(), groups.end(),
-                              [&](const Untested& g) { return g.protocol == p && g.why == why; });
+                              [&](const Untested& g) { return g.experiment == p && g.why == why; });
     if (group == groups.end()) group = groups.insert(groups.end(), {p, why, {}, {}});
     add_once(group->ids, id);
     add_once(group->joints, n.at("joint"));
@@ -136,11 +84,11 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
   for (const Untested& g : groups) {
     out.push_back({2,
                    g.joints.front(),
-                   std::string(g.protocol->experiment),
-                   g.protocol->minutes,
+                   std::string(g.experiment->experiment),
+                   g.experiment->minutes,
                    fmt::format("joint {}: tests {}, not testable so far: {}",
                                fmt::join(g.joints, ", "), fmt::join(g.ids, ", "), g.why),
-                   g.protocol->motion,
+                   g.experiment->motion,
                    {g.ids.front()}});
   }
 }
@@ -197,12 +145,6 @@ std::vector<Suggestion> merged(std::vector<Suggestion> all) {
 }
 
 }  // namespace
-
-std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival) {
-  const Protocol* p = parting(id, rival);
-  if (p == nullptr) return std::nullopt;
-  return Experiment{std::string(p->experiment), p->minutes};
-}
 
 std::vector<Suggestion> suggestions_of(const Json& report) {
   std::vector<Suggestion> all;

@@ -4,7 +4,6 @@
 // what is unexplained, or test what could not be tested. Cheapest first within each urgency.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,19 +11,9 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/result.hpp"
+#include "diagnose/findings/experiments.hpp"
 
 namespace ravencal::diagnose {
-
-/// Motions that the digital twin can make, so that a recording's power can be predicted.
-enum class Exercise {
-  kNone,
-  kLoaded,      ///< the same motion with 500 g
-  kSpeeds,      ///< a third of the speed and three times
-  kHolds,       ///< two poses, three minutes each
-  kReversals,   ///< growing reversals around three poses
-  kOneByOne,    ///< every joint alone
-  kWholeRange,  ///< the whole range slowly both ways
-};
 
 struct Suggestion {
   /// 0: parts a tie; 1: gives the unexplained a name; 2: tests what was untested; 3: confirms what
@@ -37,15 +26,6 @@ struct Suggestion {
   Exercise motion = Exercise::kNone;
   std::vector<std::string> ids;  ///< effects that it asks for; of a tie the effect and its rival
 };
-
-/// A recording of the menu.
-struct Experiment {
-  std::string experiment;
-  double minutes = 0.0;
-};
-
-/// The cheapest one that one of the two effects answers to and the other does not.
-std::optional<Experiment> cheapest_parting(std::string_view id, std::string_view rival);
 
 /// From a report as JSON; throws nlohmann's exceptions where it is none.
 std::vector<Suggestion> suggestions_of(const nlohmann::ordered_json& report);

@@ -6,12 +6,11 @@
 #include <system_error>
 
 #include "core/whole_file.hpp"
-#include "diagnose/report/improved_plant.hpp"
+#include "diagnose/report/improved_text.hpp"
 
 namespace ravencal::diagnose {
 
-core::Status write_report(const Report& report, const physics::Plant& plant,
-                          const std::filesystem::path& folder) {
+core::Status write_report(const Report& report, const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -20,7 +19,7 @@ core::Status write_report(const Report& report, const physics::Plant& plant,
   }
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.json", report_json(report)));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.html", report_html(report)));
-  return core::write_whole_file(folder / "plant_improved.toml", improved_plant_text(plant, report));
+  return core::write_whole_file(folder / "plant_improved.toml", improved_text(report));
 }
 
 }  // namespace ravencal::diagnose

@@ -8,7 +8,6 @@
 
 #include "core/result.hpp"
 #include "diagnose/findings/findings.hpp"
-#include "physics/plant.hpp"
 
 namespace ravencal::diagnose {
 
@@ -20,7 +19,6 @@ std::string report_html(const Report& report);
 
 /// Writes report.json, report.html and plant_improved.toml into `folder`, which is made if absent,
 /// each through a partial file. Errors: something cannot be written (kIo).
-core::Status write_report(const Report& report, const physics::Plant& plant,
-                          const std::filesystem::path& folder);
+core::Status write_report(const Report& report, const std::filesystem::path& folder);
 
 }  // namespace ravencal::diagnose

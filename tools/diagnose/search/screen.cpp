@@ -8,6 +8,8 @@
 #include <map>
 #include <random>
 
+#include "core/side_by_side.hpp"
+
 namespace ravencal::diagnose {
 
 using Eigen::Index;
@@ -45,10 +47,19 @@ class Screen {
     left_ = at_.root_weights.cwiseProduct(at_.innovations);
   }
 
-  /// Adds a hit and its blocks' scores where the start fits.
-  void test(const Candidate& candidate, std::size_t number, std::size_t start) {
+  /// What the score says of one start of a candidate.
+  struct Test {
+    Hit hit;
+    bool fits = false;       ///< its sizes are within their bounds
+    MatrixXd scores;         ///< by block, each column in deviations; none where no chance applies
+    double curvature = 0.0;  ///< of the loss over the first size, the model's own part apart
+    double whole = 0.0;      ///< the same with that part
+  };
+
+  [[nodiscard]] Test test(const Candidate& candidate, std::size_t number, std::size_t start) const {
     const auto count = static_cast<Index>(candidate.sizes.size());
     MatrixXd columns = columns_of(candidate, start);
+    Test out{{number, start, 0.0, 0.0, 1.0, {}}, false, {}, 0.0, columns.col(0).squaredNorm()};
     const MatrixXd taken = inverse_ * (weighted_.transpose() * columns);
     columns.noalias() -= weighted_ * taken;
     MatrixXd curvature = columns.transpose() * columns;
@@ -59,29 +70,51 @@ class Screen {
         curvature(a, a) += part * part;
       }
     }
+    out.curvature = curvature(0, 0);
     // What the priors hold back belongs to the score.
     const VectorXd held_back = taken.transpose() * pull_;
     const VectorXd score = columns.transpose() * left_ + held_back;
-    VectorXd sizes = curvature.ldlt().solve(score);
+    VectorXd& sizes = out.hit.sizes = curvature.ldlt().solve(score);
     for (Index a = 0; a < count; ++a) {
       const Parameter& p = candidate.sizes[static_cast<std::size_t>(a)];
-      if (sizes[a] < p.low || !(std::abs(sizes[a]) < kAbsurd)) return;
+      if (sizes[a] < p.low || !(std::abs(sizes[a]) < kAbsurd)) return out;
       sizes[a] = std::min(sizes[a], p.high);
     }
-    Hit hit{number, start, 0.0, 0.0, 1.0, sizes};
-    hit.gain = std::max(0.0, 2.0 * score.dot(sizes) - sizes.dot(curvature * sizes));
+    out.hit.gain = std::max(0.0, 2.0 * score.dot(sizes) - sizes.dot(curvature * sizes));
     MatrixXd scores = block_scores(columns, held_back);
     MatrixXd covariance = scores.transpose() * scores;
     covariance.diagonal() *= 1.0 + 1e-6;
     const MatrixXd root = covariance.llt().matrixL().solve(MatrixXd::Identity(count, count));
-    if (!root.allFinite()) return;
+    out.fits = root.allFinite();
+    if (!out.fits) return out;
     scores = scores * root.transpose();
-    hit.statistic = statistic_of(VectorXd::Ones(scores.rows()), scores);
-    hits_.push_back(std::move(hit));
-    scores_.push_back(candidate.kind == CandidateKind::kJump ||
-                              candidate.kind == CandidateKind::kTone
-                          ? MatrixXd()
-                          : std::move(scores));
+    out.hit.statistic = statistic_of(VectorXd::Ones(scores.rows()), scores);
+    const bool at_moments =
+        candidate.kind == CandidateKind::kJump || candidate.kind == CandidateKind::kTone;
+    if (!at_moments) out.scores = std::move(scores);
+    return out;
+  }
+
+  /// How well the rows alone know a number; its own share is what its prior does not say.
+  [[nodiscard]] Resolution resolution_of_number(const Candidate& candidate, std::size_t number,
+                                                const Model& model) const {
+    Resolution out{number, 0, 0.0, 0.0};
+    const Parameter* wanted = &model.numbers[*candidate.opens];
+    for (std::size_t k = 0; k < free_.size(); ++k) {
+      if (free_[k] != wanted || wanted->at_bound()) continue;
+      const double prior = 1.0 / (wanted->deviation * wanted->deviation);
+      const auto i = static_cast<Index>(k);
+      const double rows = 1.0 / inverse_(i, i) - prior;
+      if (rows > 0.0) out.deviation = 1.0 / std::sqrt(rows);
+      out.own = std::max(0.0, 1.0 - prior * inverse_(i, i));
+    }
+    return out;
+  }
+
+  void add(Test test) {
+    if (!test.fits) return;
+    hits_.push_back(std::move(test.hit));
+    scores_.push_back(std::move(test.scores));
   }
 
   /// A number that its prior holds away from where the data want it.
@@ -167,20 +200,37 @@ class Screen {
   std::vector<MatrixXd> scores_;  ///< of each hit, by block, each column in deviations
 };
 
+struct Start {
+  std::size_t candidate = 0;
+  std::size_t number = 0;
+};
+
+/// Every start of what has sizes and is not in the model, by candidates.
+std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary) {
+  std::vector<Start> out;
+  for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
+    const Candidate& candidate = vocabulary.candidates[c];
+    if (model.chosen.contains(c) || candidate.opens) continue;
+    for (std::size_t s = 0; s < candidate.start_count(); ++s) out.push_back({c, s});
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
                         const Vocabulary& vocabulary, std::uint64_t seed) {
   Screen screen(likelihood, model);
+  const std::vector<Start> starts = starts_of(model, vocabulary);
+  std::vector<Screen::Test> tests(starts.size());
+  core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
+    const Start& start = starts[i];
+    tests[i] = screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
+  });
+  for (Screen::Test& test : tests) screen.add(std::move(test));
   for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
     const Candidate& candidate = vocabulary.candidates[c];
-    if (model.chosen.contains(c)) continue;
-    if (candidate.opens) {
-      screen.test_number(candidate, c, model);
-      continue;
-    }
-    const std::size_t starts = candidate.forms.empty() ? 1 : candidate.starts.size();
-    for (std::size_t start = 0; start < starts; ++start) screen.test(candidate, c, start);
+    if (candidate.opens && !model.chosen.contains(c)) screen.test_number(candidate, c, model);
   }
   screen.judge_chance(seed);
   return screen.best();
@@ -189,9 +239,37 @@ std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
 std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
                             const Candidate& candidate) {
   Screen screen(likelihood, model);
-  const std::size_t starts = candidate.forms.empty() ? 1 : candidate.starts.size();
-  for (std::size_t start = 0; start < starts; ++start) screen.test(candidate, 0, start);
+  for (std::size_t start = 0; start < candidate.start_count(); ++start)
+    screen.add(screen.test(candidate, 0, start));
   return screen.best();
+}
+
+std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,
+                                    const Vocabulary& vocabulary) {
+  const Screen screen(likelihood, model);
+  const std::vector<Start> starts = starts_of(model, vocabulary);
+  std::vector<Resolution> all(starts.size());
+  core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
+    const Start& start = starts[i];
+    const Screen::Test test =
+        screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
+    all[i] = {start.candidate, start.number, 1.0 / std::sqrt(test.curvature),
+              test.whole > 0.0 ? test.curvature / test.whole : 0.0};
+  });
+  std::vector<Resolution> out;
+  for (const Resolution& r : all) {
+    const bool same = !out.empty() && out.back().candidate == r.candidate;
+    if (!same)
+      out.push_back(r);
+    else if (r.deviation > out.back().deviation)
+      out.back() = r;
+  }
+  for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
+    const Candidate& candidate = vocabulary.candidates[c];
+    if (candidate.opens && !model.chosen.contains(c))
+      out.push_back(screen.resolution_of_number(candidate, c, model));
+  }
+  return out;
 }
 
 Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {

@@ -32,6 +32,17 @@ std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
 std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
                             const Candidate& candidate);
 
+/// How well the recordings tell of a candidate that the model lacks, at the start where they tell
+/// least.
+struct Resolution {
+  std::size_t candidate = 0;
+  std::size_t start = 0;
+  double deviation = 0.0;  ///< of x of its first size, from the rows alone: no prior of it
+  double own = 0.0;        ///< share of what it changes that nothing in the model can change
+};
+std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,
+                                    const Vocabulary& vocabulary);
+
 /// Gives jumps the moments, and tones the frequencies, at which the model leaves most.
 void aim(Likelihood& training, Likelihood* held_out, const Model& model, Vocabulary& vocabulary);
 

@@ -11,6 +11,7 @@ using Eigen::VectorXd;
 
 namespace {
 
+/// Rounds beside one for each joint.
 constexpr int kRounds = 5;
 /// Fits of the plant alone with the noise estimated anew.
 constexpr int kStartRounds = 2;
@@ -20,30 +21,25 @@ constexpr std::size_t kNarrow = 2;
 /// Models this close to the best are expanded as well, so many of them.
 constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
-constexpr std::size_t kMostEffects = 4;
+constexpr std::size_t kMostEffects = 4;  // of one joint
 constexpr std::size_t kKeptModels = 5;
 constexpr double kMostDispersion = 4.0;
 /// Chance of a candidate over all candidates, below which a small gain is tried as well.
 constexpr double kChance = 0.02;
-/// Gains of the loss over the dispersion: to be tried at all; whatever the chance of few blocks,
-/// and for a shape without a name, for which no physics speaks; of a jump and of a tone, to which
-/// chance by blocks does not apply.
-constexpr double kLeastGain = 10.0;
+/// Gains of the loss over the dispersion: whatever the chance of few blocks, and for a shape
+/// without a name, for which no physics speaks; of a jump and of a tone, to which chance by blocks
+/// does not apply.
 constexpr double kClearGain = 25.0;
 constexpr double kLeastJumpGain = 25.0;
 constexpr double kLeastToneGain = 32.0;
 constexpr double kLeastToneStatistic = 16.0;
 constexpr std::size_t kMostShapes = 2;
 /// Gain of the fitted model in a block, over its standard error: one-sided chance of 0.6 %.
-constexpr double kLeastGain_z = 2.5;
-/// Share of what the richer model leaves in a channel that an effect changes at least; a shape
-/// without a name more.
-constexpr double kLeastSize = 0.4;
+constexpr double kLeastBlockGain_z = 2.5;
+/// The same of a shape without a name.
 constexpr double kLeastShapeSize = 0.64;
 /// Beside others: of what they change together. Their forms may be wrong by as much.
 constexpr double kLeastBesideOthers = 0.12;
-/// Deviations of its prior that a wrong number is off.
-constexpr double kWrongBy = 2.5;
 constexpr int kMomentPasses = 4;
 
 }  // namespace
@@ -56,7 +52,8 @@ void Search::run(const std::function<bool()>& go_on) {
   go_on_ = go_on;
   start();
   Key last;
-  for (int round = 0; round < kRounds && go_on_(); ++round) {
+  const int rounds = kRounds + static_cast<int>(training_.base().plant.joints.size());
+  for (int round = 0; round < rounds && go_on_(); ++round) {
     expand(in_order().front()->model.chosen, round == 0 ? kFirstBreadth : kBreadth);
     const std::vector<const Seen*> order = in_order();
     for (std::size_t i = 1; i < std::min(kClose, order.size()); ++i) {
@@ -109,6 +106,7 @@ double Search::cost_of(const Key& key) const {
 Search::Seen& Search::consider(Model model) {
   fit(training_, model);
   judge(training_, dispersion_, cost_of(model.chosen), model);
+  take_dispersion_of(model);
   const Key key = model.chosen;
   const auto [at, is_new] = seen_.try_emplace(key);
   if (is_new || model.judgement.score < at->second.model.judgement.score)
@@ -116,9 +114,24 @@ Search::Seen& Search::consider(Model model) {
   return at->second;
 }
 
+/// What a model lacks looks like noise that is correlated. Where a richer model is better even at
+/// its own dispersion, that one holds for all (Burnham and Anderson 2002, 2.5: of the global
+/// model).
+void Search::take_dispersion_of(Model& model) {
+  const double own = std::clamp(model.judgement.dispersion, 1.0, kMostDispersion);
+  if (own >= dispersion_) return;
+  const double best = in_order().front()->model.judgement.score_at(own);
+  if (model.judgement.score_at(own) >= best) return;
+  dispersion_ = own;
+  model.judgement.score = model.judgement.score_at(own);
+  for (auto& [key, seen] : seen_) seen.model.judgement.score = seen.model.judgement.score_at(own);
+}
+
 bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>& shapes) const {
   const Candidate& candidate = vocabulary_.candidates[hit.candidate];
   const double gain = hit.gain / dispersion_;
+  // By blocks, whatever the dispersion.
+  if (std::max(gain, hit.statistic) < kLeastGain) return false;
   switch (candidate.kind) {
     case CandidateKind::kJump:
       return gain >= kLeastJumpGain;
@@ -142,9 +155,10 @@ void Search::expand(const Key& key, std::size_t most) {
   const Model model = seen_[key].model;
   aim(training_, held_out_, model, vocabulary_);
   std::set<std::string> shapes;
+  std::map<std::size_t, std::pair<double, Hit>> of_joint;  // gained, by which
   std::size_t tried = 0;
   for (Hit& hit : screen(training_, model, vocabulary_, seed_)) {
-    if (tried == most || hit.gain / dispersion_ < kLeastGain || !go_on_()) return;
+    if (tried == most || !go_on_()) break;
     if (!worth_trying(hit, key, shapes)) continue;
     ++tried;
     Key larger = key;
@@ -154,7 +168,23 @@ void Search::expand(const Key& key, std::size_t most) {
       refine_moment(model, hit);
     Seen& considered = consider(with(model, vocabulary_, hit));
     considered.too_small = too_small(considered.model, key, hit.candidate);
+    const double gained = model.judgement.score_at(dispersion_) - considered.model.judgement.score;
+    if (considered.too_small || gained <= 0.0) continue;
+    auto& [most_gained, best] = of_joint[vocabulary_.candidates[hit.candidate].joint];
+    if (gained <= most_gained) continue;
+    most_gained = gained;
+    best = hit;
   }
+  add_all(model, of_joint);
+}
+
+/// What joints lack hardly depends on each other: the best of each at once.
+void Search::add_all(const Model& model,
+                     const std::map<std::size_t, std::pair<double, Hit>>& of_joint) {
+  if (of_joint.size() < 2 || !go_on_()) return;
+  Model all = model;
+  for (const auto& [joint, best] : of_joint) all = with(all, vocabulary_, best.second);
+  if (!seen_.contains(all.chosen)) consider(std::move(all));
 }
 
 void Search::try_without(const Key& key) {
@@ -188,7 +218,13 @@ double Search::gain_z(const Model& richer, const Model& poorer) const {
 }
 
 double Search::size_between(const Model& richer, const Model& other) const {
-  double greatest = 0.0;
+  const VectorXd sizes = sizes_between(richer, other);
+  return sizes.size() > 0 ? sizes.maxCoeff() : 0.0;
+}
+
+/// In each channel.
+VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
+  VectorXd sizes = VectorXd::Zero(static_cast<Eigen::Index>(training_.channels().size()));
   for (const Likelihood* likelihood :
        {static_cast<const Likelihood*>(&training_), static_cast<const Likelihood*>(held_out_)}) {
     if (likelihood == nullptr) continue;
@@ -204,10 +240,11 @@ double Search::size_between(const Model& richer, const Model& other) const {
         squares += (left_a[c][r] - left_b[c][r])(used).squaredNorm();
         left += left_a[c][r](used).squaredNorm();
       }
-      if (left > 0.0) greatest = std::max(greatest, std::sqrt(squares / left));
+      double& size = sizes[static_cast<Eigen::Index>(c)];
+      if (left > 0.0) size = std::max(size, std::sqrt(squares / left));
     }
   }
-  return greatest;
+  return sizes;
 }
 
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
@@ -219,11 +256,12 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   }
   const Model& smaller = seen_.at(without_it).model;
   const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;
-  if (!at_moments && gain_z(with_it, smaller) < kLeastGain_z) return true;
-  const double size = size_between(with_it, smaller);
-  if (size < (added.unnamed() ? kLeastShapeSize : kLeastSize)) return true;
-  return !without_it.empty() &&
-         size < kLeastBesideOthers * size_between(smaller, seen_.at(Key{}).model);
+  if (!at_moments && gain_z(with_it, smaller) < kLeastBlockGain_z) return true;
+  const VectorXd sizes = sizes_between(with_it, smaller);
+  const VectorXd of_others = without_it.empty() ? VectorXd(VectorXd::Zero(sizes.size()))
+                                                : sizes_between(smaller, seen_.at(Key{}).model);
+  const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
+  return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
 }
 
 /// Finer around the best moment, several times.

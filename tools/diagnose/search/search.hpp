@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diagnose/model/model.hpp"
@@ -16,6 +17,13 @@
 #include "diagnose/vocabulary/vocabulary.hpp"
 
 namespace ravencal::diagnose {
+
+/// Gain of the loss over the dispersion from which on a candidate is tried.
+inline constexpr double kLeastGain = 10.0;
+/// Share of what the richer model leaves in a channel that an effect with a name changes at least.
+inline constexpr double kLeastNamedSize = 0.4;
+/// Deviations of its prior that a wrong number is off at least.
+inline constexpr double kWrongBy = 2.5;
 
 class Search {
  public:
@@ -43,11 +51,14 @@ class Search {
 
   void start();
   void expand(const Key& key, std::size_t most);
+  void add_all(const Model& model, const std::map<std::size_t, std::pair<double, Hit>>& of_joint);
   void try_without(const Key& key);
   void judge_anew();
   Seen& consider(Model model);
+  void take_dispersion_of(Model& model);
   [[nodiscard]] bool worth_trying(const Hit& hit, const Key& key,
                                   std::set<std::string>& shapes) const;
+  [[nodiscard]] Eigen::VectorXd sizes_between(const Model& richer, const Model& other) const;
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;

@@ -46,7 +46,7 @@ VectorXd start_of(Kind kind, const Series& s, double scale) {
 /// Creep that is over before the arm has moved is stretch, and one that the recording is too short
 /// to see the end of is a drift; and it begins between none of it and half as much again, with room
 /// for noise.
-void limit_creep(const Candidate& creep, CableMember& member) {
+void limit_creep(const FormCandidate& creep, CableMember& member) {
   if (!creep.shapes.empty()) {
     member.low[1] = std::log(creep.shapes.front()[0]);
     member.high[1] = std::log(creep.shapes.back()[0]);
@@ -145,7 +145,7 @@ void CableMember::add_to(CableNumbers& cable, const VectorXd& log_values) const 
 std::vector<CableMember> cable_members(const ChannelModel& model, double scale) {
   std::vector<CableMember> members;
   for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-    const Candidate& candidate = *model.candidates[c];
+    const FormCandidate& candidate = *model.candidates[c];
     if (!candidate.untestable.empty()) continue;
     const auto kind = cable_kind(*candidate.form, *model.series);
     if (kind) members.push_back(member_of(*kind, c, model, scale));

@@ -102,7 +102,7 @@ Invariance invariance_of(const ChannelModel& model, const VectorXd& coefficients
   const std::string compared = form.compares(std::abs(coefficients[0]) >= model.floor);
   Invariance out;
   std::vector<std::pair<std::string, VectorXd>> cuts;
-  for (const Circumstance& c : circumstances(*model.series)) {
+  for (const RegimeOf& c : circumstances(*model.series)) {
     if (c.name == "memory" || c.name.starts_with("position of") || c.name == compared) continue;
     cuts.emplace_back(c.name, model.blocks.gather(c.value).col(0));
   }

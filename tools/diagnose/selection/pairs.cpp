@@ -73,7 +73,7 @@ class Pairs {
   }
 
   [[nodiscard]] Chosen chosen(const Option& option) const {
-    const Candidate& candidate = *model_.candidates[option.candidate];
+    const FormCandidate& candidate = *model_.candidates[option.candidate];
     return {option.candidate, candidate.shapes[option.shape], candidate.columns[option.shape]};
   }
 
@@ -119,7 +119,7 @@ class Pairs {
   [[nodiscard]] bool consistent(const Option& a, const Option& b, const VectorXd& all) const {
     Index at = base_.cols();
     for (const Option* o : {&a, &b}) {
-      const Candidate& candidate = *model_.candidates[o->candidate];
+      const FormCandidate& candidate = *model_.candidates[o->candidate];
       const VectorXd own = all.segment(at, o->count);
       at += o->count;
       const auto term = candidate.form->nominal_term();

@@ -188,7 +188,7 @@ double unique_size(const ChannelModel& model, const VectorXd& gains) {
 
 /// The shape with the fewest columns whose held-out error is within one standard error of the best
 /// one's (Breiman et al. 1984): many columns follow the few postures of one recording.
-std::size_t simplest_as_good(const Candidate& candidate, const std::vector<VectorXd>& errors,
+std::size_t simplest_as_good(const FormCandidate& candidate, const std::vector<VectorXd>& errors,
                              std::size_t best) {
   std::size_t simplest = best;
   for (std::size_t s = 0; s < errors.size(); ++s) {
@@ -236,7 +236,7 @@ ScreenResult screen(const ChannelModel& model, const Gates& gates, std::uint64_t
   std::vector<FlipCandidate> flips;
   double best_gain = 0.0;
   for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-    const Candidate& candidate = *model.candidates[c];
+    const FormCandidate& candidate = *model.candidates[c];
     if (!model.offers(c)) continue;
     TestedCandidate tested;
     tested.candidate = c;

@@ -22,9 +22,9 @@ constexpr int kBlockRounds = 4;
 /// each other and costs 0.1 % of a real effect.
 constexpr double kSaturatedRidge = 1e-3;
 
-std::shared_ptr<const Candidate> candidate_of(const Series& series, const Blocks& blocks,
-                                              const EffectForm& form) {
-  auto candidate = std::make_shared<Candidate>();
+std::shared_ptr<const FormCandidate> candidate_of(const Series& series, const Blocks& blocks,
+                                                  const EffectForm& form) {
+  auto candidate = std::make_shared<FormCandidate>();
   candidate->form = &form;
   candidate->untestable = form.untestable(series);
   if (!candidate->untestable.empty()) return candidate;
@@ -141,7 +141,7 @@ void ChannelModel::take_noise(Eigen::VectorXd residual) {
 }
 
 bool ChannelModel::offers(std::size_t candidate) const {
-  const Candidate& c = *candidates[candidate];
+  const FormCandidate& c = *candidates[candidate];
   if (!c.untestable.empty() || !permits(*c.form)) return false;
   if (is_among(chosen_candidates(), candidate)) return false;
   const auto term = c.form->nominal_term();
@@ -257,7 +257,7 @@ VectorXd saturated_noise(const ChannelModel& model) {
   const double alone = held_out_error(model.blocks, moments, precision).sum();
   MatrixXd all = present;
   for (std::size_t c = 0; c < model.candidates.size(); ++c) {
-    const Candidate& candidate = *model.candidates[c];
+    const FormCandidate& candidate = *model.candidates[c];
     if (!model.offers(c)) continue;
     const MatrixXd* best = nullptr;
     double least = alone;
@@ -292,7 +292,7 @@ Evidence evidence_of(const ChannelModel& model, std::size_t chosen, const Gates&
   // The test keeps the shape that the whole model settled on.
   ChannelModel alone = model.without(chosen);
   const std::size_t index = model.chosen[chosen].candidate;
-  auto fixed = std::make_shared<Candidate>(*model.candidates[index]);
+  auto fixed = std::make_shared<FormCandidate>(*model.candidates[index]);
   fixed->shapes = {model.chosen[chosen].shape};
   fixed->columns = {model.chosen[chosen].columns};
   alone.candidates[index] = fixed;

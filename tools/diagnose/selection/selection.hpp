@@ -44,7 +44,7 @@ inline bool repeats(const Gates& gates, double z, double block_p) {
 }
 
 /// A candidate with its columns at the training rows, for every shape of its grid.
-struct Candidate {
+struct FormCandidate {
   const EffectForm* form = nullptr;
   std::string untestable;  ///< reason, if it cannot be tested here
   std::vector<Shape> shapes;
@@ -96,7 +96,7 @@ struct ChannelModel {
   std::vector<double> held;
   Eigen::MatrixXd free_base;    ///< base before any term was held
   Eigen::VectorXd free_target;  ///< target before any term was held
-  std::vector<std::shared_ptr<const Candidate>> candidates;
+  std::vector<std::shared_ptr<const FormCandidate>> candidates;
   std::vector<std::string> nominal_ids;  ///< effects that the plant has
   std::vector<std::string> nominal_parameters;
   /// Columns at all rows of nominal terms that were taken anew beside the cable's effects; by term.

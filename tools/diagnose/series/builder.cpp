@@ -371,7 +371,7 @@ class Builder {
 core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
                                      const std::vector<Recording>& held_out,
                                      const physics::Plant& plant, const SeriesOptions& options) {
-  RAVENCAL_RETURN_IF_ERROR(check_input(training, held_out, plant, options));
+  RAVENCAL_RETURN_IF_ERROR(check_input(training, held_out, plant, options.held_out_from_s));
   const Table table(training, held_out, options);
   if (table.rows() < 50) {
     return core::Error{core::ErrorCode::kData,
@@ -389,7 +389,7 @@ core::Result<SeriesSet> build_series(const std::vector<Recording>& training,
             training.front().source, plant.source, recorded_joints(training),
             training.front().source)};
   }
-  set.notes = input_notes(training, held_out, options);
+  set.notes = input_notes(training, held_out, options.held_out_from_s);
   for (std::string& note : series_notes(set, training, held_out, plant))
     set.notes.push_back(std::move(note));
   return set;

@@ -23,14 +23,6 @@ std::string_view stage_word(Stage stage) {
   return "drive";
 }
 
-bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
-  if (channel.role == record::Role::kTruthReading) return false;
-  if (channel.role == record::Role::kFeature)
-    return channel.joint.empty() && (channel.unit == "N" || channel.unit == "N_m");
-  return channel.joint.empty() || channel.role == record::Role::kLoad ||
-         plant.joint_index(channel.joint).has_value();
-}
-
 void Series::mark_valid() {
   valid.assign(static_cast<std::size_t>(rows()), 1);
   for (Eigen::Index i = 0; i < rows(); ++i) {

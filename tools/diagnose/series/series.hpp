@@ -169,10 +169,6 @@ struct SeriesOptions {
   std::optional<double> held_out_from_s;  ///< rows from here on (of each recording) are held out
 };
 
-/// True for what build_series may use: channels of the plant's joints, loads and sensors' efforts.
-/// A robot's recording has hundreds of others, which need not be read.
-bool looks_at(const record::Channel& channel, const physics::Plant& plant);
-
 /// All channels that these recordings allow, in the plant's order of joints, with the reasons for
 /// those they do not allow. `held_out` recordings may be empty. Errors: `held_out_from_s` that
 /// holds nothing out or leaves nothing to fit (kUsage); too few samples, units that do not fit the

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
 
 #include "core/median.hpp"
 #include "diagnose/track/filter.hpp"
-#include "physics/joint_error.hpp"
+#include "diagnose/track/input.hpp"
 #include "physics/predict/smoother.hpp"
 
 namespace ravencal::diagnose {
@@ -23,7 +22,6 @@ using Eigen::VectorXd;
 using record::Recording;
 using record::Role;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kFewestRows = 50;
 /// Periods without a row after which a new episode begins.
 constexpr double kLongestHole = 5.0;
@@ -31,6 +29,7 @@ constexpr double kLongestHole = 5.0;
 /// Which rows of a recording a row of the track is the mean of.
 struct Grid {
   double period_s = 0.0;
+  double begins_s = 0.0;
   VectorXd t_s;
   std::vector<char> fresh;
   std::vector<Index> first;  ///< of each row of the track, and one past the last
@@ -61,7 +60,8 @@ Grid grid_of(const Recording& recording, double from_s, double to_s) {
   for (Index i = 0; i + stride <= recording.rows(); i += stride) {
     const double t_s = time_s(recording, i);
     if (t_s < from_s || t_s >= to_s) continue;
-    bool starts = times_s.empty() || t_s - times_s.back() > kLongestHole * grid.period_s;
+    const double step_s = times_s.empty() ? 0.0 : t_s - times_s.back();
+    bool starts = !(step_s > 0.0) || step_s > kLongestHole * grid.period_s;
     for (;
          next < starts_ns.size() && starts_ns[next] <= recording.t_ns[static_cast<std::size_t>(i)];
          ++next)
@@ -72,26 +72,30 @@ Grid grid_of(const Recording& recording, double from_s, double to_s) {
   }
   if (!grid.first.empty()) grid.first.push_back(grid.first.back() + stride);
   grid.t_s = Eigen::Map<const VectorXd>(times_s.data(), static_cast<Index>(times_s.size()));
-  if (grid.rows() > 0) grid.t_s.array() -= grid.t_s[0];
+  if (grid.rows() > 0) {
+    grid.begins_s = grid.t_s[0];
+    grid.t_s.array() -= grid.begins_s;
+  }
   return grid;
 }
 
-class Builder {
+class TrackBuilder {
  public:
-  Builder(const Recording& recording, const physics::Plant& plant, Grid grid)
+  TrackBuilder(const Recording& recording, const physics::Plant& plant, Grid grid)
       : recording_(recording), plant_(plant), grid_(std::move(grid)) {}
 
   Track build() {
     Track track;
     track.period_s = grid_.period_s;
+    track.begins_s = grid_.begins_s;
     track.tent_rows = std::max<Index>(1, std::lround(kTentS / grid_.period_s));
     track.forced.t_s = grid_.t_s;
     track.forced.fresh = grid_.fresh;
     track.lost.assign(plant_.joints.size(),
                       std::vector<char>(static_cast<std::size_t>(grid_.rows()), 0));
-    for (const physics::Joint& joint : plant_.joints) {
-      estimates_.push_back(signal(Role::kJointEstimate, joint.name));
-      desired_.push_back(signal(Role::kDesiredPosition, joint.name));
+    for (std::size_t j = 0; j < plant_.joints.size(); ++j) {
+      estimates_.push_back(estimate_of(j));
+      desired_.push_back(signal(Role::kDesiredPosition, plant_.joints[j].name));
     }
     const std::vector<char> off = switched_off();
     for (std::size_t j = 0; j < plant_.joints.size(); ++j) {
@@ -102,14 +106,47 @@ class Builder {
       track.forced.external_loads.push_back(
           joint.external_load ? physics::without_gaps(channel(joint.external_load->channel))
                               : VectorXd());
+    add_loads(track);
     return track;
   }
 
+ private:
   [[nodiscard]] VectorXd channel(const std::string& name) const {
     return mean_of(recording_.column(name));
   }
 
- private:
+  /// By the plant's coupling where only motors were recorded.
+  [[nodiscard]] VectorXd estimate_of(std::size_t j) const {
+    const physics::Joint& joint = plant_.joints[j];
+    VectorXd estimate = signal(Role::kJointEstimate, joint.name);
+    if (estimate.size() > 0) return estimate;
+    estimate = signal(Role::kMotorPosition, joint.name) / joint.reduction;
+    if (estimate.size() == 0) return estimate;
+    for (std::size_t k = 0; k < j; ++k)
+      if (plant_.coupling[j][k] != 0.0 && estimates_[k].size() > 0)
+        estimate += plant_.coupling[j][k] * estimates_[k];
+    return estimate;
+  }
+
+  void add_loads(Track& track) const {
+    std::map<std::string, VectorXd> loads;
+    for (const record::Channel& load : recording_.channels) {
+      if (load.role != Role::kLoad && !is_effort_of_no_joint(load)) continue;
+      const VectorXd values = channel(load.name);
+      if (values.size() == 0) continue;
+      loads[load.name] = physics::without_gaps(values);
+      const bool from_outside =
+          std::any_of(plant_.joints.begin(), plant_.joints.end(), [&](const physics::Joint& joint) {
+            return joint.external_load && joint.external_load->channel == load.name;
+          });
+      if (!from_outside) track.loads.push_back({load.name, load.unit, load.joint});
+    }
+    track.forced.load = [loads = std::move(loads)](const std::string& name) {
+      const auto load = loads.find(name);
+      return load == loads.end() ? VectorXd() : load->second;
+    };
+  }
+
   void add_joint(std::size_t j, Track& track) {
     const physics::Joint& joint = plant_.joints[j];
     JointTrack out;
@@ -124,25 +161,67 @@ class Builder {
     VectorXd motor = signal(Role::kMotorPosition, joint.name) / joint.reduction;
     if (motor.size() == 0 && estimates_[j].size() > 0) motor = without_coupling(j, estimates_);
     // Nothing but the command was recorded beside a position: that is what followed it.
-    const bool follows = out.truth.size() == 0 && out.effort.size() == 0 && desired.size() > 0;
-    if (follows && motor.size() > 0) {
-      out.truth = estimates_[j].size() > 0 ? estimates_[j] : motor;
+    out.tracking =
+        out.truth.size() == 0 && out.effort.size() == 0 && desired.size() > 0 && motor.size() > 0;
+    if (out.tracking) {
+      out.truth = estimates_[j];
       motor = desired;
     } else {
       out.desired = desired;
     }
-    if (motor.size() == 0) motor = desired.size() > 0 ? desired : out.truth;
-    if (motor.size() == 0) motor = VectorXd::Zero(grid_.rows());
-    out.quantum =
-        2.0 * std::numbers::pi / plant_.sensors.motor_encoder_counts_per_rev / joint.reduction;
+    if (motor.size() == 0) motor = desired;
+    // What stands for the motor cannot be compared with it.
+    if (motor.size() == 0) std::swap(motor, out.truth);
+    if (motor.size() == 0) {
+      out.effort = {};  // nothing says how it moves
+      motor = VectorXd::Zero(grid_.rows());
+    }
     mark_lost(motor, track.lost[j]);
     track.forced.motors.push_back(motion_of(physics::without_gaps(motor)));
+    const double noise = track.forced.motors.back().noise = motor_noise(joint);
+    // A plant that states no encoder has a default one, which may be coarser than the recording.
+    const double stated =
+        2.0 * std::numbers::pi / plant_.sensors.motor_encoder_counts_per_rev / joint.reduction;
+    out.quantum = std::min(stated, std::max(least_step(joint), std::sqrt(12.0) * noise));
     track.joints.push_back(std::move(out));
   }
 
   [[nodiscard]] physics::Motion motion_of(const VectorXd& motor) const {
     return {motor, first_difference(motor, grid_.period_s),
             second_difference(motor, grid_.period_s), 0.0, 0.0};
+  }
+
+  /// Of the recorded rows about the cubics through their neighbours: fourth differences leave out
+  /// cubics, and their median what is jolted.
+  [[nodiscard]] double motor_noise(const physics::Joint& joint) const {
+    constexpr double kVariances = 70.0;  // 1 + 16 + 36 + 16 + 1
+    const auto motor = recording_.column(Role::kMotorPosition, joint.name);
+    const auto column = motor ? motor : recording_.column(Role::kJointEstimate, joint.name);
+    if (!column) return 0.0;
+    const auto& x = recording_.samples.col(*column);
+    std::vector<double> differences;
+    for (Index i = grid_.first.front() + 2; i + 2 < grid_.first.back(); ++i) {
+      const double difference = x[i - 2] + x[i + 2] - 4.0 * (x[i - 1] + x[i + 1]) + 6.0 * x[i];
+      if (std::isfinite(difference)) differences.push_back(difference);
+    }
+    if (differences.empty()) return 0.0;
+    const double deviation = core::normal_deviation(std::move(differences));
+    return deviation / std::sqrt(kVariances) / (motor ? joint.reduction : 1.0);
+  }
+
+  /// Between recorded positions that differ, most of the greater ones apart.
+  [[nodiscard]] double least_step(const physics::Joint& joint) const {
+    constexpr double kFewest = 0.02;
+    const auto motor = recording_.column(Role::kMotorPosition, joint.name);
+    const auto column = motor ? motor : recording_.column(Role::kJointEstimate, joint.name);
+    if (!column) return 0.0;
+    const auto& x = recording_.samples.col(*column);
+    std::vector<double> steps;
+    for (Index i = grid_.first.front() + 1; i < grid_.first.back(); ++i)
+      if (const double step = std::abs(x[i] - x[i - 1]); step > 0.0 && std::isfinite(step))
+        steps.push_back(step);
+    if (steps.empty()) return 0.0;
+    return core::upper_quantile(std::move(steps), kFewest) / (motor ? joint.reduction : 1.0);
   }
 
   [[nodiscard]] VectorXd without_coupling(std::size_t j,
@@ -176,6 +255,7 @@ class Builder {
     return mean_of(recording_.column(role, joint));
   }
 
+  /// Empty where nothing was recorded.
   [[nodiscard]] VectorXd mean_of(std::optional<Index> column) const {
     if (!column) return {};
     VectorXd out(grid_.rows());
@@ -184,6 +264,7 @@ class Builder {
       const Index stride = grid_.first.back() - grid_.first[grid_.first.size() - 2];
       out[i] = recording_.samples.col(*column).segment(first, stride).mean();
     }
+    if (!out.array().isFinite().any()) return {};
     return out;
   }
 
@@ -203,22 +284,7 @@ core::Result<Track> make_track(const Recording& recording, const physics::Plant&
                        fmt::format("{}: {} samples are too few to diagnose; at least {} are needed",
                                    recording.source, grid.rows(), kFewestRows)};
   }
-  Builder builder(recording, plant, std::move(grid));
-  Track track = builder.build();
-  for (const physics::Joint& joint : plant.joints) {
-    RAVENCAL_RETURN_IF_ERROR(physics::check_signals(joint, [&](const std::string& name) {
-      return plant.joint_index(name) || recording.column(name).has_value();
-    }));
-  }
-  std::map<std::string, VectorXd> loads;
-  for (const record::Channel& channel : recording.channels)
-    if (channel.role == Role::kLoad)
-      loads[channel.name] = physics::without_gaps(builder.channel(channel.name));
-  track.forced.load = [loads = std::move(loads)](const std::string& name) {
-    const auto load = loads.find(name);
-    return load == loads.end() ? VectorXd() : load->second;
-  };
-  return track;
+  return TrackBuilder(recording, plant, std::move(grid)).build();
 }
 
 }  // namespace ravencal::diagnose

@@ -5,7 +5,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "core/result.hpp"
@@ -23,21 +24,36 @@ struct JointTrack {
   Eigen::VectorXd truth;    ///< of the external encoder, or what followed the command
   Eigen::VectorXd desired;  ///< position of the motor that the controller wants, at the joint
   double quantum = 0.0;     ///< of the motor's encoder, at the joint
+  /// `truth` is a measured position that followed the command, and the motor is the command.
+  bool tracking = false;
+  /// Taken off `effort` and `truth` where another simulator is the baseline: what it predicts less
+  /// what the given plant does. Empty: nothing.
+  Eigen::VectorXd effort_shift, truth_shift;
+};
+
+/// A recorded load that may stretch cables.
+struct RecordedLoad {
+  std::string name;  ///< as ForcedMotion::load knows it
+  std::string unit;
+  std::string joint;  ///< on which it acts; empty: any
 };
 
 struct Track {
   double period_s = 0.0;
+  double begins_s = 0.0;       ///< of the first row, in the recording
   Eigen::Index tent_rows = 1;  ///< half width of the filter
   physics::ForcedMotion forced;
   std::vector<JointTrack> joints;  ///< as in the plant
   /// 1 where the drives were off or a signal was lost: no row within the filter's reach is used.
   std::vector<std::vector<char>> lost;  ///< [joint]
+  std::vector<RecordedLoad> loads;      ///< without those from outside that the plant names
+  std::size_t recording = 0;            ///< its place, held-out recordings last
 
   [[nodiscard]] Eigen::Index rows() const { return forced.t_s.size(); }
 };
 
-/// Rows from `from_s` to `to_s` of the recording. Errors (kData): too few rows; an effect of the
-/// plant follows a signal that was not recorded.
+/// Rows from `from_s` to `to_s` of the recording. Signals that effects of the plant follow and
+/// nobody recorded count as none. Error (kData): too few rows.
 core::Result<Track> make_track(const record::Recording& recording, const physics::Plant& plant,
                                double from_s, double to_s);
 

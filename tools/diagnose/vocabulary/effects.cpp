@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <initializer_list>
+#include <numbers>
 #include <utility>
 
 #include "diagnose/vocabulary/candidates.hpp"
@@ -11,9 +12,15 @@ namespace {
 using physics::JointCircumstances;
 
 /// Of its start: below, an effect that can only be positive is absent.
-constexpr double kLeastOfStart = 0.02;
+constexpr double kLeastOfStart = 0.002;
 /// Harmonics of a pulley that are tried.
 constexpr double kHarmonics[] = {1.0, 2.0, 3.0};
+/// Periods that a motion passes at least: less of a sine is a slope or a constant.
+constexpr double kFewestPeriods = 1.0;
+/// Shares of the greatest recorded effort at which a limit is tried, and the least share of it that
+/// counts as one.
+constexpr double kLimits[] = {0.3, 0.5, 0.7, 0.85, 0.95, 1.0};
+constexpr double kLeastHeld = 0.5;
 /// Deviations of the logarithm of forms: widths, times, speeds.
 constexpr double kFormDeviation = 1.0;
 constexpr double kTimeDeviation = 0.7;
@@ -43,7 +50,10 @@ class Effects {
       c.sizes[0].unit = unit_of("creep", "compliance", s_.prismatic);
       out_.push_back(std::move(c));
     }
+    stretch_by_loads();
     if (lacks("backlash")) positive("backlash", "half_width", 8e-4 * position, Reaches::kCable);
+    if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", "");
+    if (s_.tracking && lacks("coulomb_friction")) loop("coulomb_friction", "lag", "");
     if (lacks("hysteresis") && can_stretch()) {
       Candidate c = begin("hysteresis");
       c.sizes = {size("stiffness", 40.0 * s_.load / position, Reaches::kCable)};
@@ -66,7 +76,9 @@ class Effects {
   }
 
   void of_both() {
-    if (lacks("joint_friction")) {
+    // Without a cable that stretches, friction behind it is friction before it.
+    const bool told_apart = s_.truth || joint_.parameter("compliance", "stiffness") > 0.0;
+    if (lacks("joint_friction") && told_apart) {
       Candidate c = begin("joint_friction");
       c.sizes = {size("level", 0.2 * s_.load, Reaches::kCable)};
       add(std::move(c), form("presliding", kFormDeviation, Reaches::kCable), {1e-4 * s_.position});
@@ -83,11 +95,15 @@ class Effects {
       add(std::move(c), form("velocity", kSpeedDeviation, Reaches::kDrive),
           {8e-3 * s_.position, 16e-3 * s_.position, 30e-3 * s_.position});
     }
-    if (lacks("load_dependent_friction") && s_.weight)
+    if (lacks("load_dependent_friction") && s_.weight_load > 0.0)
       positive("load_dependent_friction", "load_share", 0.08);
     if (lacks("asymmetric_friction"))
       either("asymmetric_friction", "level_difference", 0.2 * s_.load, Reaches::kDrive);
     if (lacks("torque_ripple")) wave("torque_ripple", 0.1 * s_.load, Reaches::kDrive, true);
+  }
+
+  void of_law() {
+    if (lacks("saturation")) saturation();
   }
 
  private:
@@ -172,7 +188,35 @@ class Effects {
       if (stated) continue;
       c.sizes = {signed_size("error", 4e-3 * s_.range / all_[k].range, Reaches::kCable, {}, from)};
       out_.push_back(std::move(c));
+      if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", from);
     }
+  }
+
+  /// What recorded loads add to the cable's stretch beside the load that the plant predicts.
+  void stretch_by_loads() {
+    for (const LoadScale& load : s_.loads) {
+      if (plant_number(plant_, s_.joint, "compliance", "stretch_per_load", load.name) != 0.0)
+        continue;
+      Candidate c = begin("compliance");
+      c.from = load.name;
+      c.sizes = {signed_size("stretch_per_load", 1e-3 * s_.position / load.largest, Reaches::kCable,
+                             {}, load.name)};
+      c.sizes[0].unit = (s_.prismatic ? "m_per_" : "rad_per_") + load.unit;
+      out_.push_back(std::move(c));
+    }
+  }
+
+  /// A loop over the position of the joint, or of another one whose cable drags it, where no load
+  /// is known that would stretch the cable.
+  void loop(const std::string& id, const std::string& half_height, const std::string& from) {
+    Candidate c = begin(id);
+    c.from = from;
+    const double range = from.empty() ? s_.range : all_[*plant_.joint_index(from)].range;
+    c.sizes = {signed_size(half_height, 1e-3 * s_.position, Reaches::kCable, {}, from)};
+    if (from.empty()) c.sizes[0].low = kLeastOfStart;
+    add(std::move(c),
+        form("width", kFormDeviation, Reaches::kCable, in_plant(s_.joint, id, "width", from)),
+        {0.003 * range, 0.02 * range, 0.1 * range, 0.4 * range});
   }
 
   void creep() {
@@ -183,6 +227,7 @@ class Effects {
                              return j.creep_start;
                            }));
     start.logarithmic = false;
+    start.said = false;
     c.forms = {form("time", kTimeDeviation, Reaches::kCable), start};
     for (const double time_s : {2.5, 7.0, 20.0})
       for (const double share : {0.0, 1.0}) c.starts.push_back({time_s, share});
@@ -198,9 +243,31 @@ class Effects {
     Parameter order = form("order", kFormDeviation, reaches);
     order.held = true;
     c.forms = {order};
+    const auto passed = [&](double turned) {
+      if (turned * s_.range >= kFewestPeriods * 2.0 * std::numbers::pi)
+        c.starts.push_back({turned});
+    };
     for (const double harmonic : kHarmonics)
-      c.starts.push_back({harmonic * joint_.reduction / joint_.gearbox_ratio});
-    if (of_motor) c.starts.push_back({joint_.reduction});
+      passed(harmonic * joint_.reduction / joint_.gearbox_ratio);
+    if (of_motor) passed(joint_.reduction);
+    if (!c.starts.empty()) out_.push_back(std::move(c));
+  }
+
+  /// A limit holds or it does not; where it lies is tried between the usual effort and the
+  /// greatest.
+  void saturation() {
+    Candidate c = begin("saturation");
+    Parameter holds = size(
+        "holds", 1.0, Reaches::kLimit,
+        [joint = s_.joint](State& state, double value) { state.laws[joint].saturated = value; });
+    holds.low = kLeastHeld;
+    holds.high = 1.0;
+    holds.step = 0.5;
+    holds.said = false;
+    holds.in_plant = false;
+    c.sizes = {holds};
+    c.forms = {form("limit", kFormDeviation, Reaches::kLimit)};
+    for (const double share : kLimits) c.starts.push_back({share * s_.greatest_effort});
     out_.push_back(std::move(c));
   }
 
@@ -273,6 +340,7 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
   if (s.truth) effects.of_position();
   effects.of_both();
   if (s.effort) effects.of_effort();
+  if (s.law) effects.of_law();
 }
 
 void add_wrong_numbers(const physics::Plant& plant, const Scales& s,

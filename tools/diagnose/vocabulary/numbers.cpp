@@ -23,11 +23,10 @@ constexpr double kPreslidingForm = 0.5;
 constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
 /// Deviations of what a plant seldom states: masses, the motor's constant, its constant effort over
-/// its friction, delays of signals.
+/// its friction.
 constexpr double kMassDeviation = 0.06;
 constexpr double kMotorDeviation = 0.06;
 constexpr double kEffortOffset = 0.006;
-constexpr double kDelayS = 0.002;
 /// The law is software, but how it differentiates is not stated.
 constexpr double kLawDeviation = 0.02;
 constexpr double kLawRateDeviation = 0.1;
@@ -101,6 +100,7 @@ class Numbers {
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
     Parameter late = linear("effort", "late", 1.0, kDelayS, Reaches::kDrive);
+    late.in_plant = false;
     late.set = in_circumstances(
         s_.joint, {}, [](JointCircumstances& c) -> double& { return c.effort_lateness_s; });
     bounded(std::move(late), kBound);
@@ -117,11 +117,13 @@ class Numbers {
           linear("encoder", "constant", 1.0, std::max(s_.quantum, kDeviationPerTolerance * homing),
                  Reaches::kPosition);
       constant.recording = r;
+      constant.in_plant = false;
       constant.set = in_circumstances(
           s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
       out_.push_back(std::move(constant));
       Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
       ramp.recording = r;
+      ramp.in_plant = false;
       ramp.set = in_circumstances(s_.joint, r,
                                   [](JointCircumstances& c) -> double& { return c.encoder_ramp; });
       out_.push_back(std::move(ramp));
@@ -129,24 +131,32 @@ class Numbers {
   }
 
   void law() {
-    const auto add = [&](const char* name, double mean, double deviation, double LawErrors::*part) {
+    Parameter gain = linear("controller_gain", "ratio", 1.0, kLawDeviation, Reaches::kLaw);
+    gain.set = of_gain(s_.joint, joint_.controller->kp_n_m_per_rad);
+    out_.push_back(std::move(gain));
+    Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
+    rate.set = of_damping(s_.joint, joint_.controller->kd_n_m_s_per_rad);
+    out_.push_back(std::move(rate));
+    const auto seen = [&](const char* name, double mean, double deviation,
+                          double LawCircumstances::*part) {
       Parameter p = linear("controller_gain", name, 1.0, deviation, Reaches::kLaw);
       p.mean = p.x = mean;
+      p.in_plant = false;
       p.set = [joint = s_.joint, part](State& state, double value) {
         state.laws[joint].*part = value;
       };
       out_.push_back(std::move(p));
     };
-    add("ratio", 0.0, kLawDeviation, &LawErrors::position);
-    add("rate_ratio", 0.0, kLawRateDeviation, &LawErrors::rate);
-    add("desired_rate", 1.0, kDesiredRateDeviation, &LawErrors::desired_rate);
+    seen("desired_rate", 1.0, kDesiredRateDeviation, &LawCircumstances::desired_rate);
+    seen("age", 0.0, kDelayS, &LawCircumstances::age_s);
   }
 
   /// Which way a cable runs that other joints move.
   void link_share() {
     if (joint_.coupling_through || !physics::coupled(plant_, s_.joint)) return;
-    Parameter p = linear("coupling", "link_share", 1.0, kLinkShareDeviation, Reaches::kEverything);
+    Parameter p = linear("coupling", "link_share", 1.0, kLinkShareDeviation, Reaches::kRouting);
     p.mean = p.x = 0.5;
+    p.in_plant = false;
     p.low = 0.0;
     p.high = 1.0;
     p.step = 0.3;
@@ -225,8 +235,7 @@ class Numbers {
         s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
     Parameter p =
         logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
-    p.set = in_circumstances(s_.joint, {},
-                             [](JointCircumstances& c) -> double& { return c.presliding; });
+    p.set = in_plant(s_.joint, "presliding", "displacement");
     out_.push_back(std::move(p));
   }
 

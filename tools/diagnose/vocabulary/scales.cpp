@@ -2,6 +2,7 @@
 #include "diagnose/vocabulary/scales.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "physics/effects/effect_spec.hpp"
 
@@ -13,7 +14,27 @@ constexpr double kMetresPerRad = 0.08;
 /// Dry friction of drives whose plants state none, N m and N.
 constexpr double kUsualFriction_n_m = 1.7;
 constexpr double kUsualFriction_n = 15.0;
+/// Share of a drive's recorded effort that its friction usually is.
+constexpr double kFrictionShare = 0.5;
+/// Share of the friction below which a load is none.
+constexpr double kLeastLoad = 1e-6;
 constexpr double kUsualQuantum_rad = 1e-4;
+
+/// Loads that act on that joint or on any, and are not zero throughout.
+void add_loads(const Track& track, const std::string& joint, std::vector<LoadScale>& loads) {
+  for (const RecordedLoad& load : track.loads) {
+    if (!load.joint.empty() && load.joint != joint) continue;
+    const double largest = track.forced.load(load.name).cwiseAbs().maxCoeff();
+    if (!(largest > 0.0)) continue;
+    const auto known = std::find_if(loads.begin(), loads.end(), [&](const LoadScale& other) {
+      return other.name == load.name;
+    });
+    if (known == loads.end())
+      loads.push_back({load.name, load.unit, largest});
+    else
+      known->largest = std::max(known->largest, largest);
+  }
+}
 
 }  // namespace
 
@@ -31,23 +52,36 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
   s.position = s.prismatic ? kMetresPerRad : 1.0;
   const double friction =
       joint.parameter("coulomb_friction", "level") + joint.parameter("joint_friction", "level");
-  s.load = friction > 0.0 ? friction : (s.prismatic ? kUsualFriction_n : kUsualFriction_n_m);
   s.quantum = joint.joint_encoder_resolution_ji > 0.0 ? joint.joint_encoder_resolution_ji
                                                       : kUsualQuantum_rad * s.position;
-  double lowest = 1e300, highest = -1e300;
+  double lowest = 1e300, highest = -1e300, squares = 0.0, rows = 0.0;
   for (std::size_t r = 0; r < training.tracks().size(); ++r) {
     const Track& track = training.tracks()[r];
     const Eigen::VectorXd& q = track.forced.motors[j].q;
     lowest = std::min(lowest, q.minCoeff());
     highest = std::max(highest, q.maxCoeff());
+    s.tracking = s.tracking || track.joints[j].tracking;
+    for (const double effort : track.joints[j].effort) {
+      if (!std::isfinite(effort)) continue;
+      s.greatest_effort = std::max(s.greatest_effort, std::abs(effort));
+      squares += effort * effort;
+      rows += 1.0;
+    }
     s.length_s = std::max(s.length_s, track.forced.t_s[track.rows() - 1]);
+    add_loads(track, joint.name, s.loads);
     s.weight_load =
         std::max(s.weight_load, training.predictor(r).link_load(plant, j).cwiseAbs().maxCoeff());
   }
+  s.load = s.prismatic ? kUsualFriction_n : kUsualFriction_n_m;
+  if (squares > 0.0) s.load = kFrictionShare * std::sqrt(squares / rows);
+  if (friction > 0.0) s.load = friction;
   s.lowest = lowest;
   s.range = std::max(1e-6, highest - lowest);
+  if (s.weight_load < kLeastLoad * s.load) s.weight_load = 0.0;
   const auto& g = plant.robot.gravity_m_per_s2;
-  s.weight = s.weight_load > 1e-9 && (g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0);
+  const bool gravity = g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0;
+  s.weight = s.weight_load > 0.0 && gravity;
+  s.unknown_weight = s.weight_load <= 0.0 && gravity;
   return s;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "diagnose/model/likelihood.hpp"
 #include "physics/plant.hpp"
@@ -13,19 +14,32 @@ namespace ravencal::diagnose {
 
 /// Standard deviation over tolerance: a tolerance holds nearly all of what is within it.
 inline constexpr double kDeviationPerTolerance = 0.6;
+/// Standard deviation of the delay between two signals, which plants seldom state.
+inline constexpr double kDelayS = 0.002;
+
+/// A recorded load that may stretch the joint's cable.
+struct LoadScale {
+  std::string name;
+  std::string unit;
+  double largest = 0.0;  ///< by amount
+};
 
 struct Scales {
   std::size_t joint = 0;
   bool prismatic = false;
   bool effort = false, truth = false, law = false;  ///< channels of the joint
+  bool tracking = false;                            ///< the joint's position follows its command
   bool weight = false;                              ///< its load changes with posture
-  double position = 1.0;                            ///< rad, or the metres that stand for one
-  double range = 1.0;                               ///< that the motor moves over
-  double lowest = 0.0;                              ///< of it
-  double load = 1.0;                                ///< effort of friction, N m or N
-  double weight_load = 0.0;                         ///< greatest effort of the links
-  double length_s = 1.0;                            ///< of the longest recording
-  double quantum = 0.0;                             ///< of the external encoder
+  bool unknown_weight = false;   ///< there is gravity, and the plant has no links
+  double position = 1.0;         ///< rad, or the metres that stand for one
+  double range = 1.0;            ///< that the motor moves over
+  double lowest = 0.0;           ///< of it
+  double load = 1.0;             ///< effort of friction, N m or N
+  double weight_load = 0.0;      ///< greatest effort of the links
+  double greatest_effort = 0.0;  ///< that was recorded
+  double length_s = 1.0;         ///< of the longest recording
+  double quantum = 0.0;          ///< of the external encoder
+  std::vector<LoadScale> loads{};
 };
 
 Scales scales_of(const physics::Plant& plant, std::size_t joint, const Likelihood& training);

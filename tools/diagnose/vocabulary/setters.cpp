@@ -59,6 +59,18 @@ Setter of_motor_inertia(std::size_t joint, double given_kg_m2) {
   };
 }
 
+Setter of_gain(std::size_t joint, double given_n_m_per_rad) {
+  return [=](State& state, double ratio) {
+    state.plant.joints[joint].controller->kp_n_m_per_rad = (1.0 + ratio) * given_n_m_per_rad;
+  };
+}
+
+Setter of_damping(std::size_t joint, double given_n_m_s_per_rad) {
+  return [=](State& state, double ratio) {
+    state.plant.joints[joint].controller->kd_n_m_s_per_rad = (1.0 + ratio) * given_n_m_s_per_rad;
+  };
+}
+
 Setter of_payload(double given_kg) {
   return [=](State& state, double value) { state.plant.payload.mass_kg = given_kg + value; };
 }

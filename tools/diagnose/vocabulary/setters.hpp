@@ -25,6 +25,9 @@ Setter as_cosine(std::size_t joint, std::string effect);
 /// Relative change of the link's mass or of the motor's inertia, from the given plant's.
 Setter of_mass(std::size_t joint, double given_kg);
 Setter of_motor_inertia(std::size_t joint, double given_kg_m2);
+/// Relative change of the servo's gain or damping, from the given plant's.
+Setter of_gain(std::size_t joint, double given_n_m_per_rad);
+Setter of_damping(std::size_t joint, double given_n_m_s_per_rad);
 /// Mass on the tool, beyond the given plant's payload.
 Setter of_payload(double given_kg);
 

@@ -74,9 +74,11 @@ class Shapes {
             return plant.effort[j].array() * (1.0 - (-track.forced.t_s.array() / time_s).exp());
           });
     }
+    // Its change over time: what stays is dry friction.
     add(ChannelKind::kDrive, "direction and time", 0.2 * s_.load,
         [j](const Track& track, const Prediction&) -> VectorXd {
-          return direction(track, j).array() * (-track.forced.t_s.array() / kWarmUpS).exp();
+          const VectorXd cooling = (-track.forced.t_s.array() / kWarmUpS).exp();
+          return direction(track, j).array() * (cooling.array() - cooling.mean());
         });
     add(ChannelKind::kDrive, "rate of the effort", 0.01,
         [j](const Track& track, const Prediction& plant) -> VectorXd {
@@ -90,6 +92,32 @@ class Shapes {
           const VectorXd& v = track.forced.motors[j].v;
           return v.cwiseProduct(v.cwiseAbs()) / std::max(1e-12, v.squaredNorm() / v.size());
         });
+  }
+
+  /// A weight that the plant does not know: what holds it follows the posture.
+  void of_posture() {
+    if (!s_.unknown_weight || s_.prismatic) return;
+    const std::size_t j = s_.joint;
+    for (std::size_t c = 0; c < training_.channels().size(); ++c) {
+      if (!is(c, ChannelKind::kDrive)) continue;
+      Candidate candidate = begin("");
+      candidate.id = "gravity";
+      candidate.kind = CandidateKind::kEffect;
+      candidate.in_plant = false;
+      candidate.sizes = {coefficient(c, "sine", 0.2 * s_.load,
+                                     [j](const Track& track, const Prediction&) -> VectorXd {
+                                       return track.forced.motors[j].q.array().sin();
+                                     }),
+                         coefficient(c, "cosine", 0.2 * s_.load,
+                                     [j](const Track& track, const Prediction&) -> VectorXd {
+                                       return track.forced.motors[j].q.array().cos();
+                                     })};
+      for (Parameter& p : candidate.sizes) {
+        p.effect = candidate.id;
+        p.unit = "N_m";
+      }
+      out_.push_back(std::move(candidate));
+    }
   }
 
   void of_position() {
@@ -176,6 +204,7 @@ void add_shapes(const Scales& scales, Likelihood& training, Likelihood* held_out
   if (!scales.effort) return;
   shapes.tone(ChannelKind::kDrive, 0.1 * scales.load);
   shapes.of_drive();
+  shapes.of_posture();
 }
 
 }  // namespace ravencal::diagnose

@@ -36,10 +36,15 @@ struct Candidate {
   double opened_deviation = 0.0;       ///< of x
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
   std::string circumstance{};          ///< of a shape: what it depends on
+  bool in_plant = true;                ///< false: it has a name, but no plant can have it
 
-  /// No plant can have it.
+  [[nodiscard]] std::size_t start_count() const { return forms.empty() ? 1 : starts.size(); }
+
   [[nodiscard]] bool unnamed() const {
     return kind == CandidateKind::kShape || kind == CandidateKind::kTone;
+  }
+  [[nodiscard]] bool beyond_plants() const {
+    return !in_plant || unnamed() || kind == CandidateKind::kJump;
   }
 };
 

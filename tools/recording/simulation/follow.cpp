@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
-#include "physics/drive_model.hpp"
 #include "physics/joint_error.hpp"
 #include "physics/plant_effort.hpp"
 #include "physics/predict/predict.hpp"
+#include "physics/predict/run_drive.hpp"
 #include "physics/predict/smoother.hpp"
 
 namespace ravencal::simulation {
@@ -21,7 +20,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using record::Role;
 
-constexpr double kStep_s = 1e-3;      ///< longest step of the integration
 constexpr double kBristle_ji = 1e-5;  ///< over which friction builds up where the plant is silent
 
 /// One joint's recorded signals at the joint; empty where not recorded.
@@ -83,10 +81,6 @@ class Follower {
   }
 
  private:
-  struct Law {
-    double position, rate;
-  };
-
   void mark_episodes() {
     fresh_.assign(static_cast<std::size_t>(t_s_.size()), 0);
     if (!fresh_.empty()) fresh_.front() = 1;
@@ -124,105 +118,69 @@ class Follower {
     return r;
   }
 
-  /// The plant's servo at the joint.
-  [[nodiscard]] std::optional<Law> law(std::size_t j) const {
-    const physics::Joint& joint = plant_.joints[j];
-    if (!joint.controller || joint.controller->kp_n_m_per_rad <= 0.0) return std::nullopt;
-    const double factor = joint.reduction * to_joint(joint);
-    return Law{joint.controller->kp_n_m_per_rad * factor,
-               joint.controller->kd_n_m_s_per_rad * factor};
+  /// The plant's servo at the joint; what clips its effort is the drive's saturation.
+  [[nodiscard]] std::optional<physics::ServoLaw> law(std::size_t j) const {
+    auto law = physics::servo_law(plant_.joints[j]);
+    if (!law || law->position <= 0.0) return std::nullopt;
+    law->limit = 0.0;
+    return law;
   }
 
   /// Motor and link under effort; windows start from the recorded state.
   void drive(std::size_t j, bool controlled) {
     const physics::Joint& joint = plant_.joints[j];
     const Recorded& r = recorded_[j];
-    const auto numbers =
-        physics::drive_numbers(joint, physics::joint_inertia(plant_, j), kBristle_ji);
-    VectorXd position = r.measured();
-    VectorXd velocity = VectorXd::Zero(position.size());
-    VectorXd effort = r.effort.size() > 0 ? r.effort : VectorXd(VectorXd::Zero(position.size()));
-    physics::DriveState<double> state;
-    double since_s = 0.0;
-    for (Index i = 0; i < position.size(); ++i) {
-      const bool restart = !controlled && t_s_[i] - since_s >= options_.restart_s;
-      if (fresh_[static_cast<std::size_t>(i)] != 0 || restart || !std::isfinite(state.position)) {
-        state = recorded_state(r.measured(), i);
-        since_s = t_s_[i];
-      }
-      position[i] = state.position;
-      velocity[i] = state.velocity;
-      if (i + 1 == position.size()) break;
-      const double dt_s = t_s_[i + 1] - t_s_[i];
-      const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kStep_s - 1e-6)));
-      for (int k = 0; k < steps; ++k) {
-        if (controlled) {
-          const Asked asked = step_servoed(j, numbers, {i, k, steps, dt_s / steps}, state);
-          if (k > 0) continue;
-          effort[i] = asked.effort;
-          velocity[i] = asked.velocity;
-        } else {
-          const double share = (k + 0.5) / steps;
-          const double asked = (1.0 - share) * r.effort[i] + share * r.effort[i + 1];
-          const double given = powered(i) ? limited(joint, asked) : 0.0;
-          physics::step_drive(numbers, given, load(j, state.position, i), dt_s / steps, state);
-        }
-      }
-    }
+    const VectorXd velocity = velocity_of(r.measured());
+    const VectorXd side =
+        velocity.unaryExpr([](double v) { return v > 0.0 ? 1.0 : (v < 0.0 ? -1.0 : 0.0); });
+    const physics::DriveSignals signals{t_s_,     r.measured(), velocity, side,
+                                        r.effort, r.desired,    off_};
+    physics::RunningDrive drive;
+    drive.numbers = physics::drive_numbers(joint, physics::joint_inertia(plant_, j), kBristle_ji);
+    drive.load = physics::pendulum_load(plant_).value_or(physics::DriveLoad{weights_[j]});
+    drive.effort_limit = joint.parameter("saturation", "limit");
+    if (controlled) drive.law = law(j);
+    const Index rows = t_s_.size();
+    const VectorXd none = VectorXd::Zero(rows);
+    physics::DriveRun run{r.measured(), none, r.effort.size() > 0 ? r.effort : none};
+    for (Index first = 0; first < rows;)
+      first = physics::run_drive(drive, signals, first, end_of_window(first, controlled), run);
     // Nothing follows the last row: it keeps what was asked before.
-    if (controlled && effort.size() > 1) effort.tail(1) = effort.segment(effort.size() - 2, 1);
-    write_drive(j, position, velocity, effort, controlled);
+    if (controlled && rows > 1) run.effort.tail(1) = run.effort.segment(rows - 2, 1);
+    write_drive(j, run, controlled);
   }
 
-  struct Step {
-    Index row;
-    int number, of;  ///< of the steps to the next row
-    double dt_s;
-  };
-  struct Asked {
-    double effort, velocity;
-  };
+  /// A window ends where an episode begins and, where no controller bounds the error, in time.
+  [[nodiscard]] Index end_of_window(Index first, bool controlled) const {
+    Index end = first + 1;
+    while (end < t_s_.size() && fresh_[static_cast<std::size_t>(end)] == 0 &&
+           (controlled || t_s_[end] - t_s_[first] < options_.restart_s))
+      ++end;
+    return end;
+  }
 
-  /// Moves the drive on under its controller; gives what that asked for where the step begins. The
-  /// effort acts there, between a velocity of half a step before and one of half a step after, so
-  /// that their mean is the one that belongs to it: half a step of damping looks like inertia.
-  Asked step_servoed(std::size_t j, const physics::DriveNumbers<double>& numbers, const Step& step,
-                     physics::DriveState<double>& state) {
-    constexpr int kPasses =
-        4;  // each leaves dt_s rate / (2 inertia) of the one before, some percent
-    const VectorXd& desired = recorded_[j].desired;
-    const double share = static_cast<double>(step.number) / step.of;
-    const double wanted = (1.0 - share) * desired[step.row] + share * desired[step.row + 1];
-    const double held = load(j, state.position, step.row);
-    Asked asked{0.0, state.velocity};
-    physics::DriveState<double> next;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      const double effort =
-          law(j)->position * (wanted - state.position) - law(j)->rate * asked.velocity;
-      asked.effort = powered(step.row) ? limited(plant_.joints[j], effort) : 0.0;
-      next = state;
-      physics::step_drive(numbers, asked.effort, held, step.dt_s, next);
-      asked.velocity = 0.5 * (state.velocity + next.velocity);
+  /// Over some samples to either side.
+  [[nodiscard]] VectorXd velocity_of(const VectorXd& position) const {
+    constexpr Index kReach = 5;
+    VectorXd velocity = VectorXd::Zero(position.size());
+    for (Index i = 0; i < position.size(); ++i) {
+      const Index before = std::max<Index>(0, i - kReach);
+      const Index after = std::min<Index>(position.size() - 1, i + kReach);
+      const double dt_s = t_s_[after] - t_s_[before];
+      if (dt_s > 0.0) velocity[i] = (position[after] - position[before]) / dt_s;
     }
-    state = next;
-    return asked;
+    return velocity;
   }
 
-  [[nodiscard]] static double limited(const physics::Joint& joint, double effort) {
-    const double limit = joint.parameter("saturation", "limit");
-    return limit > 0.0 ? std::clamp(effort, -limit, limit) : effort;
-  }
-
-  /// False where a status channel says that the drive was switched off.
-  [[nodiscard]] bool powered(Index row) const {
-    return !power_column_ || out_.recording.samples(row, *power_column_) >= 0.5;
-  }
-
+  /// Where a status channel says that the drives were switched off.
   void find_power_channel() {
     for (std::size_t c = 0; c < out_.recording.channels.size(); ++c) {
       const record::Channel& channel = out_.recording.channels[c];
-      if (channel.role == Role::kStatus && channel.name.find("torque_on") != std::string::npos)
-        power_column_ = static_cast<Index>(c);
+      if (channel.role != Role::kStatus || channel.name.find("torque_on") == std::string::npos)
+        continue;
+      off_.clear();
+      for (const double on : out_.recording.samples.col(static_cast<Index>(c)))
+        off_.push_back(on >= 0.5 ? 0 : 1);
     }
   }
 
@@ -238,48 +196,22 @@ class Follower {
     return loads;
   }
 
-  /// Effort that holds the link: of a lone pendulum where it is, else where the recording was.
-  [[nodiscard]] double load(std::size_t j, double position, Index i) const {
-    if (weights_[j].size() == 0) return 0.0;
-    if (plant_.joints.size() > 1 || plant_.joints[j].kind != physics::JointKind::kRevolute ||
-        plant_.joints[j].external_load)
-      return std::isfinite(weights_[j][i]) ? weights_[j][i] : 0.0;
-    if (!pendulum_) {
-      const VectorXd quarter = (VectorXd(2) << 0.5 * std::numbers::pi, 0.0).finished();
-      const VectorXd effort = physics::holding_efforts(plant_, {quarter}).front();
-      pendulum_ = {effort[0], effort[1]};
-    }
-    return pendulum_->first * std::sin(position) + pendulum_->second * std::cos(position);
-  }
-
-  /// Position, speed over some samples to either side, friction on the side of that speed.
-  [[nodiscard]] physics::DriveState<double> recorded_state(const VectorXd& position,
-                                                           Index i) const {
-    constexpr Index kReach = 5;
-    const Index before = std::max<Index>(0, i - kReach);
-    const Index after = std::min<Index>(position.size() - 1, i + kReach);
-    const double dt_s = t_s_[after] - t_s_[before];
-    const double speed = dt_s > 0.0 ? (position[after] - position[before]) / dt_s : 0.0;
-    return {position[i], speed, speed > 0.0 ? 1.0 : (speed < 0.0 ? -1.0 : 0.0)};
-  }
-
-  void write_drive(std::size_t j, const VectorXd& position, const VectorXd& velocity,
-                   const VectorXd& effort, bool controlled) {
+  void write_drive(std::size_t j, const physics::DriveRun& run, bool controlled) {
     const physics::Joint& joint = plant_.joints[j];
     const Recorded& r = recorded_[j];
-    set(Role::kMotorPosition, joint.name, position * joint.reduction);
-    set(Role::kMotorVelocity, joint.name, velocity * joint.reduction);
+    set(Role::kMotorPosition, joint.name, run.position * joint.reduction);
+    set(Role::kMotorVelocity, joint.name, run.velocity * joint.reduction);
     if (r.estimate.size() > 0)
-      set(Role::kJointEstimate, joint.name, r.estimate + position - r.measured());
+      set(Role::kJointEstimate, joint.name, r.estimate + run.position - r.measured());
     if (controlled) {
-      set(Role::kDriveTorque, joint.name, effort / to_joint(joint));
-      set(Role::kDriveInput, joint.name, effort / per_input(joint));
+      set(Role::kDriveTorque, joint.name, run.effort / to_joint(joint));
+      set(Role::kDriveInput, joint.name, run.effort / per_input(joint));
     }
     const std::string how =
         controlled
             ? "drive with its controller"
             : fmt::format("drive under recorded efforts, {:g} s at a time", options_.restart_s);
-    report(joint.name, how, position - r.measured(), false);
+    report(joint.name, how, run.position - r.measured(), false);
   }
 
   [[nodiscard]] physics::JointSignals signals(const VectorXd& asked) const {
@@ -365,11 +297,10 @@ class Follower {
   Followed out_;
   VectorXd t_s_;
   std::vector<char> fresh_;
-  std::optional<Index> power_column_;
+  std::vector<char> off_;  ///< 1 where the drives were off; empty: nowhere
   std::vector<Recorded> recorded_;
   std::vector<VectorXd> weights_;
   physics::Prediction placed_;
-  mutable std::optional<std::pair<double, double>> pendulum_;  ///< sine, cosine of its effort
 };
 
 }  // namespace

@@ -3,8 +3,6 @@
 // The plant that a diagnosis makes of the one that was diagnosed.
 #pragma once
 
-#include <string>
-
 #include "diagnose/findings/findings.hpp"
 #include "physics/plant.hpp"
 
@@ -15,7 +13,7 @@ namespace ravencal::diagnose {
 /// `plant` is. `source` remains the plant's, for messages; `hash` is 0: no file has these bytes.
 physics::Plant improved_plant(const physics::Plant& plant, const Report& report);
 
-/// The same as a file's text; what `simulate` cannot run yet stands in comments at its end.
-std::string improved_plant_text(const physics::Plant& plant, const Report& report);
+/// Gives the report its improved plant and marks the findings that no plant can hold.
+void improve(const physics::Plant& plant, Report& report);
 
 }  // namespace ravencal::diagnose

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -33,6 +32,6 @@ struct Repetition {
 /// Neural Processing Letters 2008). `same`: both are the same rows, of which passes that touch
 /// share noise. None where nothing can be compared.
 std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known, bool same,
-                                        double per_floor, std::uint64_t seed);
+                                        double per_floor);
 
 }  // namespace ravencal::diagnose

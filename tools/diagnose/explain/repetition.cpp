@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/fit/repetition.hpp"
+#include "diagnose/explain/repetition.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <random>
 #include <utility>
 
 namespace ravencal::diagnose {
@@ -17,7 +16,6 @@ using Eigen::VectorXd;
 /// More rows make the comparison slower and not better: those of a pass resemble each other.
 constexpr Index kMostAsked = 1000;
 constexpr Index kMostKnown = 6000;
-constexpr int kPassResamples = 200;
 
 /// Sums over the rows of a pass.
 struct Sums {
@@ -66,23 +64,20 @@ std::vector<Sums> sums_of(const Passes& asked, const Passes& known, bool same) {
   return sums;
 }
 
-/// Standard error over passes by bootstrap.
-double excess_deviation(const std::vector<Sums>& sums, const Sums& total, double per_floor,
-                        std::uint64_t seed) {
-  std::mt19937_64 engine(seed);
+/// Standard error of the ratio of sums over passes, linearised (Cochran, Sampling Techniques 1977).
+double excess_deviation(const std::vector<Sums>& sums, const Sums& total, double per_floor) {
+  const auto count = static_cast<double>(sums.size());
+  if (count < 2.0) return std::numeric_limits<double>::infinity();
   double square = 0.0;
-  for (int r = 0; r < kPassResamples; ++r) {
-    Sums drawn;
-    for (std::size_t n = 0; n < sums.size(); ++n) drawn.add(sums[engine() % sums.size()]);
-    square += std::pow(drawn.excess(per_floor) - total.excess(per_floor), 2);
-  }
-  return std::sqrt(square / kPassResamples);
+  for (const Sums& s : sums)
+    square += std::pow((s.excess(per_floor) - total.excess(per_floor)) * s.rows, 2);
+  return std::sqrt(square * count / (count - 1.0)) / total.rows;
 }
 
 }  // namespace
 
 std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known, bool same,
-                                        double per_floor, std::uint64_t seed) {
+                                        double per_floor) {
   if (asked.pass.empty() || known.pass.empty()) return std::nullopt;
   const std::vector<Sums> sums = sums_of(asked, known, same);
   if (sums.empty()) return std::nullopt;
@@ -91,7 +86,7 @@ std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known
   Repetition found;
   found.left = total.left / total.rows;
   found.differs = total.half_difference2 / total.rows;
-  found.excess_deviation = excess_deviation(sums, total, per_floor, seed);
+  found.excess_deviation = excess_deviation(sums, total, per_floor);
   // Rows that have nothing to do with each other are sqrt(2) deviations apart in each quantity.
   const auto quantities = static_cast<double>(std::max<Index>(1, asked.circumstances.rows()));
   found.agreement = std::max(0.0, 1.0 - total.distance2 / (2.0 * quantities * total.rows));

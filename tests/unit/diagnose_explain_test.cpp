@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What `diagnose --core new` says holds for the plant that it writes: figures, limits, numbers that
+// stay as they were. The same report on any number of threads.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "diagnose/explain/explain.hpp"
+#include "diagnose/explain/view.hpp"
+#include "diagnose/report/write_report.hpp"
+#include "diagnose/track/tracks.hpp"
+#include "diagnose_pendulum.hpp"
+#include "physics/plant_writer.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+const std::string kViscous = R"(
+  [[joint.effect]]
+  id = "viscous_friction"
+  damping_n_m_s_per_rad = 0.6
+)";
+
+Report report_of(const physics::Plant& robot, const physics::Plant& given, unsigned seed = 1,
+                 const ExplainOptions& options = {}) {
+  auto explained =
+      explain({recording_of(robot, seed)}, {recording_of(robot, seed + 1)}, given, options);
+  EXPECT_TRUE(explained.ok()) << (explained.ok() ? "" : explained.error().message);
+  return std::move(explained->report);
+}
+
+const HeldOut& figure(const Report& report, const std::string& metric) {
+  const auto at = std::find_if(report.held_out.begin(), report.held_out.end(),
+                               [&](const HeldOut& h) { return h.metric == metric; });
+  EXPECT_NE(at, report.held_out.end()) << metric;
+  return *at;
+}
+
+TEST(DiagnoseExplain, SaysOfThePlantThatItWritesWhatThatPlantPredicts) {
+  const physics::Plant robot = plant_of(kViscous);
+  const physics::Plant given = plant_of("");
+  const Report report = report_of(robot, given);
+  const auto written = physics::parse_plant(physics::plant_text(report.improved), "written.toml");
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  auto tracks = make_tracks({recording_of(robot, 1)}, {recording_of(robot, 2)}, given, {});
+  ASSERT_TRUE(tracks.ok()) << tracks.error().message;
+  const Likelihood fitted(given, std::move(tracks->training));
+  const Likelihood shown(given, std::move(tracks->held_out), &fitted);
+  const View view = view_of(given, *written, shown, true);
+  for (std::size_t c = 0; c < shown.channels().size(); ++c) {
+    const Channel& channel = shown.channels()[c];
+    const HeldOut& said =
+        figure(report, channel.kind == ChannelKind::kDrive ? "effort_rmse" : "position_rmse");
+    EXPECT_DOUBLE_EQ(said.before, rms(channel, view.before[c]));
+    EXPECT_NEAR(said.after, rms(channel, view.after[c]), 1e-9 * said.after);
+  }
+  EXPECT_LT(figure(report, "effort_rmse").after, 0.3 * figure(report, "effort_rmse").before);
+}
+
+TEST(DiagnoseExplain, LeavesANumberThatTheRecordingsDoNotMoveAsItIs) {
+  const physics::Plant given = plant_of("");
+  const Report report = report_of(given, given);
+  EXPECT_TRUE(report.effects.empty());
+  // Chance moves one number in twenty.
+  EXPECT_LE(report.refitted.size(), 1U);
+  if (report.refitted.empty()) {
+    EXPECT_EQ(report.improved.joints[0].effects, given.joints[0].effects);
+    EXPECT_EQ(report.improved.joints[0].link, given.joints[0].link);
+  }
+}
+
+TEST(DiagnoseExplain, NamesAnEffectAboveItsLimitAndNoneFarBelow) {
+  const physics::Plant given = plant_of("");
+  const Report silent = report_of(given, given);
+  const auto limit = std::find_if(silent.not_found.begin(), silent.not_found.end(),
+                                  [](const NotFound& n) { return n.id == "viscous_friction"; });
+  ASSERT_NE(limit, silent.not_found.end());
+  ASSERT_TRUE(limit->detection_limit.has_value()) << limit->not_testable_because;
+  const auto named_at = [&](double times) {
+    const physics::Plant robot = plant_of(
+        "  [[joint.effect]]\n  id = \"viscous_friction\"\n"
+        "  damping_n_m_s_per_rad = " +
+        std::to_string(times * *limit->detection_limit) + "\n");
+    const Report report = report_of(robot, given);
+    return std::any_of(report.effects.begin(), report.effects.end(),
+                       [](const NamedEffect& e) { return e.id == "viscous_friction"; });
+  };
+  EXPECT_TRUE(named_at(1.5)) << *limit->detection_limit;
+  EXPECT_FALSE(named_at(0.3)) << *limit->detection_limit;
+}
+
+TEST(DiagnoseExplain, SpeaksOfEveryWordOnce) {
+  const Report report = report_of(plant_of(kViscous), plant_of(""));
+  EXPECT_EQ(report.effects.size() + report.not_found.size(), 30U);
+  for (const NotFound& n : report.not_found)
+    EXPECT_NE(n.detection_limit.has_value(), !n.not_testable_because.empty()) << n.id;
+}
+
+TEST(DiagnoseExplain, GivesTheSameReportOnAnyNumberOfThreads) {
+  const physics::Plant robot = plant_of(kViscous);
+  ExplainOptions options;
+  options.placebos = 2;
+  const std::string one = report_json(report_of(robot, plant_of(""), 1, options));
+  options.threads = 3;
+  EXPECT_EQ(one, report_json(report_of(robot, plant_of(""), 1, options)));
+}
+
+TEST(DiagnoseExplain, FindsNothingInPlacebosOfWhiteNoise) {
+  ExplainOptions options;
+  options.placebos = 5;
+  const Report report = report_of(plant_of(kViscous), plant_of(""), 1, options);
+  ASSERT_TRUE(report.verdict.false_alarm_rate.has_value());
+  EXPECT_EQ(*report.verdict.false_alarm_rate, 0.0);
+  EXPECT_EQ(report.verdict.placebos, 5);
+}
+
+TEST(DiagnoseExplain, StopsWhenItIsTold) {
+  ExplainOptions options;
+  options.look = [](double, std::string_view) { return false; };
+  const physics::Plant plant = plant_of("");
+  const auto stopped = explain({recording_of(plant, 1)}, {}, plant, options);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, core::ErrorCode::kUsage);
+}
+
+/// A constant effort is no slow noise, however brief the recording.
+TEST(DiagnoseExplain, NamesAConstantOfTheDriveInABriefRecording) {
+  const std::string uneven = R"(
+  [[joint.effect]]
+  id = "asymmetric_friction"
+  level_difference_n_m = 0.3
+)";
+  const physics::Plant robot = plant_of(uneven);
+  record::Recording brief = recording_of(robot, 1);
+  constexpr Index kBriefRows = 1250;
+  brief.t_ns.resize(kBriefRows);
+  brief.samples.conservativeResize(kBriefRows, Eigen::NoChange);
+  const auto explained = explain({brief}, {recording_of(robot, 2)}, plant_of(""), {});
+  ASSERT_TRUE(explained.ok()) << explained.error().message;
+  ASSERT_EQ(explained->report.effects.size(), 1U);
+  EXPECT_EQ(explained->report.effects[0].id, "asymmetric_friction");
+  EXPECT_NEAR(explained->report.effects[0].parameters[0].value, 0.3, 0.06);
+}
+
+/// The gain of a servo is a setting: where it differs between recordings the plant's law made none
+/// of them, and nothing is concluded from it.
+TEST(DiagnoseExplain, ComparesNoLawWhoseGainDiffersBetweenRecordings) {
+  physics::Plant plant = plant_of("");
+  physics::Controller controller;
+  controller.kp_n_m_per_rad = 1.0;
+  controller.kd_n_m_s_per_rad = 0.01;
+  plant.joints[0].controller = controller;
+  const auto servoed = [&](double gain) {
+    record::Recording r = recording_of(plant, 1);
+    r.channels.push_back({"desired", "rad", Role::kDesiredPosition, "one"});
+    r.samples.conservativeResize(Eigen::NoChange, 4);
+    const double law = gain * plant.joints[0].reduction * plant.joints[0].reduction /
+                       plant.joints[0].gearbox_ratio;
+    r.samples.col(3) = r.samples.col(0) / plant.joints[0].reduction + r.samples.col(1) / law;
+    return r;
+  };
+  const auto has_law = [&](double first, double second) {
+    auto tracks = make_tracks({servoed(first), servoed(second)}, {}, plant, {});
+    EXPECT_TRUE(tracks.ok()) << (tracks.ok() ? "" : tracks.error().message);
+    return Likelihood(plant, std::move(tracks->training)).has(0, ChannelKind::kLaw);
+  };
+  EXPECT_TRUE(has_law(1.0, 1.0));
+  EXPECT_TRUE(has_law(1.1, 1.1));
+  EXPECT_FALSE(has_law(1.0, 2.0));
+}
+
+}  // namespace
+}  // namespace ravencal::diagnose

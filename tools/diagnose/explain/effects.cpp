@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include "diagnose/explain/models.hpp"
+#include "diagnose/findings/combinations.hpp"
+#include "diagnose/findings/effect_words.hpp"
+#include "diagnose/findings/experiments.hpp"
+#include "diagnose/findings/policy.hpp"
+#include "diagnose/findings/quantiles.hpp"
+#include "diagnose/findings/words.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kDraws = 200;
+
+/// A parameter as it is written, and how well it is known.
+struct Estimate {
+  const Parameter* parameter = nullptr;
+  double deviation = 0.0;  ///< of x
+  Index place = -1;        ///< in the covariance; -1: it was not fitted
+};
+
+class Effects {
+ public:
+  Effects(const Models& models, const View& view) : m_(models), view_(view) {
+    const MatrixXd& covariance = m_.best.judgement.covariance;
+    Index place = 0;
+    const auto estimate = [&](const Parameter& fitted, const Parameter& written) {
+      Estimate e{&written, 0.0, -1};
+      if (!fitted.held) {
+        e.place = place++;
+        // What stays the plant's moves the others: that is part of what is not known.
+        e.deviation = std::hypot(std::sqrt(std::max(0.0, covariance(e.place, e.place))),
+                                 written.x - fitted.x);
+      }
+      return e;
+    };
+    for (std::size_t n = 0; n < m_.best.numbers.size(); ++n)
+      numbers_.push_back(estimate(m_.best.numbers[n], m_.written.numbers[n]));
+    for (const auto& [c, parameters] : m_.best.effects)
+      for (std::size_t k = 0; k < parameters.size(); ++k)
+        effects_[c].push_back(estimate(parameters[k], m_.written.effects.at(c)[k]));
+  }
+
+  void fill(Report& report) const {
+    for (const std::size_t c : m_.written.chosen) {
+      const Candidate& candidate = m_.vocabulary.candidates[c];
+      Model less = without(m_.written, m_.vocabulary, c);
+      fit(m_.training, less);
+      judge(m_.training, m_.search.dispersion(), 0.0, less);
+      if (candidate.unnamed())
+        report.unexplained.push_back(unexplained(candidate, less));
+      else
+        report.effects.push_back(effect(c, less));
+    }
+    add_refitted(report);
+    add_combinations(report);
+  }
+
+ private:
+  /// RMS of each channel; moments are those of the rows that were fitted.
+  [[nodiscard]] std::vector<double> errors_of(const Model& model, const Likelihood& rows) const {
+    State state = rows.base();
+    state.plant = plant_of(model, m_.training);
+    for (const auto& [c, parameters] : model.effects)
+      for (const Parameter& p : parameters)
+        if (p.shape || (p.recording && &rows == &m_.training)) p.apply(state);
+    const Left left = left_by(state, rows);
+    std::vector<double> out;
+    for (std::size_t c = 0; c < left.residuals.size(); ++c)
+      out.push_back(rms(rows.channels()[c], left.residuals[c]));
+    return out;
+  }
+
+  /// An effect's error in the channel in which it takes most of it, in floors.
+  struct Taken {
+    const Channel* channel = nullptr;
+    double before = 0.0, after = 0.0;
+
+    [[nodiscard]] double size() const {
+      return std::sqrt(std::max(0.0, before * before - after * after));
+    }
+  };
+
+  [[nodiscard]] Taken taken_by(const Candidate& candidate, const Model& less) const {
+    // Recordings that no fit saw have moments of their own.
+    const bool fitted = candidate.kind == CandidateKind::kJump;
+    const Likelihood& rows = fitted ? m_.training : view_.rows;
+    const std::vector<double> before = errors_of(less, rows);
+    const std::vector<double> after = errors_of(m_.written, rows);
+    Taken most;
+    double greatest = -1e300;
+    // Of its own joint where that shows it: what it takes there is what is said of it.
+    for (const bool own_joint : {true, false}) {
+      for (std::size_t c = 0; c < before.size(); ++c) {
+        const Channel& channel = rows.channels()[c];
+        const double floors =
+            (before[c] * before[c] - after[c] * after[c]) / std::pow(channel.floor, 2);
+        if ((own_joint && channel.joint != candidate.joint) || !(floors > greatest)) continue;
+        greatest = floors;
+        most = {&channel, before[c], after[c]};
+      }
+      if (greatest > 0.0) break;
+    }
+    return most;
+  }
+
+  [[nodiscard]] NamedEffect effect(std::size_t c, const Model& less) const {
+    const Candidate& candidate = m_.vocabulary.candidates[c];
+    const Taken taken = taken_by(candidate, less);
+    NamedEffect out;
+    out.id = candidate.id;
+    out.joint = m_.given.joints[candidate.joint].name;
+    out.from = candidate.from;
+    out.stage = stage_of(*taken.channel);
+    out.unit = unit_of(*taken.channel, m_.given);
+    out.held_out_before = taken.before;
+    out.held_out_after = taken.after;
+    out.size = taken.size();
+    // Ratio of the likelihoods: a bound on the chance of such data without the effect.
+    const double gain = (less.judgement.loss - m_.written.judgement.loss) / m_.search.dispersion();
+    out.p_value = std::exp(-0.5 * std::max(0.0, gain));
+    out.out_of_tolerance = candidate.wrong_number;
+    out.beyond_plants = candidate.beyond_plants();
+    out.parameters = parameters_of(c);
+    add_rivals(candidate, out);
+    return out;
+  }
+
+  [[nodiscard]] bool holds(const Model& model, const Candidate& candidate) const {
+    return std::any_of(model.chosen.begin(), model.chosen.end(), [&](std::size_t c) {
+      const Candidate& other = m_.vocabulary.candidates[c];
+      return other.id == candidate.id && other.joint == candidate.joint;
+    });
+  }
+
+  /// Probability of the name by the weights of all models, and the likeliest others without which
+  /// the set does not hold the truth at 95 %.
+  void add_rivals(const Candidate& candidate, NamedEffect& effect) const {
+    double all = 0.0, with_it = 0.0;
+    std::map<std::string, double> instead;
+    for (const Model* model : m_.search.ranked()) {
+      const double weight = std::exp(-0.5 * (model->judgement.score - m_.best.judgement.score));
+      all += weight;
+      if (holds(*model, candidate)) {
+        with_it += weight;
+        continue;
+      }
+      for (const std::size_t other : model->chosen)
+        if (!m_.best.chosen.contains(other)) instead[m_.vocabulary.candidates[other].id] += weight;
+    }
+    effect.probability = with_it / all;
+    instead.erase(candidate.id);
+    std::vector<std::pair<double, std::string>> order;
+    for (const auto& [id, weight] : instead) order.emplace_back(weight / all, id);
+    std::sort(order.rbegin(), order.rend());
+    double held = *effect.probability;
+    for (const auto& [share, id] : order) {
+      if (held >= kCredible) break;
+      held += share;
+      effect.ambiguous_with.push_back(id);
+    }
+    for (const std::string_view id : words_for(candidate.id).look_alikes)
+      add_once(effect.ambiguous_with, std::string(id));
+    if (!effect.ambiguous_with.empty())
+      effect.separate_by = experiment_that_parts(effect.id, effect.ambiguous_with);
+  }
+
+  static NamedParameter named(const Estimate& e) {
+    const Parameter& p = *e.parameter;
+    const double half = kNormal95 * e.deviation * std::abs(p.slope());
+    return {p.name, p.value(), p.unit, {p.value() - half, p.value() + half}};
+  }
+
+  [[nodiscard]] std::vector<NamedParameter> parameters_of(std::size_t c) const {
+    const Candidate& candidate = m_.vocabulary.candidates[c];
+    if (candidate.opens) return {named(numbers_[*candidate.opens])};
+    std::vector<NamedParameter> out;
+    const std::vector<Estimate>& list = effects_.at(c);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      const Parameter& p = *list[k].parameter;
+      if (p.name == "sine") {
+        add_wave(list[k], list[k + 1], out);
+        ++k;
+      } else if (p.said) {
+        out.push_back(named(list[k]));
+      }
+    }
+    return out;
+  }
+
+  void add_wave(const Estimate& sine, const Estimate& cosine,
+                std::vector<NamedParameter>& out) const {
+    const Eigen::Vector2d at(sine.parameter->value(), cosine.parameter->value());
+    const double amplitude = std::max(at.norm(), 1e-300);
+    const Eigen::Matrix2d covariance =
+        m_.best.judgement.covariance.block<2, 2>(sine.place, sine.place) * sine.parameter->scale *
+        cosine.parameter->scale;
+    const double half = kNormal95 *
+                        std::sqrt(std::max(0.0, (at.transpose() * covariance * at).value())) /
+                        amplitude;
+    out.push_back(
+        {"amplitude", amplitude, sine.parameter->unit, {amplitude - half, amplitude + half}});
+    const double phase = std::atan2(at[1], at[0]);
+    const double phase_half = std::min(half / amplitude, std::numbers::pi);
+    out.push_back({"phase", phase, "rad", {phase - phase_half, phase + phase_half}});
+  }
+
+  [[nodiscard]] Unexplained unexplained(const Candidate& candidate, const Model& less) const {
+    const Taken taken = taken_by(candidate, less);
+    Unexplained out;
+    out.joint = m_.given.joints[candidate.joint].name;
+    out.stage = stage_of(*taken.channel);
+    out.unit = unit_of(*taken.channel, m_.given);
+    out.size = taken.size();
+    out.share_of_excess = taken.before > 0.0 ? std::pow(out.size / taken.before, 2) : 0.0;
+    out.depends_on = {candidate.circumstance};
+    return out;
+  }
+
+  /// Numbers of the plant that moved within their tolerance.
+  void add_refitted(Report& report) const {
+    const std::set<std::size_t> opened = opened_by(m_.written, m_.vocabulary);
+    for (std::size_t n = 0; n < numbers_.size(); ++n) {
+      const Parameter& p = *numbers_[n].parameter;
+      if (!p.in_plant || p.held || opened.contains(n)) continue;
+      NamedEffect out;
+      out.id = p.effect;
+      out.joint = m_.given.joints[p.joint].name;
+      out.parameters = {named(numbers_[n])};
+      report.refitted.push_back(std::move(out));
+    }
+  }
+
+  /// Of parameters of one joint that are named: draws of their joint distribution.
+  void add_combinations(Report& report) const {
+    for (std::size_t j = 0; j < m_.given.joints.size(); ++j) {
+      std::vector<CombinedParameter> parameters;
+      std::vector<Index> places;
+      std::vector<double> means, slopes;
+      std::string stage;
+      for (const std::size_t c : m_.written.chosen) {
+        const Candidate& candidate = m_.vocabulary.candidates[c];
+        if (candidate.joint != j || candidate.unnamed() || candidate.opens) continue;
+        for (const Estimate& e : effects_.at(c)) {
+          const double value = e.parameter->value();
+          if (e.place < 0 || !(value > 0.0) || !e.parameter->said) continue;
+          parameters.push_back({candidate.id, e.parameter->name});
+          places.push_back(e.place);
+          means.push_back(std::log(value));
+          slopes.push_back(e.parameter->slope() / value);
+        }
+        stage = std::string(words_for(candidate.id).stage);
+      }
+      if (parameters.size() < 2) continue;
+      for (Combination& found : combinations_of(parameters, draws(places, means, slopes))) {
+        found.joint = m_.given.joints[j].name;
+        found.stage = stage;
+        report.combinations.push_back(std::move(found));
+      }
+    }
+  }
+
+  [[nodiscard]] MatrixXd draws(const std::vector<Index>& places, const std::vector<double>& means,
+                               const std::vector<double>& slopes) const {
+    const auto count = static_cast<Index>(places.size());
+    MatrixXd covariance = m_.best.judgement.covariance(places, places);
+    covariance.diagonal() *= 1.0 + 1e-9;
+    const MatrixXd root = covariance.llt().matrixL();
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    MatrixXd out(kDraws, count);
+    for (Index d = 0; d < kDraws; ++d) {
+      const VectorXd x = root * VectorXd::NullaryExpr(count, [&] { return normal(random); });
+      for (Index k = 0; k < count; ++k) {
+        const auto n = static_cast<std::size_t>(k);
+        out(d, k) = means[n] + slopes[n] * x[k];
+      }
+    }
+    return out;
+  }
+
+  const Models& m_;
+  const View& view_;
+  std::vector<Estimate> numbers_;
+  std::map<std::size_t, std::vector<Estimate>> effects_;
+};
+
+}  // namespace
+
+void add_effects(const Models& models, const View& view, Report& report) {
+  Effects(models, view).fill(report);
+}
+
+}  // namespace ravencal::diagnose

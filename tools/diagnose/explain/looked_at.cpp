@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/explain/looked_at.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "diagnose/explain/circumstances.hpp"
+#include "diagnose/explain/view.hpp"
+
+namespace ravencal::diagnose {
+namespace {
+
+using Eigen::Index;
+
+/// A tent over +-h passes half of the power at this number over h: sinc(0.319)^4 = 1/2.
+constexpr double kHalfPower = 0.319;
+/// Of the usual speed: a slower joint is at rest.
+constexpr double kRestShare = 0.02;
+
+double longest_stretch_s(const std::vector<Track>& tracks) {
+  double longest_s = 0.0;
+  for (const Track& track : tracks) {
+    double begin_s = 0.0;
+    for (Index i = 0; i < track.rows(); ++i) {
+      if (track.forced.fresh[static_cast<std::size_t>(i)] != 0) begin_s = track.forced.t_s[i];
+      longest_s = std::max(longest_s, track.forced.t_s[i] - begin_s);
+    }
+  }
+  return longest_s;
+}
+
+/// Of one period in the longest stretch, and where the filter or half the row rate ends it.
+Interval band_of(const Likelihood& fitted) {
+  const double longest_s = longest_stretch_s(fitted.tracks());
+  if (!(longest_s > 0.0)) return {0.0, 0.0};
+  double highest_hz = 0.0;
+  for (const Track& track : fitted.tracks()) {
+    const double half_width_s = static_cast<double>(track.tent_rows) * track.period_s;
+    const double filter_hz =
+        track.tent_rows > 1 ? kHalfPower / half_width_s : std::numeric_limits<double>::infinity();
+    highest_hz = std::max(highest_hz, std::min(0.5 / track.period_s, filter_hz));
+  }
+  return {1.0 / longest_s, highest_hz};
+}
+
+std::size_t rows_in(const Channel& channel) {
+  std::size_t rows = 0;
+  for (const auto& used : channel.used) rows += used.size();
+  return rows;
+}
+
+/// The channel with all recorded rows, those at rest as well.
+Channel with_rest(const Channel& channel, const std::vector<Track>& tracks) {
+  Channel out = channel;
+  for (std::size_t r = 0; r < tracks.size(); ++r) {
+    out.used[r].clear();
+    if (channel.measured[r].size() == 0) continue;
+    const std::vector<char>& lost = tracks[r].lost[channel.joint];
+    for (Index i = 0; i < tracks[r].rows(); ++i)
+      if (lost[static_cast<std::size_t>(i)] == 0) out.used[r].push_back(i);
+  }
+  return out;
+}
+
+Interval range_of(const Channel& channel, const Circumstance& circumstance) {
+  const Eigen::VectorXd values = used_rows(channel, circumstance.value);
+  return {values.minCoeff(), values.maxCoeff()};
+}
+
+void add_motion(const Channel& channel, const Likelihood& fitted, const physics::Plant& given,
+                LookedAt& out) {
+  const Circumstances circumstances = circumstances_of(channel, fitted, given);
+  const Channel all = with_rest(channel, fitted.tracks());
+  if (rows_in(all) == 0) return;
+  for (const Circumstance& c : circumstances.own) {
+    if (c.name == "position") {
+      out.position = range_of(all, c);
+      out.position_unit = c.unit;
+    } else if (c.name == "velocity") {
+      const Eigen::ArrayXd speed = used_rows(all, c.value).array().abs();
+      out.fastest = speed.maxCoeff();
+      out.rest_share =
+          (speed < kRestShare * std::sqrt(speed.square().mean())).cast<double>().mean();
+    } else if (c.name == "load" && channel.kind != ChannelKind::kLaw) {
+      out.load = range_of(all, c);
+    }
+  }
+  // A command is compared with its law as a whole.
+  if (channel.kind == ChannelKind::kLaw) return;
+  for (const auto* list : {&circumstances.own, &circumstances.others})
+    for (const Circumstance& c : *list) out.circumstances.push_back(c.name);
+}
+
+LookedAt looked_at(const Channel& channel, const Channel* held_out, const Likelihood& fitted,
+                   const physics::Plant& given) {
+  const physics::Joint& joint = given.joints[channel.joint];
+  LookedAt out;
+  out.joint = joint.name;
+  out.stage = stage_of(channel);
+  out.held_out_rows = held_out != nullptr ? rows_in(*held_out) : 0;
+  out.rows = rows_in(channel) + out.held_out_rows;
+  out.band_hz = band_of(fitted);
+  out.effort_unit = joint.kind == physics::JointKind::kPrismatic ? "N" : "N_m";
+  add_motion(channel, fitted, given, out);
+  return out;
+}
+
+const Channel* same_channel(const Channel& channel, const Likelihood* others) {
+  if (others == nullptr) return nullptr;
+  for (const Channel& other : others->channels())
+    if (other.joint == channel.joint && other.kind == channel.kind) return &other;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string why_not(const Likelihood& fitted, std::size_t joint, std::string_view stage) {
+  const bool drive = fitted.has(joint, ChannelKind::kDrive);
+  const bool position = fitted.has(joint, ChannelKind::kPosition);
+  if (stage == "command")
+    return "the recording or the plant lacks the command's inputs, its output or its control law";
+  if (!drive && !position)
+    return "the recording holds too few of this joint's positions and efforts";
+  if (stage == "drive" ? drive : position) return "no row of its signals can be compared";
+  return stage == "drive"
+             ? "no drive effort was recorded, so friction and load of the drive cannot be seen"
+             : "no joint_truth was recorded, so nothing behind the motor can be seen";
+}
+
+void add_looked_at(const Likelihood& fitted, const Likelihood* held_out,
+                   const physics::Plant& given, Report& report) {
+  for (const Channel& channel : fitted.channels())
+    if (rows_in(channel) > 0)
+      report.looked_at.push_back(
+          looked_at(channel, same_channel(channel, held_out), fitted, given));
+  constexpr std::array<std::string_view, 3> kStages = {"command", "drive", "transmission"};
+  for (std::size_t j = 0; j < given.joints.size(); ++j) {
+    const std::string& name = given.joints[j].name;
+    for (const std::string_view stage : kStages) {
+      const bool seen =
+          std::any_of(report.looked_at.begin(), report.looked_at.end(),
+                      [&](const LookedAt& l) { return l.joint == name && l.stage == stage; });
+      if (!seen)
+        report.not_looked_at.push_back({name, std::string(stage), why_not(fitted, j, stage)});
+    }
+  }
+}
+
+}  // namespace ravencal::diagnose

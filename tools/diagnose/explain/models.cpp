@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/explain/models.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "diagnose/findings/policy.hpp"
+
+namespace ravencal::diagnose {
+
+std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary) {
+  std::set<std::size_t> out;
+  for (const std::size_t c : model.chosen)
+    if (vocabulary.candidates[c].opens) out.insert(*vocabulary.candidates[c].opens);
+  return out;
+}
+
+physics::Plant plant_of(const Model& model, const Likelihood& training) {
+  physics::Plant plant = model.state_for(training).plant;
+  plant.hash = 0;  // no file has these bytes
+  for (const Routing& routing : routings_of(model, training)) {
+    physics::Joint& joint = plant.joints[*plant.joint_index(routing.joint)];
+    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
+      if (routing.through == physics::through_word(through)) joint.coupling_through = through;
+  }
+  return plant;
+}
+
+std::vector<Routing> routings_of(const Model& model, const Likelihood& training) {
+  std::vector<Routing> out;
+  const physics::Plant& plant = training.base().plant;
+  const std::vector<const Parameter*> free = model.free();
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    const Parameter& share = *free[k];
+    if (share.reaches != Reaches::kRouting) continue;
+    Routing routing{plant.joints[share.joint].name, "unknown"};
+    const auto i = static_cast<Eigen::Index>(k);
+    const double deviation = std::sqrt(model.judgement.covariance(i, i));
+    routing.link = 0.5 * std::erfc((0.5 - share.value()) / (deviation * std::sqrt(2.0)));
+    routing.drive = 1.0 - routing.link;
+    if (routing.link >= kCredible) routing.through = physics::through_word(physics::Through::kLink);
+    if (routing.drive >= kCredible)
+      routing.through = physics::through_word(physics::Through::kDrive);
+    out.push_back(std::move(routing));
+  }
+  for (std::size_t j = 0; j < plant.joints.size(); ++j) {
+    const physics::Joint& joint = plant.joints[j];
+    if (!joint.coupling_through || !physics::coupled(plant, j)) continue;
+    const bool link = *joint.coupling_through == physics::Through::kLink;
+    out.push_back({joint.name, std::string(physics::through_word(*joint.coupling_through)), true,
+                   link ? 1.0 : 0.0, link ? 0.0 : 1.0});
+  }
+  return out;
+}
+
+Models models_of(const physics::Plant& given, const Likelihood& training,
+                 const Vocabulary& vocabulary, const Search& search) {
+  const Model& best = search.best();
+  Models out{given, training, vocabulary, search, best, best, {}};
+  hold_uncertain(training, opened_by(best, vocabulary), out.written);
+  judge(training, search.dispersion(), 0.0, out.written);
+  out.improved = plant_of(out.written, training);
+  return out;
+}
+
+}  // namespace ravencal::diagnose

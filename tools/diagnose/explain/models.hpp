@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the search found, as the parts of a report take it.
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "diagnose/explain/view.hpp"
+#include "diagnose/findings/findings.hpp"
+#include "diagnose/search/search.hpp"
+
+namespace ravencal::diagnose {
+
+struct Models {
+  const physics::Plant& given;
+  const Likelihood& training;
+  const Vocabulary& vocabulary;
+  const Search& search;
+  const Model& best;  ///< of the search: intervals and probabilities come from it
+  Model written;      ///< the same with the numbers that stay the plant's: values come from it
+  physics::Plant improved;
+};
+
+/// `search` has run; all must outlive the result.
+Models models_of(const physics::Plant& given, const Likelihood& training,
+                 const Vocabulary& vocabulary, const Search& search);
+
+/// Places of the numbers that a model opens.
+std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary);
+
+/// The plant that a model describes, whatever circumstances its recordings have.
+physics::Plant plant_of(const Model& model, const Likelihood& training);
+
+/// Named effects with values, intervals and probabilities, shapes without a name, and numbers that
+/// moved within their tolerance. `rows`: those of the view.
+void add_effects(const Models& models, const View& view, Report& report);
+
+/// Which way each cable runs that other joints move.
+std::vector<Routing> routings_of(const Model& model, const Likelihood& training);
+
+/// Every word of the vocabulary that is not named, with its limit or why there is none; and the
+/// candidates of the last screen.
+void add_not_found(const Models& models, Report& report);
+void add_candidates(const Models& models, std::uint64_t seed, Report& report);
+
+}  // namespace ravencal::diagnose

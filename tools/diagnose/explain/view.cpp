@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/explain/view.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace ravencal::diagnose {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+/// Takes off the mean over the used rows of each recording.
+std::optional<double> take_constants(const Channel& channel, ByRecording& residuals) {
+  double squares = 0.0, recordings = 0.0;
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    const std::vector<Index>& used = channel.used[r];
+    if (used.empty()) continue;
+    const double constant = residuals[r](used).mean();
+    residuals[r].array() -= constant;
+    squares += constant * constant;
+    recordings += 1.0;
+  }
+  if (recordings == 0.0) return std::nullopt;
+  return std::sqrt(squares / recordings);
+}
+
+}  // namespace
+
+Left left_by(const State& state, const Likelihood& rows) {
+  Left left{rows.residuals(state, rows.outcome(state)), {}};
+  left.drawn_constant.resize(rows.channels().size());
+  for (std::size_t c = 0; c < rows.channels().size(); ++c) {
+    const Channel& channel = rows.channels()[c];
+    const physics::Joint& joint = rows.base().plant.joints[channel.joint];
+    const bool drawn = joint.parameter("homing_offset", "deviation") > 0.0;
+    if (drawn && channel.kind == ChannelKind::kPosition)
+      left.drawn_constant[c] = take_constants(channel, left.residuals[c]);
+  }
+  return left;
+}
+
+View view_of(const physics::Plant& given, const physics::Plant& improved, const Likelihood& rows,
+             bool held_out, const State* recorder) {
+  State state = rows.base();
+  Left before = left_by(state, rows);
+  state.plant = improved;
+  Left after = left_by(state, rows);
+  View view{given,
+            improved,
+            rows,
+            held_out,
+            std::move(before.residuals),
+            std::move(after.residuals),
+            std::move(before.drawn_constant),
+            {}};
+  if (recorder != nullptr) {
+    state.circumstances = recorder->circumstances;
+    view.beside_recorder = left_by(state, rows).residuals;
+  } else {
+    view.beside_recorder = view.after;
+  }
+  return view;
+}
+
+VectorXd used_rows(const Channel& channel, const ByRecording& values) {
+  Index count = 0;
+  for (const auto& used : channel.used) count += static_cast<Index>(used.size());
+  VectorXd out(count);
+  Index at = 0;
+  for (std::size_t r = 0; r < values.size(); ++r) {
+    const auto size = static_cast<Index>(channel.used[r].size());
+    out.segment(at, size) = values[r](channel.used[r]);
+    at += size;
+  }
+  return out;
+}
+
+double rms(const Channel& channel, const ByRecording& values) {
+  const VectorXd rows = used_rows(channel, values);
+  return rows.size() > 0 ? std::sqrt(rows.squaredNorm() / static_cast<double>(rows.size())) : 0.0;
+}
+
+std::string stage_of(const Channel& channel) {
+  switch (channel.kind) {
+    case ChannelKind::kPosition:
+      return channel.tracking ? "drive" : "transmission";  // it is the drive that lags
+    case ChannelKind::kDrive:
+      return "drive";
+    case ChannelKind::kLaw:
+      break;
+  }
+  return "command";
+}
+
+std::string unit_of(const Channel& channel, const physics::Plant& plant) {
+  const bool prismatic = plant.joints[channel.joint].kind == physics::JointKind::kPrismatic;
+  if (channel.kind == ChannelKind::kPosition) return prismatic ? "m" : "rad";
+  return prismatic ? "N" : "N_m";
+}
+
+}  // namespace ravencal::diagnose

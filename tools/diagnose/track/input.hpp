@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is asked of the recordings before anything is made of them, and what must be said of them:
+// nothing is taken for granted, left out or replaced in silence.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "physics/plant.hpp"
+#include "record/recording.hpp"
+
+namespace ravencal::diagnose {
+
+using Recordings = std::vector<record::Recording>;
+
+/// Name of the recording's file without its folder.
+std::string file_name(const record::Recording& recording);
+
+/// From its first row to its last; 0 without rows.
+double recorded_s(const record::Recording& recording);
+
+/// A sensor's or another motor's effort, which may load any joint.
+bool is_effort_of_no_joint(const record::Channel& channel);
+
+/// True for what a diagnosis may use: channels of the plant's joints, loads and sensors' efforts.
+/// A robot's recording has hundreds of others, which need not be read.
+bool looks_at(const record::Channel& channel, const physics::Plant& plant);
+
+/// Every role in a unit in which the plant can take it, every load from outside that the plant
+/// names, and `held_out_from_s` within a recording. Errors: kUsage, kData.
+core::Status check_input(const Recordings& training, const Recordings& held_out,
+                         const physics::Plant& plant, std::optional<double> held_out_from_s);
+
+/// What was assumed of the recordings: times, unreadable rows, recordings that end before
+/// `held_out_from_s`.
+std::vector<std::string> input_notes(const Recordings& training, const Recordings& held_out,
+                                     std::optional<double> held_out_from_s);
+
+/// "one (joint_estimate, drive_torque), two (joint_estimate)": what the recordings have of each
+/// joint; "nothing of any joint" if there is none.
+std::string recorded_joints(const Recordings& training);
+
+}  // namespace ravencal::diagnose

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/vocabulary/untestable.hpp"
+
+#include <array>
+#include <numbers>
+#include <string_view>
+
+namespace ravencal::diagnose {
+namespace {
+
+/// What a recording or a plant lacks where it is true.
+struct Lack {
+  std::string_view id;
+  bool (*lacks)(const Scales& scales, const physics::Plant& plant);
+  std::string_view because;
+};
+
+bool no_load(const Scales& s, const physics::Plant& plant) {
+  return s.weight_load <= 0.0 && plant.joints[s.joint].parameter("joint_friction", "level") <= 0.0;
+}
+bool no_known_load(const Scales& s, const physics::Plant&) { return s.weight_load <= 0.0; }
+bool no_weight(const Scales& s, const physics::Plant&) { return !s.weight; }
+bool no_law(const Scales& s, const physics::Plant&) { return !s.law; }
+bool no_period(const Scales& s, const physics::Plant& plant) {
+  return plant.joints[s.joint].reduction * s.range < 2.0 * std::numbers::pi;
+}
+bool always(const Scales&, const physics::Plant&) { return true; }
+
+constexpr std::array kLacks = {
+    Lack{"compliance", no_load, "the load on this joint never changes"},
+    Lack{"creep", no_load, "the load on this joint never changes"},
+    Lack{"load_dependent_friction", no_known_load,
+         "the plant's links have no weight, so the load is not known"},
+    Lack{"eccentricity", no_period, "not one period of any pulley was passed"},
+    Lack{"torque_ripple", no_period, "not one period of any pulley was passed"},
+    Lack{"payload", no_weight, "the plant does not say where a payload would hang"},
+    Lack{"saturation", no_law,
+         "record the desired position, and state the controller in the plant: a limit shows where "
+         "less is delivered than was asked for"},
+    Lack{"controller_gain", no_law,
+         "the recording or the plant lacks the command's inputs, its output or its control law"},
+    Lack{"input_disturbance", no_law,
+         "the recording or the plant lacks the command's inputs, its output or its control law"},
+    Lack{"flexible_mode", always,
+         "channels are compared below 3 Hz, where links do not ring on their cables"},
+};
+
+}  // namespace
+
+std::string why_untestable(const std::string& id, const Scales& scales,
+                           const physics::Plant& plant) {
+  for (const Lack& lack : kLacks)
+    if (lack.id == id && lack.lacks(scales, plant)) return std::string(lack.because);
+  return {};
+}
+
+}  // namespace ravencal::diagnose
