@@ -145,25 +145,60 @@ TEST(DiagnoseExplain, NamesAConstantOfTheDriveInABriefRecording) {
   EXPECT_NEAR(explained->report.effects[0].parameters[0].value, 0.3, 0.06);
 }
 
-/// The gain of a servo is a setting: where it differs between recordings the plant's law made none
-/// of them, and nothing is concluded from it.
-TEST(DiagnoseExplain, ComparesNoLawWhoseGainDiffersBetweenRecordings) {
+physics::Plant servoed_plant() {
   physics::Plant plant = plant_of("");
   physics::Controller controller;
   controller.kp_n_m_per_rad = 1.0;
-  controller.kd_n_m_s_per_rad = 0.01;
   plant.joints[0].controller = controller;
-  const auto servoed = [&](double gain) {
-    record::Recording r = recording_of(plant, 1);
-    r.channels.push_back({"desired", "rad", Role::kDesiredPosition, "one"});
-    r.samples.conservativeResize(Eigen::NoChange, 4);
-    const double law = gain * plant.joints[0].reduction * plant.joints[0].reduction /
-                       plant.joints[0].gearbox_ratio;
-    r.samples.col(3) = r.samples.col(0) / plant.joints[0].reduction + r.samples.col(1) / law;
-    return r;
+  return plant;
+}
+
+/// With a desired position of which the plant's law, times `gain`, makes the recorded effort.
+record::Recording servoed(const physics::Plant& plant, record::Recording r, double gain) {
+  const physics::Joint& joint = plant.joints[0];
+  const double law = gain * joint.reduction * joint.reduction / joint.gearbox_ratio;
+  r.channels.push_back({"desired", "rad", Role::kDesiredPosition, "one"});
+  r.samples.conservativeResize(Eigen::NoChange, 4);
+  r.samples.col(3) = r.samples.col(0) / joint.reduction +
+                     r.samples.col(1) * (joint.reduction / joint.gearbox_ratio) / law;
+  return r;
+}
+
+/// What is recorded is what was asked of the drive, which delivered what the motion needed.
+TEST(DiagnoseExplain, NamesTheLimitOfADriveThatWasAskedForMore) {
+  const physics::Plant plant = servoed_plant();
+  constexpr double kAsked_n_m = 3.0, kDelivered_n_m = 1.2;
+  const double to_joint = plant.joints[0].reduction / plant.joints[0].gearbox_ratio;
+  double most_n_m = 0.0;
+  const auto limited = [&](unsigned seed) {
+    record::Recording r = recording_of(plant, seed);
+    for (double& effort : r.samples.col(1)) {
+      most_n_m = std::max(most_n_m, effort * to_joint);
+      if (effort * to_joint > kDelivered_n_m) effort = kAsked_n_m / to_joint;
+    }
+    return servoed(plant, std::move(r), 1.0);
   };
+  const auto explained = explain({limited(1)}, {limited(2)}, plant, {});
+  ASSERT_TRUE(explained.ok()) << explained.error().message;
+  const std::vector<NamedEffect>& effects = explained->report.effects;
+  const auto effect = std::find_if(effects.begin(), effects.end(),
+                                   [](const NamedEffect& e) { return e.id == "saturation"; });
+  ASSERT_NE(effect, effects.end());
+  ASSERT_EQ(effect->parameters.size(), 1U);
+  EXPECT_EQ(effect->parameters[0].name, "limit");
+  EXPECT_GT(effect->parameters[0].value, kDelivered_n_m);
+  EXPECT_LT(effect->parameters[0].value, most_n_m);
+  EXPECT_LT(effect->held_out_after, 0.5 * effect->held_out_before);
+}
+
+/// The gain of a servo is a setting: where it differs between recordings the plant's law made none
+/// of them, and nothing is concluded from it.
+TEST(DiagnoseExplain, ComparesNoLawWhoseGainDiffersBetweenRecordings) {
+  const physics::Plant plant = servoed_plant();
   const auto has_law = [&](double first, double second) {
-    auto tracks = make_tracks({servoed(first), servoed(second)}, {}, plant, {});
+    auto tracks = make_tracks({servoed(plant, recording_of(plant, 1), first),
+                               servoed(plant, recording_of(plant, 2), second)},
+                              {}, plant, {});
     EXPECT_TRUE(tracks.ok()) << (tracks.ok() ? "" : tracks.error().message);
     return Likelihood(plant, std::move(tracks->training)).has(0, ChannelKind::kLaw);
   };

@@ -30,6 +30,8 @@ constexpr double kSlowestEffortNoise_s = 1.5;
 /// is one whose gain differs between recordings by more than this factor.
 constexpr double kLeastExplained = 0.75;
 constexpr double kMostGainRatio = 1.2;
+/// Of a signal, what no recording resolves: 20 bits.
+constexpr double kLeastNoise = 1e-6;
 /// The scale of the noise is at least this share of the innovations' RMS; a law is no physics.
 constexpr double kLeastScale = 0.5;
 constexpr double kLeastLawScale = 0.9;
@@ -213,9 +215,8 @@ const VectorXd& Likelihood::part_of(const Channel& channel, const State& state,
   if (limit <= 0.0 || outcome.commands[r][j].size() == 0) return prediction.effort[j];
   // What is recorded is what was asked of the drive; it delivers no more than its limit.
   const VectorXd& asked = outcome.commands[r][j];
-  scratch = prediction.effort[j];
-  for (Index i = 0; i < scratch.size(); ++i)
-    if (std::abs(asked[i]) > limit) scratch[i] += state.laws[j].saturated * (asked[i] - scratch[i]);
+  scratch = prediction.effort[j] +
+            state.laws[j].saturated * (asked - asked.cwiseMax(-limit).cwiseMin(limit));
   return scratch;
 }
 
@@ -330,7 +331,10 @@ void Likelihood::estimate_noise(const State& state) {
     channel.noise = diagnose::estimate_noise(
         rows, values, channel.kind == ChannelKind::kLaw ? kLeastLawScale : kLeastScale,
         channel.kind == ChannelKind::kPosition ? kSlowestEncoderNoise_s : kSlowestEffortNoise_s);
-    channel.floor = floor_of(channel.rows, left[c]);
+    // Recordings of simulations may hold a law to the last bit.
+    const double least = kLeastNoise * floor_of(channel.rows, channel.measured);
+    channel.noise.deviation = std::max(channel.noise.deviation, least);
+    channel.floor = std::max(floor_of(channel.rows, left[c]), least);
     for (std::size_t r = 0; r < tracks_.size(); ++r)
       channel.whiteners[r] = Whitener(channel.rows[r], channel.noise);
   }

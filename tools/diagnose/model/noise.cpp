@@ -20,6 +20,7 @@ constexpr std::array kRatios = {0.1, 0.4, 1.5, 6.0, 30.0, 300.0};
 constexpr double kFreedom = 4.0;  // of the Student t
 constexpr int kScaleRounds = 6;
 constexpr std::size_t kFewestInnovations = 50;
+constexpr double kLeastScaleValue = 1e-15;  // of signals without any noise
 /// Deviation over the scale of the Student t, trimmed as Huber's loss trims it.
 constexpr double kPerScale = 1.15;
 
@@ -34,12 +35,12 @@ Scale scale_of(const std::vector<double>& innovations, double log_scale, double 
   for (const double e : innovations) squares += e * e;
   const double least = least_share * std::sqrt(squares / count);
   Scale scale;
-  scale.value = std::max(core::normal_deviation(innovations) + 1e-15, least);
+  scale.value = std::max({core::normal_deviation(innovations), least, kLeastScaleValue});
   for (int round = 0; round < kScaleRounds; ++round) {
     double sum = 0.0;
     for (const double e : innovations)
       sum += (kFreedom + 1.0) * e * e / (kFreedom + e * e / (scale.value * scale.value));
-    scale.value = std::max(std::sqrt(sum / count), least);
+    scale.value = std::max({std::sqrt(sum / count), least, kLeastScaleValue});
   }
   scale.minus_log_likelihood = count * std::log(scale.value) + log_scale;
   for (const double e : innovations)

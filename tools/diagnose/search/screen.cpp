@@ -59,7 +59,12 @@ class Screen {
   [[nodiscard]] Test test(const Candidate& candidate, std::size_t number, std::size_t start) const {
     const auto count = static_cast<Index>(candidate.sizes.size());
     MatrixXd columns = columns_of(candidate, start);
-    Test out{{number, start, 0.0, 0.0, 1.0, {}}, false, {}, 0.0, columns.col(0).squaredNorm()};
+    if (!candidate.sizes.front().said) return test_whole(candidate, number, start, columns.col(0));
+    columns = at_.root_weights.asDiagonal() * columns;
+    Test out;
+    out.hit.candidate = number;
+    out.hit.start = start;
+    out.whole = columns.col(0).squaredNorm();
     const MatrixXd taken = inverse_ * (weighted_.transpose() * columns);
     columns.noalias() -= weighted_ * taken;
     MatrixXd curvature = columns.transpose() * columns;
@@ -92,6 +97,28 @@ class Screen {
     const bool at_moments =
         candidate.kind == CandidateKind::kJump || candidate.kind == CandidateKind::kTone;
     if (!at_moments) out.scores = std::move(scores);
+    return out;
+  }
+
+  /// What holds or does not: rows that it makes outliers say nothing to first order, so that the
+  /// whole of it is tried.
+  [[nodiscard]] Test test_whole(const Candidate& candidate, std::size_t number, std::size_t start,
+                                const VectorXd& column) const {
+    const double x = candidate.sizes.front().high;
+    Test out;
+    out.hit.candidate = number;
+    out.hit.start = start;
+    out.hit.sizes.setConstant(1, x);
+    out.curvature = out.whole = 1.0;
+    MatrixXd gains = MatrixXd::Zero(likelihood_.block_count(), 1);
+    for (Index i = 0; i < column.size(); ++i)
+      gains(likelihood_.blocks()[static_cast<std::size_t>(i)], 0) +=
+          huber_loss(at_.innovations[i]) - huber_loss(at_.innovations[i] - x * column[i]);
+    out.hit.gain = gains.sum();
+    out.fits = out.hit.gain > 0.0;
+    if (!out.fits) return out;
+    out.scores = gains / gains.norm();
+    out.hit.statistic = statistic_of(VectorXd::Ones(gains.rows()), out.scores);
     return out;
   }
 
@@ -169,11 +196,12 @@ class Screen {
     State state = at_.state;
     for (std::size_t f = 0; f < candidate.forms.size(); ++f)
       candidate.forms[f].set(state, candidate.starts[start][f]);
+    for (const Parameter& size : candidate.sizes) size.set(state, size.nominal);
     MatrixXd columns(likelihood_.rows(), static_cast<Index>(candidate.sizes.size()));
     for (std::size_t a = 0; a < candidate.sizes.size(); ++a)
       likelihood_.add_column(state, at_.outcome, candidate.sizes[a], candidate.sizes[a].step,
                              columns.col(static_cast<Index>(a)));
-    return at_.root_weights.asDiagonal() * columns;
+    return columns;
   }
 
   [[nodiscard]] MatrixXd block_scores(const MatrixXd& columns, const VectorXd& held_back) const {
@@ -206,11 +234,13 @@ struct Start {
 };
 
 /// Every start of what has sizes and is not in the model, by candidates.
-std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary) {
+std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary,
+                             std::optional<std::size_t> joint) {
   std::vector<Start> out;
   for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
     const Candidate& candidate = vocabulary.candidates[c];
     if (model.chosen.contains(c) || candidate.opens) continue;
+    if (joint && candidate.joint != *joint) continue;
     for (std::size_t s = 0; s < candidate.start_count(); ++s) out.push_back({c, s});
   }
   return out;
@@ -219,9 +249,10 @@ std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary) {
 }  // namespace
 
 std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
-                        const Vocabulary& vocabulary, std::uint64_t seed) {
+                        const Vocabulary& vocabulary, std::uint64_t seed,
+                        std::optional<std::size_t> joint) {
   Screen screen(likelihood, model);
-  const std::vector<Start> starts = starts_of(model, vocabulary);
+  const std::vector<Start> starts = starts_of(model, vocabulary, joint);
   std::vector<Screen::Test> tests(starts.size());
   core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
     const Start& start = starts[i];
@@ -230,7 +261,9 @@ std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
   for (Screen::Test& test : tests) screen.add(std::move(test));
   for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
     const Candidate& candidate = vocabulary.candidates[c];
-    if (candidate.opens && !model.chosen.contains(c)) screen.test_number(candidate, c, model);
+    const bool wanted = !joint || candidate.joint == *joint;
+    if (wanted && candidate.opens && !model.chosen.contains(c))
+      screen.test_number(candidate, c, model);
   }
   screen.judge_chance(seed);
   return screen.best();
@@ -247,7 +280,7 @@ std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
 std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,
                                     const Vocabulary& vocabulary) {
   const Screen screen(likelihood, model);
-  const std::vector<Start> starts = starts_of(model, vocabulary);
+  const std::vector<Start> starts = starts_of(model, vocabulary, {});
   std::vector<Resolution> all(starts.size());
   core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
     const Start& start = starts[i];

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "diagnose/model/model.hpp"
@@ -24,9 +26,10 @@ struct Hit {
 };
 
 /// The best start of each candidate, the greatest gain first. Chance by flipping the signs of
-/// blocks, maximum over the candidates (Romano and Wolf 2005).
+/// blocks, maximum over the candidates (Romano and Wolf 2005). `joint`: of that one only.
 std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
-                        const Vocabulary& vocabulary, std::uint64_t seed);
+                        const Vocabulary& vocabulary, std::uint64_t seed,
+                        std::optional<std::size_t> joint = {});
 
 /// One candidate alone, without chance; nothing where no start fits.
 std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,

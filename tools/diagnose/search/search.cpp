@@ -21,7 +21,7 @@ constexpr std::size_t kNarrow = 2;
 /// Models this close to the best are expanded as well, so many of them.
 constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
-constexpr std::size_t kMostEffects = 4;  // of one joint
+constexpr std::ptrdiff_t kMostEffects = 4;  // of one joint
 constexpr std::size_t kKeptModels = 5;
 constexpr double kMostDispersion = 4.0;
 /// Chance of a candidate over all candidates, below which a small gain is tried as well.
@@ -150,14 +150,14 @@ bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>&
   return held < kMostShapes && shapes.insert(kind.substr(0, kind.find(" at "))).second;
 }
 
-void Search::expand(const Key& key, std::size_t most) {
+void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t> joint) {
   seen_[key].expanded = true;
   const Model model = seen_[key].model;
   aim(training_, held_out_, model, vocabulary_);
   std::set<std::string> shapes;
   std::map<std::size_t, std::pair<double, Hit>> of_joint;  // gained, by which
   std::size_t tried = 0;
-  for (Hit& hit : screen(training_, model, vocabulary_, seed_)) {
+  for (Hit& hit : screen(training_, model, vocabulary_, seed_, joint)) {
     if (tried == most || !go_on_()) break;
     if (!worth_trying(hit, key, shapes)) continue;
     ++tried;
@@ -195,7 +195,12 @@ void Search::try_without(const Key& key) {
     Key smaller = key;
     smaller.erase(candidate);
     if (!seen_.contains(smaller)) consider(without(model, vocabulary_, candidate));
-    if (!seen_[smaller].expanded && key.size() < kMostEffects) expand(smaller, kNarrow);
+    // In its place something else of the same joint may be there.
+    const std::size_t joint = vocabulary_.candidates[candidate].joint;
+    const auto beside = std::count_if(smaller.begin(), smaller.end(), [&](std::size_t c) {
+      return vocabulary_.candidates[c].joint == joint;
+    });
+    if (!seen_[smaller].expanded && beside + 1 < kMostEffects) expand(smaller, kNarrow, joint);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -50,7 +51,7 @@ class Search {
   };
 
   void start();
-  void expand(const Key& key, std::size_t most);
+  void expand(const Key& key, std::size_t most, std::optional<std::size_t> joint = {});
   void add_all(const Model& model, const std::map<std::size_t, std::pair<double, Hit>>& of_joint);
   void try_without(const Key& key);
   void judge_anew();

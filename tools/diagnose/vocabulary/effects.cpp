@@ -19,7 +19,7 @@ constexpr double kHarmonics[] = {1.0, 2.0, 3.0};
 constexpr double kFewestPeriods = 1.0;
 /// Shares of the greatest recorded effort at which a limit is tried, and the least share of it that
 /// counts as one.
-constexpr double kLimits[] = {0.3, 0.5, 0.7, 0.85, 0.95, 1.0};
+constexpr double kLimits[] = {0.03, 0.06, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95};
 constexpr double kLeastHeld = 0.5;
 /// Deviations of the logarithm of forms: widths, times, speeds.
 constexpr double kFormDeviation = 1.0;

@@ -205,8 +205,11 @@ void Run::watch_motion() {
     const Heard heard = watch_->heard();
     if (!keep_going_()) watch_->stop(StopReason::kUser, "ended by the user");
     if (!ros::ok()) watch_->stop(StopReason::kReplaced, "another node took the name ravencal_run");
-    if (!arguments_.no_encoders && standing.phase == Phase::kMoving &&
-        heard.readings_silent_s > std::max(kReadingsStaleS, arguments_.stale_s)) {
+    const double longest_s = std::max(kReadingsStaleS, arguments_.stale_s);
+    // Where states are silent as well, the control process is gone and with it the readings.
+    const bool states_come = heard.silent_s < 0.5 * longest_s;
+    if (!arguments_.no_encoders && standing.phase == Phase::kMoving && states_come &&
+        heard.readings_silent_s > longest_s) {
       watch_->stop(
           StopReason::kStale,
           fmt::format("no reading of the external encoders for {:.1f} s", heard.readings_silent_s));
