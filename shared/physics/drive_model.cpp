@@ -22,6 +22,8 @@ DriveNumbers<double> drive_numbers(const Joint& joint, double inertia, double le
   n.ripple = joint.parameter("torque_ripple", "amplitude");
   n.ripple_order = joint.parameter("torque_ripple", "order");
   n.ripple_phase = joint.parameter("torque_ripple", "phase");
+  n.weight = joint.parameter("gravity", "amplitude");
+  n.weight_phase = joint.parameter("gravity", "phase");
   n.offset = joint.parameter("effort_offset", "offset");
   return n;
 }

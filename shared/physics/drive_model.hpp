@@ -28,6 +28,8 @@ struct DriveNumbers {
   T ripple{0.0};
   T ripple_order{0.0};
   T ripple_phase{0.0};
+  T weight{0.0};  ///< of what no link states
+  T weight_phase{0.0};
   T offset{0.0};  ///< constant part of the effort asked that moves nothing
 };
 
@@ -106,6 +108,7 @@ void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double
   T push = (1.0 + n.torque_ratio) * (effort - n.offset) - load - n.asymmetry * abs(v) -
            n.asymmetric_level * abs(state.bristle) - level * state.bristle / yielding;
   if (n.ripple != T(0.0)) push -= n.ripple * sin(n.ripple_order * state.position + n.ripple_phase);
+  if (n.weight != T(0.0)) push -= n.weight * sin(state.position + n.weight_phase);
   const T drag = n.viscous + level * dt_s / (n.presliding * yielding);
   state.velocity = (v + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
   const T moved = state.velocity * dt_s / n.presliding;

@@ -48,6 +48,27 @@ VectorXd DriveKinematics::motors_of(const VectorXd& joints_ji) const {
   return of_motor.inverse() * (joints_ji - of_joint * joints_ji);
 }
 
+VectorXd homed_constants(const Plant& plant, const DriveKinematics& kinematics) {
+  const auto joints = static_cast<Index>(plant.joints.size());
+  VectorXd believed = VectorXd::Zero(joints);
+  VectorXd shown = VectorXd::Zero(joints);
+  VectorXd motors = VectorXd::Zero(joints);
+  for (Index j = 0; j < joints; ++j) {
+    const auto row = static_cast<std::size_t>(j);
+    if (const std::optional<Homing>& homing = plant.joints[row].homing) {
+      believed[j] = homing->stop_controller_ji;
+      shown[j] = homing->stop_encoder_ji;
+    }
+    motors[j] = believed[j];
+    for (Index k = 0; k < j; ++k)
+      motors[j] -= plant.coupling[row][static_cast<std::size_t>(k)] * believed[k];
+  }
+  VectorXd constants = shown - kinematics.of_motor * motors - kinematics.of_joint * shown;
+  for (Index j = 0; j < joints; ++j)
+    if (!plant.joints[static_cast<std::size_t>(j)].homing) constants[j] = 0.0;
+  return constants;
+}
+
 double WanderingFriction::step(double velocity, double dt_s, double load) {
   if (level <= 0.0) return 0.0;
   const double scale =
@@ -93,12 +114,15 @@ DriveLosses drive_losses(const Joint& joint) {
   losses.ripple = joint.parameter("torque_ripple", "amplitude");
   losses.ripple_order = joint.parameter("torque_ripple", "order");
   losses.ripple_phase = joint.parameter("torque_ripple", "phase");
+  losses.weight = joint.parameter("gravity", "amplitude");
+  losses.weight_phase = joint.parameter("gravity", "phase");
   return losses;
 }
 
 double DriveLosses::drag(double position, double velocity) const {
   double effort = viscous * velocity + asymmetry * std::abs(velocity);
   if (ripple != 0.0) effort += ripple * std::sin(ripple_order * position + ripple_phase);
+  if (weight != 0.0) effort += weight * std::sin(position + weight_phase);
   return effort;
 }
 

@@ -31,6 +31,11 @@ struct DriveKinematics {
 DriveKinematics drive_kinematics(const Plant& plant,
                                  const std::vector<std::optional<double>>& link_shares = {});
 
+/// What homing adds to the positions that `kinematics` gives for believed ones, [joints]: at its
+/// stop a joint is where the external encoder has the stop, and the controller takes it for
+/// elsewhere. 0 for a joint that does not home. The seat of a homing (homing_offset) comes on top.
+Eigen::VectorXd homed_constants(const Plant& plant, const DriveKinematics& kinematics);
+
 /// Dry friction whose level wanders about its mean.
 struct WanderingFriction {
   BristleFriction bristle;
@@ -63,6 +68,8 @@ struct DriveLosses {
   double ripple = 0.0;        ///< amplitude, against the motion
   double ripple_order = 0.0;  ///< rad per joint unit
   double ripple_phase = 0.0;  ///< rad
+  double weight = 0.0;        ///< of what no link states, at a joint that is level: N m
+  double weight_phase = 0.0;  ///< rad
 
   /// Effort against the motion that depends on position and velocity alone.
   [[nodiscard]] double drag(double position, double velocity) const;

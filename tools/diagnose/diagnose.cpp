@@ -303,8 +303,8 @@ core::Result<Report> diagnose(std::vector<record::Recording> training,
     RAVENCAL_ASSIGN_OR_RETURN(
         Explained explained,
         explain(training, held_out, plant,
-                {options.series.held_out_from_s, options.seed, std::move(options.simulated),
-                 options.placebos, options.threads, options.look}));
+                {options.series.held_out_from_s, options.alpha, options.seed,
+                 std::move(options.simulated), options.placebos, options.threads, options.look}));
     explained.report.recordings = seen(training, held_out);
     decide(explained.report, explained.notes);
     return std::move(explained.report);

@@ -60,6 +60,8 @@ constexpr ParameterSpec kLoadFriction[] = {{"load_share", Dimension::kRatio, tru
 constexpr ParameterSpec kTorqueRipple[] = {{"amplitude", Dimension::kEffort, true, Sign::kEither},
                                            {"order", Dimension::kOrder, true, Sign::kEither},
                                            {"phase", Dimension::kAngle, false, Sign::kEither}};
+constexpr ParameterSpec kGravity[] = {{"amplitude", Dimension::kEffort, true, Sign::kEither},
+                                      {"phase", Dimension::kAngle, false, Sign::kEither}};
 constexpr ParameterSpec kEffortOffset[] = {{"offset", Dimension::kEffort, true, Sign::kEither}};
 constexpr ParameterSpec kSaturation[] = {{"limit", Dimension::kEffort, true}};
 constexpr ParameterSpec kTorqueConstant[] = {{"ratio", Dimension::kRatio, true, Sign::kEither}};
@@ -68,7 +70,7 @@ constexpr ParameterSpec kThermalDrift[] = {{"final", Dimension::kPosition, false
                                            {"wander", Dimension::kPosition, false},
                                            {"wander_time", Dimension::kTime, false}};
 
-constexpr std::array<EffectSpec, 21> kSpecs = {{
+constexpr std::array<EffectSpec, 22> kSpecs = {{
     {"homing_offset", "the seat at the hard stop differs at each homing", kHomingOffset},
     {"gain_error", "the transmission ratio is not the one that the controller knows", kGainError},
     {"coupling", "another joint moves this one more than the controller knows", kCouplingError},
@@ -88,6 +90,7 @@ constexpr std::array<EffectSpec, 21> kSpecs = {{
      kLoadFriction},
     {"torque_constant", "the motor gives more or less torque than commanded", kTorqueConstant},
     {"torque_ripple", "the drive's effort waves over its position", kTorqueRipple},
+    {"gravity", "the links weigh more or less than the plant's", kGravity},
     {"effort_offset", "a constant effort acts on the drive", kEffortOffset},
     {"delay", "the joint follows late", kDelay},
     {"saturation", "the drive gives no more than its limit", kSaturation},

@@ -38,6 +38,8 @@ class Step {
     std::vector<std::optional<double>> link_shares;
     for (const JointCircumstances& c : circumstances) link_shares.push_back(c.link_share);
     kinematics_ = drive_kinematics(plant, link_shares);
+    homed_ = forced_.homed ? homed_constants(plant, kinematics_)
+                           : VectorXd(VectorXd::Zero(kinematics_.of_motor.rows()));
   }
 
   [[nodiscard]] const DriveKinematics& kinematics() const { return kinematics_; }
@@ -117,7 +119,7 @@ class Step {
 
   /// Position that the drive and the joints that the cable follows ask of the joint.
   [[nodiscard]] VectorXd asked_of(std::size_t j) const {
-    VectorXd asked = VectorXd::Zero(rows());
+    VectorXd asked = VectorXd::Constant(rows(), homed_[static_cast<Index>(j)]);
     for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
       const double of_motor = kinematics_.of_motor(static_cast<Index>(j), static_cast<Index>(k));
       if (of_motor != 0.0)
@@ -183,6 +185,7 @@ class Step {
   const std::vector<Motion>& links_;
   const std::vector<JointCircumstances>& circumstances_;
   DriveKinematics kinematics_;
+  VectorXd homed_;
 };
 
 /// The plant with none of its masses, or with its masses but no moments.
@@ -206,12 +209,15 @@ Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
       if (plant.coupling[j][k] != 0.0) believed_[j] += plant.coupling[j][k] * believed_[k];
   }
   const DriveKinematics kinematics = drive_kinematics(plant);
-  const MatrixXd through =
-      (MatrixXd::Identity(joints, joints) - kinematics.of_joint).inverse() * kinematics.of_motor;
+  const MatrixXd carried = (MatrixXd::Identity(joints, joints) - kinematics.of_joint).inverse();
+  const MatrixXd through = carried * kinematics.of_motor;
+  VectorXd homed = VectorXd::Zero(joints);
+  if (forced_.homed) homed = carried * homed_constants(plant, kinematics);
   links_.resize(plant.joints.size());
   for (Index j = 0; j < joints; ++j) {
     Motion& link = links_[static_cast<std::size_t>(j)];
-    link.q = link.v = link.a = VectorXd::Zero(forced_.t_s.size());
+    link.v = link.a = VectorXd::Zero(forced_.t_s.size());
+    link.q = VectorXd::Constant(forced_.t_s.size(), homed[j]);
     for (Index k = 0; k < joints; ++k) {
       const Motion& motor = forced_.motors[static_cast<std::size_t>(k)];
       if (through(j, k) == 0.0) continue;

@@ -27,6 +27,8 @@ struct ForcedMotion {
   std::vector<Eigen::VectorXd> external_loads{};
   /// A recorded load that an effect names; empty if there is none of that name.
   std::function<Eigen::VectorXd(const std::string&)> load{};
+  /// Motor positions count from the plant's stops, where homing found them.
+  bool homed = false;
 };
 
 /// A jump of the transmission: `size` (rad or m) from `t_s` on.

@@ -106,7 +106,7 @@ core::Result<Explained> explain(const std::vector<Recording>& training,
     tracks.notes.push_back(std::move(note));
   Vocabulary vocabulary = vocabulary_of(plant, fitted, elsewhere);
   Progress progress(options);
-  Search search(fitted, elsewhere, vocabulary, options.seed);
+  Search search(fitted, elsewhere, vocabulary, options.alpha, options.seed);
   search.run([&] { return progress.go_on(0.5 * kSearched, "models"); });
   RAVENCAL_RETURN_IF_ERROR(progress.status());
   if (elsewhere != nullptr) elsewhere->take_noise(fitted);

@@ -53,11 +53,39 @@ std::vector<Routing> routings_of(const Model& model, const Likelihood& training)
   return out;
 }
 
+namespace {
+
+/// The best model as a plant has it: no plant holds a shape without a name, so numbers and effects
+/// are fitted without any. The shapes then take what these leave.
+Model written_as(const Model& best, const Likelihood& training, const Vocabulary& vocabulary) {
+  Model plain = best;
+  Model written = best;
+  for (const std::size_t c : best.chosen)
+    if (vocabulary.candidates[c].unnamed()) plain = without(plain, vocabulary, c);
+  if (plain.chosen.size() < best.chosen.size()) {
+    fit(training, plain);
+    judge(training, 1.0, 0.0, plain);
+  }
+  hold_uncertain(training, opened_by(best, vocabulary), plain);
+  written.numbers = plain.numbers;
+  for (const auto& [c, parameters] : plain.effects) written.effects[c] = parameters;
+  if (plain.chosen.size() == best.chosen.size()) return written;
+  Model shapes = written;
+  for (Parameter& p : shapes.numbers) p.held = true;
+  for (const auto& [c, parameters] : plain.effects)
+    for (Parameter& p : shapes.effects[c]) p.held = true;
+  fit(training, shapes);
+  for (const std::size_t c : best.chosen)
+    if (vocabulary.candidates[c].unnamed()) written.effects[c] = shapes.effects[c];
+  return written;
+}
+
+}  // namespace
+
 Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search) {
   const Model& best = search.best();
-  Models out{given, training, vocabulary, search, best, best, {}};
-  hold_uncertain(training, opened_by(best, vocabulary), out.written);
+  Models out{given, training, vocabulary, search, best, written_as(best, training, vocabulary), {}};
   judge(training, search.dispersion(), 0.0, out.written);
   out.improved = plant_of(out.written, training);
   return out;

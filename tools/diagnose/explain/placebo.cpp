@@ -55,7 +55,7 @@ double false_alarm_rate(const Models& models, int placebos, std::uint64_t seed,
     placebo.use_threads(1);
     placebo.measure_anew(null, predicted, with_signs_drawn(innovations, training, own_seed));
     Vocabulary vocabulary = models.vocabulary;
-    Search search(placebo, nullptr, vocabulary, own_seed);
+    Search search(placebo, nullptr, vocabulary, models.search.alpha(), own_seed);
     search.run(going_on);
     alarm[i] = search.best().chosen.empty() ? 0 : 1;
     const std::lock_guard<std::mutex> lock(mutex);

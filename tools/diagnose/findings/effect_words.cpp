@@ -151,7 +151,6 @@ constexpr std::array<EffectWords, 31> kVocabulary = {{
      .stage = kDrive,
      .origin = Origin::kArmLoad,
      .probes = Probe::kLoaded | Probe::kWeighed,
-     .own_sentence = "the links weigh more or less than the plant's",
      .enters_at = kDrive,
      .look_alikes = kAsWeight,
      .separate_by = "the same motion with 0 and 500 g on the tool: weight adds in proportion, "

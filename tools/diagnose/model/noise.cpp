@@ -49,6 +49,17 @@ Scale scale_of(const std::vector<double>& innovations, double log_scale, double 
   return scale;
 }
 
+/// Takes the recording's constant, a parameter and no wander, out of its innovations; the
+/// constant's information, which the likelihood of the rest lacks (Patterson and Thompson 1971).
+double without_constant(const Whitener& whitener, Index rows, VectorXd& innovations) {
+  if (innovations.size() == 0) return 1.0;
+  VectorXd level(innovations.size());
+  whitener.apply(VectorXd::Ones(rows), level);
+  const double information = level.squaredNorm();
+  innovations -= level.dot(innovations) / information * level;
+  return information;
+}
+
 }  // namespace
 
 Whitener::Whitener(const NoiseRows& rows, const NoiseModel& noise)
@@ -124,6 +135,7 @@ NoiseModel estimate_noise(const std::vector<const NoiseRows*>& rows,
         const Whitener whitener(*rows[r], {time_s, ratio, 1.0});
         VectorXd white(std::count(rows[r]->used.begin(), rows[r]->used.end(), 1));
         whitener.apply(*residuals[r], white);
+        log_scale += 0.5 * std::log(without_constant(whitener, residuals[r]->size(), white));
         for (const double e : white) innovations.push_back(std::abs(e));
         log_scale += whitener.log_scale();
       }

@@ -43,9 +43,9 @@ class Whitener {
   std::vector<char> fresh_;
 };
 
-/// Maximum likelihood over a grid of time and ratio, the scale by a Student t of 4 degrees of
-/// freedom. `least_share`: the scale is at least that share of the innovations' RMS. `longest_s`:
-/// of the process.
+/// Restricted maximum likelihood, a constant per recording apart, over a grid of time and ratio,
+/// the scale by a Student t of 4 degrees of freedom. `least_share`: the scale is at least that
+/// share of the innovations' RMS. `longest_s`: of the process.
 NoiseModel estimate_noise(const std::vector<const NoiseRows*>& rows,
                           const std::vector<const Eigen::VectorXd*>& residuals, double least_share,
                           double longest_s);

@@ -31,7 +31,10 @@ class Limits {
     Limit out{r.candidate, std::abs(x * size.scale), r.own > kLeastOwn};
     if (!out.apart) return out;
     // What changes a channel by little has no name, however certain it is.
-    Hit hit{r.candidate, r.start, 0.0, 0.0, 0.0, Eigen::VectorXd::Zero(1)};
+    Hit hit;
+    hit.candidate = r.candidate;
+    hit.start = r.start;
+    hit.sizes.setZero(1);
     hit.sizes.resize(static_cast<Eigen::Index>(candidate.sizes.size()));
     hit.sizes.setZero();
     hit.sizes[0] = x;

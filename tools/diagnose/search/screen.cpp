@@ -19,8 +19,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kFlips = 300;
-/// Deviations from which on a number's prior may be opened.
-constexpr double kPulled = 1.5;
 /// Sizes beyond so many of their starts are no effect.
 constexpr double kAbsurd = 1e6;
 constexpr double kRidge = 1e-4;
@@ -31,6 +29,7 @@ class Screen {
   Screen(const Likelihood& likelihood, const Model& model)
       : likelihood_(likelihood), at_(linearise(likelihood, model)), free_(model.free()) {
     const auto count = static_cast<Index>(free_.size());
+    unbound_ = at_.columns;
     pull_.resize(count);
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = *free_[static_cast<std::size_t>(k)];
@@ -59,7 +58,7 @@ class Screen {
   [[nodiscard]] Test test(const Candidate& candidate, std::size_t number, std::size_t start) const {
     const auto count = static_cast<Index>(candidate.sizes.size());
     MatrixXd columns = columns_of(candidate, start);
-    if (!candidate.sizes.front().said) return test_whole(candidate, number, start, columns.col(0));
+    if (candidate.is_presence()) return test_whole(candidate, number, start, columns.col(0));
     columns = at_.root_weights.asDiagonal() * columns;
     Test out;
     out.hit.candidate = number;
@@ -144,14 +143,38 @@ class Screen {
     scores_.push_back(std::move(test.scores));
   }
 
-  /// A number that its prior holds away from where the data want it.
-  void test_number(const Candidate& candidate, std::size_t number, const Model& model) {
-    const Parameter& p = model.numbers[*candidate.opens];
-    const double off = (p.x - p.mean) / p.deviation;
-    if (std::abs(off) < kPulled) return;
-    // Freed, it goes at least as far again.
-    hits_.push_back({number, 0, 4.0 * off * off + 12.0, 0.0, 0.0, {}});
-    scores_.emplace_back();
+  /// A number of the model whose prior opens: the score of leaving the place where that prior holds
+  /// it, the model's other parameters apart.
+  [[nodiscard]] Test test_number(const Candidate& candidate, std::size_t number,
+                                 const Model& model) const {
+    Test out;
+    out.hit.candidate = number;
+    const Parameter* wanted = &model.numbers[*candidate.opens];
+    const auto at = std::find(free_.begin(), free_.end(), wanted);
+    if (at == free_.end()) return out;
+    const auto k = static_cast<Index>(at - free_.begin());
+    MatrixXd column = at_.root_weights.asDiagonal() * unbound_.col(k);
+    // Of the others alone.
+    VectorXd taken = inverse_ * (weighted_.transpose() * column.col(0));
+    taken -= inverse_.col(k) * (taken[k] / inverse_(k, k));
+    taken[k] = 0.0;
+    column.col(0).noalias() -= weighted_ * taken;
+    const double closed = 1.0 / (wanted->deviation * wanted->deviation);
+    const double opened = 1.0 / (candidate.opened_deviation * candidate.opened_deviation);
+    double curvature = column.squaredNorm() + opened;
+    for (std::size_t i = 0; i < free_.size(); ++i)
+      curvature += std::pow(taken[static_cast<Index>(i)] / free_[i]->deviation, 2);
+    const double off = wanted->x - wanted->mean;
+    const VectorXd held_back = VectorXd::Constant(1, taken.dot(pull_) - opened * off);
+    const double score = column.col(0).dot(left_) + held_back[0];
+    out.hit.gain = score * score / curvature + (closed - opened) * off * off;
+    out.scores = block_scores(column, held_back);
+    const double norm = out.scores.norm();
+    out.fits = norm > 0.0 && score * off >= 0.0;
+    if (!out.fits) return out;
+    out.scores /= norm;
+    out.hit.statistic = statistic_of(VectorXd::Ones(out.scores.rows()), out.scores);
+    return out;
   }
 
   void judge_chance(std::uint64_t seed) {
@@ -224,6 +247,7 @@ class Screen {
   std::vector<const Parameter*> free_;
   VectorXd pull_, left_;
   MatrixXd inverse_, weighted_;
+  MatrixXd unbound_;  ///< columns of all parameters, those at their bounds as well
   std::vector<Hit> hits_;
   std::vector<MatrixXd> scores_;  ///< of each hit, by block, each column in deviations
 };
@@ -263,7 +287,7 @@ std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
     const Candidate& candidate = vocabulary.candidates[c];
     const bool wanted = !joint || candidate.joint == *joint;
     if (wanted && candidate.opens && !model.chosen.contains(c))
-      screen.test_number(candidate, c, model);
+      screen.add(screen.test_number(candidate, c, model));
   }
   screen.judge_chance(seed);
   return screen.best();
@@ -308,6 +332,7 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
 Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
   constexpr double kOpenedBelow = -2.5;  // of a logarithm: a twelfth of the plant's number
   constexpr double kOpenedAbove = 8.0;
+  constexpr double kOpenedReach = 2.5;  // deviations of what is no logarithm
   constexpr double kStepShare = 0.05;
   const Candidate& candidate = vocabulary.candidates[hit.candidate];
   Model out = model;
@@ -317,8 +342,9 @@ Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
   if (candidate.opens) {
     Parameter& number = out.numbers[*candidate.opens];
     number.deviation = candidate.opened_deviation;
-    number.low = number.logarithmic ? kOpenedBelow : -std::numeric_limits<double>::infinity();
-    number.high = number.logarithmic ? kOpenedAbove : std::numeric_limits<double>::infinity();
+    const double reach = kOpenedReach * candidate.opened_deviation;
+    number.low = number.logarithmic ? kOpenedBelow : number.mean - reach;
+    number.high = number.logarithmic ? kOpenedAbove : number.mean + reach;
     return out;
   }
   for (std::size_t a = 0; a < candidate.sizes.size(); ++a) {

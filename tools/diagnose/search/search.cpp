@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/search/search.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -23,9 +24,7 @@ constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
 constexpr std::ptrdiff_t kMostEffects = 4;  // of one joint
 constexpr std::size_t kKeptModels = 5;
-constexpr double kMostDispersion = 4.0;
-/// Chance of a candidate over all candidates, below which a small gain is tried as well.
-constexpr double kChance = 0.02;
+constexpr double kMostDispersion = 16.0;
 /// Gains of the loss over the dispersion: whatever the chance of few blocks, and for a shape
 /// without a name, for which no physics speaks; of a jump and of a tone, to which chance by blocks
 /// does not apply.
@@ -36,17 +35,26 @@ constexpr double kLeastToneStatistic = 16.0;
 constexpr std::size_t kMostShapes = 2;
 /// Gain of the fitted model in a block, over its standard error: one-sided chance of 0.6 %.
 constexpr double kLeastBlockGain_z = 2.5;
+/// Deviations of an effect's size from none, by its interval.
+constexpr double kLeastSize_z = 2.5;
 /// The same of a shape without a name.
 constexpr double kLeastShapeSize = 0.64;
 /// Beside others: of what they change together. Their forms may be wrong by as much.
 constexpr double kLeastBesideOthers = 0.12;
 constexpr int kMomentPasses = 4;
+/// Within so many seconds of its moment the gain of a jump falls by that much.
+constexpr double kMomentKnown_s = 2.0;
+constexpr double kLeastMomentGain = 40.0;
 
 }  // namespace
 
-Search::Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary,
+Search::Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary, double alpha,
                std::uint64_t seed)
-    : training_(training), held_out_(held_out), vocabulary_(vocabulary), seed_(seed) {}
+    : training_(training),
+      held_out_(held_out),
+      vocabulary_(vocabulary),
+      alpha_(alpha),
+      seed_(seed) {}
 
 void Search::run(const std::function<bool()>& go_on) {
   go_on_ = go_on;
@@ -139,7 +147,7 @@ bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>&
       if (gain < kLeastToneGain || hit.statistic < kLeastToneStatistic) return false;
       break;
     default:
-      if (gain < kClearGain && hit.p_value > kChance) return false;
+      if (gain < kClearGain && hit.p_value > alpha_) return false;
   }
   if (!candidate.unnamed()) return true;
   if (gain < kClearGain) return false;
@@ -164,8 +172,10 @@ void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t>
     Key larger = key;
     larger.insert(hit.candidate);
     if (seen_.contains(larger)) continue;
-    if (vocabulary_.candidates[hit.candidate].kind == CandidateKind::kJump)
+    if (vocabulary_.candidates[hit.candidate].kind == CandidateKind::kJump) {
       refine_moment(model, hit);
+      if (has_no_moment(model, hit)) continue;
+    }
     Seen& considered = consider(with(model, vocabulary_, hit));
     considered.too_small = too_small(considered.model, key, hit.candidate);
     const double gained = model.judgement.score_at(dispersion_) - considered.model.judgement.score;
@@ -254,6 +264,7 @@ VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
 
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
+  if (size_z(with_it, candidate) < kLeastSize_z) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;
@@ -267,6 +278,44 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
                                                 : sizes_between(smaller, seen_.at(Key{}).model);
   const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
   return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
+}
+
+/// Of what the candidate adds, by its interval.
+double Search::size_z(const Model& model, std::size_t candidate) const {
+  const Candidate& added = vocabulary_.candidates[candidate];
+  if (added.is_presence()) return kLeastSize_z;
+  const std::vector<const Parameter*> free = model.free();
+  std::vector<Eigen::Index> places;
+  const auto add = [&](const Parameter& wanted) {
+    for (std::size_t k = 0; k < free.size(); ++k)
+      if (free[k] == &wanted) places.push_back(static_cast<Eigen::Index>(k));
+  };
+  if (added.opens) {
+    add(model.numbers[*added.opens]);
+  } else {
+    const std::vector<Parameter>& parameters = model.effects.at(candidate);
+    for (std::size_t a = 0; a < added.sizes.size(); ++a) add(parameters[a]);
+  }
+  VectorXd off(static_cast<Eigen::Index>(places.size()));
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    const Parameter& p = *free[static_cast<std::size_t>(places[n])];
+    off[static_cast<Eigen::Index>(n)] = p.x - p.mean;
+  }
+  const Eigen::MatrixXd covariance = model.judgement.covariance(places, places);
+  return std::sqrt(std::max(0.0, off.dot(covariance.ldlt().solve(off))));
+}
+
+/// A jump has a moment: the rows tell it from one some seconds before or after.
+bool Search::has_no_moment(const Model& without_it, const Hit& jump) const {
+  Candidate elsewhere = vocabulary_.candidates[jump.candidate];
+  const double moment_s = elsewhere.starts[jump.start][0];
+  double greatest = 0.0;
+  for (const double off_s : {-kMomentKnown_s, kMomentKnown_s}) {
+    elsewhere.starts = {{moment_s + off_s}};
+    for (const Hit& hit : screen_one(training_, without_it, elsewhere))
+      greatest = std::max(greatest, hit.gain);
+  }
+  return jump.gain - greatest < kLeastMomentGain * dispersion_;
 }
 
 /// Finer around the best moment, several times.

@@ -28,8 +28,10 @@ inline constexpr double kWrongBy = 2.5;
 
 class Search {
  public:
-  /// All must outlive the search; it aims the vocabulary's jumps and tones.
-  Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary, std::uint64_t seed);
+  /// All must outlive the search; it aims the vocabulary's jumps and tones. `alpha`: chance of a
+  /// false name.
+  Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary, double alpha,
+         std::uint64_t seed);
 
   /// `go_on`: asked between models; false ends the search.
   void run(const std::function<bool()>& go_on);
@@ -37,6 +39,7 @@ class Search {
   /// Models that were judged, the best first. Never empty after run().
   [[nodiscard]] std::vector<const Model*> ranked() const;
   [[nodiscard]] const Model& best() const { return *ranked().front(); }
+  [[nodiscard]] double alpha() const { return alpha_; }
   [[nodiscard]] double dispersion() const { return dispersion_; }
   /// Greatest change that what distinguishes two models makes in any channel, as a share of what
   /// the richer one leaves there.
@@ -62,6 +65,8 @@ class Search {
   [[nodiscard]] Eigen::VectorXd sizes_between(const Model& richer, const Model& other) const;
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
+  [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
+  [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;
   [[nodiscard]] double cost_of(const Key& key) const;
   void refine_moment(const Model& model, Hit& hit);
@@ -70,6 +75,7 @@ class Search {
   Likelihood& training_;
   Likelihood* held_out_;
   Vocabulary& vocabulary_;
+  double alpha_;
   std::uint64_t seed_;
   std::map<Key, Seen> seen_;
   double dispersion_ = 1.0;

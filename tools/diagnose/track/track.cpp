@@ -91,6 +91,7 @@ class TrackBuilder {
     track.tent_rows = std::max<Index>(1, std::lround(kTentS / grid_.period_s));
     track.forced.t_s = grid_.t_s;
     track.forced.fresh = grid_.fresh;
+    track.forced.homed = true;
     track.lost.assign(plant_.joints.size(),
                       std::vector<char>(static_cast<std::size_t>(grid_.rows()), 0));
     for (std::size_t j = 0; j < plant_.joints.size(); ++j) {

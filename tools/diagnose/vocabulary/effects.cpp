@@ -21,6 +21,7 @@ constexpr double kFewestPeriods = 1.0;
 /// counts as one.
 constexpr double kLimits[] = {0.03, 0.06, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95};
 constexpr double kLeastHeld = 0.5;
+constexpr double kLimitDeviation = 0.15;
 /// Deviations of the logarithm of forms: widths, times, speeds.
 constexpr double kFormDeviation = 1.0;
 constexpr double kTimeDeviation = 0.7;
@@ -76,8 +77,9 @@ class Effects {
   }
 
   void of_both() {
-    // Without a cable that stretches, friction behind it is friction before it.
-    const bool told_apart = s_.truth || joint_.parameter("compliance", "stiffness") > 0.0;
+    // Without a cable that yields, friction behind it is friction before it.
+    const bool told_apart = joint_.parameter("compliance", "stiffness") > 0.0 ||
+                            joint_.parameter("backlash", "half_width") > 0.0;
     if (lacks("joint_friction") && told_apart) {
       Candidate c = begin("joint_friction");
       c.sizes = {size("level", 0.2 * s_.load, Reaches::kCable)};
@@ -99,6 +101,7 @@ class Effects {
       positive("load_dependent_friction", "load_share", 0.08);
     if (lacks("asymmetric_friction"))
       either("asymmetric_friction", "level_difference", 0.2 * s_.load, Reaches::kDrive);
+    if (s_.unknown_weight && !s_.prismatic && lacks("gravity")) gravity();
     if (lacks("torque_ripple")) wave("torque_ripple", 0.1 * s_.load, Reaches::kDrive, true);
   }
 
@@ -180,7 +183,8 @@ class Effects {
   }
 
   void couplings() {
-    for (std::size_t k = 0; k < s_.joint; ++k) {
+    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
+      if (k == s_.joint || (k > s_.joint && chain_is_known())) continue;
       const std::string& from = plant_.joints[k].name;
       Candidate c = begin("coupling");
       c.from = from;
@@ -188,22 +192,36 @@ class Effects {
       if (stated) continue;
       c.sizes = {signed_size("error", 4e-3 * s_.range / all_[k].range, Reaches::kCable, {}, from)};
       out_.push_back(std::move(c));
-      if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", from);
+      if (k < s_.joint && lacks("hysteresis") && !can_stretch())
+        loop("hysteresis", "half_loop", from);
     }
   }
 
-  /// What recorded loads add to the cable's stretch beside the load that the plant predicts.
+  /// A plant that couples joints says in which order cables run over them: over those before.
+  [[nodiscard]] bool chain_is_known() const {
+    for (std::size_t j = 0; j < plant_.joints.size(); ++j)
+      if (physics::coupled(plant_, j)) return true;
+    return false;
+  }
+
+  /// What recorded loads add to the cable's stretch beside the load that the plant predicts. Loads
+  /// of one arm act together: each alone stands in for the others.
   void stretch_by_loads() {
+    Candidate c = begin("compliance");
     for (const LoadScale& load : s_.loads) {
       if (plant_number(plant_, s_.joint, "compliance", "stretch_per_load", load.name) != 0.0)
         continue;
-      Candidate c = begin("compliance");
-      c.from = load.name;
-      c.sizes = {signed_size("stretch_per_load", 1e-3 * s_.position / load.largest, Reaches::kCable,
-                             {}, load.name)};
-      c.sizes[0].unit = (s_.prismatic ? "m_per_" : "rad_per_") + load.unit;
-      out_.push_back(std::move(c));
+      Parameter p = signed_size("stretch_per_load", 1e-3 * s_.position / load.largest,
+                                Reaches::kCable, {}, load.name);
+      p.name = "compliance_to_" + load.name;
+      p.unit = (s_.prismatic ? "m_per_" : "rad_per_") + load.unit;
+      c.sizes.push_back(std::move(p));
     }
+    if (c.sizes.size() == 1) {
+      c.from = s_.loads.front().name;
+      c.sizes[0].name = "stretch_per_load";
+    }
+    if (!c.sizes.empty()) out_.push_back(std::move(c));
   }
 
   /// A loop over the position of the joint, or of another one whose cable drags it, where no load
@@ -253,6 +271,16 @@ class Effects {
     if (!c.starts.empty()) out_.push_back(std::move(c));
   }
 
+  /// A weight that the plant does not know: what holds it follows the posture.
+  void gravity() {
+    Candidate c = begin("gravity");
+    c.sizes = {
+        signed_size("sine", 0.2 * s_.load, Reaches::kDrive, as_sine(s_.joint, "gravity")),
+        signed_size("cosine", 0.2 * s_.load, Reaches::kDrive, as_cosine(s_.joint, "gravity"))};
+    for (Parameter& p : c.sizes) p.unit = unit_of("gravity", "amplitude", s_.prismatic);
+    out_.push_back(std::move(c));
+  }
+
   /// A limit holds or it does not; where it lies is tried between the usual effort and the
   /// greatest.
   void saturation() {
@@ -266,7 +294,11 @@ class Effects {
     holds.said = false;
     holds.in_plant = false;
     c.sizes = {holds};
-    c.forms = {form("limit", kFormDeviation, Reaches::kLimit)};
+    // It stays near where the screen found it: rows below a lower one would be taken as asked.
+    Parameter limit = form("limit", kLimitDeviation, Reaches::kLimit);
+    limit.low = -2.0 * kLimitDeviation;
+    limit.high = 2.0 * kLimitDeviation;
+    c.forms = {limit};
     for (const double share : kLimits) c.starts.push_back({share * s_.greatest_effort});
     out_.push_back(std::move(c));
   }
@@ -303,33 +335,6 @@ class Effects {
   mutable std::string current_;  ///< id of the candidate that is being made
 };
 
-/// Deviations to which a prior opens.
-struct Opening {
-  const char* effect;
-  const char* parameter;
-  double deviation;   ///< of x: relative, s for delays, levels of friction for an offset
-  bool wrong_number;  ///< else it is physics that the plant lacks: a delay, a payload's weight
-};
-
-constexpr Opening kOpenings[] = {
-    {"delay", "delay", 0.05, false},
-    {"compliance", "compliance", 0.6, true},
-    {"joint_friction", "level", 0.6, true},
-    {"gravity", "ratio", 0.5, false},
-    {"torque_constant", "ratio", 0.6, false},
-    {"coulomb_friction", "level", 0.6, true},
-    {"viscous_friction", "damping", 0.6, true},
-    {"stribeck_friction", "extra", 0.6, true},
-    {"load_dependent_friction", "load_share", 0.6, true},
-    {"backlash", "half_width", 0.6, true},
-    {"hysteresis", "stiffness", 0.6, true},
-    {"creep", "compliance", 0.6, true},
-    {"inertia_error", "ratio", 0.8, false},
-    {"controller_gain", "ratio", 0.6, false},
-    {"presliding", "displacement", 5.0, false},
-    {"effort_offset", "offset", 3.0, false},
-};
-
 }  // namespace
 
 void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
@@ -341,26 +346,6 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
   effects.of_both();
   if (s.effort) effects.of_effort();
   if (s.law) effects.of_law();
-}
-
-void add_wrong_numbers(const physics::Plant& plant, const Scales& s,
-                       const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates) {
-  for (std::size_t n = 0; n < numbers.size(); ++n) {
-    const Parameter& number = numbers[n];
-    if (number.joint != s.joint) continue;
-    for (const Opening& opening : kOpenings) {
-      if (number.effect != opening.effect || number.name != opening.parameter) continue;
-      Candidate c;
-      c.id = number.effect;
-      c.joint = s.joint;
-      c.kind = CandidateKind::kNumber;
-      c.opens = n;
-      c.opened_deviation = opening.deviation;
-      const bool stated = plant.joints[s.joint].find_effect(number.effect) != nullptr;
-      c.wrong_number = opening.wrong_number || stated;
-      candidates.push_back(std::move(c));
-    }
-  }
 }
 
 void add_payload(const physics::Plant& plant, std::vector<Candidate>& candidates) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnose/vocabulary/candidates.hpp"
 #include "diagnose/vocabulary/setters.hpp"
 #include "physics/drives.hpp"
 #include "physics/tolerance_keys.hpp"
@@ -17,6 +18,7 @@ using physics::JointCircumstances;
 /// Bounds of a plant's number, in deviations; an inertia may be off by what other links add.
 constexpr double kBound = 2.7;
 constexpr double kInertiaBound = 5.0;
+constexpr double kHomedBound = 20.0;
 /// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
 /// whose plant states none, and the damping of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
@@ -120,13 +122,14 @@ class Numbers {
       constant.in_plant = false;
       constant.set = in_circumstances(
           s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
-      out_.push_back(std::move(constant));
+      // How far a cable is stretched when the controller takes a stop for reached, no plant says.
+      bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
       Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
       ramp.recording = r;
       ramp.in_plant = false;
       ramp.set = in_circumstances(s_.joint, r,
                                   [](JointCircumstances& c) -> double& { return c.encoder_ramp; });
-      out_.push_back(std::move(ramp));
+      bounded(std::move(ramp), kBound);
     }
   }
 
@@ -245,6 +248,33 @@ class Numbers {
   std::vector<Parameter>& out_;
 };
 
+/// Deviations to which a prior opens.
+struct Opening {
+  const char* effect;
+  const char* parameter;
+  double deviation;   ///< of x: relative, s for delays, levels of friction for an offset
+  bool wrong_number;  ///< else it is physics that the plant lacks: a delay, a payload's weight
+};
+
+constexpr Opening kOpenings[] = {
+    {"delay", "delay", 0.05, false},
+    {"compliance", "compliance", 0.6, true},
+    {"joint_friction", "level", 0.6, true},
+    {"gravity", "ratio", 0.5, false},
+    {"torque_constant", "ratio", 0.6, false},
+    {"coulomb_friction", "level", 0.6, true},
+    {"viscous_friction", "damping", 0.6, true},
+    {"stribeck_friction", "extra", 0.6, true},
+    {"load_dependent_friction", "load_share", 0.6, true},
+    {"backlash", "half_width", 0.6, true},
+    {"hysteresis", "stiffness", 0.6, true},
+    {"creep", "compliance", 0.6, true},
+    {"inertia_error", "ratio", 0.8, false},
+    {"controller_gain", "ratio", 0.6, false},
+    {"presliding", "displacement", 5.0, false},
+    {"effort_offset", "offset", 3.0, false},
+};
+
 }  // namespace
 
 void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,
@@ -257,6 +287,26 @@ void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t 
   if (scales.truth) numbers.encoder(recordings);
   if (scales.law) numbers.law();
   numbers.link_share();
+}
+
+void add_wrong_numbers(const physics::Plant& plant, const Scales& s,
+                       const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates) {
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    const Parameter& number = numbers[n];
+    if (number.joint != s.joint) continue;
+    for (const Opening& opening : kOpenings) {
+      if (number.effect != opening.effect || number.name != opening.parameter) continue;
+      Candidate c;
+      c.id = number.effect;
+      c.joint = s.joint;
+      c.kind = CandidateKind::kNumber;
+      c.opens = n;
+      c.opened_deviation = opening.deviation;
+      const bool stated = plant.joints[s.joint].find_effect(number.effect) != nullptr;
+      c.wrong_number = opening.wrong_number || stated;
+      candidates.push_back(std::move(c));
+    }
+  }
 }
 
 }  // namespace ravencal::diagnose

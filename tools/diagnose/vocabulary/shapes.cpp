@@ -94,32 +94,6 @@ class Shapes {
         });
   }
 
-  /// A weight that the plant does not know: what holds it follows the posture.
-  void of_posture() {
-    if (!s_.unknown_weight || s_.prismatic) return;
-    const std::size_t j = s_.joint;
-    for (std::size_t c = 0; c < training_.channels().size(); ++c) {
-      if (!is(c, ChannelKind::kDrive)) continue;
-      Candidate candidate = begin("");
-      candidate.id = "gravity";
-      candidate.kind = CandidateKind::kEffect;
-      candidate.in_plant = false;
-      candidate.sizes = {coefficient(c, "sine", 0.2 * s_.load,
-                                     [j](const Track& track, const Prediction&) -> VectorXd {
-                                       return track.forced.motors[j].q.array().sin();
-                                     }),
-                         coefficient(c, "cosine", 0.2 * s_.load,
-                                     [j](const Track& track, const Prediction&) -> VectorXd {
-                                       return track.forced.motors[j].q.array().cos();
-                                     })};
-      for (Parameter& p : candidate.sizes) {
-        p.effect = candidate.id;
-        p.unit = "N_m";
-      }
-      out_.push_back(std::move(candidate));
-    }
-  }
-
   void of_position() {
     if (!s_.weight) return;
     const std::size_t j = s_.joint;
@@ -204,7 +178,6 @@ void add_shapes(const Scales& scales, Likelihood& training, Likelihood* held_out
   if (!scales.effort) return;
   shapes.tone(ChannelKind::kDrive, 0.1 * scales.load);
   shapes.of_drive();
-  shapes.of_posture();
 }
 
 }  // namespace ravencal::diagnose

@@ -43,6 +43,8 @@ struct Candidate {
   [[nodiscard]] bool unnamed() const {
     return kind == CandidateKind::kShape || kind == CandidateKind::kTone;
   }
+  /// It holds or does not; how much of it is no question.
+  [[nodiscard]] bool is_presence() const { return !sizes.empty() && !sizes.front().said; }
   [[nodiscard]] bool beyond_plants() const {
     return !in_plant || unnamed() || kind == CandidateKind::kJump;
   }
