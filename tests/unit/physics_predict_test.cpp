@@ -199,6 +199,64 @@ INSTANTIATE_TEST_SUITE_P(
         position_case("eccentricity", 1, {{"amplitude", 0.004}, {"order", 9.0}, {"phase", 1.0}}),
         position_case("thermal_drift", 0, {{"final", 0.01}, {"time", 8.0}})));
 
+/// At rest at these motor positions, which the controller believes to be `at_ji`.
+ForcedMotion at_rest(const Plant& plant, const Vector3d& at_ji) {
+  constexpr Index kRows = 4;
+  ForcedMotion forced;
+  forced.t_s = VectorXd::LinSpaced(kRows, 0.0, 0.3);
+  forced.fresh = {1, 0, 0, 0};
+  const VectorXd still = VectorXd::Zero(kRows);
+  for (std::size_t j = 0; j < 3; ++j) {
+    double motor = at_ji[static_cast<Index>(j)];
+    for (std::size_t k = 0; k < j; ++k)
+      motor -= plant.coupling[j][k] * at_ji[static_cast<Index>(k)];
+    forced.motors.push_back({VectorXd::Constant(kRows, motor), still, still, 0.0, 0.0});
+  }
+  return forced;
+}
+
+/// Where the controller takes all joints for at their stops, they are where the encoders have
+/// these, whatever ratio and coupling are wrong by.
+TEST(Predict, PutsHomedJointsAtTheStopsOfTheEncoders) {
+  Plant plant = steady_plant();
+  for (Joint& joint : plant.joints) {
+    joint.link.mass_kg = 0.0;
+    std::erase_if(joint.effects,
+                  [](const Effect& e) { return e.id != "gain_error" && e.id != "coupling"; });
+  }
+  Vector3d stops, shown;
+  for (Index j = 0; j < 3; ++j) {
+    const physics::Homing& homing = *plant.joints[static_cast<std::size_t>(j)].homing;
+    stops[j] = homing.stop_controller_ji;
+    shown[j] = homing.stop_encoder_ji;
+  }
+  ForcedMotion forced = at_rest(plant, stops);
+  for (const bool homed : {false, true}) {
+    forced.homed = homed;
+    const auto predicted = predict(plant, forced);
+    ASSERT_TRUE(predicted.ok()) << predicted.error().message;
+    double most = 0.0;
+    for (std::size_t j = 0; j < 3; ++j)
+      most = std::max(most, std::abs(predicted->position[j][3] - shown[static_cast<Index>(j)]));
+    if (homed)
+      EXPECT_LT(most, 1e-9);
+    else
+      EXPECT_GT(most, 0.1) << "the stops of controller and encoders differ by 7.5 degrees";
+  }
+}
+
+TEST(Predict, HoldsAWeightThatNoLinkStates) {
+  Plant plant = steady_plant();
+  const ForcedMotion forced = at_rest(plant, {0.5, 1.2, 0.4});
+  const auto without = predict(plant, forced);
+  plant.joints[1].effects.push_back({"gravity", "", {{"amplitude", 2.0}, {"phase", 0.3}}});
+  const auto with_it = predict(plant, forced);
+  ASSERT_TRUE(without.ok() && with_it.ok());
+  EXPECT_NEAR(with_it->effort[1][3] - without->effort[1][3],
+              2.0 * std::sin(forced.motors[1].q[3] + 0.3), 1e-9);
+  EXPECT_NEAR(with_it->effort[0][3], without->effort[0][3], 1e-12);
+}
+
 TEST(Predict, SaysWhichLoadIsMissing) {
   Plant plant = steady_plant();
   plant.joints[1].effects.push_back({"compliance", "push", {{"stretch_per_load", 0.01}}});

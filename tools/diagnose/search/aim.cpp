@@ -18,7 +18,7 @@ constexpr double kHighestTone_hz = 1.6;  // at which the filter still passes mos
 constexpr double kToneStep = 0.4;        // in periods over the recording
 constexpr std::size_t kMoments = 8;
 constexpr double kApartS = 1.0;  // moments closer than this are one
-constexpr std::size_t kEvenMoments = 15;
+constexpr int kEvenMoments = 16;
 
 /// Whitened, a jump is one kick: the moments of the greatest kicks, and some in between.
 std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const Channel& channel,
@@ -43,8 +43,7 @@ std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const 
   for (const double t_s : moments_s)
     for (const double off_s : {-half_s, 0.0, half_s}) starts.push_back({t_s + off_s});
   const double ends_s = track.forced.t_s[track.rows() - 1];
-  for (std::size_t n = 1; n <= kEvenMoments; ++n)
-    starts.push_back({ends_s * static_cast<double>(n) / (kEvenMoments + 1.0)});
+  for (int n = 1; n < kEvenMoments; ++n) starts.push_back({ends_s * n / kEvenMoments});
   return starts;
 }
 

@@ -24,6 +24,7 @@ constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
 constexpr std::ptrdiff_t kMostEffects = 4;  // of one joint
 constexpr std::size_t kKeptModels = 5;
+/// Beyond, a model explains so little that its innovations say nothing of the noise.
 constexpr double kMostDispersion = 16.0;
 /// Gains of the loss over the dispersion: whatever the chance of few blocks, and for a shape
 /// without a name, for which no physics speaks; of a jump and of a tone, to which chance by blocks
@@ -37,12 +38,13 @@ constexpr std::size_t kMostShapes = 2;
 constexpr double kLeastBlockGain_z = 2.5;
 /// Deviations of an effect's size from none, by its interval.
 constexpr double kLeastSize_z = 2.5;
-/// The same of a shape without a name.
+/// Of the noise, as kLeastNamedSize of an effect: a shape without a name.
 constexpr double kLeastShapeSize = 0.64;
 /// Beside others: of what they change together. Their forms may be wrong by as much.
 constexpr double kLeastBesideOthers = 0.12;
 constexpr int kMomentPasses = 4;
-/// Within so many seconds of its moment the gain of a jump falls by that much.
+/// Within so many seconds of its moment the gain of a jump falls by so many dispersions: by 70 and
+/// more of true ones in trials, by 36 and less of what slow wander imitates.
 constexpr double kMomentKnown_s = 2.0;
 constexpr double kLeastMomentGain = 40.0;
 

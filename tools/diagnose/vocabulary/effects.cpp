@@ -216,11 +216,12 @@ class Effects {
       p.name = "compliance_to_" + load.name;
       p.unit = (s_.prismatic ? "m_per_" : "rad_per_") + load.unit;
       c.sizes.push_back(std::move(p));
+      c.from = load.name;
     }
-    if (c.sizes.size() == 1) {
-      c.from = s_.loads.front().name;
+    if (c.sizes.size() == 1)
       c.sizes[0].name = "stretch_per_load";
-    }
+    else
+      c.from.clear();
     if (!c.sizes.empty()) out_.push_back(std::move(c));
   }
 
