@@ -36,7 +36,6 @@ struct Candidate {
   double opened_deviation = 0.0;       ///< of x
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
   std::string circumstance{};          ///< of a shape: what it depends on
-  bool in_plant = true;                ///< false: it has a name, but no plant can have it
 
   [[nodiscard]] std::size_t start_count() const { return forms.empty() ? 1 : starts.size(); }
 
@@ -45,9 +44,7 @@ struct Candidate {
   }
   /// It holds or does not; how much of it is no question.
   [[nodiscard]] bool is_presence() const { return !sizes.empty() && !sizes.front().said; }
-  [[nodiscard]] bool beyond_plants() const {
-    return !in_plant || unnamed() || kind == CandidateKind::kJump;
-  }
+  [[nodiscard]] bool beyond_plants() const { return unnamed() || kind == CandidateKind::kJump; }
 };
 
 struct Vocabulary {
