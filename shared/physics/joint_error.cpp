@@ -40,24 +40,6 @@ VectorXd loop(const Effect& e, const VectorXd& x, const std::vector<char>& fresh
          wide * side(x, 3.0 * width, fresh);
 }
 
-/// Speed over some samples to either side of the same episode, times the delay.
-VectorXd late(const JointSignals& s, double delay_s) {
-  constexpr Index kReach = 4;
-  const Index rows = s.position.size();
-  VectorXd error = VectorXd::Zero(rows);
-  const auto starts = [&](Index i) {
-    return i < rows && s.fresh[static_cast<std::size_t>(i)] != 0;
-  };
-  for (Index i = 0; i < rows; ++i) {
-    Index from = i, to = i;
-    while (from > 0 && i - from < kReach && !starts(from)) --from;
-    while (to + 1 < rows && to - i < kReach && !starts(to + 1)) ++to;
-    const double dt_s = s.t_s[to] - s.t_s[from];
-    if (dt_s > 0.0) error[i] = -delay_s * (s.position[to] - s.position[from]) / dt_s;
-  }
-  return error;
-}
-
 VectorXd signal(const JointSignals& s, const std::string& name) {
   return name.empty() ? VectorXd() : s.other(name);
 }
@@ -67,7 +49,7 @@ VectorXd signal(const JointSignals& s, const std::string& name) {
 VectorXd shape_of(const Effect& e, const JointSignals& s, const VectorXd& followed) {
   const VectorXd& q = s.position;
   if (e.id == "homing_offset") return VectorXd::Constant(q.size(), value(e, "offset"));
-  if (e.id == "delay") return late(s, value(e, "delay"));
+  if (e.id == "delay") return later(s.t_s, s.fresh, q, value(e, "delay")) - q;
   if (e.id == "coulomb_friction" && value(e, "width") > 0.0 && s.driven.size() > 0)
     return -value(e, "lag") * side(s.driven, value(e, "width"), s.fresh);
   if (e.id == "joint_friction" && value(e, "width") > 0.0)
@@ -106,6 +88,25 @@ VectorXd motion_part(const Joint& joint, const Effect& e, const JointSignals& s,
 }
 
 }  // namespace
+
+VectorXd later(const VectorXd& t_s, const std::vector<char>& fresh, const VectorXd& values,
+               double late_s) {
+  VectorXd out = values;
+  const Index rows = values.size();
+  const auto starts = [&](Index i) { return fresh[static_cast<std::size_t>(i)] != 0; };
+  Index behind = 0;
+  for (Index i = 0; i < rows; ++i) {
+    if (starts(i)) behind = i;
+    const double then_s = t_s[i] - late_s;
+    const auto has_next = [&] { return behind + 1 < rows && !starts(behind + 1); };
+    while (has_next() && t_s[behind + 1] <= then_s) ++behind;
+    out[i] = values[behind];
+    if (!has_next() || then_s <= t_s[behind]) continue;
+    const double share = (then_s - t_s[behind]) / (t_s[behind + 1] - t_s[behind]);
+    out[i] += share * (values[behind + 1] - values[behind]);
+  }
+  return out;
+}
 
 VectorXd moved_by_others(const Joint& joint, const JointSignals& s) {
   VectorXd moved = VectorXd::Zero(s.position.size());

@@ -26,6 +26,11 @@ struct JointSignals {
   Eigen::VectorXd driven{};
 };
 
+/// What a reading shows that is `late_s` late (negative: early), between rows on the line; at the
+/// ends of a stretch, its first and last row.
+Eigen::VectorXd later(const Eigen::VectorXd& t_s, const std::vector<char>& fresh,
+                      const Eigen::VectorXd& values, double late_s);
+
 /// The part of the joint's motion that other joints make through its effects, signals that are
 /// missing aside. Friction and gaps are the joint's own: their loops follow it wherever it is
 /// moved.

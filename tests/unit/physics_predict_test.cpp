@@ -257,6 +257,39 @@ TEST(Predict, HoldsAWeightThatNoLinkStates) {
   EXPECT_NEAR(with_it->effort[0][3], without->effort[0][3], 1e-12);
 }
 
+/// A reading that is stamped late shows where the joint was, in each stretch by itself.
+TEST(Predict, ShowsWhereTheJointWasWhereItsEncoderIsLate) {
+  constexpr std::size_t kElbow = 1;
+  constexpr double kLate_s = 0.013;  // between two rows
+  const Plant plant = steady_plant();
+  ForcedMotion forced = run_arm(plant).forced;
+  const Index middle = forced.t_s.size() / 2;
+  forced.fresh[static_cast<std::size_t>(middle)] = 1;
+  const auto on_time = predict(plant, forced);
+  ASSERT_TRUE(on_time.ok());
+  const VectorXd& truth = on_time->position[kElbow];
+  forced.truth_lateness_s = kLate_s;
+  const auto shown = predict(plant, forced);
+  ASSERT_TRUE(shown.ok());
+  const double back = kLate_s / (forced.t_s[1] - forced.t_s[0]);
+  const auto whole = static_cast<Index>(std::floor(back));
+  const double share = back - static_cast<double>(whole);
+  for (const Index first : {Index{0}, middle}) {
+    EXPECT_EQ(shown->position[kElbow][first], truth[first]);
+    const Index row = first + 100;
+    EXPECT_NEAR(shown->position[kElbow][row],
+                (1.0 - share) * truth[row - whole] + share * truth[row - whole - 1], 1e-9);
+  }
+  // What a recording says beyond it counts as well, earlier or later.
+  std::vector<physics::JointCircumstances> early(plant.joints.size());
+  for (physics::JointCircumstances& c : early) c.truth_lateness_s = -kLate_s;
+  const physics::Predictor late(plant, forced, physics::Masses::kFixed);
+  ForcedMotion stamped_right = forced;
+  stamped_right.truth_lateness_s = 0.0;
+  const physics::Predictor right(plant, stamped_right, physics::Masses::kFixed);
+  EXPECT_EQ(late.predict(plant, early).position[kElbow], right.predict(plant).position[kElbow]);
+}
+
 TEST(Predict, SaysWhichLoadIsMissing) {
   Plant plant = steady_plant();
   plant.joints[1].effects.push_back({"compliance", "push", {{"stretch_per_load", 0.01}}});

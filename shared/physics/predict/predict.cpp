@@ -25,6 +25,13 @@ constexpr int kPasses = 2;
 /// Half of the rows over which the rate of an effort is taken: its lateness is less than a row.
 constexpr Index kRateReach = 1;
 
+/// Where a joint is when its motor counts zero.
+VectorXd constants_of(const ForcedMotion& forced, const Plant& plant,
+                      const DriveKinematics& kinematics) {
+  return forced.homed ? homed_constants(plant, kinematics)
+                      : VectorXd(VectorXd::Zero(kinematics.of_motor.rows()));
+}
+
 /// One plant along one forced motion.
 class Step {
  public:
@@ -38,8 +45,7 @@ class Step {
     std::vector<std::optional<double>> link_shares;
     for (const JointCircumstances& c : circumstances) link_shares.push_back(c.link_share);
     kinematics_ = drive_kinematics(plant, link_shares);
-    homed_ = forced_.homed ? homed_constants(plant, kinematics_)
-                           : VectorXd(VectorXd::Zero(kinematics_.of_motor.rows()));
+    homed_ = constants_of(forced_, plant, kinematics_);
   }
 
   [[nodiscard]] const DriveKinematics& kinematics() const { return kinematics_; }
@@ -64,6 +70,8 @@ class Step {
       if (const double factor = of_joint(j, k); factor != 0.0 && k != j)
         position += factor * (out.hanging[k] - links_[k].q);
     }
+    if (const double late_s = forced_.truth_lateness_s + c.truth_lateness_s; late_s != 0.0)
+      position = later(forced_.t_s, forced_.fresh, position, late_s);
     position.array() += c.encoder_offset;
     if (c.encoder_ramp == 0.0) return;
     const VectorXd& t_s = forced_.t_s;
@@ -211,8 +219,7 @@ Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
   const DriveKinematics kinematics = drive_kinematics(plant);
   const MatrixXd carried = (MatrixXd::Identity(joints, joints) - kinematics.of_joint).inverse();
   const MatrixXd through = carried * kinematics.of_motor;
-  VectorXd homed = VectorXd::Zero(joints);
-  if (forced_.homed) homed = carried * homed_constants(plant, kinematics);
+  const VectorXd homed = carried * constants_of(forced_, plant, kinematics);
   links_.resize(plant.joints.size());
   for (Index j = 0; j < joints; ++j) {
     Motion& link = links_[static_cast<std::size_t>(j)];

@@ -29,6 +29,7 @@ struct ForcedMotion {
   std::function<Eigen::VectorXd(const std::string&)> load{};
   /// Motor positions count from the plant's stops, where homing found them.
   bool homed = false;
+  double truth_lateness_s = 0.0;  ///< of the external encoders' time stamps
 };
 
 /// A jump of the transmission: `size` (rad or m) from `t_s` on.
@@ -45,6 +46,7 @@ struct JointCircumstances {
   double encoder_offset = 0.0;     ///< of the external encoder, rad or m
   double encoder_ramp = 0.0;       ///< of it from the first row to the last
   double effort_lateness_s = 0.0;  ///< of the recorded effort
+  double truth_lateness_s = 0.0;   ///< of the external encoder, beyond ForcedMotion's
   /// Of a cable that other joints move: 1 through their links, 0 through their drives. Without it
   /// the plant says so.
   std::optional<double> link_share{};

@@ -121,6 +121,7 @@ core::Result<Explained> explain(const std::vector<Recording>& training,
   add_looked_at(fitted, elsewhere, plant, report);
   add_effects(models, view, report);
   report.routings = routings_of(models.best, fitted);
+  for (std::string& note : routing_notes(report.routings)) tracks.notes.push_back(std::move(note));
   add_held_out(view, first_recording, report);
   add_free_run(view, report);
   add_error_left(view, report);

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "diagnose/explain/view.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -111,6 +112,24 @@ std::vector<std::string> channel_notes(const Likelihood& fitted, const Likelihoo
     add_silent(fitted, shown, channel, all, joint.name, notes);
     if (channel.kind == ChannelKind::kPosition)
       add_missing_sources(fitted, all, plant, joint, notes);
+  }
+  return notes;
+}
+
+std::vector<std::string> routing_notes(const std::vector<Routing>& routings) {
+  std::vector<std::string> notes;
+  for (const Routing& r : routings) {
+    if (r.by_plant) continue;
+    const bool decided = std::max(r.link, r.drive) >= kCredible;
+    notes.push_back(
+        decided
+            ? fmt::format("joint {}'s cable was taken to follow the {}s of the joints that move "
+                          "it, {:.1f} % likely by these recordings; the plant does not say",
+                          r.joint, r.through, 100.0 * std::max(r.link, r.drive))
+            : fmt::format("the plant does not say whether joint {}'s cable follows the links or "
+                          "the drives of the joints that move it, and these recordings do not "
+                          "tell (links {:.0f} %, drives {:.0f} %)",
+                          r.joint, 100.0 * r.link, 100.0 * r.drive));
   }
   return notes;
 }

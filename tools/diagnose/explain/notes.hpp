@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/findings/findings.hpp"
 #include "diagnose/model/likelihood.hpp"
 #include "diagnose/track/input.hpp"
 
@@ -17,5 +18,8 @@ namespace ravencal::diagnose {
 std::vector<std::string> channel_notes(const Likelihood& fitted, const Likelihood* shown,
                                        const Recordings& training, const Recordings& held_out,
                                        const physics::Plant& plant);
+
+/// By which way cables go of which the plant does not say it.
+std::vector<std::string> routing_notes(const std::vector<Routing>& routings);
 
 }  // namespace ravencal::diagnose

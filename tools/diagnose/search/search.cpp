@@ -216,57 +216,9 @@ void Search::try_without(const Key& key) {
   }
 }
 
-/// Blocks as observations.
-double Search::gain_z(const Model& richer, const Model& poorer) const {
-  const auto innovations = [&](const Model& model) {
-    const State state = model.state_for(training_);
-    return training_.whitened(training_.residuals(state, training_.outcome(state)));
-  };
-  const VectorXd with_it = innovations(richer);
-  const VectorXd without_it = innovations(poorer);
-  VectorXd gains = VectorXd::Zero(training_.block_count());
-  for (Eigen::Index i = 0; i < with_it.size(); ++i)
-    gains[training_.blocks()[static_cast<std::size_t>(i)]] +=
-        huber_loss(without_it[i]) - huber_loss(with_it[i]);
-  const double mean = gains.mean();
-  const double squares = (gains.array() - mean).square().sum();
-  const auto blocks = static_cast<double>(gains.size());
-  return squares > 0.0 ? mean / std::sqrt(squares / (blocks * (blocks - 1.0))) : 0.0;
-}
-
-double Search::size_between(const Model& richer, const Model& other) const {
-  const VectorXd sizes = sizes_between(richer, other);
-  return sizes.size() > 0 ? sizes.maxCoeff() : 0.0;
-}
-
-/// In each channel.
-VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
-  VectorXd sizes = VectorXd::Zero(static_cast<Eigen::Index>(training_.channels().size()));
-  for (const Likelihood* likelihood :
-       {static_cast<const Likelihood*>(&training_), static_cast<const Likelihood*>(held_out_)}) {
-    if (likelihood == nullptr) continue;
-    const bool own = likelihood == &training_;
-    const State a = own ? richer.state_for(training_) : richer.state_elsewhere(*likelihood);
-    const State b = own ? other.state_for(training_) : other.state_elsewhere(*likelihood);
-    const auto left_a = likelihood->residuals(a, likelihood->outcome(a));
-    const auto left_b = likelihood->residuals(b, likelihood->outcome(b));
-    for (std::size_t c = 0; c < likelihood->channels().size(); ++c) {
-      double squares = 0.0, left = 0.0;
-      for (std::size_t r = 0; r < left_a[c].size(); ++r) {
-        const std::vector<Eigen::Index>& used = likelihood->channels()[c].used[r];
-        squares += (left_a[c][r] - left_b[c][r])(used).squaredNorm();
-        left += left_a[c][r](used).squaredNorm();
-      }
-      double& size = sizes[static_cast<Eigen::Index>(c)];
-      if (left > 0.0) size = std::max(size, std::sqrt(squares / left));
-    }
-  }
-  return sizes;
-}
-
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
-  if (size_z(with_it, candidate) < kLeastSize_z) return true;
+  if (!added.is_presence() && size_z(with_it, candidate) < kLeastSize_z) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;
@@ -280,31 +232,6 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
                                                 : sizes_between(smaller, seen_.at(Key{}).model);
   const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
   return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
-}
-
-/// Of what the candidate adds, by its interval.
-double Search::size_z(const Model& model, std::size_t candidate) const {
-  const Candidate& added = vocabulary_.candidates[candidate];
-  if (added.is_presence()) return kLeastSize_z;
-  const std::vector<const Parameter*> free = model.free();
-  std::vector<Eigen::Index> places;
-  const auto add = [&](const Parameter& wanted) {
-    for (std::size_t k = 0; k < free.size(); ++k)
-      if (free[k] == &wanted) places.push_back(static_cast<Eigen::Index>(k));
-  };
-  if (added.opens) {
-    add(model.numbers[*added.opens]);
-  } else {
-    const std::vector<Parameter>& parameters = model.effects.at(candidate);
-    for (std::size_t a = 0; a < added.sizes.size(); ++a) add(parameters[a]);
-  }
-  VectorXd off(static_cast<Eigen::Index>(places.size()));
-  for (std::size_t n = 0; n < places.size(); ++n) {
-    const Parameter& p = *free[static_cast<std::size_t>(places[n])];
-    off[static_cast<Eigen::Index>(n)] = p.x - p.mean;
-  }
-  const Eigen::MatrixXd covariance = model.judgement.covariance(places, places);
-  return std::sqrt(std::max(0.0, off.dot(covariance.ldlt().solve(off))));
 }
 
 /// A jump has a moment: the rows tell it from one some seconds before or after.

@@ -79,6 +79,12 @@ Grid grid_of(const Recording& recording, double from_s, double to_s) {
   return grid;
 }
 
+/// A recorder that pairs the nearest stamps adds nothing on average, one that repeats the latest
+/// reading half a period: which it does, no plant says.
+double truth_lateness_s(const physics::Logger& logger) {
+  return logger.truth_latency_s > 0.0 ? logger.truth_latency_s + 0.25 * logger.truth_period_s : 0.0;
+}
+
 class TrackBuilder {
  public:
   TrackBuilder(const Recording& recording, const physics::Plant& plant, Grid grid)
@@ -158,6 +164,7 @@ class TrackBuilder {
       out.effort = signal(Role::kDriveInput, joint.name) * to_joint *
                    (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
     out.truth = signal(Role::kJointTruth, joint.name);
+    if (out.truth.size() > 0) track.forced.truth_lateness_s = truth_lateness_s(plant_.logger);
     const VectorXd desired = desired_[j].size() > 0 ? without_coupling(j, desired_) : VectorXd();
     VectorXd motor = signal(Role::kMotorPosition, joint.name) / joint.reduction;
     if (motor.size() == 0 && estimates_[j].size() > 0) motor = without_coupling(j, estimates_);

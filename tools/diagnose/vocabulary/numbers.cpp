@@ -109,10 +109,12 @@ class Numbers {
   }
 
   void encoder(std::size_t recordings) {
-    Parameter delay = linear("delay", "delay", 1.0, kDelayS, Reaches::kCable);
-    delay.nominal = joint_.parameter("delay", "delay");
-    delay.set = in_plant(s_.joint, "delay", "delay");
-    bounded(std::move(delay), kBound);
+    of_plant("delay", "delay", Reaches::kCable);
+    Parameter late = linear("encoder", "late", 1.0, kDelayS, Reaches::kPosition);
+    late.in_plant = false;
+    late.set = in_circumstances(
+        s_.joint, {}, [](JointCircumstances& c) -> double& { return c.truth_lateness_s; });
+    bounded(std::move(late), kBound);
     const double homing = joint_.parameter("homing_offset", "deviation");
     for (std::size_t r = 0; r < recordings; ++r) {
       Parameter constant =
@@ -257,7 +259,7 @@ struct Opening {
 };
 
 constexpr Opening kOpenings[] = {
-    {"delay", "delay", 0.05, false},
+    {"delay", "delay", 0.6, true},
     {"compliance", "compliance", 0.6, true},
     {"joint_friction", "level", 0.6, true},
     {"gravity", "ratio", 0.5, false},
@@ -269,7 +271,7 @@ constexpr Opening kOpenings[] = {
     {"backlash", "half_width", 0.6, true},
     {"hysteresis", "stiffness", 0.6, true},
     {"creep", "compliance", 0.6, true},
-    {"inertia_error", "ratio", 0.8, false},
+    {"inertia_error", "ratio", 0.3, false},
     {"controller_gain", "ratio", 0.6, false},
     {"presliding", "displacement", 5.0, false},
     {"effort_offset", "offset", 3.0, false},

@@ -24,6 +24,14 @@ bool no_law(const Scales& s, const physics::Plant&) { return !s.law; }
 bool no_period(const Scales& s, const physics::Plant& plant) {
   return plant.joints[s.joint].reduction * s.range < 2.0 * std::numbers::pi;
 }
+bool no_yielding_cable(const Scales& s, const physics::Plant& plant) {
+  const physics::Joint& joint = plant.joints[s.joint];
+  return joint.parameter("compliance", "stiffness") <= 0.0 &&
+         joint.parameter("backlash", "half_width") <= 0.0;
+}
+bool no_friction(const Scales& s, const physics::Plant& plant) {
+  return plant.joints[s.joint].parameter("coulomb_friction", "level") <= 0.0;
+}
 bool always(const Scales&, const physics::Plant&) { return true; }
 
 constexpr std::array kLacks = {
@@ -31,6 +39,7 @@ constexpr std::array kLacks = {
     Lack{"creep", no_load, "the load on this joint never changes"},
     Lack{"load_dependent_friction", no_known_load,
          "the plant's links have no weight, so the load is not known"},
+    Lack{"gravity", no_known_load, "the plant's links have no weight, so the load is not known"},
     Lack{"eccentricity", no_period, "not one period of any pulley was passed"},
     Lack{"torque_ripple", no_period, "not one period of any pulley was passed"},
     Lack{"payload", no_weight, "the plant does not say where a payload would hang"},
@@ -41,6 +50,11 @@ constexpr std::array kLacks = {
          "the recording or the plant lacks the command's inputs, its output or its control law"},
     Lack{"input_disturbance", no_law,
          "the recording or the plant lacks the command's inputs, its output or its control law"},
+    Lack{"joint_friction", no_yielding_cable,
+         "the plant's cable does not yield, so friction behind it is friction of the drive"},
+    Lack{"presliding", no_friction, "the plant has no dry friction that could build up"},
+    Lack{"quantisation", always,
+         "channels are compared through a filter of 0.1 s, which leaves no steps of an encoder"},
     Lack{"flexible_mode", always,
          "channels are compared below 3 Hz, where links do not ring on their cables"},
 };
