@@ -1,35 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// diagnose_bench: time and memory of a whole diagnosis, as a user runs it, and of its screening
-// alone, beside one plain simulation of the same recording, each a process of its own. Reports;
-// judges nothing. Screening is what equation error can say, from the file on: the mismatch located
-// and effects selected among all candidates on every channel; no limits, free run or report.
+// diagnose_bench: time and memory of a diagnosis, as a user runs it, beside one plain simulation of
+// the same recording, each a process of its own. Reports; judges nothing.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
-
-#include "diagnose/channel/channel.hpp"
-#include "physics/plant.hpp"
-#include "record/load.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
-namespace diagnose = ravencal::diagnose;
-namespace physics = ravencal::physics;
-namespace record = ravencal::record;
 
 struct Cost {
   double wall_s = 0.0;
@@ -65,46 +54,6 @@ int execute(const std::vector<std::string>& words) {
   return 127;
 }
 
-void screen_channel(const diagnose::Series& series, const physics::Plant& plant) {
-  diagnose::ChannelOptions options;
-  options.details = false;
-  diagnose::ChannelFindings findings;
-  if (series.stage == diagnose::Stage::kCommand) {
-    findings = diagnose::analyse_command(series, plant, options);
-  } else {
-    const auto fit = diagnose::fit_channel(series, plant, options, findings);
-    diagnose::add_location(*fit, options, findings);
-  }
-}
-
-int screen_recording(const fs::path& recording, const fs::path& plant_file) {
-  const auto plant = physics::load_plant(plant_file);
-  if (!plant) return 1;
-  record::LoadOptions options;
-  options.keep = [&](const record::Channel& channel) {
-    return channel.role != record::Role::kFeature &&  // a robot's recording has hundreds of them
-           (channel.joint.empty() || plant.value().joint_index(channel.joint).has_value());
-  };
-  auto loaded = record::load_recording(recording, options);
-  if (!loaded) return 1;
-  std::vector<record::Recording> recordings;
-  recordings.push_back(std::move(loaded).value());
-  const auto set = diagnose::build_series(recordings, {}, plant.value(), {});
-  recordings.clear();
-  if (!set) return 1;
-  const std::vector<diagnose::Series>& series = set.value().series;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < series.size(); i = next++)
-      screen_channel(series[i], plant.value());
-  };
-  std::vector<std::thread> threads;
-  for (unsigned t = 0; t < std::max(1U, std::thread::hardware_concurrency()); ++t)
-    threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
-  return 0;
-}
-
 constexpr const char* kSimulation = "simulate at 1 kHz";
 
 struct Run {
@@ -136,7 +85,6 @@ std::vector<Run> runs(const std::string& program, const fs::path& plant, const f
                      fmt::format("{}", 60.0 * minutes), "--out", trajectory, "--force"})},
       {kSimulation, program_with({program, "simulate", "--plant", plant, "--trajectory", trajectory,
                                   "--rate-hz", "1000", "--out", recording, "--force"})},
-      {"screening", [=] { return screen_recording(recording, plant); }},
       {"diagnose", program_with(diagnose(0))},
       {"diagnose, placebo recordings", program_with(diagnose(placebos))}};
 }

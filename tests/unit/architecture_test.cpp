@@ -114,9 +114,8 @@ TEST(Architecture, IncludesPointOneWay) {
 
 /// The way of a recording through the diagnosis: each room sees itself and those before it.
 TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
-  const std::vector<std::string> rooms = {
-      "findings", "track", "model",   "vocabulary", "search",  "explain", "report",
-      "series",   "fit",   "effects", "selection",  "channel", "free_run"};
+  const std::vector<std::string> rooms = {"findings", "track",   "model", "vocabulary",
+                                          "search",   "explain", "report"};
   const fs::path house = kRoot / "tools/diagnose";
   const auto place = [&](const std::string& room) {
     return std::find(rooms.begin(), rooms.end(), room) - rooms.begin();
@@ -135,17 +134,15 @@ TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
   }
 }
 
-/// What an effect is stands in its own file; the other rooms ask for traits and compare no ids.
-TEST(Architecture, TheRoomsOfDiagnoseAskForTraits) {
-  static const std::regex kind(R"re(const EffectKind& ([a-z_]+)_kind\(\))re");
+/// What an effect is stands in tables; no room compares ids.
+TEST(Architecture, TheRoomsOfDiagnoseCompareNoIds) {
+  static const std::regex row(R"re(\{\.id = "([a-z_]+)")re");
   static const std::regex compared(R"re([=!]= "([a-z_]+)")re");
   std::set<std::string> ids;
-  for (const char* name : {"effects.hpp", "registry.cpp"}) {
-    std::ifstream stream(kRoot / "tools/diagnose/effects" / name);
+  std::ifstream words(kRoot / "tools/diagnose/findings/effect_words.cpp");
+  for (std::string line; std::getline(words, line);) {
     std::smatch match;
-    for (std::string line; std::getline(stream, line);) {
-      if (std::regex_search(line, match, kind)) ids.insert(match[1]);
-    }
+    if (std::regex_search(line, match, row)) ids.insert(match[1]);
   }
   EXPECT_GE(ids.size(), 30U);
   for (const fs::path& file : sources_below("tools/diagnose")) {

@@ -87,7 +87,9 @@ TEST(Causes, FrictionThatFadesWithTimeIsUnknownAndDependsOnTime) {
           plant_of("", "\n  [[joint.effect]]\n  id = \"coulomb_friction\"\n  level_n_m = 0.5\n"));
   ASSERT_FALSE(report.unexplained.empty()) << names_in(report);
   const auto& on = report.unexplained.front().depends_on;
-  EXPECT_NE(std::find(on.begin(), on.end(), "time"), on.end()) << names_in(report);
+  EXPECT_TRUE(std::any_of(on.begin(), on.end(), [](const std::string& circumstance) {
+    return circumstance.find("time") != std::string::npos;
+  })) << names_in(report);
 }
 
 TEST(Unknown, IsAToneThoughItShakesTheJointAsWell) {

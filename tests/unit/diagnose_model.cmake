@@ -1,6 +1,6 @@
 ravencal_test(NAME diagnose_model_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_model_test.cpp
-  LIBS ravencal_diagnose_model LABELS unit)
+  LIBS ravencal_diagnose LABELS unit)
 ravencal_test(NAME diagnose_explain_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_explain_test.cpp
   LIBS ravencal_diagnose LABELS unit)
@@ -8,9 +8,9 @@ target_include_directories(diagnose_model_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}
 target_include_directories(diagnose_explain_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 ravencal_test(NAME diagnose_words_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_words_test.cpp
-  LIBS ravencal_diagnose_model LABELS unit)
+  LIBS ravencal_diagnose LABELS unit)
 ravencal_test(NAME diagnose_tracks_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_tracks_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_simulated_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
-  LIBS ravencal_diagnose_model fmt::fmt LABELS unit)
+  LIBS ravencal_diagnose fmt::fmt LABELS unit)
 target_include_directories(diagnose_tracks_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The model of `diagnose --core new`: what it skips changes nothing, its noise is white, and it
+// The model of `diagnose`: what it skips changes nothing, its noise is white, and it
 // names what the twin's plant was robbed of.
 #include <gtest/gtest.h>
 

@@ -3,10 +3,6 @@ ravencal_test(NAME diagnose_show_test
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_improved_test.cpp
   LIBS ravencal_diagnose ravencal_simulation ravencal_trajectory fmt::fmt LABELS unit promise SLOW)
 target_include_directories(diagnose_show_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
-ravencal_test(NAME diagnose_input_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_input_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
-  LIBS ravencal_diagnose fmt::fmt LABELS unit promise)
-target_include_directories(diagnose_input_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 ravencal_test(NAME diagnose_page_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_page_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_page_sample.cpp
           ${CMAKE_CURRENT_LIST_DIR}/browser.cpp

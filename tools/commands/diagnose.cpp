@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
+#include "diagnose/track/input.hpp"
 
 #include <fmt/format.h>
 
@@ -37,10 +38,8 @@ struct DiagnoseArguments {
   std::string held_out_profile;
   std::string out;
   std::string json;
-  std::optional<double> held_out_from_s;
   bool skip_bad = false;
   bool check = false;
-  std::string core = "old";
   diagnose::Options options;
 };
 
@@ -170,17 +169,14 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
       arguments.simulated_profile.empty() ? arguments.profile : arguments.simulated_profile;
   RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
                             load_all(arguments.simulated, third, arguments.skip_bad, plant));
-  options.series.held_out_from_s = arguments.held_out_from_s;
-  options.by_model = arguments.core == "new";
   cli::catch_interrupts_of_work();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {
     progress.update(done, what);
     return !cli::interrupted();
   };
-  RAVENCAL_ASSIGN_OR_RETURN(
-      diagnose::Report report,
-      diagnose::diagnose(std::move(training), std::move(held_out), plant, std::move(options)));
+  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
+                            diagnose::diagnose(training, held_out, plant, options));
   add_provenance(arguments, plant, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, arguments.out));
   if (!arguments.json.empty()) {
@@ -225,7 +221,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                    "Profile of the simulations, if another")
       ->needs(simulated);
   command
-      ->add_option("--held-out-from", arguments->held_out_from_s,
+      ->add_option("--held-out-from", arguments->options.held_out_from_s,
                    "Hold out each recording from this time on, s")
       ->check(cli::not_negative());
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")
@@ -243,11 +239,6 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->add_option("--threads", arguments->options.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
-  command
-      ->add_option("--core", arguments->core,
-                   "old: channel by channel; new: one model of all channels, below 3 Hz")
-      ->check(CLI::IsMember({"old", "new"}))
-      ->capture_default_str();
   command->add_flag("--skip-bad", arguments->skip_bad,
                     "Drop unreadable rows instead of refusing the file");
   command->add_flag("--check", arguments->check, "Exit with 1 if a mismatch was found");
@@ -255,7 +246,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "Example: ravencal diagnose run1.db run2.db --plant tools/plants/raven2.toml --out "
       "diagnosis\n"
       "Figures are on --held-out recordings, else on rows from --held-out-from, else "
-      "cross-validated.");
+      "on those that were fitted.");
   const FileOptions files = {.read = {"recordings", "--plant", "--profile", "--held-out",
                                       "--held-out-profile", "--simulated", "--simulated-profile"},
                              .written = {"--json"}};

@@ -120,7 +120,6 @@ core::Result<diagnose::Report> tried(Exercise motion, physics::Plant robot, phys
     return core::Error{core::ErrorCode::kUsage, "stopped before the powers were predicted"};
   diagnose::Options options;
   options.seed = seed;
-  options.series.most_rows = 20000;
   options.look = [&](double, std::string_view) { return look(); };
   return diagnose::diagnose({*recording}, {}, nominal, options);
 }

@@ -20,6 +20,7 @@
 #include "commands/simulated_motion.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
+#include "diagnose/track/input.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {
@@ -65,7 +66,7 @@ core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
     return !cli::interrupted();
   };
   RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
-                            diagnose::diagnose(std::move(recordings), {}, *out.nominal, options));
+                            diagnose::diagnose(recordings, {}, *out.nominal, options));
   out.report = diagnose::report_json(report);
   out.improved = std::move(report.improved);
   return out;

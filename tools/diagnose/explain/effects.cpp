@@ -31,9 +31,9 @@ struct Estimate {
   Index place = -1;        ///< in the covariance; -1: it was not fitted
 };
 
-class Effects {
+class ReportedEffects {
  public:
-  Effects(const Models& models, const View& view) : m_(models), view_(view) {
+  ReportedEffects(const Models& models, const View& view) : m_(models), view_(view) {
     const MatrixXd& covariance = m_.best.judgement.covariance;
     Index place = 0;
     const auto estimate = [&](const Parameter& fitted, const Parameter& written) {
@@ -300,7 +300,7 @@ class Effects {
 }  // namespace
 
 void add_effects(const Models& models, const View& view, Report& report) {
-  Effects(models, view).fill(report);
+  ReportedEffects(models, view).fill(report);
 }
 
 }  // namespace ravencal::diagnose

@@ -25,7 +25,7 @@ struct ExplainOptions {
   /// what the plant predicts. Empty: the plant is.
   std::vector<record::Recording> simulated{};
   int placebos = 0;      ///< made of these recordings with nothing left out
-  unsigned threads = 1;  ///< 0: one per core; the report is the same on any number
+  unsigned threads = 0;  ///< 0: one per core; the report is the same on any number
   std::function<bool(double done, std::string_view what)> look{};  ///< false stops early
 };
 

@@ -8,6 +8,7 @@
 
 #include "core/median.hpp"
 #include "diagnose/explain/channel_rows.hpp"
+#include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -23,10 +24,6 @@ constexpr double kReachesOn = 0.25;
 constexpr int kPositionCells = 40;
 /// A recording with less than this share of the usual excess per row has no stretch of it.
 constexpr double kLeastOfRecording = 0.25;
-/// A circumstance holds clearly more than its share: by this factor, and by so many standard
-/// errors over blocks.
-constexpr double kMoreThanShare = 1.5;
-constexpr double kClear_z = 3.0;
 constexpr Index kFewestInRegime = 10;
 
 /// Squared error of each row beyond what is left or, where no plant can hold what was found, beyond

@@ -55,18 +55,34 @@ std::vector<Routing> routings_of(const Model& model, const Likelihood& training)
 
 namespace {
 
-/// The best model as a plant has it: no plant holds a shape without a name, so numbers and effects
-/// are fitted without any. The shapes then take what these leave.
+/// A plant says one way of a cable that other joints move; where it says none, it means their
+/// drives. False: there is no such cable.
+bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant, Model& model) {
+  bool any = false;
+  for (Parameter& share : model.numbers) {
+    if (share.reaches != Reaches::kRouting) continue;
+    for (const Routing& r : routings)
+      if (r.joint == plant.joints[share.joint].name) share.x = r.link >= kCredible ? 1.0 : 0.0;
+    share.held = any = true;
+  }
+  return any;
+}
+
+/// The best model as a plant has it: no plant holds a shape without a name or part of a cable's
+/// way, so numbers and effects are fitted without any. The shapes then take what these leave.
 Model written_as(const Model& best, const Likelihood& training, const Vocabulary& vocabulary) {
   Model plain = best;
   Model written = best;
   for (const std::size_t c : best.chosen)
     if (vocabulary.candidates[c].unnamed()) plain = without(plain, vocabulary, c);
-  if (plain.chosen.size() < best.chosen.size()) {
+  const bool ways = take_ways(routings_of(best, training), training.base().plant, plain);
+  if (ways || plain.chosen.size() < best.chosen.size()) {
     fit(training, plain);
     judge(training, 1.0, 0.0, plain);
   }
   hold_uncertain(training, opened_by(best, vocabulary), plain);
+  for (Parameter& p : plain.numbers)
+    if (p.reaches == Reaches::kRouting) p.held = false;
   written.numbers = plain.numbers;
   for (const auto& [c, parameters] : plain.effects) written.effects[c] = parameters;
   if (plain.chosen.size() == best.chosen.size()) return written;

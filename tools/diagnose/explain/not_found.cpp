@@ -7,6 +7,7 @@
 #include "diagnose/explain/looked_at.hpp"
 #include "diagnose/explain/models.hpp"
 #include "diagnose/findings/effect_words.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/search/limits.hpp"
 #include "diagnose/vocabulary/untestable.hpp"
 

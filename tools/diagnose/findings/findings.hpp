@@ -247,7 +247,6 @@ struct Report {
   std::vector<NotLookedAt> not_looked_at;
   std::vector<Mismatch> mismatch;
   std::vector<NamedEffect> effects;
-  std::vector<NamedEffect> kept;  ///< no names: they predict better and are in the improved plant
   std::vector<HeldOut> held_out;
   std::vector<ErrorLeft> left;  ///< of each channel that was looked at as a whole
   std::vector<Unexplained> unexplained;

@@ -243,16 +243,6 @@ void decide(Report& report, const std::vector<std::string>& notes) {
   if (verdict.kind != "unexplained" && !left.empty()) text += (text.empty() ? "" : " ") + left;
   for (std::size_t i = 0; i < described; ++i)
     text += (text.empty() ? "" : " ") + sentence_of(report.unexplained[i]);
-  std::string kept;
-  for (const NamedEffect& e : report.kept) {
-    kept += fmt::format("{}{} of joint {}{}", kept.empty() ? "" : ", ", e.id, e.joint,
-                        e.from.empty() ? "" : " from " + e.from);
-  }
-  if (!kept.empty())
-    text += fmt::format(
-        " Note: kept without a name, since other stretches and positions are predicted better with "
-        "it: {}.",
-        kept);
   for (const std::string& note : notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
     text += " " + alarms_sentence(verdict);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/side_by_side.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/model/model.hpp"
 
 namespace ravencal::diagnose {
@@ -159,15 +160,15 @@ void judge(const Likelihood& likelihood, double dispersion, double cost, Model& 
   const double expected = (inverse * (at.curvature - priors)).trace();
   out.dispersion = std::max(1.0, out.trace / std::max(1e-9, expected));
   out.covariance = inverse * (scores + priors) * inverse;
-  for (Index k = 0; k < count; ++k)
-    out.covariance(k, k) = std::max(out.covariance(k, k), inverse(k, k)) * dispersion;
+  // No deviation is below that of independent rows; correlations stay.
+  const VectorXd wider =
+      (inverse.diagonal().array() / out.covariance.diagonal().array()).max(1.0).sqrt().matrix();
+  out.covariance = dispersion * wider.asDiagonal() * out.covariance * wider.asDiagonal();
   out.penalty = model.prior() + cost;
   out.score = out.score_at(dispersion);
 }
 
 namespace {
-
-constexpr double kChance5_z = 1.96;
 
 /// Place of the number among `places` that is the fewest deviations from the plant's, if it is
 /// within chance.

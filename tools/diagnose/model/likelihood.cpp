@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/track/filter.hpp"
 #include "physics/predict/smoother.hpp"
 #include "physics/servo_law.hpp"
@@ -26,10 +27,6 @@ constexpr double kLeftOutOfFloor = 0.02;
 /// friction, which turns with the motion. A constant effort is no noise.
 constexpr double kSlowestEncoderNoise_s = 20.0;
 constexpr double kSlowestEffortNoise_s = 1.5;
-/// A law that explains less than this share of the squared command is not the one that made it, nor
-/// is one whose gain differs between recordings by more than this factor.
-constexpr double kLeastExplained = 0.75;
-constexpr double kMostGainRatio = 1.2;
 /// Of a signal, what no recording resolves: 20 bits.
 constexpr double kLeastNoise = 1e-6;
 /// The scale of the noise is at least this share of the innovations' RMS; a law is no physics.

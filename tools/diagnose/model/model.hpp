@@ -66,11 +66,6 @@ double fit(const Likelihood& likelihood, Model& model);
 void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& opened,
                     Model& model);
 
-/// What adding an effect and a parameter costs in the score: twice the logarithm of the odds that a
-/// plant lacks one of some fifty candidates, and Akaike's two.
-inline constexpr double kEffectCost = 8.0;
-inline constexpr double kParameterCost = 2.0;
-
 /// Fills in the judgement of a fitted model. `dispersion`: of the best model so far; `cost`: of
 /// what is chosen, beside the priors.
 void judge(const Likelihood& likelihood, double dispersion, double cost, Model& model);

@@ -20,7 +20,7 @@ using ChartJson = nlohmann::json;
 using report::Extent;
 using Values = std::vector<double>;
 
-constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWorseColour = "var(--worse)";
 
 Values scaled(const Values& x, double factor) {
@@ -306,7 +306,7 @@ ChartJson where_chart(const ChannelPlot& plot) {
   const auto panel = [&](const char* title, const Values& rms) {
     report::WorkspacePanel out{title, 0, {}};
     for (std::size_t c = 0; c < rms.size(); ++c)
-      out.cells.push_back({map.rows[c], factor * rms[c], kNoValue});
+      out.cells.push_back({map.rows[c], factor * rms[c], kNoNumber});
     return out;
   };
   report::MapGrid grid;
@@ -325,10 +325,10 @@ ChartJson where_chart(const ChannelPlot& plot) {
 ChartJson waterfall_chart(const ChannelPlot& plot) {
   const double factor = display_factor(plot.unit);
   std::vector<std::string> labels;
-  report::BarPanel panel{"", display_unit(plot.unit), kNoValue, {}};
+  report::BarPanel panel{"", display_unit(plot.unit), kNoNumber, {}};
   for (const WaterfallStep& step : plot.waterfall) {
     labels.push_back(step.name);
-    panel.bars.push_back({factor * step.rms, kNoValue, kNoValue, labels.size() == 1});
+    panel.bars.push_back({factor * step.rms, kNoNumber, kNoNumber, labels.size() == 1});
   }
   return report::bar_chart(fmt::format("{}, {}: error as the model grows", plot.joint, plot.stage),
                            labels, {panel});

@@ -30,10 +30,8 @@ std::string comment_for(const NamedEffect& e) {
 
 std::string improved_text(const Report& report) {
   std::string beyond;
-  for (const auto* found : {&report.kept, &report.effects}) {
-    for (const NamedEffect& e : *found)
-      if (e.beyond_plants) beyond += comment_for(e);
-  }
+  for (const NamedEffect& e : report.effects)
+    if (e.beyond_plants) beyond += comment_for(e);
   std::string text = comment(report.improved.robot.name + ", improved by `ravencal diagnose`.") +
                      "\n" + physics::plant_text(report.improved);
   if (!beyond.empty()) text += "\n# Found, but beyond what `ravencal simulate` can run:\n" + beyond;

@@ -146,25 +146,6 @@ std::string mismatch_html(const Report& report) {
       {"joint", "stage", "circumstances", "times", "positions", "excess", "floor", "p"}, rows);
 }
 
-std::string kept_html(const Report& report) {
-  std::string rows;
-  for (const NamedEffect& e : report.kept) {
-    std::string values;
-    for (const NamedParameter& p : e.parameters)
-      values += html_escape(fmt::format("{} {}", p.name, quantity(p.value, p.unit))) + "<br>";
-    rows += row_html({html_escape(e.joint), e.stage,
-                      html_escape(e.id + (e.from.empty() ? "" : " from " + e.from)), values,
-                      change_html(e.held_out_before, e.held_out_after, e.unit)});
-  }
-  if (rows.empty()) return "";
-  return note(
-             "The evidence is too little for a name, but unseen stretches and positions are "
-             "predicted better with it. The improved plant has it where the simulation runs it.") +
-         table_html(
-             {"joint", "stage", "behaves like", "values", "unseen error without &rarr; with"},
-             rows);
-}
-
 std::string together_html(const Report& report) {
   std::string rows;
   for (const Combination& c : report.combinations) {
@@ -311,7 +292,6 @@ void add_details(const Report& report, Document& page) {
   page.add(folded("Where the plant and the recordings part", mismatch_html(report)));
   for (const ChannelPlot& plot : report.plots)
     page.add(folded(place_of(plot), channel_html(report, plot, page)));
-  page.add(folded("Kept without a name", kept_html(report)));
   page.add(folded("Known only together", together_html(report)));
   page.add(folded("Candidates and their gates", candidates_html(report)));
   page.add(folded("Not found, and from which size it would have been", limits_html(report)));

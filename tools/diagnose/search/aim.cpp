@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <unsupported/Eigen/FFT>
 #include <vector>
 
 #include "diagnose/search/screen.hpp"
@@ -15,7 +19,8 @@ namespace {
 
 constexpr double kLowestTone_hz = 0.25;  // slower ones are slow noise
 constexpr double kHighestTone_hz = 1.6;  // at which the filter still passes most
-constexpr double kToneStep = 0.4;        // in periods over the recording
+constexpr double kToneStep = 0.4;        // in periods over the recording, at most
+constexpr double kCell_s = 0.02;         // rows of one time for the periodogram
 constexpr std::size_t kMoments = 8;
 constexpr double kApartS = 1.0;  // moments closer than this are one
 constexpr int kEvenMoments = 16;
@@ -49,30 +54,28 @@ std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const 
 
 /// Frequency of the strongest sine in a channel, over all recordings.
 double tone_of(const Likelihood& likelihood, const Channel& channel, const VectorXd& left) {
-  double length_s = 0.0;
+  double length_s = 1.0 / kLowestTone_hz;
   for (const Track& track : likelihood.tracks())
     length_s = std::max(length_s, track.forced.t_s[track.rows() - 1]);
-  double best_hz = kLowestTone_hz;
-  double greatest = -1.0;
-  for (double f_hz = kLowestTone_hz; f_hz < kHighestTone_hz; f_hz += kToneStep / length_s) {
-    double power = 0.0;
-    for (std::size_t r = 0; r < likelihood.tracks().size(); ++r) {
-      const Track& track = likelihood.tracks()[r];
-      double sine = 0.0, cosine = 0.0;
-      for (std::size_t n = 0; n < channel.used[r].size(); ++n) {
-        const double e = left[channel.first[r] + static_cast<Index>(n)];
-        const double phase = 2.0 * std::numbers::pi * f_hz * track.forced.t_s[channel.used[r][n]];
-        sine += e * std::sin(phase);
-        cosine += e * std::cos(phase);
-      }
-      power += sine * sine + cosine * cosine;
-    }
-    if (power > greatest) {
-      greatest = power;
-      best_hz = f_hz;
-    }
+  const std::size_t cells = std::bit_ceil(static_cast<std::size_t>(length_s / kToneStep / kCell_s));
+  const double step_hz = 1.0 / (static_cast<double>(cells) * kCell_s);
+  const auto lowest = static_cast<Index>(std::ceil(kLowestTone_hz / step_hz));
+  const auto highest = static_cast<Index>(kHighestTone_hz / step_hz);
+  VectorXd power = VectorXd::Zero(highest - lowest + 1);
+  Eigen::FFT<double> fft;
+  for (std::size_t r = 0; r < likelihood.tracks().size(); ++r) {
+    const VectorXd& t_s = likelihood.tracks()[r].forced.t_s;
+    VectorXd values = VectorXd::Zero(static_cast<Index>(cells));
+    for (std::size_t n = 0; n < channel.used[r].size(); ++n)
+      values[std::lround(t_s[channel.used[r][n]] / kCell_s)] +=
+          left[channel.first[r] + static_cast<Index>(n)];
+    Eigen::VectorXcd spectrum;
+    fft.fwd(spectrum, values);
+    power += spectrum.segment(lowest, power.size()).cwiseAbs2();
   }
-  return best_hz;
+  Index strongest = 0;
+  power.maxCoeff(&strongest);
+  return static_cast<double>(lowest + strongest) * step_hz;
 }
 
 void set_tone(Likelihood& likelihood, const Candidate& candidate, double f_hz) {
@@ -107,6 +110,7 @@ void aim(Likelihood& training, Likelihood* held_out, const Model& model, Vocabul
       const double f_hz = tone_of(training, channel, left);
       set_tone(training, candidate, f_hz);
       if (held_out != nullptr) set_tone(*held_out, candidate, f_hz);
+      candidate.circumstance = fmt::format("time, at {:.2g} Hz", f_hz);
     }
   }
 }

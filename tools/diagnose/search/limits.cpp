@@ -4,17 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/findings/policy.hpp"
+
 namespace ravencal::diagnose {
 namespace {
-
-/// Gain of the loss, over the dispersion, that passes the chance over all candidates (3.9
-/// deviations among some 150) nine times in ten (1.28 further ones).
-constexpr double kGainNineTimesInTen = 27.0;
-/// A jump's place was searched for, too.
-constexpr double kJumpGainNineTimesInTen = 40.0;
-/// Share of what a candidate changes that no parameter of the model can change, from which on it is
-/// told apart.
-constexpr double kLeastOwn = 0.003;
 
 class Limits {
  public:
@@ -50,7 +43,7 @@ class Limits {
     const Candidate& candidate = vocabulary_.candidates[c];
     const Parameter& number = vocabulary_.numbers[*candidate.opens];
     const double closed2 = deviation * deviation + number.deviation * number.deviation;
-    const double opened2 = deviation * deviation + std::pow(candidate.opened_deviation, 2);
+    const double opened2 = deviation * deviation + std::pow(candidate.opened.deviation, 2);
     const double curvature = 1.0 / closed2 - 1.0 / opened2;
     const double by_gain =
         curvature > 0.0 ? std::sqrt(search_.dispersion() * kGainNineTimesInTen / curvature) : 0.0;

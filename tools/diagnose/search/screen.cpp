@@ -160,7 +160,7 @@ class Screen {
     taken[k] = 0.0;
     column.col(0).noalias() -= weighted_ * taken;
     const double closed = 1.0 / (wanted->deviation * wanted->deviation);
-    const double opened = 1.0 / (candidate.opened_deviation * candidate.opened_deviation);
+    const double opened = 1.0 / (candidate.opened.deviation * candidate.opened.deviation);
     double curvature = column.squaredNorm() + opened;
     for (std::size_t i = 0; i < free_.size(); ++i)
       curvature += std::pow(taken[static_cast<Index>(i)] / free_[i]->deviation, 2);
@@ -330,9 +330,6 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
 }
 
 Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
-  constexpr double kOpenedBelow = -2.5;  // of a logarithm: a twelfth of the plant's number
-  constexpr double kOpenedAbove = 8.0;
-  constexpr double kOpenedReach = 2.5;  // deviations of what is no logarithm
   constexpr double kStepShare = 0.05;
   const Candidate& candidate = vocabulary.candidates[hit.candidate];
   Model out = model;
@@ -341,10 +338,9 @@ Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
   std::vector<Parameter>& parameters = out.effects[hit.candidate];
   if (candidate.opens) {
     Parameter& number = out.numbers[*candidate.opens];
-    number.deviation = candidate.opened_deviation;
-    const double reach = kOpenedReach * candidate.opened_deviation;
-    number.low = number.logarithmic ? kOpenedBelow : number.mean - reach;
-    number.high = number.logarithmic ? kOpenedAbove : number.mean + reach;
+    const double x = candidate.opened.bounded(number.x);
+    number = candidate.opened;
+    number.x = x;
     return out;
   }
   for (std::size_t a = 0; a < candidate.sizes.size(); ++a) {

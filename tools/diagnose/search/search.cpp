@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnose/findings/policy.hpp"
+
 namespace ravencal::diagnose {
 
 using Eigen::VectorXd;
@@ -24,29 +26,8 @@ constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
 constexpr std::ptrdiff_t kMostEffects = 4;  // of one joint
 constexpr std::size_t kKeptModels = 5;
-/// Beyond, a model explains so little that its innovations say nothing of the noise.
-constexpr double kMostDispersion = 16.0;
-/// Gains of the loss over the dispersion: whatever the chance of few blocks, and for a shape
-/// without a name, for which no physics speaks; of a jump and of a tone, to which chance by blocks
-/// does not apply.
-constexpr double kClearGain = 25.0;
-constexpr double kLeastJumpGain = 25.0;
-constexpr double kLeastToneGain = 32.0;
-constexpr double kLeastToneStatistic = 16.0;
 constexpr std::size_t kMostShapes = 2;
-/// Gain of the fitted model in a block, over its standard error: one-sided chance of 0.6 %.
-constexpr double kLeastBlockGain_z = 2.5;
-/// Deviations of an effect's size from none, by its interval.
-constexpr double kLeastSize_z = 2.5;
-/// Of the noise, as kLeastNamedSize of an effect: a shape without a name.
-constexpr double kLeastShapeSize = 0.64;
-/// Beside others: of what they change together. Their forms may be wrong by as much.
-constexpr double kLeastBesideOthers = 0.12;
 constexpr int kMomentPasses = 4;
-/// Within so many seconds of its moment the gain of a jump falls by so many dispersions: by 70 and
-/// more of true ones in trials, by 36 and less of what slow wander imitates.
-constexpr double kMomentKnown_s = 2.0;
-constexpr double kLeastMomentGain = 40.0;
 
 }  // namespace
 
@@ -207,6 +188,8 @@ void Search::try_without(const Key& key) {
     Key smaller = key;
     smaller.erase(candidate);
     if (!seen_.contains(smaller)) consider(without(model, vocabulary_, candidate));
+    // Beside what was added later it may explain too little.
+    if (too_small(model, smaller, candidate)) seen_[key].too_small = true;
     // In its place something else of the same joint may be there.
     const std::size_t joint = vocabulary_.candidates[candidate].joint;
     const auto beside = std::count_if(smaller.begin(), smaller.end(), [&](std::size_t c) {
@@ -218,6 +201,7 @@ void Search::try_without(const Key& key) {
 
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
+  if (added.is_presence() && acting_size(with_it, candidate) < kLeastActingSize) return true;
   if (!added.is_presence() && size_z(with_it, candidate) < kLeastSize_z) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
@@ -226,7 +210,8 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   }
   const Model& smaller = seen_.at(without_it).model;
   const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;
-  if (!at_moments && gain_z(with_it, smaller) < kLeastBlockGain_z) return true;
+  if (!at_moments && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
+    return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
   const VectorXd of_others = without_it.empty() ? VectorXd(VectorXd::Zero(sizes.size()))
                                                 : sizes_between(smaller, seen_.at(Key{}).model);

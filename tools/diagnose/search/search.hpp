@@ -19,13 +19,6 @@
 
 namespace ravencal::diagnose {
 
-/// Gain of the loss over the dispersion from which on a candidate is tried.
-inline constexpr double kLeastGain = 10.0;
-/// Share of what the richer model leaves in a channel that an effect with a name changes at least.
-inline constexpr double kLeastNamedSize = 0.4;
-/// Deviations of its prior that a wrong number is off at least.
-inline constexpr double kWrongBy = 2.5;
-
 class Search {
  public:
   /// All must outlive the search; it aims the vocabulary's jumps and tones. `alpha`: chance of a
@@ -65,6 +58,7 @@ class Search {
   [[nodiscard]] Eigen::VectorXd sizes_between(const Model& richer, const Model& other) const;
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
+  [[nodiscard]] double acting_size(const Model& model, std::size_t presence) const;
   [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;

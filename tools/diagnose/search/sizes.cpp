@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/search/search.hpp"
 
 namespace ravencal::diagnose {
@@ -57,6 +58,31 @@ VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
     }
   }
   return sizes;
+}
+
+/// Of what holds or does not, in the rows where it acts: RMS in floors of the channel; nothing
+/// where it acts nearly always.
+double Search::acting_size(const Model& model, std::size_t presence) const {
+  Model absent = model;
+  absent.effects.at(presence).front().x = 0.0;
+  const State a = model.state_for(training_);
+  const State b = absent.state_for(training_);
+  const auto left_a = training_.residuals(a, training_.outcome(a));
+  const auto left_b = training_.residuals(b, training_.outcome(b));
+  double greatest = 0.0;
+  for (std::size_t c = 0; c < training_.channels().size(); ++c) {
+    double squares = 0.0, acting = 0.0, rows = 0.0;
+    for (std::size_t r = 0; r < left_a[c].size(); ++r) {
+      const std::vector<Eigen::Index>& used = training_.channels()[c].used[r];
+      const VectorXd change = (left_a[c][r] - left_b[c][r])(used);
+      squares += change.squaredNorm();
+      acting += static_cast<double>((change.array() != 0.0).count());
+      rows += static_cast<double>(used.size());
+    }
+    if (acting > 0.0 && acting < kMostLimited * rows)
+      greatest = std::max(greatest, std::sqrt(squares / acting) / training_.channels()[c].floor);
+  }
+  return greatest;
 }
 
 /// Of what the candidate adds, by its interval.

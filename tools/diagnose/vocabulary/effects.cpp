@@ -22,8 +22,6 @@ constexpr double kFewestPeriods = 1.0;
 constexpr double kLimits[] = {0.03, 0.06, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95};
 constexpr double kLeastHeld = 0.5;
 constexpr double kLimitDeviation = 0.15;
-/// Delays below are within what recorders pair.
-constexpr double kDelayStart_s = 0.01;
 /// Deviations of the logarithm of forms: widths, times, speeds.
 constexpr double kFormDeviation = 1.0;
 constexpr double kTimeDeviation = 0.7;
@@ -45,7 +43,6 @@ class Effects {
     const double position = s_.position;
     if (lacks("homing_offset")) either("homing_offset", "offset", 1e-3 * position, Reaches::kCable);
     if (lacks("gain_error")) either("gain_error", "ratio", 4e-3, Reaches::kCable);
-    if (lacks("delay")) positive("delay", "delay", kDelayStart_s, Reaches::kCable);
     couplings();
     if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {
       Candidate c = begin("compliance");

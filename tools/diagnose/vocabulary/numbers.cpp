@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "diagnose/vocabulary/candidates.hpp"
@@ -18,7 +19,9 @@ using physics::JointCircumstances;
 /// Bounds of a plant's number, in deviations; an inertia may be off by what other links add.
 constexpr double kBound = 2.7;
 constexpr double kInertiaBound = 5.0;
-constexpr double kHomedBound = 20.0;
+/// How far a cable is stretched when the controller takes a stop for reached, no plant says: the
+/// constant of a joint that homes, in deviations of its homing.
+constexpr double kHomedDeviations = 7.5;
 /// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
 /// whose plant states none, and the damping of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
@@ -34,6 +37,7 @@ constexpr double kLawDeviation = 0.02;
 constexpr double kLawRateDeviation = 0.1;
 constexpr double kDesiredRateDeviation = 0.5;
 constexpr double kLinkShareDeviation = 0.4;
+constexpr double kDelayScale_s = 0.1;
 
 class Numbers {
  public:
@@ -109,23 +113,18 @@ class Numbers {
   }
 
   void encoder(std::size_t recordings) {
-    of_plant("delay", "delay", Reaches::kCable);
-    Parameter late = linear("encoder", "late", 1.0, kDelayS, Reaches::kPosition);
-    late.in_plant = false;
-    late.set = in_circumstances(
-        s_.joint, {}, [](JointCircumstances& c) -> double& { return c.truth_lateness_s; });
-    bounded(std::move(late), kBound);
+    delay();
     const double homing = joint_.parameter("homing_offset", "deviation");
     for (std::size_t r = 0; r < recordings; ++r) {
+      const double drawn = std::max(s_.quantum, kDeviationPerTolerance * homing);
       Parameter constant =
-          linear("encoder", "constant", 1.0, std::max(s_.quantum, kDeviationPerTolerance * homing),
+          linear("encoder", "constant", 1.0, joint_.homing ? kHomedDeviations * drawn : drawn,
                  Reaches::kPosition);
       constant.recording = r;
       constant.in_plant = false;
       constant.set = in_circumstances(
           s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
-      // How far a cable is stretched when the controller takes a stop for reached, no plant says.
-      bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
+      bounded(std::move(constant), kBound);
       Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
       ramp.recording = r;
       ramp.in_plant = false;
@@ -133,6 +132,20 @@ class Numbers {
                                   [](JointCircumstances& c) -> double& { return c.encoder_ramp; });
       bounded(std::move(ramp), kBound);
     }
+  }
+
+  /// How late the joint is seen. Where the plant states no delay, it is the recorder's; beyond what
+  /// recorders may be late by, it is the joint's.
+  void delay() {
+    if (joint_.find_effect("delay") != nullptr) {
+      of_plant("delay", "delay", Reaches::kCable);
+      return;
+    }
+    Parameter p = linear("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s, Reaches::kCable);
+    p.in_plant = false;
+    p.set = in_circumstances(s_.joint, {},
+                             [](JointCircumstances& c) -> double& { return c.truth_lateness_s; });
+    bounded(std::move(p), kBound);
   }
 
   void law() {
@@ -250,19 +263,26 @@ class Numbers {
   std::vector<Parameter>& out_;
 };
 
-/// Deviations to which a prior opens.
+/// A mass or an inertia stays positive.
+constexpr double kLeastRatio = -0.95;
+constexpr double kOpenedBelow = -2.5;  // of a logarithm: a twelfth of the plant's number
+constexpr double kOpenedAbove = 8.0;
+constexpr double kOpenedReach = 2.5;  // deviations of what is no logarithm
+
+/// Where the prior of a number opens to.
 struct Opening {
   const char* effect;
   const char* parameter;
-  double deviation;   ///< of x: relative, s for delays, levels of friction for an offset
+  double deviation;   ///< of x: relative, levels of friction for an offset
   bool wrong_number;  ///< else it is physics that the plant lacks: a delay, a payload's weight
+  double least = -std::numeric_limits<double>::infinity();  ///< of x, where it is no logarithm
 };
 
 constexpr Opening kOpenings[] = {
-    {"delay", "delay", 0.6, true},
+    {"delay", "delay", 0.6, false, 0.0},
     {"compliance", "compliance", 0.6, true},
     {"joint_friction", "level", 0.6, true},
-    {"gravity", "ratio", 0.5, false},
+    {"gravity", "ratio", 0.5, true, kLeastRatio},
     {"torque_constant", "ratio", 0.6, false},
     {"coulomb_friction", "level", 0.6, true},
     {"viscous_friction", "damping", 0.6, true},
@@ -271,11 +291,29 @@ constexpr Opening kOpenings[] = {
     {"backlash", "half_width", 0.6, true},
     {"hysteresis", "stiffness", 0.6, true},
     {"creep", "compliance", 0.6, true},
-    {"inertia_error", "ratio", 0.3, false},
+    {"gain_error", "ratio", 3.0, true},
+    {"eccentricity", "amplitude", 3.0, true},
+    {"thermal_drift", "final", 3.0, true},
+    {"torque_ripple", "amplitude", 3.0, true},
+    {"asymmetric_friction", "level_difference", 3.0, true},
+    {"inertia_error", "ratio", 0.3, false, kLeastRatio},
     {"controller_gain", "ratio", 0.6, false},
     {"presliding", "displacement", 5.0, false},
     {"effort_offset", "offset", 3.0, false},
 };
+
+Parameter opened(const Parameter& number, const Opening& opening) {
+  Parameter p = number;
+  p.deviation = opening.deviation;
+  const double reach = kOpenedReach * opening.deviation;
+  p.low = p.logarithmic ? kOpenedBelow : std::max(opening.least, p.mean - reach);
+  p.high = p.logarithmic ? kOpenedAbove : p.mean + reach;
+  if (!p.in_plant) {  // what recorders cannot be late by is a delay of the joint
+    p.in_plant = true;
+    p.set = in_plant(p.joint, p.effect, p.name);
+  }
+  return p;
+}
 
 }  // namespace
 
@@ -303,7 +341,7 @@ void add_wrong_numbers(const physics::Plant& plant, const Scales& s,
       c.joint = s.joint;
       c.kind = CandidateKind::kNumber;
       c.opens = n;
-      c.opened_deviation = opening.deviation;
+      c.opened = opened(number, opening);
       const bool stated = plant.joints[s.joint].find_effect(number.effect) != nullptr;
       c.wrong_number = opening.wrong_number || stated;
       candidates.push_back(std::move(c));

@@ -33,7 +33,7 @@ struct Candidate {
   std::vector<Parameter> forms{};
   std::vector<std::vector<double>> starts{};  ///< values of the forms from which it is tried
   std::optional<std::size_t> opens{};  ///< place of the number whose prior it opens; no sizes then
-  double opened_deviation = 0.0;       ///< of x
+  Parameter opened{};                  ///< that number, with the open prior
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
   std::string circumstance{};          ///< of a shape: what it depends on
 
