@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                            "train_random.csv",
                            "train_pickplace.csv",
                            -1.0,
-                           {{"q4", 0.3}, {"q5", 0.8}, {"q6", 0.5}}},
+                           {{"q4", 0.3}, {"q5", 1.1}, {"q6", 0.5}}},
                       Case{"dvrk_jhu_tracker",
                            "dwell_means.csv",
                            "dwell_means.csv",

@@ -61,6 +61,8 @@ inline constexpr double kMostLimited = 0.75;
 inline constexpr double kLeastBesideOthers = 0.12;
 /// Deviations of an effect's size from none, by its interval.
 inline constexpr double kLeastSize_z = 2.5;
+/// The same of a jump, beyond the 3.5 that some thousand moments give by chance.
+inline constexpr double kLeastJumpSize_z = 6.0;
 /// Deviations of its prior that a wrong number is off at least.
 inline constexpr double kWrongBy = 2.5;
 /// Share of what a candidate changes that no parameter of the model can change, from which on it is

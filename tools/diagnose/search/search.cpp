@@ -181,15 +181,15 @@ void Search::add_all(const Model& model,
 }
 
 void Search::try_without(const Key& key) {
-  if (key.size() < 2) return;
   const Model model = seen_[key].model;
   for (const std::size_t candidate : key) {
     if (!go_on_()) return;
     Key smaller = key;
     smaller.erase(candidate);
     if (!seen_.contains(smaller)) consider(without(model, vocabulary_, candidate));
-    // Beside what was added later it may explain too little.
+    // Beside what was added later, and by the noise estimated since, it may explain too little.
     if (too_small(model, smaller, candidate)) seen_[key].too_small = true;
+    if (smaller.empty()) continue;
     // In its place something else of the same joint may be there.
     const std::size_t joint = vocabulary_.candidates[candidate].joint;
     const auto beside = std::count_if(smaller.begin(), smaller.end(), [&](std::size_t c) {
@@ -202,7 +202,8 @@ void Search::try_without(const Key& key) {
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
   if (added.is_presence() && acting_size(with_it, candidate) < kLeastActingSize) return true;
-  if (!added.is_presence() && size_z(with_it, candidate) < kLeastSize_z) return true;
+  const double least_z = added.kind == CandidateKind::kJump ? kLeastJumpSize_z : kLeastSize_z;
+  if (!added.is_presence() && size_z(with_it, candidate) < least_z) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;

@@ -67,8 +67,10 @@ class Effects {
     if (lacks("thermal_drift")) {
       Candidate c = begin("thermal_drift");
       c.sizes = {signed_size("final", 1e-3 * position, Reaches::kCable)};
-      add(std::move(c), form("time", kTimeDeviation, Reaches::kCable),
-          {0.2 * s_.length_s, 0.5 * s_.length_s, s_.length_s});
+      // One that is over at once is a constant.
+      Parameter time = form("time", kTimeDeviation, Reaches::kCable);
+      time.low = -2.0 * kTimeDeviation;
+      add(std::move(c), std::move(time), {0.2 * s_.length_s, 0.5 * s_.length_s, s_.length_s});
     }
     for (std::size_t r = 0; r < recordings_; ++r) {
       jump("slip", r, [](JointCircumstances& c) -> physics::Jump& { return c.slip; });

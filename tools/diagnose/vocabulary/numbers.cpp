@@ -19,9 +19,7 @@ using physics::JointCircumstances;
 /// Bounds of a plant's number, in deviations; an inertia may be off by what other links add.
 constexpr double kBound = 2.7;
 constexpr double kInertiaBound = 5.0;
-/// How far a cable is stretched when the controller takes a stop for reached, no plant says: the
-/// constant of a joint that homes, in deviations of its homing.
-constexpr double kHomedDeviations = 7.5;
+constexpr double kHomedBound = 20.0;
 /// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
 /// whose plant states none, and the damping of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
@@ -116,15 +114,15 @@ class Numbers {
     delay();
     const double homing = joint_.parameter("homing_offset", "deviation");
     for (std::size_t r = 0; r < recordings; ++r) {
-      const double drawn = std::max(s_.quantum, kDeviationPerTolerance * homing);
       Parameter constant =
-          linear("encoder", "constant", 1.0, joint_.homing ? kHomedDeviations * drawn : drawn,
+          linear("encoder", "constant", 1.0, std::max(s_.quantum, kDeviationPerTolerance * homing),
                  Reaches::kPosition);
       constant.recording = r;
       constant.in_plant = false;
       constant.set = in_circumstances(
           s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
-      bounded(std::move(constant), kBound);
+      // How far a cable is stretched when the controller takes a stop for reached, no plant says.
+      bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
       Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
       ramp.recording = r;
       ramp.in_plant = false;
