@@ -56,7 +56,7 @@ std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const 
 double tone_of(const Likelihood& likelihood, const Channel& channel, const VectorXd& left) {
   double length_s = 1.0 / kLowestTone_hz;
   for (const Track& track : likelihood.tracks())
-    length_s = std::max(length_s, track.forced.t_s[track.rows() - 1]);
+    length_s = std::max(length_s, track.period_s * static_cast<double>(track.rows() - 1));
   const std::size_t cells = std::bit_ceil(static_cast<std::size_t>(length_s / kToneStep / kCell_s));
   const double step_hz = 1.0 / (static_cast<double>(cells) * kCell_s);
   const auto lowest = static_cast<Index>(std::ceil(kLowestTone_hz / step_hz));
@@ -67,7 +67,8 @@ double tone_of(const Likelihood& likelihood, const Channel& channel, const Vecto
     const VectorXd& t_s = likelihood.tracks()[r].forced.t_s;
     VectorXd values = VectorXd::Zero(static_cast<Index>(cells));
     for (std::size_t n = 0; n < channel.used[r].size(); ++n)
-      values[std::lround(t_s[channel.used[r][n]] / kCell_s)] +=
+      // Times may step back between episodes; sines of these frequencies repeat after all cells.
+      values[std::lround(t_s[channel.used[r][n]] / kCell_s) & static_cast<Index>(cells - 1)] +=
           left[channel.first[r] + static_cast<Index>(n)];
     Eigen::VectorXcd spectrum;
     fft.fwd(spectrum, values);
