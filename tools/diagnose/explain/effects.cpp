@@ -58,7 +58,7 @@ class ReportedEffects {
       const Candidate& candidate = m_.vocabulary.candidates[c];
       Model less = without(m_.written, m_.vocabulary, c);
       fit(m_.training, less);
-      judge(m_.training, m_.search.dispersion(), 0.0, less);
+      judge(m_.training, 0.0, less);
       if (candidate.unnamed())
         report.unexplained.push_back(unexplained(candidate, less));
       else

@@ -58,7 +58,7 @@ void draw(const Models& models, const View& view, std::size_t first_recording, R
   for (const std::size_t c : models.written.chosen)
     if (in_plants(c)) growing = without(growing, models.vocabulary, c);
   fit(models.training, growing);
-  judge(models.training, models.search.dispersion(), 0.0, growing);
+  judge(models.training, 0.0, growing);
   std::vector<Growth> growth = {{"its numbers refitted", plant_of(growing, models.training)}};
   std::vector<Without> without_each;
   for (const std::size_t c : models.written.chosen) {

@@ -78,7 +78,7 @@ Model written_as(const Model& best, const Likelihood& training, const Vocabulary
   const bool ways = take_ways(routings_of(best, training), training.base().plant, plain);
   if (ways || plain.chosen.size() < best.chosen.size()) {
     fit(training, plain);
-    judge(training, 1.0, 0.0, plain);
+    judge(training, 0.0, plain);
   }
   hold_uncertain(training, opened_by(best, vocabulary), plain);
   for (Parameter& p : plain.numbers)
@@ -102,7 +102,7 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search) {
   const Model& best = search.best();
   Models out{given, training, vocabulary, search, best, written_as(best, training, vocabulary), {}};
-  judge(training, search.dispersion(), 0.0, out.written);
+  judge(training, 0.0, out.written);
   out.improved = plant_of(out.written, training);
   return out;
 }

@@ -32,7 +32,10 @@ double step_of(const Parameter& parameter) {
 class Residuals : public ceres::CostFunction {
  public:
   Residuals(const Likelihood& likelihood, Model& model)
-      : likelihood_(likelihood), model_(model), free_(model.free()) {
+      : likelihood_(likelihood),
+        model_(model),
+        free_(model.free()),
+        weight_(std::sqrt(likelihood.dispersion())) {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(free_.size()));
     set_num_residuals(static_cast<int>(likelihood.rows()) + static_cast<int>(free_.size()));
   }
@@ -48,7 +51,7 @@ class Residuals : public ceres::CostFunction {
     for (Index i = 0; i < rows; ++i) residuals[i] = huberised(innovations[i], slopes[i]);
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = *free_[static_cast<std::size_t>(k)];
-      residuals[rows + k] = (p.x - p.mean) / p.deviation;
+      residuals[rows + k] = weight_ * (p.x - p.mean) / p.deviation;
     }
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
@@ -60,7 +63,7 @@ class Residuals : public ceres::CostFunction {
       VectorXd column(rows);
       likelihood_.add_column(state, outcome, p, step_of(p), column);
       jacobian.col(k).head(rows) = -slopes.cwiseProduct(column);
-      jacobian(rows + k, k) = 1.0 / p.deviation;
+      jacobian(rows + k, k) = weight_ / p.deviation;
     });
     return true;
   }
@@ -79,13 +82,15 @@ class Residuals : public ceres::CostFunction {
   const Likelihood& likelihood_;
   Model& model_;
   std::vector<Parameter*> free_;
+  double weight_;  ///< of a prior's residual
 };
 
-MatrixXd prior_curvature(const std::vector<const Parameter*>& free) {
+/// Of the loss, not of the score.
+MatrixXd prior_curvature(const Likelihood& likelihood, const std::vector<const Parameter*>& free) {
   MatrixXd out = MatrixXd::Zero(static_cast<Index>(free.size()), static_cast<Index>(free.size()));
   for (std::size_t k = 0; k < free.size(); ++k)
     out(static_cast<Index>(k), static_cast<Index>(k)) =
-        1.0 / (free[k]->deviation * free[k]->deviation);
+        likelihood.dispersion() / (free[k]->deviation * free[k]->deviation);
   return out;
 }
 
@@ -118,11 +123,11 @@ Linearised linearise(const Likelihood& likelihood, const Model& model) {
                           at.columns.col(static_cast<Index>(k)));
   });
   const MatrixXd weighted = at.root_weights.asDiagonal() * at.columns;
-  at.curvature = weighted.transpose() * weighted + prior_curvature(free);
+  at.curvature = weighted.transpose() * weighted + prior_curvature(likelihood, free);
   return at;
 }
 
-double fit(const Likelihood& likelihood, Model& model) {
+void fit(const Likelihood& likelihood, Model& model) {
   const std::vector<Parameter*> free = model.free();
   std::vector<double> x;
   for (const Parameter* p : free) x.push_back(p->bounded(p->x));
@@ -144,21 +149,21 @@ double fit(const Likelihood& likelihood, Model& model) {
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   for (std::size_t k = 0; k < free.size(); ++k) free[k]->x = free[k]->bounded(x[k]);
-  return 2.0 * summary.final_cost;
 }
 
-void judge(const Likelihood& likelihood, double dispersion, double cost, Model& model) {
+void judge(const Likelihood& likelihood, double cost, Model& model) {
   const Linearised at = linearise(likelihood, model);
   const std::vector<const Parameter*> free = std::as_const(model).free();
   const auto count = static_cast<Index>(free.size());
   const MatrixXd inverse = at.curvature.ldlt().solve(MatrixXd::Identity(count, count));
   const MatrixXd scores = score_covariance(likelihood, at);
-  const MatrixXd priors = prior_curvature(free);
+  const MatrixXd priors = prior_curvature(likelihood, free);
   Judgement& out = model.judgement;
   out.loss = huber_loss(at.innovations);
   out.trace = (inverse * scores).trace();
   const double expected = (inverse * (at.curvature - priors)).trace();
   out.dispersion = std::max(1.0, out.trace / std::max(1e-9, expected));
+  const double dispersion = likelihood.dispersion();
   out.covariance = inverse * (scores + priors) * inverse;
   // No deviation is below that of independent rows; correlations stay.
   const VectorXd wider =

@@ -88,6 +88,9 @@ class Likelihood {
   /// The channel's signal as it was recorded, filtered: `measured` unless another simulation is the
   /// baseline.
   [[nodiscard]] Eigen::VectorXd recorded(const Channel& channel, std::size_t recording) const;
+  /// What the channel shows beyond the drive's motion, filtered: an effort, or how far the measured
+  /// joint is from where the controller believes it.
+  [[nodiscard]] Eigen::VectorXd signal(const Channel& channel, std::size_t recording) const;
   [[nodiscard]] Outcome outcome(const State& state) const;
   /// Measured minus predicted, filtered: [channel][recording].
   [[nodiscard]] std::vector<ByRecording> residuals(const State& state,
@@ -104,6 +107,10 @@ class Likelihood {
   /// Links weigh where this state holds them.
   void move_links(const State& state);
   void estimate_noise(const State& state);
+  /// By which the loss is divided, at least 1: correlation that the noise model leaves. Priors
+  /// weigh as much more beside the loss.
+  [[nodiscard]] double dispersion() const { return dispersion_; }
+  void set_dispersion(double dispersion) { dispersion_ = dispersion; }
   /// The noise of the same channels of other recordings.
   void take_noise(const Likelihood& other);
 
@@ -136,6 +143,7 @@ class Likelihood {
   int block_count_ = 0;
   Eigen::Index rows_ = 0;
   unsigned threads_ = 1;
+  double dispersion_ = 1.0;
 };
 
 /// Huber's loss of one innovation, of stacked ones, and the root of each row's weight in it.

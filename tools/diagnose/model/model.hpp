@@ -52,13 +52,13 @@ struct Linearised {
   Eigen::VectorXd innovations;   ///< stacked
   Eigen::VectorXd root_weights;  ///< of Huber's loss
   Eigen::MatrixXd columns;       ///< change of the whitened prediction per change of x
-  Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors'
+  Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors', of the loss
 };
 
 Linearised linearise(const Likelihood& likelihood, const Model& model);
 
-/// Moves the model to the optimum of loss and priors within its bounds; returns that loss.
-double fit(const Likelihood& likelihood, Model& model);
+/// Moves the model to the optimum of loss over dispersion and priors within its bounds.
+void fit(const Likelihood& likelihood, Model& model);
 
 /// Numbers of the plant that the rows move by no more than chance (5 %, the least certain one
 /// first) are held at the plant's values, the others are fitted again. `opened`: places of numbers
@@ -66,8 +66,7 @@ double fit(const Likelihood& likelihood, Model& model);
 void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& opened,
                     Model& model);
 
-/// Fills in the judgement of a fitted model. `dispersion`: of the best model so far; `cost`: of
-/// what is chosen, beside the priors.
-void judge(const Likelihood& likelihood, double dispersion, double cost, Model& model);
+/// Fills in the judgement of a fitted model. `cost`: of what is chosen, beside the priors.
+void judge(const Likelihood& likelihood, double cost, Model& model);
 
 }  // namespace ravencal::diagnose

@@ -29,6 +29,8 @@ constexpr std::size_t kKeptModels = 5;
 constexpr std::size_t kMostShapes = 2;
 constexpr int kMomentPasses = 4;
 
+double counted(double dispersion) { return std::clamp(dispersion, 1.0, kMostDispersion); }
+
 }  // namespace
 
 Search::Search(Likelihood& training, Likelihood* held_out, Vocabulary& vocabulary, double alpha,
@@ -72,9 +74,10 @@ void Search::start() {
     training_.estimate_noise(state);
   }
   fit(training_, model);
-  judge(training_, 1.0, 0.0, model);
-  dispersion_ = std::clamp(model.judgement.dispersion, 1.0, kMostDispersion);
-  judge(training_, dispersion_, 0.0, model);
+  judge(training_, 0.0, model);
+  training_.set_dispersion(counted(model.judgement.dispersion));
+  fit(training_, model);
+  judge(training_, 0.0, model);
   seen_[Key{}].model = std::move(model);
 }
 
@@ -96,7 +99,7 @@ double Search::cost_of(const Key& key) const {
 
 Search::Seen& Search::consider(Model model) {
   fit(training_, model);
-  judge(training_, dispersion_, cost_of(model.chosen), model);
+  judge(training_, cost_of(model.chosen), model);
   take_dispersion_of(model);
   const Key key = model.chosen;
   const auto [at, is_new] = seen_.try_emplace(key);
@@ -109,18 +112,18 @@ Search::Seen& Search::consider(Model model) {
 /// its own dispersion, that one holds for all (Burnham and Anderson 2002, 2.5: of the global
 /// model).
 void Search::take_dispersion_of(Model& model) {
-  const double own = std::clamp(model.judgement.dispersion, 1.0, kMostDispersion);
-  if (own >= dispersion_) return;
+  const double own = counted(model.judgement.dispersion);
+  if (own >= dispersion()) return;
   const double best = in_order().front()->model.judgement.score_at(own);
   if (model.judgement.score_at(own) >= best) return;
-  dispersion_ = own;
+  training_.set_dispersion(own);
   model.judgement.score = model.judgement.score_at(own);
   for (auto& [key, seen] : seen_) seen.model.judgement.score = seen.model.judgement.score_at(own);
 }
 
 bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>& shapes) const {
   const Candidate& candidate = vocabulary_.candidates[hit.candidate];
-  const double gain = hit.gain / dispersion_;
+  const double gain = hit.gain / dispersion();
   // By blocks, whatever the dispersion.
   if (std::max(gain, hit.statistic) < kLeastGain) return false;
   switch (candidate.kind) {
@@ -161,7 +164,7 @@ void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t>
     }
     Seen& considered = consider(with(model, vocabulary_, hit));
     considered.too_small = too_small(considered.model, key, hit.candidate);
-    const double gained = model.judgement.score_at(dispersion_) - considered.model.judgement.score;
+    const double gained = model.judgement.score_at(dispersion()) - considered.model.judgement.score;
     if (considered.too_small || gained <= 0.0) continue;
     auto& [most_gained, best] = of_joint[vocabulary_.candidates[hit.candidate].joint];
     if (gained <= most_gained) continue;
@@ -208,6 +211,7 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;
     if (std::abs(off) <= kWrongBy * closed.deviation) return true;
+    if (changes_much(with_it, *added.opens)) return false;
   }
   const Model& smaller = seen_.at(without_it).model;
   const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;
@@ -230,7 +234,7 @@ bool Search::has_no_moment(const Model& without_it, const Hit& jump) const {
     for (const Hit& hit : screen_one(training_, without_it, elsewhere))
       greatest = std::max(greatest, hit.gain);
   }
-  return jump.gain - greatest < kLeastMomentGain * dispersion_;
+  return jump.gain - greatest < kLeastMomentGain * dispersion();
 }
 
 /// Finer around the best moment, several times.
@@ -265,11 +269,11 @@ void Search::judge_anew() {
   const State state = best.state_for(training_);
   training_.move_links(state);
   training_.estimate_noise(state);
-  judge(training_, 1.0, cost_of(best.chosen), best);
-  dispersion_ = std::clamp(best.judgement.dispersion, 1.0, kMostDispersion);
+  judge(training_, cost_of(best.chosen), best);
+  training_.set_dispersion(counted(best.judgement.dispersion));
   for (auto& [key, seen] : seen_) {
     fit(training_, seen.model);
-    judge(training_, dispersion_, cost_of(key), seen.model);
+    judge(training_, cost_of(key), seen.model);
     seen.expanded = false;
   }
   if (held_out_ != nullptr) held_out_->take_noise(training_);

@@ -33,7 +33,7 @@ class Search {
   [[nodiscard]] std::vector<const Model*> ranked() const;
   [[nodiscard]] const Model& best() const { return *ranked().front(); }
   [[nodiscard]] double alpha() const { return alpha_; }
-  [[nodiscard]] double dispersion() const { return dispersion_; }
+  [[nodiscard]] double dispersion() const { return training_.dispersion(); }
   /// Greatest change that what distinguishes two models makes in any channel, as a share of what
   /// the richer one leaves there.
   [[nodiscard]] double size_between(const Model& richer, const Model& other) const;
@@ -56,9 +56,11 @@ class Search {
   [[nodiscard]] bool worth_trying(const Hit& hit, const Key& key,
                                   std::set<std::string>& shapes) const;
   [[nodiscard]] Eigen::VectorXd sizes_between(const Model& richer, const Model& other) const;
+
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
   [[nodiscard]] double acting_size(const Model& model, std::size_t presence) const;
+  [[nodiscard]] bool changes_much(const Model& model, std::size_t number) const;
   [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;
@@ -72,7 +74,6 @@ class Search {
   double alpha_;
   std::uint64_t seed_;
   std::map<Key, Seen> seen_;
-  double dispersion_ = 1.0;
   std::function<bool()> go_on_;
 };
 

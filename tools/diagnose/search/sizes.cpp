@@ -30,6 +30,40 @@ double Search::gain_z(const Model& richer, const Model& poorer) const {
   return squares > 0.0 ? mean / std::sqrt(squares / (blocks * (blocks - 1.0))) : 0.0;
 }
 
+namespace {
+
+/// What distinguishes two states of one channel, summed over its rows.
+struct Change {
+  double squares = 0.0;  ///< of the change
+  double acting = 0.0;   ///< rows that it changes
+  double rows = 0.0;
+  double left = 0.0;    ///< squares of what the first state leaves
+  double signal = 0.0;  ///< squares of what the channel shows, about its mean
+};
+
+std::vector<Change> changes(const Likelihood& likelihood, const State& of, const State& other) {
+  const auto left = likelihood.residuals(of, likelihood.outcome(of));
+  const auto left_by_other = likelihood.residuals(other, likelihood.outcome(other));
+  std::vector<Change> out(likelihood.channels().size());
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    for (std::size_t r = 0; r < left[c].size(); ++r) {
+      const Channel& channel = likelihood.channels()[c];
+      const std::vector<Eigen::Index>& used = channel.used[r];
+      if (used.empty()) continue;
+      const VectorXd change = (left[c][r] - left_by_other[c][r])(used);
+      const VectorXd signal = likelihood.signal(channel, r)(used);
+      out[c].squares += change.squaredNorm();
+      out[c].acting += static_cast<double>((change.array() != 0.0).count());
+      out[c].rows += static_cast<double>(used.size());
+      out[c].left += left[c][r](used).squaredNorm();
+      out[c].signal += (signal.array() - signal.mean()).square().sum();
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 double Search::size_between(const Model& richer, const Model& other) const {
   const VectorXd sizes = sizes_between(richer, other);
   return sizes.size() > 0 ? sizes.maxCoeff() : 0.0;
@@ -38,25 +72,15 @@ double Search::size_between(const Model& richer, const Model& other) const {
 /// In each channel.
 VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
   VectorXd sizes = VectorXd::Zero(static_cast<Eigen::Index>(training_.channels().size()));
-  for (const Likelihood* likelihood :
-       {static_cast<const Likelihood*>(&training_), static_cast<const Likelihood*>(held_out_)}) {
-    if (likelihood == nullptr) continue;
-    const bool own = likelihood == &training_;
-    const State a = own ? richer.state_for(training_) : richer.state_elsewhere(*likelihood);
-    const State b = own ? other.state_for(training_) : other.state_elsewhere(*likelihood);
-    const auto left_a = likelihood->residuals(a, likelihood->outcome(a));
-    const auto left_b = likelihood->residuals(b, likelihood->outcome(b));
-    for (std::size_t c = 0; c < likelihood->channels().size(); ++c) {
-      double squares = 0.0, left = 0.0;
-      for (std::size_t r = 0; r < left_a[c].size(); ++r) {
-        const std::vector<Eigen::Index>& used = likelihood->channels()[c].used[r];
-        squares += (left_a[c][r] - left_b[c][r])(used).squaredNorm();
-        left += left_a[c][r](used).squaredNorm();
-      }
+  const auto add = [&](const std::vector<Change>& of) {
+    for (std::size_t c = 0; c < of.size(); ++c) {
       double& size = sizes[static_cast<Eigen::Index>(c)];
-      if (left > 0.0) size = std::max(size, std::sqrt(squares / left));
+      if (of[c].left > 0.0) size = std::max(size, std::sqrt(of[c].squares / of[c].left));
     }
-  }
+  };
+  add(changes(training_, richer.state_for(training_), other.state_for(training_)));
+  if (held_out_ != nullptr)
+    add(changes(*held_out_, richer.state_elsewhere(*held_out_), other.state_elsewhere(*held_out_)));
   return sizes;
 }
 
@@ -65,24 +89,28 @@ VectorXd Search::sizes_between(const Model& richer, const Model& other) const {
 double Search::acting_size(const Model& model, std::size_t presence) const {
   Model absent = model;
   absent.effects.at(presence).front().x = 0.0;
-  const State a = model.state_for(training_);
-  const State b = absent.state_for(training_);
-  const auto left_a = training_.residuals(a, training_.outcome(a));
-  const auto left_b = training_.residuals(b, training_.outcome(b));
+  const std::vector<Change> of =
+      changes(training_, model.state_for(training_), absent.state_for(training_));
   double greatest = 0.0;
-  for (std::size_t c = 0; c < training_.channels().size(); ++c) {
-    double squares = 0.0, acting = 0.0, rows = 0.0;
-    for (std::size_t r = 0; r < left_a[c].size(); ++r) {
-      const std::vector<Eigen::Index>& used = training_.channels()[c].used[r];
-      const VectorXd change = (left_a[c][r] - left_b[c][r])(used);
-      squares += change.squaredNorm();
-      acting += static_cast<double>((change.array() != 0.0).count());
-      rows += static_cast<double>(used.size());
-    }
-    if (acting > 0.0 && acting < kMostLimited * rows)
-      greatest = std::max(greatest, std::sqrt(squares / acting) / training_.channels()[c].floor);
-  }
+  for (std::size_t c = 0; c < of.size(); ++c)
+    if (of[c].acting > 0.0 && of[c].acting < kMostLimited * of[c].rows)
+      greatest = std::max(greatest,
+                          std::sqrt(of[c].squares / of[c].acting) / training_.channels()[c].floor);
   return greatest;
+}
+
+/// More than forms of laws differ by. The plant's other numbers can take over much of what a wrong
+/// one changes; whether they may is the score's to say by their priors. So its size is what it
+/// changes while they stay.
+bool Search::changes_much(const Model& model, std::size_t number) const {
+  Model as_stated = model;
+  as_stated.numbers[number].x = vocabulary_.numbers[number].mean;
+  const std::vector<Change> of =
+      changes(training_, model.state_for(training_), as_stated.state_for(training_));
+  return std::any_of(of.begin(), of.end(), [](const Change& change) {
+    return change.squares > kLeastNamedSize * kLeastNamedSize * change.left &&
+           change.squares > kModelForm * kModelForm * change.signal;
+  });
 }
 
 /// Of what the candidate adds, by its interval.
