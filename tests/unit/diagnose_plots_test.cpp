@@ -66,7 +66,7 @@ physics::ForcedMotion motion() {
   forced.fresh.front() = 1;
   const VectorXd q =
       0.4 * (0.7 * forced.t_s.array()).sin() + 0.2 * (1.9 * forced.t_s.array()).sin();
-  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0, 0.0}};
+  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0}};
   return forced;
 }
 
