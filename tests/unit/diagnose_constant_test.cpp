@@ -86,9 +86,8 @@ TEST(DriveConstant, IsPartOfFrictionThatDiffersWithSpeedAsWell) {
     ASSERT_EQ(report.effects.size(), 1U) << uneven_viscous << ": " << report.verdict.text;
     const NamedEffect& effect = report.effects.front();
     EXPECT_EQ(effect.id, "asymmetric_friction");
-    const NamedParameter* level = find_parameter(effect, "level_difference");
-    ASSERT_NE(level, nullptr) << uneven_viscous;
-    EXPECT_NEAR(level->value, 0.6, 0.1) << uneven_viscous;
+    EXPECT_EQ(effect.parameters.front().name, "level_difference");
+    EXPECT_NEAR(effect.parameters.front().value, 0.6, 0.1) << uneven_viscous;
   }
 }
 

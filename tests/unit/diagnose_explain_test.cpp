@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "diagnose/explain/explain.hpp"
+#include "diagnose/diagnose.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/tracks.hpp"
@@ -25,11 +25,11 @@ const std::string kViscous = R"(
 )";
 
 Report report_of(const physics::Plant& robot, const physics::Plant& given, unsigned seed = 1,
-                 const ExplainOptions& options = {}) {
+                 const Options& options = {}) {
   auto explained =
-      explain({recording_of(robot, seed)}, {recording_of(robot, seed + 1)}, given, options);
+      diagnose({recording_of(robot, seed)}, {recording_of(robot, seed + 1)}, given, options);
   EXPECT_TRUE(explained.ok()) << (explained.ok() ? "" : explained.error().message);
-  return std::move(explained->report);
+  return std::move(*explained);
 }
 
 const HeldOut& figure(const Report& report, const std::string& metric) {
@@ -101,7 +101,7 @@ TEST(DiagnoseExplain, SpeaksOfEveryWordOnce) {
 
 TEST(DiagnoseExplain, GivesTheSameReportOnAnyNumberOfThreads) {
   const physics::Plant robot = plant_of(kViscous);
-  ExplainOptions options;
+  Options options;
   options.placebos = 2;
   const std::string one = report_json(report_of(robot, plant_of(""), 1, options));
   options.threads = 3;
@@ -109,7 +109,7 @@ TEST(DiagnoseExplain, GivesTheSameReportOnAnyNumberOfThreads) {
 }
 
 TEST(DiagnoseExplain, FindsNothingInPlacebosOfWhiteNoise) {
-  ExplainOptions options;
+  Options options;
   options.placebos = 5;
   const Report report = report_of(plant_of(kViscous), plant_of(""), 1, options);
   ASSERT_TRUE(report.verdict.false_alarm_rate.has_value());
@@ -118,10 +118,10 @@ TEST(DiagnoseExplain, FindsNothingInPlacebosOfWhiteNoise) {
 }
 
 TEST(DiagnoseExplain, StopsWhenItIsTold) {
-  ExplainOptions options;
+  Options options;
   options.look = [](double, std::string_view) { return false; };
   const physics::Plant plant = plant_of("");
-  const auto stopped = explain({recording_of(plant, 1)}, {}, plant, options);
+  const auto stopped = diagnose({recording_of(plant, 1)}, {}, plant, options);
   ASSERT_FALSE(stopped.ok());
   EXPECT_EQ(stopped.error().code, core::ErrorCode::kUsage);
 }
@@ -138,11 +138,11 @@ TEST(DiagnoseExplain, NamesAConstantOfTheDriveInABriefRecording) {
   constexpr Index kBriefRows = 1250;
   brief.t_ns.resize(kBriefRows);
   brief.samples.conservativeResize(kBriefRows, Eigen::NoChange);
-  const auto explained = explain({brief}, {recording_of(robot, 2)}, plant_of(""), {});
+  const auto explained = diagnose({brief}, {recording_of(robot, 2)}, plant_of(""), {});
   ASSERT_TRUE(explained.ok()) << explained.error().message;
-  ASSERT_EQ(explained->report.effects.size(), 1U);
-  EXPECT_EQ(explained->report.effects[0].id, "asymmetric_friction");
-  EXPECT_NEAR(explained->report.effects[0].parameters[0].value, 0.3, 0.06);
+  ASSERT_EQ(explained->effects.size(), 1U);
+  EXPECT_EQ(explained->effects[0].id, "asymmetric_friction");
+  EXPECT_NEAR(explained->effects[0].parameters[0].value, 0.3, 0.06);
 }
 
 physics::Plant servoed_plant() {
@@ -178,9 +178,9 @@ TEST(DiagnoseExplain, NamesTheLimitOfADriveThatWasAskedForMore) {
       if (effort * to_joint > delivered_n_m) effort = kAsked_n_m / to_joint;
     return servoed(plant, std::move(r), 1.0);
   };
-  const auto explained = explain({limited(1)}, {limited(2)}, plant, {});
+  const auto explained = diagnose({limited(1)}, {limited(2)}, plant, {});
   ASSERT_TRUE(explained.ok()) << explained.error().message;
-  const std::vector<NamedEffect>& effects = explained->report.effects;
+  const std::vector<NamedEffect>& effects = explained->effects;
   const auto effect = std::find_if(effects.begin(), effects.end(),
                                    [](const NamedEffect& e) { return e.id == "saturation"; });
   ASSERT_NE(effect, effects.end());

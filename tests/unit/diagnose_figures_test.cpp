@@ -75,7 +75,7 @@ record::Recording recording_of(const physics::Plant& plant, const Scene& scene, 
   for (const double rate : {1.1, 0.4}) {
     const VectorXd q = 0.4 * (rate * moving_s).sin() + 0.1 * (2.7 * rate * moving_s).sin();
     forced.motors.push_back(
-        {q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0, 0.0});
+        {q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0});
   }
   const auto predicted = physics::predict(plant, forced);
   EXPECT_TRUE(predicted.ok());

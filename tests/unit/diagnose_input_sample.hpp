@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include "diagnose/explain/explain.hpp"
-#include "diagnose/explain/notes.hpp"
+#include "diagnose/diagnose.hpp"
+#include "diagnose/explain/looked_at.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/track/simulated.hpp"
 #include "diagnose_generator.hpp"
@@ -70,9 +70,8 @@ inline std::string notes_of(const std::vector<Recording>& training, const physic
   const Likelihood fitted(plant, std::move(tracks->training));
   std::optional<Likelihood> shown;
   if (!tracks->held_out.empty()) shown.emplace(plant, std::move(tracks->held_out), &fitted);
-  for (const std::string& note :
-       diagnose::channel_notes(fitted, shown ? &*shown : nullptr, training, held_out, plant))
-    tracks->notes.push_back(note);
+  diagnose::add_channel_notes(fitted, shown ? &*shown : nullptr,
+                              diagnose::in_order(training, held_out), plant, tracks->notes);
   return fmt::format("{}", fmt::join(tracks->notes, "\n"));
 }
 

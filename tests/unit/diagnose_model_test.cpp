@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/explain/explain.hpp"
+#include "diagnose/diagnose.hpp"
 #include "diagnose/model/likelihood.hpp"
 #include "diagnose/model/noise.hpp"
 #include "diagnose/vocabulary/vocabulary.hpp"
@@ -77,16 +77,16 @@ TEST(DiagnoseModel, NamesWhatThePlantLacksAndNothingElse) {
   damping_n_m_s_per_rad = 0.6
 )");
   const auto report_for = [&](const physics::Plant& given) {
-    auto report = explain({recording_of(robot, 1)}, {recording_of(robot, 2)}, given, {});
+    auto report = diagnose({recording_of(robot, 1)}, {recording_of(robot, 2)}, given, {});
     EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-    return std::move(report).value().report;
+    return std::move(report).value();
   };
   const Report lacking = report_for(plant_of(""));
   ASSERT_EQ(lacking.effects.size(), 1U);
   EXPECT_EQ(lacking.effects[0].id, "viscous_friction");
-  const NamedParameter* damping = find_parameter(lacking.effects[0], "damping");
-  ASSERT_NE(damping, nullptr);
-  EXPECT_NEAR(damping->value, 0.6, 0.06);
+  ASSERT_EQ(lacking.effects[0].parameters.size(), 1U);
+  EXPECT_EQ(lacking.effects[0].parameters[0].name, "damping");
+  EXPECT_NEAR(lacking.effects[0].parameters[0].value, 0.6, 0.06);
   EXPECT_LT(lacking.effects[0].held_out_after, 0.5 * lacking.effects[0].held_out_before);
   EXPECT_LT(lacking.effects[0].p_value, 1e-6);
   EXPECT_TRUE(report_for(robot).effects.empty());

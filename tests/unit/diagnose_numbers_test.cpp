@@ -4,40 +4,32 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
-#include <random>
+#include <cmath>
 
 #include "diagnose/findings/combinations.hpp"
 
 namespace {
 
 using namespace ravencal;
-using Eigen::Index;
 
 TEST(Combinations, AreFoundWhereOnlyAProductIsKnown) {
-  std::mt19937_64 engine(3);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd draws(400, 3);
-  for (Index d = 0; d < draws.rows(); ++d) {
-    const double apart = 0.5 * normal(engine);
-    draws.row(d) << apart, -apart + 0.01 * normal(engine), 0.02 * normal(engine);
-  }
-  const auto found = diagnose::combinations_of(
-      {{"compliance", "stiffness"}, {"backlash", "half_width"}, {"creep", "time"}}, draws);
-  ASSERT_EQ(found.size(), 1U);
-  ASSERT_EQ(found.front().parameters.size(), 2U);
-  EXPECT_DOUBLE_EQ(found.front().parameters[0].power, found.front().parameters[1].power);
-  EXPECT_NEAR(found.front().value, 1.0, 0.01);
-  EXPECT_GT(found.front().parameters[0].relative_deviation, 0.3);
+  Eigen::Matrix3d covariance = Eigen::Vector3d(0.25, 0.25, 4e-4).asDiagonal();
+  covariance(0, 1) = covariance(1, 0) = -0.25 + 5e-5;
+  const auto found = diagnose::combination_of(
+      {{"compliance", "stiffness"}, {"backlash", "half_width"}, {"creep", "time"}},
+      Eigen::Vector3d(1.0, -1.0, 0.5), covariance);
+  ASSERT_TRUE(found.has_value());
+  ASSERT_EQ(found->parameters.size(), 2U);
+  EXPECT_DOUBLE_EQ(found->parameters[0].power, found->parameters[1].power);
+  EXPECT_NEAR(found->value, 1.0, 1e-6);
+  EXPECT_NEAR(found->ci95.second, std::exp(0.0196), 1e-6);
+  EXPECT_NEAR(found->parameters[0].relative_deviation, 0.5, 1e-9);
 }
 
 TEST(Combinations, AreNotFoundWhereEachParameterIsKnown) {
-  std::mt19937_64 engine(4);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd draws(400, 2);
-  for (Index d = 0; d < draws.rows(); ++d)
-    draws.row(d) << 0.3 * normal(engine), 0.3 * normal(engine);
-  EXPECT_TRUE(
-      diagnose::combinations_of({{"compliance", "stiffness"}, {"creep", "time"}}, draws).empty());
+  const Eigen::Matrix2d covariance = 0.09 * Eigen::Matrix2d::Identity();
+  EXPECT_FALSE(diagnose::combination_of({{"compliance", "stiffness"}, {"creep", "time"}},
+                                        Eigen::Vector2d::Zero(), covariance));
 }
 
 }  // namespace

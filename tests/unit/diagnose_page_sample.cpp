@@ -126,7 +126,7 @@ Report sample_diagnosis() {
       {"elbow", "transmission", "rad", 0.25, 0.0021, "repetition", 0.0013, 900, 0.93, 0.0024, true},
       {"elbow", "drive", "N_m", 0.41, 0.12, "resolution", 0.003, 0, 0.0, 0.3, true},
       {"insertion", "transmission", "m", 0.0137, 7.2e-05, "none", 0.0, 0, 0.0, 0.0, true}};
-  decide(r, {});
+  decide(r);
   return r;
 }
 
@@ -140,7 +140,7 @@ Report sample_of_nothing() {
                  0.003,
                  Interval{-0.05, 0.02},
                  {{1, 0.0031, 0.003}}}};
-  decide(r, {});
+  decide(r);
   return r;
 }
 

@@ -68,7 +68,7 @@ inline record::Recording recording_of(const physics::Plant& plant, unsigned seed
   const VectorXd q = 0.4 * (0.7 * forced.t_s.array() + 0.1 * seed).sin() +
                      0.2 * (1.9 * forced.t_s.array()).sin() +
                      0.1 * (0.13 * forced.t_s.array()).sin();
-  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0, 0.0}};
+  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0}};
   const auto predicted = physics::predict(plant, forced);
   EXPECT_TRUE(predicted.ok());
   record::Recording r;

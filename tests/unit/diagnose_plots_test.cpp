@@ -66,7 +66,7 @@ physics::ForcedMotion motion() {
   forced.fresh.front() = 1;
   const VectorXd q =
       0.4 * (0.7 * forced.t_s.array()).sin() + 0.2 * (1.9 * forced.t_s.array()).sin();
-  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0, 0.0}};
+  forced.motors = {{q, first_difference(q, kPeriodS), second_difference(q, kPeriodS), 0.0}};
   return forced;
 }
 
@@ -202,13 +202,12 @@ TEST_F(DiagnosePlotsOfFriction, IsNearlyEverywhere) {
 }
 
 TEST_F(DiagnosePlotsOfFriction, GrowsToTheFloorAndKeepsItsSize) {
-  add_plots(view, {{"its numbers refitted", given}, {"one coulomb_friction", robot}},
-            {{"coulomb_friction", "one", "", given}}, 3, report);
+  add_plots(view, {given, {{"coulomb_friction", "one", "", robot, given}}}, 3, report);
   ASSERT_EQ(report.plots.size(), 2U);
   const ChannelPlot& plot = report.plots[0];
   EXPECT_EQ(plot.stage, "drive");
   ASSERT_EQ(plot.waterfall.size(), 4U);
-  EXPECT_EQ(plot.waterfall[2].name, "one coulomb_friction");
+  EXPECT_EQ(plot.waterfall[2].name, "coulomb_friction");
   EXPECT_LT(plot.waterfall[2].rms, 0.2 * plot.waterfall[1].rms);
   EXPECT_EQ(plot.waterfall[3].name, "floor");
   EXPECT_EQ(report.plots[1].waterfall.size(), 3U) << "friction of the drive moves no joint";
@@ -219,7 +218,7 @@ TEST_F(DiagnosePlotsOfFriction, GrowsToTheFloorAndKeepsItsSize) {
 }
 
 TEST_F(DiagnosePlotsOfFriction, DrawsWhatWasRecorded) {
-  add_plots(view, {}, {}, 3, report);
+  add_plots(view, {given, {}}, 3, report);
   ASSERT_EQ(report.plots.size(), 2U);
   for (const ChannelPlot& plot : report.plots) {
     SCOPED_TRACE(plot.stage);

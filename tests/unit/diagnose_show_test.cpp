@@ -71,7 +71,7 @@ TEST(Diagnose, WritesBackWhatTheFreeRunFoundAndThePlantRunsBetter) {
   const auto* coulomb = find(*report, "coulomb_friction");
   ASSERT_NE(coulomb, nullptr) << report->verdict.text;
   EXPECT_DOUBLE_EQ(improved->joints.front().parameter("coulomb_friction", "level"),
-                   coulomb->parameters.front().in_plant());
+                   coulomb->parameters.front().value);
   EXPECT_LE(coulomb->parameters.front().ci95.first, coulomb->parameters.front().value);
   EXPECT_GE(coulomb->parameters.front().ci95.second, coulomb->parameters.front().value);
 }

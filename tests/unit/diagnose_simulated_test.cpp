@@ -116,9 +116,9 @@ TEST(DiagnoseBaseline, ComparesTheMotionOfWhatTheRecordedEffortDrove) {
 TEST(DiagnoseBaseline, RefusesWhereNothingIsLeftToCompare) {
   const Recording real = named("real.db", {.with_truth = false});
   const auto refusal = [&](std::vector<Recording> simulated) {
-    diagnose::ExplainOptions options;
+    diagnose::Options options;
     options.simulated = std::move(simulated);
-    const auto refused = diagnose::explain({real}, {}, two_joints(), options);
+    const auto refused = diagnose::diagnose({real}, {}, two_joints(), options);
     EXPECT_FALSE(refused.ok());
     return refused.ok() ? core::Error{} : refused.error();
   };
@@ -164,15 +164,15 @@ TEST(DiagnoseBaseline, SaysWhatItTookForGrantedOfTheTimes) {
 }
 
 TEST(DiagnoseBaseline, NamesWhatTheSimulationLacksWithNotesBesideIt) {
-  diagnose::ExplainOptions options;
+  diagnose::Options options;
   options.held_out_from_s = 200.0;
   options.simulated = {make_recording({}, {.noise = 0.0, .with_truth = false})};
   options.simulated.front().meta["dropped_rows"] = "7";
   const Recording real = make_recording({.viscous_n_m_s = 8.0}, {.with_truth = false});
-  const auto explained = diagnose::explain({real}, {}, two_joints(), options);
+  const auto explained = diagnose::diagnose({real}, {}, two_joints(), options);
   ASSERT_TRUE(explained.ok()) << explained.error().message;
-  ASSERT_EQ(explained->report.effects.size(), 1U);
-  EXPECT_EQ(explained->report.effects[0].id, "viscous_friction");
+  ASSERT_EQ(explained->effects.size(), 1U);
+  EXPECT_EQ(explained->effects[0].id, "viscous_friction");
   ASSERT_EQ(explained->notes.size(), 1U);
   expect_words(explained->notes[0], {"7 rows of generated"});
 }

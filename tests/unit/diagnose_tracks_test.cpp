@@ -11,7 +11,7 @@ using namespace ravencal::input_sample;
 TEST(DiagnoseTracks, HoldsOutRowsThatExist) {
   for (const double from_s : {60.5, 1e9, std::numeric_limits<double>::quiet_NaN(), 0.0, -3.0}) {
     const auto refused =
-        diagnose::explain({named("a.db")}, {}, two_joints(), {.held_out_from_s = from_s});
+        diagnose::diagnose({named("a.db")}, {}, two_joints(), {.held_out_from_s = from_s});
     ASSERT_FALSE(refused.ok()) << from_s;
     EXPECT_EQ(refused.error().code, core::ErrorCode::kUsage);
     expect_words(refused.error().message, {"--held-out-from", "a.db ends at 59.96 s"});
@@ -35,7 +35,7 @@ TEST(DiagnoseTracks, LeavesOutARecordingWithTooFewRowsAndRefusesNothingElse) {
   Recording brief = named("brief.db");
   brief.t_ns.resize(30);
   brief.samples.conservativeResize(30, Eigen::NoChange);
-  const auto refused = diagnose::explain({brief}, {}, two_joints(), {});
+  const auto refused = diagnose::diagnose({brief}, {}, two_joints(), {});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
   expect_words(refused.error().message, {"brief.db: 30 samples are too few"});
@@ -55,7 +55,7 @@ TEST(DiagnoseTracks, SaysWhatTheTimesWereTakenFrom) {
 TEST(DiagnoseTracks, RefusesAUnitThatThePlantCannotTake) {
   Recording wrong = named("a.db");
   wrong.channels[2].unit = "m";
-  const auto truth = diagnose::explain({wrong}, {}, two_joints(), {});
+  const auto truth = diagnose::diagnose({wrong}, {}, two_joints(), {});
   ASSERT_FALSE(truth.ok());
   EXPECT_EQ(truth.error().code, core::ErrorCode::kData);
   expect_words(truth.error().message, {"a.db", "one.truth", "joint_truth of joint 'one'", "in m,",
@@ -63,7 +63,7 @@ TEST(DiagnoseTracks, RefusesAUnitThatThePlantCannotTake) {
   Recording input = named("a.db");
   input.channels[3].role = Role::kDriveInput;
   input.channels[3].unit = "V";
-  const auto volts = diagnose::explain({input}, {}, two_joints(), {});
+  const auto volts = diagnose::diagnose({input}, {}, two_joints(), {});
   ASSERT_FALSE(volts.ok());
   expect_words(volts.error().message, {"one.torque (drive_input", "in V", "N_m", "[joint.drive]"});
   const std::string drive = "\n  [joint.drive]\n  input = \"voltage_v\"\n  gain = 2.0\n";
@@ -121,10 +121,10 @@ TEST(DiagnoseTracks, NamesTheLoadThatStretchesACable) {
     r.samples.col(2) -= 5e-4 * force;
     return r;
   };
-  const auto explained = diagnose::explain({loaded(1)}, {loaded(2)}, two_joints(), {});
+  const auto explained = diagnose::diagnose({loaded(1)}, {loaded(2)}, two_joints(), {});
   ASSERT_TRUE(explained.ok()) << explained.error().message;
-  ASSERT_EQ(explained->report.effects.size(), 1U);
-  const diagnose::NamedEffect& effect = explained->report.effects[0];
+  ASSERT_EQ(explained->effects.size(), 1U);
+  const diagnose::NamedEffect& effect = explained->effects[0];
   EXPECT_EQ(effect.id, "compliance");
   EXPECT_EQ(effect.from, "force");
   ASSERT_EQ(effect.parameters.size(), 1U);
@@ -136,7 +136,7 @@ TEST(DiagnoseTracks, TakesAMeasuredLoadFromOutsideAndRefusesARecordingWithoutIt)
   physics::Plant plant = two_joints();
   plant.joints[0].external_load = physics::ExternalLoad{"tip", -2.0};
   Recording recording = named("a.db");
-  const auto absent = diagnose::explain({recording}, {}, plant, {});
+  const auto absent = diagnose::diagnose({recording}, {}, plant, {});
   ASSERT_FALSE(absent.ok());
   expect_words(absent.error().message, {"a.db", "'tip'", plant.joints[0].name, "plant.toml"});
 
@@ -156,7 +156,7 @@ TEST(DiagnoseTracks, TakesAMeasuredLoadFromOutsideAndRefusesARecordingWithoutIt)
 TEST(DiagnoseTracks, ListsTheJointsThatWereRecorded) {
   Recording other = named("a.db");
   for (record::Channel& channel : other.channels) channel.joint += "_left";
-  const auto refused = diagnose::explain({other}, {}, two_joints(), {});
+  const auto refused = diagnose::diagnose({other}, {}, two_joints(), {});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
   expect_words(refused.error().message, {"one_left (drive_torque, joint_estimate, joint_truth)",

@@ -26,15 +26,12 @@ TEST(EffectWords, AreThereOnceForEachIdAndFoundByIt) {
   EXPECT_EQ(words_for("no such effect").id, kUnknown);
 }
 
-TEST(EffectWords, SayWhatItDoesWhereItEntersAndWhatPartsIt) {
+TEST(EffectWords, SayWhatItDoesWhereItStandsAndWhatPartsIt) {
   const std::set<std::string_view> stages = {"transmission", "drive", "command"};
   for (const EffectWords& words : vocabulary_words()) {
     EXPECT_FALSE(words.sentence().empty()) << words.id;
     EXPECT_FALSE(words.separate_by.empty()) << words.id;
     EXPECT_TRUE(stages.contains(words.stage)) << words.id;
-    EXPECT_TRUE(words.enters_at.empty() || words.enters_at == "sensor" ||
-                words.enters_at == "drive")
-        << words.id;
     for (const std::string_view other : words.look_alikes) {
       EXPECT_EQ(words_for(other).id, other) << words.id;
       EXPECT_NE(other, words.id);

@@ -82,10 +82,8 @@ ArmRun run_arm(const Plant& plant, double settled_s = 15.0) {
     }
     arm.advance(torque_n_m, random);
   }
-  const std::vector<char> all_seen(run.forced.fresh.size(), 0);
   for (const VectorXd& motor : motors)
-    run.forced.motors.push_back(
-        smooth_motion(run.forced.t_s, motor, run.forced.fresh, all_seen, 2));
+    run.forced.motors.push_back(smooth_motion(run.forced.t_s, motor, run.forced.fresh));
   return run;
 }
 
@@ -210,7 +208,7 @@ ForcedMotion at_rest(const Plant& plant, const Vector3d& at_ji) {
     double motor = at_ji[static_cast<Index>(j)];
     for (std::size_t k = 0; k < j; ++k)
       motor -= plant.coupling[j][k] * at_ji[static_cast<Index>(k)];
-    forced.motors.push_back({VectorXd::Constant(kRows, motor), still, still, 0.0, 0.0});
+    forced.motors.push_back({VectorXd::Constant(kRows, motor), still, still, 0.0});
   }
   return forced;
 }
@@ -296,7 +294,7 @@ TEST(Predict, SaysWhichLoadIsMissing) {
   ArmRun run;
   run.forced.t_s = VectorXd::LinSpaced(4, 0.0, 0.3);
   run.forced.fresh = {1, 0, 0, 0};
-  run.forced.motors.assign(3, {VectorXd::Zero(4), VectorXd::Zero(4), VectorXd::Zero(4), 0.0, 0.0});
+  run.forced.motors.assign(3, {VectorXd::Zero(4), VectorXd::Zero(4), VectorXd::Zero(4), 0.0});
   const auto predicted = predict(plant, run.forced);
   ASSERT_FALSE(predicted.ok());
   EXPECT_NE(predicted.error().message.find("'push'"), std::string::npos);

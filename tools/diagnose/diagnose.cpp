@@ -1,34 +1,120 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/diagnose.hpp"
 
+#include <fmt/format.h>
+
+#include <optional>
 #include <utility>
 
+#include "diagnose/explain/error_left.hpp"
+#include "diagnose/explain/free_run.hpp"
+#include "diagnose/explain/held_out.hpp"
+#include "diagnose/explain/location.hpp"
+#include "diagnose/explain/looked_at.hpp"
+#include "diagnose/explain/models.hpp"
+#include "diagnose/explain/placebo.hpp"
+#include "diagnose/explain/plots.hpp"
+#include "diagnose/explain/view.hpp"
 #include "diagnose/findings/verdict.hpp"
-#include "diagnose/track/input.hpp"
+#include "diagnose/search/search.hpp"
+#include "diagnose/track/simulated.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
-/// File names only: the same recordings give the same report wherever they lie.
-std::vector<SeenRecording> seen(const std::vector<record::Recording>& training,
-                                const std::vector<record::Recording>& held_out) {
-  std::vector<SeenRecording> out;
-  for (const auto* list : {&training, &held_out}) {
-    for (const record::Recording& r : *list)
-      out.push_back({file_name(r), list == &held_out, recorded_s(r)});
+using record::Recording;
+
+/// Shares of the work: the search, and the placebos after it.
+constexpr double kSearched = 0.4;
+constexpr double kAllPlacebos = 0.55;
+
+/// Tells whoever looks how much is done, and whether to go on.
+class Progress {
+ public:
+  explicit Progress(const Options& options) : look_(options.look) {}
+
+  bool go_on(double done, std::string_view what) {
+    if (look_ && !look_(done, what)) stopped_ = true;
+    return !stopped_;
   }
+  [[nodiscard]] core::Status status() const {
+    if (!stopped_) return {};
+    return core::Error{core::ErrorCode::kUsage,
+                       "stopped before the diagnosis was complete; nothing was written"};
+  }
+
+ private:
+  const std::function<bool(double done, std::string_view what)>& look_;
+  bool stopped_ = false;
+};
+
+/// File names only: the same recordings give the same report wherever they lie.
+std::vector<SeenRecording> seen(const std::vector<Recording>& training,
+                                const std::vector<Recording>& held_out) {
+  std::vector<SeenRecording> out;
+  for (const Recording* r : in_order(training, held_out))
+    out.push_back({file_name(*r), out.size() >= training.size(), recorded_s(*r)});
   return out;
 }
 
 }  // namespace
 
-core::Result<Report> diagnose(const std::vector<record::Recording>& training,
-                              const std::vector<record::Recording>& held_out,
-                              const physics::Plant& plant, const Options& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(Explained explained, explain(training, held_out, plant, options));
-  explained.report.recordings = seen(training, held_out);
-  decide(explained.report, explained.notes);
-  return std::move(explained.report);
+core::Result<Report> diagnose(const std::vector<Recording>& training,
+                              const std::vector<Recording>& held_out, const physics::Plant& plant,
+                              const Options& options) {
+  RAVENCAL_ASSIGN_OR_RETURN(Tracks tracks,
+                            make_tracks(training, held_out, plant, options.held_out_from_s));
+  if (!options.simulated.empty()) {
+    RAVENCAL_RETURN_IF_ERROR(compare_with_simulation(options.simulated, training, held_out, plant,
+                                                     options.held_out_from_s, tracks));
+  }
+  Likelihood fitted(plant, std::move(tracks.training));
+  if (fitted.rows() == 0) {
+    return core::data_error(fmt::format(
+        "{}: no row to compare: values are lost, drives were off or at rest, or episodes too brief",
+        training.front().source));
+  }
+  fitted.use_threads(options.threads);
+  std::optional<Likelihood> shown;
+  if (!tracks.held_out.empty()) shown.emplace(plant, std::move(tracks.held_out), &fitted);
+  Likelihood* elsewhere = shown ? &*shown : nullptr;
+  Report report;
+  report.recordings = seen(training, held_out);
+  report.notes = std::move(tracks.notes);
+  add_channel_notes(fitted, elsewhere, in_order(training, held_out), plant, report.notes);
+  Vocabulary vocabulary = vocabulary_of(plant, fitted, elsewhere);
+  Progress progress(options);
+  Search search(fitted, elsewhere, vocabulary, options.alpha, options.seed);
+  search.run([&] { return progress.go_on(0.5 * kSearched, "models"); });
+  RAVENCAL_RETURN_IF_ERROR(progress.status());
+  if (elsewhere != nullptr) elsewhere->take_noise(fitted);
+
+  const Models models = models_of(plant, fitted, vocabulary, search);
+  report.improved = models.improved;
+  const Likelihood& rows = shown ? *shown : fitted;
+  const State recorder = models.best.state_elsewhere(rows);
+  const View view = view_of(plant, report.improved, rows, elsewhere != nullptr, &recorder);
+  const std::size_t first_recording = held_out.empty() ? 0 : training.size();
+  add_looked_at(fitted, elsewhere, plant, report);
+  add_effects(models, view, report);
+  add_routings(models, report);
+  add_held_out(view, first_recording, report);
+  add_free_run(view, report);
+  add_error_left(view, report);
+  add_not_found(models, report);
+  add_candidates(models, options.seed, report);
+  add_mismatch(view_of(plant, report.improved, fitted, false), report);
+  add_plots(view, growth_of(models), first_recording, report);
+  if (options.placebos > 0) {
+    report.verdict.placebos = options.placebos;
+    report.verdict.false_alarm_rate =
+        false_alarm_rate(models, options.placebos, options.seed, [&](double share) {
+          return progress.go_on(kSearched + kAllPlacebos * share, "placebo recordings");
+        });
+    RAVENCAL_RETURN_IF_ERROR(progress.status());
+  }
+  decide(report);
+  return report;
 }
 
 }  // namespace ravencal::diagnose

@@ -2,6 +2,7 @@
 #include "diagnose/explain/circumstances.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "diagnose/track/filter.hpp"
@@ -22,10 +23,9 @@ VectorXd rate_of(const Track& track, const VectorXd& q) {
 
 /// Position and velocity, and on request the acceleration.
 std::vector<Circumstance> motion_of(const Likelihood& rows, const ByRecording& positions,
-                                    const std::string& unit, const std::string& whose,
-                                    bool accelerated) {
-  Circumstance q{"position" + whose, unit, positions}, v{"velocity" + whose, unit + "_per_s", {}},
-      a{"acceleration" + whose, unit + "_per_s2", {}};
+                                    const std::string& whose, bool accelerated) {
+  Circumstance q{"position" + whose, positions}, v{"velocity" + whose, {}},
+      a{"acceleration" + whose, {}};
   for (std::size_t r = 0; r < positions.size(); ++r) {
     const Track& track = rows.tracks()[r];
     const VectorXd rate = rate_of(track, positions[r]);
@@ -37,8 +37,34 @@ std::vector<Circumstance> motion_of(const Likelihood& rows, const ByRecording& p
   return out;
 }
 
-std::string position_unit_of(const physics::Joint& joint) {
-  return joint.kind == physics::JointKind::kPrismatic ? "m" : "rad";
+double usual_speed(const View& view, std::size_t joint) {
+  double squares = 0.0, rows = 0.0;
+  for (const Track& track : view.rows.tracks()) {
+    squares += track.forced.motors[joint].v.squaredNorm();
+    rows += static_cast<double>(track.rows());
+  }
+  return std::sqrt(squares / std::max(1.0, rows));
+}
+
+VectorXd held_s(const Track& track, std::size_t joint, double least_speed) {
+  const VectorXd& v = track.forced.motors[joint].v;
+  VectorXd held = VectorXd::Zero(track.rows());
+  for (Index i = 1; i < track.rows(); ++i) {
+    const bool rests =
+        std::abs(v[i]) < least_speed && track.forced.fresh[static_cast<std::size_t>(i)] == 0;
+    if (rests) held[i] = held[i - 1] + track.forced.t_s[i] - track.forced.t_s[i - 1];
+  }
+  return held;
+}
+
+/// What the plant says is passed on or, without a cable, what the links ask for.
+VectorXd load_of(const physics::Plant& plant, const physics::Predictor& predictor,
+                 const physics::Prediction& prediction, std::size_t joint) {
+  const VectorXd& tension = prediction.tension[joint];
+  if (tension.size() > 0 && tension.cwiseAbs().maxCoeff() > 0.0) return tension;
+  VectorXd load = predictor.link_load(plant, joint);
+  if (load.size() == 0 || load.cwiseAbs().maxCoeff() == 0.0) return {};
+  return load;
 }
 
 }  // namespace
@@ -53,10 +79,9 @@ Circumstances circumstances_of(const Channel& channel, const Likelihood& rows,
                         : rows.tracks()[r].forced.motors[joint].q);
     return out;
   };
-  const physics::Joint& joint = plant.joints[channel.joint];
   Circumstances out;
-  out.own = motion_of(rows, positions_of(channel.joint), position_unit_of(joint), "", true);
-  Circumstance load{"load", joint.kind == physics::JointKind::kPrismatic ? "N" : "N_m", {}};
+  out.own = motion_of(rows, positions_of(channel.joint), "", true);
+  Circumstance load{"load", {}};
   bool known = false;
   for (std::size_t r = 0; r < rows.tracks().size(); ++r) {
     load.value.push_back(
@@ -66,10 +91,52 @@ Circumstances circumstances_of(const Channel& channel, const Likelihood& rows,
   if (known) out.own.push_back(std::move(load));
   for (std::size_t k = 0; k < plant.joints.size(); ++k) {
     if (k == channel.joint) continue;
-    for (Circumstance& c : motion_of(rows, positions_of(k), position_unit_of(plant.joints[k]),
-                                     " of " + plant.joints[k].name, false))
+    for (Circumstance& c : motion_of(rows, positions_of(k), " of " + plant.joints[k].name, false))
       out.others.push_back(std::move(c));
   }
+  return out;
+}
+
+std::vector<ByRecording> transmitted_loads(const View& view) {
+  std::vector<ByRecording> loads(view.given.joints.size());
+  for (std::size_t r = 0; r < view.rows.tracks().size(); ++r) {
+    const physics::Predictor& predictor = view.rows.predictor(r);
+    const physics::Prediction prediction = predictor.predict(view.given);
+    for (std::size_t j = 0; j < loads.size(); ++j) {
+      const VectorXd load = load_of(view.given, predictor, prediction, j);
+      loads[j].push_back(load.size() > 0 ? tent(load, view.rows.tracks()[r].tent_rows) : load);
+    }
+  }
+  for (ByRecording& of_joint : loads) {
+    const bool known = std::all_of(of_joint.begin(), of_joint.end(),
+                                   [](const VectorXd& load) { return load.size() > 0; });
+    if (!known) of_joint.clear();
+  }
+  return loads;
+}
+
+ChannelRows channel_rows(const View& view, std::size_t channel,
+                         const std::vector<ByRecording>& loads) {
+  const Channel& c = view.rows.channels()[channel];
+  const double least_speed = kRestOfUsualSpeed * usual_speed(view, c.joint);
+  ByRecording t_s, position, speed, held;
+  ChannelRows out;
+  for (std::size_t r = 0; r < view.rows.tracks().size(); ++r) {
+    const Track& track = view.rows.tracks()[r];
+    const physics::Motion& motor = track.forced.motors[c.joint];
+    t_s.emplace_back(track.forced.t_s.array() + track.begins_s);
+    position.push_back(motor.q);
+    speed.push_back(motor.v);
+    held.push_back(held_s(track, c.joint, least_speed));
+    const auto blocks = view.rows.blocks().begin() + c.first[r];
+    out.blocks.insert(out.blocks.end(), blocks, blocks + static_cast<Index>(c.used[r].size()));
+    out.recordings.insert(out.recordings.end(), c.used[r].size(), r);
+  }
+  out.t_s = used_rows(c, t_s);
+  out.position_ji = used_rows(c, position);
+  out.speed_ji_per_s = used_rows(c, speed);
+  out.hold_s = used_rows(c, held);
+  if (!loads[c.joint].empty()) out.load_ji = used_rows(c, loads[c.joint]);
   return out;
 }
 

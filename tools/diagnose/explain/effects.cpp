@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <random>
 #include <utility>
 
 #include "diagnose/explain/models.hpp"
@@ -21,8 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr int kDraws = 200;
 
 /// A parameter as it is written, and how well it is known.
 struct Estimate {
@@ -243,12 +240,12 @@ class ReportedEffects {
     }
   }
 
-  /// Of parameters of one joint that are named: draws of their joint distribution.
+  /// Of parameters of one joint that are named.
   void add_combinations(Report& report) const {
     for (std::size_t j = 0; j < m_.given.joints.size(); ++j) {
       std::vector<CombinedParameter> parameters;
       std::vector<Index> places;
-      std::vector<double> means, slopes;
+      std::vector<double> logs, slopes;
       std::string stage;
       for (const std::size_t c : m_.written.chosen) {
         const Candidate& candidate = m_.vocabulary.candidates[c];
@@ -258,37 +255,21 @@ class ReportedEffects {
           if (e.place < 0 || !(value > 0.0) || !e.parameter->said) continue;
           parameters.push_back({candidate.id, e.parameter->name});
           places.push_back(e.place);
-          means.push_back(std::log(value));
+          logs.push_back(std::log(value));
           slopes.push_back(e.parameter->slope() / value);
         }
         stage = std::string(words_for(candidate.id).stage);
       }
-      if (parameters.size() < 2) continue;
-      for (Combination& found : combinations_of(parameters, draws(places, means, slopes))) {
-        found.joint = m_.given.joints[j].name;
-        found.stage = stage;
-        report.combinations.push_back(std::move(found));
-      }
+      const auto count = static_cast<Index>(places.size());
+      const auto per_x = Eigen::Map<const VectorXd>(slopes.data(), count).asDiagonal();
+      const MatrixXd covariance = per_x * m_.best.judgement.covariance(places, places) * per_x;
+      auto found =
+          combination_of(parameters, Eigen::Map<const VectorXd>(logs.data(), count), covariance);
+      if (!found) continue;
+      found->joint = m_.given.joints[j].name;
+      found->stage = stage;
+      report.combinations.push_back(std::move(*found));
     }
-  }
-
-  [[nodiscard]] MatrixXd draws(const std::vector<Index>& places, const std::vector<double>& means,
-                               const std::vector<double>& slopes) const {
-    const auto count = static_cast<Index>(places.size());
-    MatrixXd covariance = m_.best.judgement.covariance(places, places);
-    covariance.diagonal() *= 1.0 + 1e-9;
-    const MatrixXd root = covariance.llt().matrixL();
-    std::mt19937_64 random(1);
-    std::normal_distribution<double> normal;
-    MatrixXd out(kDraws, count);
-    for (Index d = 0; d < kDraws; ++d) {
-      const VectorXd x = root * VectorXd::NullaryExpr(count, [&] { return normal(random); });
-      for (Index k = 0; k < count; ++k) {
-        const auto n = static_cast<std::size_t>(k);
-        out(d, k) = means[n] + slopes[n] * x[k];
-      }
-    }
-    return out;
   }
 
   const Models& m_;

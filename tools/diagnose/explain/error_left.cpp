@@ -48,9 +48,7 @@ Channel undoubted(const Channel& channel) {
 /// Each recording has an encoder constant of its own: as an error of the plant it is a homing
 /// offset, and so has a name.
 ByRecording without_constants(const Channel& channel, ByRecording residuals) {
-  if (channel.kind != ChannelKind::kPosition) return residuals;
-  for (std::size_t r = 0; r < residuals.size(); ++r)
-    if (!channel.used[r].empty()) residuals[r].array() -= residuals[r](channel.used[r]).mean();
+  if (channel.kind == ChannelKind::kPosition) take_constants(channel, residuals);
   return residuals;
 }
 
@@ -175,8 +173,8 @@ class Judge {
     // Each circumstance that does not matter takes neighbours away, each that does and is left out
     // adds to what differs: neither is below the noise.
     for (const std::size_t count : {kWhereAndHowFast, around.own.size(), compared.size()}) {
-      const Passes rows{scaled(std::span(compared).first(count)), left_, passes()};
-      const auto found = repetition_of(rows, rows, true, kMostPerFloor2);
+      const auto found = repetition_of({scaled(std::span(compared).first(count)), left_, passes()},
+                                       kMostPerFloor2);
       if (!found || found->passes < kFewestPasses || found->agreement < kLeastAgreement) continue;
       if (!best || found->differs < best->differs) best = found;
     }

@@ -236,8 +236,8 @@ void add_free_run(const View& view, Report& report) {
                     [j](const Track& track) { return track.joints[j].effort.size() > 0; });
     if (!driven) continue;
     const auto add = [&](const char* metric, double before, double after) {
-      const std::string unit = joint.kind == physics::JointKind::kPrismatic ? "m" : "rad";
-      report.held_out.push_back({joint.name, metric, unit, before, after, position_noise(rows, j)});
+      report.held_out.push_back(
+          {joint.name, metric, position_unit_of(joint), before, after, position_noise(rows, j)});
     };
     PlantDrive given(view.given, rows, j);
     PlantDrive improved(view.improved, rows, j);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/explain/held_out.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -69,12 +68,9 @@ std::optional<Interval> change_interval(const SumsByBlock& blocks) {
   return Interval{std::exp(middle - half) - 1.0, std::exp(middle + half) - 1.0};
 }
 
-std::string metric_of(const Channel& channel, const Likelihood& rows) {
+std::string metric_of(const Channel& channel) {
   if (channel.kind == ChannelKind::kDrive) return "effort_rmse";
-  const bool tracking =
-      std::any_of(rows.tracks().begin(), rows.tracks().end(),
-                  [&](const Track& track) { return track.joints[channel.joint].tracking; });
-  return tracking ? "tracking_rmse" : "position_rmse";
+  return channel.tracking ? "tracking_rmse" : "position_rmse";
 }
 
 HeldOut percentage(const std::string& joint, const std::string& metric, const SquareSums& sums,
@@ -84,10 +80,7 @@ HeldOut percentage(const std::string& joint, const std::string& metric, const Sq
           "%",
           sums.percent(&SquareSums::before),
           sums.percent(&SquareSums::after),
-          floor_percent,
-          {},
-          {},
-          {}};
+          floor_percent};
 }
 
 /// Against the effort as recorded: what the filter takes from recording and prediction counts.
@@ -121,7 +114,7 @@ void add_channel(const View& view, std::size_t c, std::size_t first_recording, R
   if (blocks.empty()) return;
   const SquareSums total = total_of(blocks);
   out.joint = view.given.joints[channel.joint].name;
-  out.metric = metric_of(channel, view.rows);
+  out.metric = metric_of(channel);
   out.unit = unit_of(channel, view.given);
   out.before = total.rms(&SquareSums::before);
   out.after = total.rms(&SquareSums::after);

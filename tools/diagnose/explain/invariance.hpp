@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/explain/channel_rows.hpp"
+#include "diagnose/explain/circumstances.hpp"
 #include "diagnose/findings/findings.hpp"
 
 namespace ravencal::diagnose {

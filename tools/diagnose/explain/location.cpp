@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/median.hpp"
-#include "diagnose/explain/channel_rows.hpp"
+#include "diagnose/explain/circumstances.hpp"
 #include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {

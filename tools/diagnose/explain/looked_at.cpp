@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/explain/looked_at.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,11 +16,18 @@ namespace ravencal::diagnose {
 namespace {
 
 using Eigen::Index;
+using record::Recording;
+using record::Role;
+using All = std::vector<const Recording*>;
+
+constexpr std::array kSignalsOfJoint = {Role::kJointEstimate, Role::kJointTruth,
+                                        Role::kMotorPosition, Role::kDesiredPosition,
+                                        Role::kDriveTorque,   Role::kDriveInput};
+constexpr std::array kPositions = {Role::kJointEstimate, Role::kJointTruth, Role::kMotorPosition,
+                                   Role::kDesiredPosition};
 
 /// A tent over +-h passes half of the power at this number over h: sinc(0.319)^4 = 1/2.
 constexpr double kHalfPower = 0.319;
-/// Of the usual speed: a slower joint is at rest.
-constexpr double kRestShare = 0.02;
 
 double longest_stretch_s(const std::vector<Track>& tracks) {
   double longest_s = 0.0;
@@ -77,12 +87,11 @@ void add_motion(const Channel& channel, const Likelihood& fitted, const physics:
   for (const Circumstance& c : circumstances.own) {
     if (c.name == "position") {
       out.position = range_of(all, c);
-      out.position_unit = c.unit;
     } else if (c.name == "velocity") {
       const Eigen::ArrayXd speed = used_rows(all, c.value).array().abs();
       out.fastest = speed.maxCoeff();
       out.rest_share =
-          (speed < kRestShare * std::sqrt(speed.square().mean())).cast<double>().mean();
+          (speed < kRestOfUsualSpeed * std::sqrt(speed.square().mean())).cast<double>().mean();
     } else if (c.name == "load" && channel.kind != ChannelKind::kLaw) {
       out.load = range_of(all, c);
     }
@@ -102,7 +111,8 @@ LookedAt looked_at(const Channel& channel, const Channel* held_out, const Likeli
   out.held_out_rows = held_out != nullptr ? rows_in(*held_out) : 0;
   out.rows = rows_in(channel) + out.held_out_rows;
   out.band_hz = band_of(fitted);
-  out.effort_unit = joint.kind == physics::JointKind::kPrismatic ? "N" : "N_m";
+  out.position_unit = position_unit_of(joint);
+  out.effort_unit = effort_unit_of(joint);
   add_motion(channel, fitted, given, out);
   return out;
 }
@@ -114,7 +124,86 @@ const Channel* same_channel(const Channel& channel, const Likelihood* others) {
   return nullptr;
 }
 
+/// Signals that tell of the joint in another recording and not in this one.
+std::string what_it_lacks(const Recording& recording, const All& all, const std::string& joint) {
+  std::vector<std::string_view> names;
+  for (const Role role : kSignalsOfJoint) {
+    const bool elsewhere = std::any_of(all.begin(), all.end(), [&](const Recording* other) {
+      return other->column(role, joint).has_value();
+    });
+    if (elsewhere && !recording.column(role, joint)) names.push_back(record::name_of(role));
+  }
+  if (names.empty()) return "its values are lost there, the drive was off or the joint at rest";
+  return fmt::format("it lacks {}", fmt::join(names, ", "));
+}
+
+/// Recordings without a used row of the channel, and held-out rows of which none is used.
+void add_silent(const Likelihood& fitted, const Likelihood* shown, const Channel& channel,
+                const All& all, const std::string& joint, std::vector<std::string>& notes) {
+  const std::string where = fmt::format("joint {} ({})", joint, stage_of(channel));
+  std::vector<std::size_t> rows(all.size(), 0);
+  std::vector<char> looked(all.size(), 0);
+  for (const Likelihood* likelihood : {&fitted, shown}) {
+    const Channel* same = same_channel(channel, likelihood);
+    if (same == nullptr) continue;
+    for (std::size_t r = 0; r < same->used.size(); ++r) {
+      const std::size_t place = likelihood->tracks()[r].recording;
+      looked[place] = 1;
+      rows[place] += same->used[r].size();
+    }
+  }
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (looked[r] != 0 && rows[r] == 0)
+      notes.push_back(fmt::format("{} says nothing of {}: {}", file_name(*all[r]), where,
+                                  what_it_lacks(*all[r], all, joint)));
+  }
+  const Channel* held_out = same_channel(channel, shown);
+  if (shown != nullptr && (held_out == nullptr || rows_in(*held_out) == 0))
+    notes.push_back(
+        fmt::format("no held-out row shows {}, so that no figure stands for it", where));
+}
+
+/// Loads and joints that effects of the plant follow, where nobody recorded them.
+void add_missing_sources(const Likelihood& fitted, const All& all, const physics::Plant& plant,
+                         const physics::Joint& joint, std::vector<std::string>& notes) {
+  std::vector<std::string> recorded;
+  for (const physics::Joint& other : plant.joints) {
+    const bool known = std::any_of(all.begin(), all.end(), [&](const Recording* recording) {
+      return std::any_of(kPositions.begin(), kPositions.end(), [&](Role role) {
+        return recording->column(role, other.name).has_value();
+      });
+    });
+    if (known) recorded.push_back(other.name);
+  }
+  for (const Track& track : fitted.tracks()) {
+    for (const RecordedLoad& load : track.loads)
+      if (std::find(recorded.begin(), recorded.end(), load.name) == recorded.end())
+        recorded.push_back(load.name);
+  }
+  for (const physics::Effect& effect : joint.effects) {
+    for (const std::string& name : {effect.from, effect.posture}) {
+      if (name.empty() || std::find(recorded.begin(), recorded.end(), name) != recorded.end())
+        continue;
+      notes.push_back(fmt::format(
+          "the plant's {} of joint {} follows '{}', which was not recorded, so that it is not "
+          "predicted in full (recorded: {})",
+          effect.id, joint.name, name, fmt::join(recorded, ", ")));
+    }
+  }
+}
+
 }  // namespace
+
+void add_channel_notes(const Likelihood& fitted, const Likelihood* held_out,
+                       const std::vector<const Recording*>& all, const physics::Plant& plant,
+                       std::vector<std::string>& notes) {
+  for (const Channel& channel : fitted.channels()) {
+    const physics::Joint& joint = plant.joints[channel.joint];
+    add_silent(fitted, held_out, channel, all, joint.name, notes);
+    if (channel.kind == ChannelKind::kPosition)
+      add_missing_sources(fitted, all, plant, joint, notes);
+  }
+}
 
 std::string why_not(const Likelihood& fitted, std::size_t joint, std::string_view stage) {
   const bool drive = fitted.has(joint, ChannelKind::kDrive);

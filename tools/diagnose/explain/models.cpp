@@ -1,30 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/explain/models.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "diagnose/findings/policy.hpp"
 
 namespace ravencal::diagnose {
-
-std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary) {
-  std::set<std::size_t> out;
-  for (const std::size_t c : model.chosen)
-    if (vocabulary.candidates[c].opens) out.insert(*vocabulary.candidates[c].opens);
-  return out;
-}
-
-physics::Plant plant_of(const Model& model, const Likelihood& training) {
-  physics::Plant plant = model.state_for(training).plant;
-  plant.hash = 0;  // no file has these bytes
-  for (const Routing& routing : routings_of(model, training)) {
-    physics::Joint& joint = plant.joints[*plant.joint_index(routing.joint)];
-    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
-      if (routing.through == physics::through_word(through)) joint.coupling_through = through;
-  }
-  return plant;
-}
+namespace {
 
 std::vector<Routing> routings_of(const Model& model, const Likelihood& training) {
   std::vector<Routing> out;
@@ -52,8 +38,6 @@ std::vector<Routing> routings_of(const Model& model, const Likelihood& training)
   }
   return out;
 }
-
-namespace {
 
 /// A plant says one way of a cable that other joints move; where it says none, it means their
 /// drives. False: there is no such cable.
@@ -96,7 +80,38 @@ Model written_as(const Model& best, const Likelihood& training, const Vocabulary
   return written;
 }
 
+std::string way_note(const Routing& r) {
+  if (std::max(r.link, r.drive) >= kCredible) {
+    return fmt::format(
+        "joint {}'s cable was taken to follow the {}s of the joints that move it, {:.1f} % likely "
+        "by these recordings; the plant does not say",
+        r.joint, r.through, 100.0 * std::max(r.link, r.drive));
+  }
+  return fmt::format(
+      "the plant does not say whether joint {}'s cable follows the links or the drives of the "
+      "joints that move it, and these recordings do not tell (links {:.0f} %, drives {:.0f} %)",
+      r.joint, 100.0 * r.link, 100.0 * r.drive);
+}
+
 }  // namespace
+
+std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary) {
+  std::set<std::size_t> out;
+  for (const std::size_t c : model.chosen)
+    if (vocabulary.candidates[c].opens) out.insert(*vocabulary.candidates[c].opens);
+  return out;
+}
+
+physics::Plant plant_of(const Model& model, const Likelihood& training) {
+  physics::Plant plant = model.state_for(training).plant;
+  plant.hash = 0;  // no file has these bytes
+  for (const Routing& routing : routings_of(model, training)) {
+    physics::Joint& joint = plant.joints[*plant.joint_index(routing.joint)];
+    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
+      if (routing.through == physics::through_word(through)) joint.coupling_through = through;
+  }
+  return plant;
+}
 
 Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search) {
@@ -105,6 +120,44 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
   judge(training, 0.0, out.written);
   out.improved = plant_of(out.written, training);
   return out;
+}
+
+Growth growth_of(const Models& models) {
+  const Vocabulary& vocabulary = models.vocabulary;
+  // What no plant can hold is there from the start: it must not bend the numbers.
+  std::vector<std::size_t> in_plants;
+  Model growing = models.written;
+  for (const std::size_t c : models.written.chosen) {
+    if (vocabulary.candidates[c].beyond_plants()) continue;
+    in_plants.push_back(c);
+    growing = without(growing, vocabulary, c);
+  }
+  fit(models.training, growing);
+  judge(models.training, 0.0, growing);
+  Growth out{in_plants.empty() ? models.improved : plant_of(growing, models.training), {}};
+  for (const std::size_t c : in_plants) {
+    const Candidate& candidate = vocabulary.candidates[c];
+    Model less = without(models.written, vocabulary, c);
+    less.judgement = models.written.judgement;
+    growing.chosen.insert(c);
+    if (candidate.opens) {
+      less.numbers[*candidate.opens] = vocabulary.numbers[*candidate.opens];
+      growing.numbers[*candidate.opens] = models.written.numbers[*candidate.opens];
+    } else {
+      growing.effects[c] = models.written.effects.at(c);
+    }
+    out.steps.push_back(
+        {candidate.id, models.given.joints[candidate.joint].name, candidate.from,
+         c == in_plants.back() ? models.improved : plant_of(growing, models.training),
+         plant_of(less, models.training)});
+  }
+  return out;
+}
+
+void add_routings(const Models& models, Report& report) {
+  report.routings = routings_of(models.best, models.training);
+  for (const Routing& routing : report.routings)
+    if (!routing.by_plant) report.notes.push_back(way_note(routing));
 }
 
 }  // namespace ravencal::diagnose

@@ -23,6 +23,21 @@ struct Models {
   physics::Plant improved;
 };
 
+/// A named effect that a plant can hold.
+struct GrowthStep {
+  std::string id, joint, from;
+  physics::Plant grown;    ///< the refitted plant with the effects up to this one
+  physics::Plant without;  ///< the improved plant without this one; its other numbers stay
+};
+
+/// How the given plant becomes the improved one.
+struct Growth {
+  physics::Plant refitted;  ///< the given plant with its numbers refitted, without any effect
+  std::vector<GrowthStep> steps;
+};
+
+Growth growth_of(const Models& models);
+
 /// `search` has run; all must outlive the result.
 Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search);
@@ -37,8 +52,9 @@ physics::Plant plant_of(const Model& model, const Likelihood& training);
 /// moved within their tolerance. `rows`: those of the view.
 void add_effects(const Models& models, const View& view, Report& report);
 
-/// Which way each cable runs that other joints move.
-std::vector<Routing> routings_of(const Model& model, const Likelihood& training);
+/// Which way each cable runs that other joints move, and a note of each of which the plant does not
+/// say it.
+void add_routings(const Models& models, Report& report);
 
 /// Every word of the vocabulary that is not named, with its limit or why there is none; and the
 /// candidates of the last screen.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnose/explain/channel_rows.hpp"
+#include "diagnose/explain/circumstances.hpp"
 #include "diagnose/explain/invariance.hpp"
 
 namespace ravencal::diagnose {
@@ -150,34 +150,35 @@ std::string name_of(const NamedEffect& effect) {
   return effect.from.empty() ? effect.id : effect.id + " from " + effect.from;
 }
 
-/// What plants of the growing model, and of the improved one without an effect, leave:
-/// [plant][channel][recording].
-struct Leavings {
-  std::vector<std::vector<ByRecording>> grown, without;
+/// What a step of the growth leaves with the effect, and the improved plant without it:
+/// [channel][recording].
+struct StepLeft {
+  const GrowthStep& step;
+  std::vector<ByRecording> grown, without;
 };
 
-std::vector<WaterfallStep> waterfall(const Seen& seen, const std::vector<Growth>& growth,
-                                     const Leavings& leavings) {
-  std::vector<WaterfallStep> steps = {
-      {"plant as it is", rms(seen.channel, seen.view.before[seen.index])}};
-  for (std::size_t g = 0; g < growth.size(); ++g) {
-    const double left = rms(seen.channel, leavings.grown[g][seen.index]);
-    const bool changes = std::abs(left - steps.back().rms) > kOfOtherChannels * steps.back().rms;
-    if (g == 0 || changes) steps.push_back({growth[g].name, left});
+std::vector<WaterfallStep> waterfall(const Seen& seen, const std::vector<ByRecording>& refitted,
+                                     const std::vector<StepLeft>& steps) {
+  std::vector<WaterfallStep> out = {
+      {"plant as it is", rms(seen.channel, seen.view.before[seen.index])},
+      {"its numbers refitted", rms(seen.channel, refitted[seen.index])}};
+  for (const StepLeft& left : steps) {
+    const double grown = rms(seen.channel, left.grown[seen.index]);
+    if (std::abs(grown - out.back().rms) > kOfOtherChannels * out.back().rms)
+      out.push_back({left.step.id, grown});
   }
-  steps.push_back({"floor", seen.channel.floor});
-  return steps;
+  out.push_back({"floor", seen.channel.floor});
+  return out;
 }
 
-void add_scales(const Seen& seen, const std::vector<Without>& without, const Leavings& leavings,
-                Report& report, ChannelPlot& plot) {
+void add_scales(const Seen& seen, const std::vector<StepLeft>& steps, Report& report,
+                ChannelPlot& plot) {
   for (NamedEffect& effect : report.effects) {
     if (!stands_in(seen.view, seen.channel, effect)) continue;
-    for (std::size_t w = 0; w < without.size(); ++w) {
-      const Without& less = without[w];
-      if (less.id != effect.id || less.joint != effect.joint || less.from != effect.from) continue;
-      const VectorXd contribution =
-          used_rows(seen.channel, leavings.without[w][seen.index]) - seen.after;
+    for (const StepLeft& left : steps) {
+      const GrowthStep& step = left.step;
+      if (step.id != effect.id || step.joint != effect.joint || step.from != effect.from) continue;
+      const VectorXd contribution = used_rows(seen.channel, left.without[seen.index]) - seen.after;
       const std::vector<RegimeScale> scales =
           scales_of(name_of(effect), contribution, seen.after, seen.at);
       effect.invariance_spread = spread_of(scales);
@@ -188,21 +189,23 @@ void add_scales(const Seen& seen, const std::vector<Without>& without, const Lea
 
 }  // namespace
 
-void add_plots(const View& view, const std::vector<Growth>& growth,
-               const std::vector<Without>& without, std::size_t first_recording, Report& report) {
-  Leavings leavings;
-  const auto left_by = [&](const physics::Plant& plant) {
-    return view_of(view.given, plant, view.rows, view.held_out).after;
+void add_plots(const View& view, const Growth& growth, std::size_t first_recording,
+               Report& report) {
+  const auto left_of = [&](const physics::Plant& plant) {
+    State state = view.rows.base();
+    state.plant = plant;
+    return left_by(state, view.rows).residuals;
   };
-  for (const Growth& step : growth) leavings.grown.push_back(left_by(step.plant));
-  for (const Without& less : without) leavings.without.push_back(left_by(less.plant));
+  const std::vector<ByRecording> refitted = left_of(growth.refitted);
+  std::vector<StepLeft> steps;
+  for (const GrowthStep& step : growth.steps)
+    steps.push_back({step, left_of(step.grown), left_of(step.without)});
   const std::vector<ByRecording> loads = transmitted_loads(view);
   for (std::size_t c = 0; c < view.rows.channels().size(); ++c) {
     const Channel& channel = view.rows.channels()[c];
     const ChannelRows at = channel_rows(view, c, loads);
     if (channel.kind == ChannelKind::kLaw || at.rows() == 0) continue;
     const physics::Joint& joint = view.given.joints[channel.joint];
-    const bool prismatic = joint.kind == physics::JointKind::kPrismatic;
     const Seen seen{view,
                     c,
                     channel,
@@ -213,13 +216,13 @@ void add_plots(const View& view, const std::vector<Growth>& growth,
     plot.joint = joint.name;
     plot.stage = stage_of(channel);
     plot.unit = unit_of(channel, view.given);
-    plot.position_unit = prismatic ? "m" : "rad";
-    plot.load_unit = prismatic ? "N" : "N_m";
+    plot.position_unit = position_unit_of(joint);
+    plot.load_unit = effort_unit_of(joint);
     plot.floor = channel.floor;
     add_points(seen, plot);
     plot.where = where_map(seen);
-    plot.waterfall = waterfall(seen, growth, leavings);
-    add_scales(seen, without, leavings, report, plot);
+    plot.waterfall = waterfall(seen, refitted, steps);
+    add_scales(seen, steps, report, plot);
     plot.traces = traces_of(seen, first_recording);
     report.plots.push_back(std::move(plot));
   }

@@ -6,30 +6,14 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
-#include <vector>
 
-#include "diagnose/explain/view.hpp"
+#include "diagnose/explain/models.hpp"
 #include "diagnose/findings/findings.hpp"
-#include "physics/plant.hpp"
 
 namespace ravencal::diagnose {
 
-/// The model as it grows: the given plant with its numbers refitted, then one more effect each.
-struct Growth {
-  std::string name;  ///< of what was added
-  physics::Plant plant;
-};
-
-/// The improved plant without one of its effects; its other numbers stay.
-struct Without {
-  std::string id, joint, from;
-  physics::Plant plant;
-};
-
 /// `first_recording`: place of the view's first recording in Report::recordings. Fills in the
 /// invariance spread of the effects too.
-void add_plots(const View& view, const std::vector<Growth>& growth,
-               const std::vector<Without>& without, std::size_t first_recording, Report& report);
+void add_plots(const View& view, const Growth& growth, std::size_t first_recording, Report& report);
 
 }  // namespace ravencal::diagnose

@@ -35,32 +35,33 @@ struct Sums {
 Index stride_for(Index rows, Index most) { return std::max<Index>(1, (rows + most - 1) / most); }
 
 /// Squared distance to the nearest row that may be compared, and which; none: infinite.
-std::pair<double, Index> nearest(const Passes& known, const VectorXd& at, int not_beside) {
+std::pair<double, Index> nearest(const Passes& passes, Index row) {
+  const VectorXd at = passes.circumstances.col(row);
+  const int own = passes.pass[static_cast<std::size_t>(row)];
   std::pair<double, Index> best{std::numeric_limits<double>::infinity(), 0};
-  const Index stride = stride_for(known.residual.size(), kMostKnown);
-  for (Index j = 0; j < known.residual.size(); j += stride) {
-    if (not_beside >= 0 && std::abs(known.pass[static_cast<std::size_t>(j)] - not_beside) < 2)
-      continue;
-    const double d = (known.circumstances.col(j) - at).squaredNorm();
+  const Index stride = stride_for(passes.residual.size(), kMostKnown);
+  for (Index j = 0; j < passes.residual.size(); j += stride) {
+    // Passes that touch share noise.
+    if (std::abs(passes.pass[static_cast<std::size_t>(j)] - own) < 2) continue;
+    const double d = (passes.circumstances.col(j) - at).squaredNorm();
     if (d < best.first) best = {d, j};
   }
   return best;
 }
 
-/// By pass of `asked`; passes without a comparable row are left out.
-std::vector<Sums> sums_of(const Passes& asked, const Passes& known, bool same) {
-  std::vector<Sums> sums(static_cast<std::size_t>(asked.pass.back()) + 1);
-  const Index stride = stride_for(asked.residual.size(), kMostAsked);
-  for (Index i = 0; i < asked.residual.size(); i += stride) {
-    const int pass = asked.pass[static_cast<std::size_t>(i)];
-    const auto [distance2, row] = nearest(known, asked.circumstances.col(i), same ? pass : -1);
+/// By pass; passes without a comparable row are left out.
+std::vector<Sums> sums_of(const Passes& passes) {
+  std::vector<Sums> sums(static_cast<std::size_t>(passes.pass.back()) + 1);
+  const Index stride = stride_for(passes.residual.size(), kMostAsked);
+  for (Index i = 0; i < passes.residual.size(); i += stride) {
+    const int pass = passes.pass[static_cast<std::size_t>(i)];
+    const auto [distance2, row] = nearest(passes, i);
     if (!std::isfinite(distance2)) continue;
-    const double difference = asked.residual[i] - known.residual[row];
+    const double difference = passes.residual[i] - passes.residual[row];
     sums[static_cast<std::size_t>(pass)].add(
-        {asked.residual[i] * asked.residual[i], 0.5 * difference * difference, distance2, 1.0});
+        {passes.residual[i] * passes.residual[i], 0.5 * difference * difference, distance2, 1.0});
   }
-  sums.erase(std::remove_if(sums.begin(), sums.end(), [](const Sums& s) { return s.rows == 0.0; }),
-             sums.end());
+  std::erase_if(sums, [](const Sums& s) { return s.rows == 0.0; });
   return sums;
 }
 
@@ -76,10 +77,9 @@ double excess_deviation(const std::vector<Sums>& sums, const Sums& total, double
 
 }  // namespace
 
-std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known, bool same,
-                                        double per_floor) {
-  if (asked.pass.empty() || known.pass.empty()) return std::nullopt;
-  const std::vector<Sums> sums = sums_of(asked, known, same);
+std::optional<Repetition> repetition_of(const Passes& passes, double per_floor) {
+  if (passes.pass.empty()) return std::nullopt;
+  const std::vector<Sums> sums = sums_of(passes);
   if (sums.empty()) return std::nullopt;
   Sums total;
   for (const Sums& s : sums) total.add(s);
@@ -88,7 +88,7 @@ std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known
   found.differs = total.half_difference2 / total.rows;
   found.excess_deviation = excess_deviation(sums, total, per_floor);
   // Rows that have nothing to do with each other are sqrt(2) deviations apart in each quantity.
-  const auto quantities = static_cast<double>(std::max<Index>(1, asked.circumstances.rows()));
+  const auto quantities = static_cast<double>(std::max<Index>(1, passes.circumstances.rows()));
   found.agreement = std::max(0.0, 1.0 - total.distance2 / (2.0 * quantities * total.rows));
   found.rows = static_cast<std::size_t>(total.rows);
   found.passes = sums.size();

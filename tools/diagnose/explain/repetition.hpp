@@ -26,12 +26,10 @@ struct Repetition {
   std::size_t rows = 0, passes = 0;
 };
 
-/// Compares rows of `asked` with the row of another pass of `known` that is nearest in
-/// circumstances. Half of their mean squared difference is the noise and what the rest of the
-/// distance adds (difference-based variance by the nearest neighbour: Liitiäinen, Corona, Lendasse,
-/// Neural Processing Letters 2008). `same`: both are the same rows, of which passes that touch
-/// share noise. None where nothing can be compared.
-std::optional<Repetition> repetition_of(const Passes& asked, const Passes& known, bool same,
-                                        double per_floor);
+/// Compares rows with the row of another pass that is nearest in circumstances. Half of their mean
+/// squared difference is the noise and what the rest of the distance adds (difference-based
+/// variance by the nearest neighbour: Liitiäinen, Corona, Lendasse, Neural Processing Letters
+/// 2008). None where nothing can be compared.
+std::optional<Repetition> repetition_of(const Passes& passes, double per_floor);
 
 }  // namespace ravencal::diagnose

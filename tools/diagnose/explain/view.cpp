@@ -9,9 +9,6 @@ namespace ravencal::diagnose {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-namespace {
-
-/// Takes off the mean over the used rows of each recording.
 std::optional<double> take_constants(const Channel& channel, ByRecording& residuals) {
   double squares = 0.0, recordings = 0.0;
   for (std::size_t r = 0; r < residuals.size(); ++r) {
@@ -25,8 +22,6 @@ std::optional<double> take_constants(const Channel& channel, ByRecording& residu
   if (recordings == 0.0) return std::nullopt;
   return std::sqrt(squares / recordings);
 }
-
-}  // namespace
 
 Left left_by(const State& state, const Likelihood& rows) {
   Left left{rows.residuals(state, rows.outcome(state)), {}};
@@ -94,10 +89,17 @@ std::string stage_of(const Channel& channel) {
   return "command";
 }
 
+std::string position_unit_of(const physics::Joint& joint) {
+  return joint.kind == physics::JointKind::kPrismatic ? "m" : "rad";
+}
+
+std::string effort_unit_of(const physics::Joint& joint) {
+  return joint.kind == physics::JointKind::kPrismatic ? "N" : "N_m";
+}
+
 std::string unit_of(const Channel& channel, const physics::Plant& plant) {
-  const bool prismatic = plant.joints[channel.joint].kind == physics::JointKind::kPrismatic;
-  if (channel.kind == ChannelKind::kPosition) return prismatic ? "m" : "rad";
-  return prismatic ? "N" : "N_m";
+  const physics::Joint& joint = plant.joints[channel.joint];
+  return channel.kind == ChannelKind::kPosition ? position_unit_of(joint) : effort_unit_of(joint);
 }
 
 }  // namespace ravencal::diagnose

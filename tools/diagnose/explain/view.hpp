@@ -40,6 +40,9 @@ struct View {
 View view_of(const physics::Plant& given, const physics::Plant& improved, const Likelihood& rows,
              bool held_out, const State* recorder = nullptr);
 
+/// Takes off the mean over the used rows of each recording; their RMS, none without used rows.
+std::optional<double> take_constants(const Channel& channel, ByRecording& residuals);
+
 /// Used rows of one channel, recordings one after the other.
 Eigen::VectorXd used_rows(const Channel& channel, const ByRecording& values);
 /// Root of their mean square; 0 without any.
@@ -47,7 +50,17 @@ double rms(const Channel& channel, const ByRecording& values);
 
 /// "transmission", "drive" or "command".
 std::string stage_of(const Channel& channel);
-/// "rad", "m", "N_m" or "N".
+/// "rad" or "m", and "N_m" or "N".
+std::string position_unit_of(const physics::Joint& joint);
+std::string effort_unit_of(const physics::Joint& joint);
+/// The one of the two that the channel has.
 std::string unit_of(const Channel& channel, const physics::Plant& plant);
+
+/// Whether a finding's joint and stage are those of the channel.
+template <typename Finding>
+bool stands_in(const View& view, const Channel& channel, const Finding& finding) {
+  return view.given.joints[channel.joint].name == finding.joint &&
+         stage_of(channel) == finding.stage;
+}
 
 }  // namespace ravencal::diagnose

@@ -2,8 +2,10 @@
 #include "diagnose/findings/combinations.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 
@@ -17,49 +19,41 @@ constexpr double kUncertain = 0.15;  ///< relative deviation of a parameter not 
 constexpr double kBetter = 5.0;      ///< how much better the combination is known
 constexpr double kMember = 0.3;      ///< share in the worst direction that makes a member
 
-MatrixXd covariance(const MatrixXd& draws) {
-  const MatrixXd centred = draws.rowwise() - draws.colwise().mean();
-  return centred.transpose() * centred / static_cast<double>(std::max<Index>(1, draws.rows() - 1));
-}
-
 }  // namespace
 
-std::vector<Combination> combinations_of(const std::vector<CombinedParameter>& parameters,
-                                         const MatrixXd& log_draws) {
-  if (parameters.size() < 2 || log_draws.rows() < 20) return {};
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> whole(covariance(log_draws));
+std::optional<Combination> combination_of(const std::vector<CombinedParameter>& parameters,
+                                          const VectorXd& logs, const MatrixXd& covariance) {
+  if (parameters.size() < 2) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> whole(covariance);
   const VectorXd worst = whole.eigenvectors().rightCols(1);
   std::vector<Index> members;
   for (Index p = 0; p < worst.size(); ++p) {
     if (std::abs(worst[p]) >= kMember) members.push_back(p);
   }
-  if (members.size() < 2) return {};
-  const MatrixXd group = log_draws(Eigen::all, members);
-  const MatrixXd spread = covariance(group);
-  const double least_alone = std::sqrt(spread.diagonal().minCoeff());
+  if (members.size() < 2) return std::nullopt;
+  const MatrixXd spread = covariance(members, members);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> within(spread);
   VectorXd powers = within.eigenvectors().col(0);
   Index first = 0;
   powers.cwiseAbs().maxCoeff(&first);
   powers /= powers[first];
-  VectorXd values = group * powers;
-  std::sort(values.data(), values.data() + values.size());
-  const double deviation = std::sqrt(covariance(group * powers)(0, 0));
-  if (least_alone < kUncertain || deviation * kBetter > least_alone) return {};
+  const double least_alone = std::sqrt(spread.diagonal().minCoeff());
+  const double deviation = std::sqrt(powers.dot(spread * powers));
+  if (least_alone < kUncertain || deviation * kBetter > least_alone) return std::nullopt;
   Combination out;
   for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto k = static_cast<Index>(m);
     CombinedParameter p = parameters[static_cast<std::size_t>(members[m])];
-    p.power = std::round(powers[static_cast<Index>(m)] * 100.0) / 100.0;
-    p.relative_deviation = std::sqrt(spread(static_cast<Index>(m), static_cast<Index>(m)));
+    p.power = std::round(powers[k] * 100.0) / 100.0;
+    p.relative_deviation = std::sqrt(spread(k, k));
     if (p.power != 0.0) out.parameters.push_back(std::move(p));
   }
-  const auto at = [&](double share) {
-    return std::exp(values[static_cast<Index>(share * static_cast<double>(values.size() - 1))]);
-  };
-  out.value = at(0.5);
-  out.ci95 = {at(0.025), at(0.975)};
-  if (out.parameters.size() < 2) return {};
-  return {out};
+  if (out.parameters.size() < 2) return std::nullopt;
+  const double middle = powers.dot(logs(members));
+  const double half = kNormal95 * deviation;
+  out.value = std::exp(middle);
+  out.ci95 = {std::exp(middle - half), std::exp(middle + half)};
+  return out;
 }
 
 }  // namespace ravencal::diagnose

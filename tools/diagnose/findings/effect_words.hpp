@@ -52,8 +52,6 @@ struct EffectWords {
   Probe probes = Probe::kNone;
   /// Of an effect that no plant has; physics/effects/effect_spec.hpp has the others'.
   std::string_view own_sentence{};
-  /// Stage where it enters, where positions that are compared show it elsewhere.
-  std::string_view enters_at{};
   /// Ids that make the same shape in every recording, so that no likelihood parts them.
   std::span<const std::string_view> look_alikes{};
   std::string_view separate_by{};  ///< the experiment that parts it from others

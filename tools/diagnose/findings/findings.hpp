@@ -21,8 +21,6 @@ inline constexpr std::string_view kUnknown = "unknown";
 
 using Interval = std::pair<double, double>;
 
-inline bool leaves_out_zero(const Interval& i) { return i.first * i.second > 0.0; }
-
 struct Verdict {
   std::string kind;  ///< nothing_left_out, named, ambiguous, parameter_out_of_tolerance,
                      ///< unexplained, not_testable
@@ -47,10 +45,6 @@ struct NamedParameter {
   double value = 0.0;
   std::string unit;
   Interval ci95{0.0, 0.0};
-  /// With which the drive as one rigid body runs free best: the improved plant's, if it differs.
-  std::optional<double> running{};
-
-  [[nodiscard]] double in_plant() const { return running.value_or(value); }
 };
 
 struct NamedEffect {
@@ -62,29 +56,16 @@ struct NamedEffect {
   std::vector<std::string> ambiguous_with;
   std::string separate_by;
   bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
-  bool certain = true;            ///< its size is not nothing
   std::string from;               ///< the other joint, for couplings
   /// That the effect is there; none where nothing was compared with it.
   std::optional<double> probability{};
   bool beyond_plants = false;  ///< no plant can hold it: `improved` does without
 };
 
-/// Null where the effect has none of that name.
-inline const NamedParameter* find_parameter(const NamedEffect& effect, std::string_view name) {
-  const auto it = std::find_if(effect.parameters.begin(), effect.parameters.end(),
-                               [name](const NamedParameter& p) { return p.name == name; });
-  return it == effect.parameters.end() ? nullptr : &*it;
-}
-
 /// Share of the held-out squared error that the effect takes off; 0 where there was none.
 inline double held_out_share(const NamedEffect& effect) {
   const double before = effect.held_out_before;
   return before > 0.0 ? 1.0 - std::pow(effect.held_out_after / before, 2) : 0.0;
-}
-
-/// Friction that differs between the directions whatever the speed: a constant of the drive.
-inline bool is_dry_asymmetry(const NamedEffect& e) {
-  return !e.parameters.empty() && e.parameters.front().name == "level_difference";
 }
 
 /// The same figure on one of the recordings.
@@ -242,6 +223,7 @@ struct Routing {
 
 struct Report {
   Verdict verdict;
+  std::vector<std::string> notes;  ///< what was taken for granted or left out; no full stop
   std::vector<SeenRecording> recordings;
   std::vector<LookedAt> looked_at;
   std::vector<NotLookedAt> not_looked_at;

@@ -42,28 +42,19 @@ std::string sentence_of(const Unexplained& u) {
                      fmt::format("{}", fmt::join(u.depends_on, ", ")));
 }
 
-/// True if that effect is shown by that channel: a sensor's effect by the transmission's.
-template <typename Place>
-bool shown_in(const NamedEffect& effect, const Place& place) {
-  const bool same =
-      effect.stage == place.stage || (effect.stage == "sensor" && place.stage == "transmission");
-  return effect.joint == place.joint && same;
-}
-
-/// True if an effect is named in that channel.
-template <typename Place>
-bool named_at(const Report& report, const Place& place) {
-  return std::any_of(report.effects.begin(), report.effects.end(),
-                     [&](const NamedEffect& effect) { return shown_in(effect, place); });
+/// The first of these findings that is of the same joint and stage; null without any.
+template <typename Findings, typename Finding>
+auto* at_place_of(const Finding& place, Findings& findings) {
+  const auto it = std::find_if(findings.begin(), findings.end(), [&](const auto& finding) {
+    return finding.joint == place.joint && finding.stage == place.stage;
+  });
+  return it == findings.end() ? nullptr : &*it;
 }
 
 /// An error above its floor has no name where nothing else is said of its channel.
 void add_unexplained(Report& report) {
   for (const ErrorLeft& e : report.left) {
-    const bool said =
-        std::any_of(report.unexplained.begin(), report.unexplained.end(),
-                    [&](const Unexplained& u) { return u.joint == e.joint && u.stage == e.stage; });
-    if (e.reached || said || named_at(report, e)) continue;
+    if (e.reached || at_place_of(e, report.unexplained) || at_place_of(e, report.effects)) continue;
     report.unexplained.push_back({e.joint,
                                   e.stage,
                                   std::min(1.0, e.share()),
@@ -76,7 +67,7 @@ void add_unexplained(Report& report) {
 /// Where something real was found and nothing named, the schema's `unknown` says so.
 void add_unknown(Report& report) {
   for (const Unexplained& u : report.unexplained) {
-    if (named_at(report, u)) continue;
+    if (at_place_of(u, report.effects)) continue;
     NamedEffect effect;
     effect.id = kUnknown;
     effect.joint = u.joint;
@@ -87,16 +78,12 @@ void add_unknown(Report& report) {
     effect.separate_by = "vary one circumstance at a time";
     if (!u.depends_on.empty())
       effect.separate_by += fmt::format(": {}", fmt::join(u.depends_on, ", "));
-    for (const ErrorLeft& e : report.left) {
-      if (e.joint != u.joint || e.stage != u.stage) continue;
-      effect.held_out_before = e.before;
-      effect.held_out_after = e.left;
-    }
-    for (const Mismatch& m : report.mismatch) {
-      if (m.joint != u.joint || m.stage != u.stage) continue;
-      effect.held_out_before = std::hypot(m.excess_rmse, m.floor);
-      effect.held_out_after = effect.held_out_before;
-      effect.p_value = m.p_value;
+    if (const Mismatch* m = at_place_of(u, report.mismatch)) {
+      effect.held_out_before = effect.held_out_after = std::hypot(m->excess_rmse, m->floor);
+      effect.p_value = m->p_value;
+    } else if (const ErrorLeft* e = at_place_of(u, report.left)) {
+      effect.held_out_before = e->before;
+      effect.held_out_after = e->left;
     }
     report.effects.push_back(std::move(effect));
   }
@@ -116,9 +103,8 @@ Mismatch mismatch_of(const Report& report, const NamedEffect& effect) {
   m.stage = effect.stage;
   m.regime = {"everywhere"};
   m.floor = effect.held_out_after;
-  for (const ErrorLeft& e : report.left) {
-    if (effect.id == kUnknown && shown_in(effect, e)) m.floor = e.floor;
-  }
+  const ErrorLeft* left = at_place_of(effect, report.left);
+  if (effect.id == kUnknown && left != nullptr) m.floor = left->floor;
   m.unit = effect.unit;
   m.p_value = std::numeric_limits<double>::quiet_NaN();
   return m;
@@ -127,11 +113,11 @@ Mismatch mismatch_of(const Report& report, const NamedEffect& effect) {
 /// Recording and plant differ where something is named or has no name, and nowhere else: the gates
 /// of names and of the alarm decide, and `mismatch` says where and by how much.
 void agree_on_mismatch(Report& report) {
-  std::erase_if(report.mismatch, [&](const Mismatch& m) { return !named_at(report, m); });
+  std::erase_if(report.mismatch,
+                [&](const Mismatch& m) { return !at_place_of(m, report.effects); });
   for (const NamedEffect& effect : report.effects) {
-    auto m = std::find_if(report.mismatch.begin(), report.mismatch.end(),
-                          [&](const Mismatch& at) { return shown_in(effect, at); });
-    if (m == report.mismatch.end()) m = report.mismatch.insert(m, mismatch_of(report, effect));
+    Mismatch* m = at_place_of(effect, report.mismatch);
+    if (m == nullptr) m = &report.mismatch.emplace_back(mismatch_of(report, effect));
     m->excess_rmse = std::max(m->excess_rmse, excess_of(effect));
     m->p_value = std::fmin(m->p_value, effect.p_value);
   }
@@ -157,7 +143,7 @@ std::string left_sentences(const Report& report) {
     text += fmt::format(
         "{}Joint {}, {}: {} of the squared error is left{}: {} where {} {}.",
         text.empty() ? "" : " ", e.joint, e.stage, share_words(e.share()),
-        named_at(report, e) ? " beside what is named" : " and has no name",
+        at_place_of(e, report.effects) ? " beside what is named" : " and has no name",
         quantity(e.left, e.unit),
         e.measured_by == "repetition" ? "repetition gives at most" : "the sensors resolve",
         quantity(e.floor, e.unit));
@@ -216,7 +202,7 @@ std::string quantity(double value, const std::string& unit) {
   return fmt::format("{:.3g} {}", value, words_of(words));
 }
 
-void decide(Report& report, const std::vector<std::string>& notes) {
+void decide(Report& report) {
   const std::size_t described = report.unexplained.size();
   const std::string left = left_sentences(report);
   add_unexplained(report);
@@ -243,7 +229,7 @@ void decide(Report& report, const std::vector<std::string>& notes) {
   if (verdict.kind != "unexplained" && !left.empty()) text += (text.empty() ? "" : " ") + left;
   for (std::size_t i = 0; i < described; ++i)
     text += (text.empty() ? "" : " ") + sentence_of(report.unexplained[i]);
-  for (const std::string& note : notes) text += " Note: " + note + ".";
+  for (const std::string& note : report.notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
     text += " " + alarms_sentence(verdict);
   }

@@ -34,7 +34,6 @@ Json effect_json(const NamedEffect& e) {
                           {"value", number(p.value)},
                           {"unit", p.unit},
                           {"ci95", {number(p.ci95.first), number(p.ci95.second)}}});
-    if (p.running) parameters.back()["in_free_run"] = number(*p.running);
   }
   Json json = {{"id", e.id}, {"joint", e.joint}, {"stage", e.stage}};
   if (!e.from.empty()) json["from"] = e.from;

@@ -35,10 +35,7 @@ std::string parameters_html(const NamedEffect& e) {
   std::string rows;
   for (const NamedParameter& p : e.parameters) {
     if (is_event(p)) continue;
-    std::string value = "<b>" + html_escape(quantity(p.value, p.unit)) + "</b>";
-    if (p.running)
-      value += "<br><span class=\"soft\">free run: " + html_escape(quantity(*p.running, p.unit)) +
-               "</span>";
+    const std::string value = "<b>" + html_escape(quantity(p.value, p.unit)) + "</b>";
     rows += row_html({html_escape(words_of(p.name)), value, html_escape(interval_text(p))});
   }
   return table_html({html_escape(e.joint + ": " + name_of(e)), "value", "95 % interval"}, rows);

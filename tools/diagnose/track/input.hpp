@@ -16,6 +16,10 @@ namespace ravencal::diagnose {
 
 using Recordings = std::vector<record::Recording>;
 
+/// All recordings, held-out ones last.
+std::vector<const record::Recording*> in_order(const Recordings& training,
+                                               const Recordings& held_out);
+
 /// Name of the recording's file without its folder.
 std::string file_name(const record::Recording& recording);
 
@@ -38,6 +42,14 @@ core::Status check_input(const Recordings& training, const Recordings& held_out,
 /// `held_out_from_s`.
 std::vector<std::string> input_notes(const Recordings& training, const Recordings& held_out,
                                      std::optional<double> held_out_from_s);
+
+/// Another simulator's recording at the times of the real one, linear between its rows, NaN beyond
+/// them. Its motion may differ from the robot's, which is what a diagnosis is about; its command
+/// may not. Errors (kData): too little of the recording is covered, or the desired positions are of
+/// another motion.
+core::Result<record::Recording> at_times_of(const record::Recording& real,
+                                            const record::Recording& simulated,
+                                            std::vector<std::string>& notes);
 
 /// "one (joint_estimate, drive_torque), two (joint_estimate)": what the recordings have of each
 /// joint; "nothing of any joint" if there is none.

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
@@ -12,7 +13,6 @@
 
 #include "core/units.hpp"
 #include "diagnose/track/filter.hpp"
-#include "diagnose/track/simulated_recording.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -32,6 +32,21 @@ constexpr double kCopied = 1e-3;
 constexpr double kMostMotionMissed = 0.5;
 
 enum class Compared { kEffort, kPosition, kTracking };
+
+/// How a signal is called, and what a simulation lacks that does not have it.
+struct ComparedWords {
+  std::string_view stage, motion, per, lacking;
+};
+
+const ComparedWords& compared_words(Compared what) {
+  static constexpr std::array<ComparedWords, 3> kWords = {{
+      {"drive", "speed", "/s", "drive_torque or drive_input, or a position beside it"},
+      {"transmission", "position", "",
+       "joint_truth, or joint_estimate or motor_position beside it"},
+      {"tracking", "position", "", "desired_position or joint_estimate"},
+  }};
+  return kWords[static_cast<std::size_t>(what)];
+}
 
 /// One recording or its simulation.
 struct Side {
@@ -68,41 +83,28 @@ struct Pair {
   physics::Prediction by_plant;
 };
 
-/// Of values one after the other (Welford, 1962).
-class Spread {
- public:
-  void add(double x) {
-    count_ += 1.0;
-    const double from_mean = x - mean_;
-    mean_ += from_mean / count_;
-    squares_ += from_mean * (x - mean_);
-  }
-  [[nodiscard]] double count() const { return count_; }
-  [[nodiscard]] double deviation() const { return std::sqrt(squares_ / std::max(1.0, count_)); }
-  [[nodiscard]] double rms() const { return std::hypot(deviation(), mean_); }
-
- private:
-  double count_ = 0.0, mean_ = 0.0, squares_ = 0.0;
-};
-
-/// Over rows that both have.
+/// Over rows that both have, recordings one after the other.
 struct Apart {
   bool recorded = false, simulated = false;
-  Spread measured, signal, moved, motion;
+  Index rows = 0;
+  double measured = 0.0, left = 0.0;  ///< deviation as recorded; RMS of that less the simulated
+  double moved = 0.0, motion = 0.0;   ///< deviations of what it follows and of that difference
 
-  [[nodiscard]] bool copied() const { return signal.rms() <= kCopied * measured.deviation(); }
-  [[nodiscard]] bool same_motion() const {
-    return motion.deviation() <= kCopied * moved.deviation();
-  }
+  [[nodiscard]] bool copied() const { return left <= kCopied * measured; }
+  [[nodiscard]] bool same_motion() const { return motion <= kCopied * moved; }
   /// Of the motion's variance.
-  [[nodiscard]] double missed() const {
-    const double whole = moved.deviation();
-    return whole > 0.0 ? std::pow(motion.deviation() / whole, 2) : 0.0;
-  }
+  [[nodiscard]] double missed() const { return moved > 0.0 ? std::pow(motion / moved, 2) : 0.0; }
 };
+
+double rms_of(const std::vector<double>& values, bool about_mean) {
+  if (values.empty()) return 0.0;
+  const Eigen::Map<const VectorXd> x(values.data(), static_cast<Index>(values.size()));
+  return std::sqrt((x.array() - (about_mean ? x.mean() : 0.0)).square().mean());
+}
 
 Apart apart_in(const std::vector<Pair>& pairs, std::size_t j, Compared what) {
   Apart out;
+  std::vector<double> measured, left, moved, motion;
   for (const Pair& p : pairs) {
     const VectorXd x = p.real.value(j, what);
     const VectorXd y = p.simulated.value(j, what);
@@ -115,42 +117,38 @@ Apart apart_in(const std::vector<Pair>& pairs, std::size_t j, Compared what) {
       const auto n = static_cast<std::size_t>(i);
       const bool lost = p.real.track->lost[j][n] != 0 || p.simulated.track->lost[j][n] != 0;
       if (lost || !std::isfinite(x[i] - y[i])) continue;
-      out.signal.add(x[i] - y[i]);
-      out.measured.add(x[i]);
-      out.moved.add(a[i]);
-      out.motion.add(a[i] - b[i]);
+      left.push_back(x[i] - y[i]);
+      measured.push_back(x[i]);
+      moved.push_back(a[i]);
+      motion.push_back(a[i] - b[i]);
     }
   }
+  out.rows = static_cast<Index>(left.size());
+  out.measured = rms_of(measured, true);
+  out.left = rms_of(left, false);
+  out.moved = rms_of(moved, true);
+  out.motion = rms_of(motion, true);
   return out;
 }
 
 std::string motion_words(const physics::Joint& joint, Compared what, const Apart& apart) {
   const core::DisplayUnit unit =
       core::display_unit(joint.kind == physics::JointKind::kPrismatic ? "m" : "rad");
-  const bool speed = what == Compared::kEffort;
-  return fmt::format("{} differs by {:.3g} of {:.3g} {}{} RMS", speed ? "speed" : "position",
-                     apart.motion.deviation() * unit.per_si, apart.moved.deviation() * unit.per_si,
-                     unit.name, speed ? "/s" : "");
-}
-
-std::string lacking(Compared what) {
-  if (what == Compared::kEffort)
-    return "the simulation lacks drive_torque or drive_input, or a position beside it";
-  if (what == Compared::kTracking) return "the simulation lacks desired_position or joint_estimate";
-  return "the simulation lacks joint_truth, or joint_estimate or motor_position beside it";
+  const ComparedWords& words = compared_words(what);
+  return fmt::format("{} differs by {:.3g} of {:.3g} {}{} RMS", words.motion,
+                     apart.motion * unit.per_si, apart.moved * unit.per_si, unit.name, words.per);
 }
 
 /// Why the two cannot be compared; empty if they can.
 std::string incomparable(const physics::Joint& joint, Compared what, const Apart& apart) {
   const bool drive = what == Compared::kEffort;
-  if (!apart.simulated) return lacking(what);
-  if (apart.signal.count() == 0.0) return "the simulation has no row in common with the recording";
+  if (!apart.simulated) return fmt::format("the simulation lacks {}", compared_words(what).lacking);
+  if (apart.rows == 0) return "the simulation has no row in common with the recording";
   if (apart.copied()) {
-    const double measured = apart.measured.deviation();
     return fmt::format(
         "the simulation has the recorded {} ({:.2g} of it differs), so that nothing is left to "
         "compare; {}",
-        drive ? "effort" : "error", measured > 0.0 ? apart.signal.rms() / measured : 0.0,
+        drive ? "effort" : "error", apart.measured > 0.0 ? apart.left / apart.measured : 0.0,
         drive ? "to compare efforts, give an inverse simulation, which computes the effort of the "
                 "recorded motion"
               : "give a simulation that computes the joint from the motor");
@@ -179,10 +177,7 @@ class Comparison {
     const Apart apart = apart_in(pairs_, j, what);
     if (!apart.recorded) return false;
     const physics::Joint& joint = plant_.joints[j];
-    const std::string_view stage = what == Compared::kEffort     ? "drive"
-                                   : what == Compared::kTracking ? "tracking"
-                                                                 : "transmission";
-    const std::string where = fmt::format("joint {} ({})", joint.name, stage);
+    const std::string where = fmt::format("joint {} ({})", joint.name, compared_words(what).stage);
     const std::string why = incomparable(joint, what, apart);
     if (!why.empty())
       reasons.push_back(fmt::format("{} is not compared: {}", where, why));
@@ -238,20 +233,18 @@ struct Simulated {
 
 core::Result<Simulated> aligned_with(const Recordings& training, const Recordings& held_out,
                                      const Recordings& simulated, std::vector<std::string>& notes) {
-  const std::size_t recordings = training.size() + held_out.size();
-  if (simulated.size() != recordings) {
+  const std::vector<const Recording*> recordings = in_order(training, held_out);
+  if (simulated.size() != recordings.size()) {
     return core::usage_error(
         fmt::format("--simulated: {} files for {} recordings; give one per recording, held-out "
                     "recordings last",
-                    simulated.size(), recordings));
+                    simulated.size(), recordings.size()));
   }
   notes = input_notes(simulated, {}, {});
   Simulated out;
   for (std::size_t i = 0; i < simulated.size(); ++i) {
-    const bool trains = i < training.size();
-    const Recording& one = trains ? training[i] : held_out[i - training.size()];
-    RAVENCAL_ASSIGN_OR_RETURN(Recording aligned, simulated_recording(one, simulated[i], notes));
-    (trains ? out.training : out.held_out).push_back(std::move(aligned));
+    RAVENCAL_ASSIGN_OR_RETURN(Recording aligned, at_times_of(*recordings[i], simulated[i], notes));
+    (i < training.size() ? out.training : out.held_out).push_back(std::move(aligned));
   }
   return out;
 }

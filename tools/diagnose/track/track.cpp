@@ -196,7 +196,7 @@ class TrackBuilder {
 
   [[nodiscard]] physics::Motion motion_of(const VectorXd& motor) const {
     return {motor, first_difference(motor, grid_.period_s),
-            second_difference(motor, grid_.period_s), 0.0, 0.0};
+            second_difference(motor, grid_.period_s), 0.0};
   }
 
   /// Of the recorded rows about the cubics through their neighbours: fourth differences leave out

@@ -234,7 +234,6 @@ class Follower {
     physics::Plant plant = plant_;
     physics::ForcedMotion forced{t_s_, fresh_, {}, external_loads(), {}};
     forced.load = [this](const std::string& name) { return named(name); };
-    const std::vector<char> all_seen(fresh_.size(), 0);
     for (std::size_t j = 0; j < positions.size(); ++j) {
       const Recorded& r = recorded_[j];
       VectorXd motor = r.estimate.size() > 0 ? VectorXd() : r.motor;
@@ -246,7 +245,7 @@ class Follower {
             motor -= plant_.coupling[j][k] * positions[k];
         }
       }
-      forced.motors.push_back(physics::smooth_motion(t_s_, motor, fresh_, all_seen, 2));
+      forced.motors.push_back(physics::smooth_motion(t_s_, motor, fresh_));
     }
     RAVENCAL_ASSIGN_OR_RETURN(placed_, physics::predict(plant, forced));
     return {};
