@@ -186,7 +186,6 @@ json log_ticks(Extent domain) {
 }
 
 json chart(std::string_view description, double width, double height) {
-  const char* font = "system-ui, 'Segoe UI', 'Noto Sans', 'Liberation Sans', sans-serif";
   return {{"$schema", "https://vega.github.io/schema/vega/v5.json"},
           {"description", description},
           {"width", width},
@@ -196,33 +195,7 @@ json chart(std::string_view description, double width, double height) {
           {"data", json::array()},
           {"scales", json::array()},
           {"axes", json::array()},
-          {"marks", json::array()},
-          {"config",
-           {{"background", "transparent"},
-            {"axis",
-             {{"labelColor", kInkColour},
-              {"titleColor", kInkColour},
-              {"labelFont", font},
-              {"titleFont", font},
-              {"labelFontSize", 11},
-              {"titleFontSize", 11.5},
-              {"titleFontWeight", "normal"},
-              {"titlePadding", 7},
-              {"domainColor", "var(--rule)"},
-              {"tickColor", "var(--rule)"},
-              {"gridColor", "var(--grid)"},
-              {"tickSize", 4},
-              {"labelOverlap", true}}},
-            {"axisLeft", {{"minExtent", 34}}},
-            {"legend",
-             {{"labelColor", kInkColour},
-              {"titleColor", kInkColour},
-              {"labelFont", font},
-              {"titleFont", font},
-              {"labelFontSize", 11},
-              {"titleFontSize", 11.5},
-              {"titleFontWeight", "normal"}}},
-            {"text", {{"font", font}, {"fontSize", 11.5}, {"fill", kInkColour}}}}}};
+          {"marks", json::array()}};
 }
 
 }  // namespace ravencal::report

@@ -71,7 +71,7 @@ json log_ticks(Extent domain);
 /// A horizontal rule at y = 0 across `width` pixels.
 json zero_rule(double width);
 
-/// A specification of that plot size, with the page's fonts and colours.
+/// A specification of that plot size; page.js gives it the page's fonts and colours.
 json chart(std::string_view description, double width, double height);
 
 }  // namespace ravencal::report

@@ -22,7 +22,7 @@ Object.assign(
 );
 
 const charts = JSON.parse(scripts[0]);
-const config = charts[0].spec.config;
+const config = vm.runInContext("chart_config", context);
 const variables = page.match(/:root \{[\s\S]*?\}\s*@media[^{]*\{[\s\S]*?\}\s*\}/)[0];
 
 async function draw(name, spec) {

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What pages drawn from data share: elements, numbers with their units, charts. Strings become text
+// nodes, whatever they contain.
+"use strict";
+
+// ------------------------------------------------------------------ elements
+
+// "p.note" with its children: texts, elements, lists of them; what is empty is left out.
+function element(kind, ...children) {
+  const [name, ...classes] = kind.split(".");
+  const made = document.createElement(name);
+  if (classes.length) made.className = classes.join(" ");
+  made.append(...children.flat(Infinity).filter((child) => (child ?? "") !== ""));
+  return made;
+}
+
+// Cells may be whole <th> and <td>. Nothing without rows.
+function table(header, rows, kind = "table.words") {
+  if (!rows.length) return "";
+  const row = (cell_kind, cells) => element("tr", cells.map((cell) =>
+    cell instanceof HTMLTableCellElement ? cell : element(cell_kind, cell)));
+  const head = row("th", header);
+  for (const cell of head.cells) cell.scope = "col";
+  const body = element("tbody", rows.map((cells) => row("td", cells)));
+  return element(kind, header.length ? element("thead", head) : "", body);
+}
+
+const row_header = (text) => Object.assign(element("th", text), { scope: "row" });
+const folded = (title, ...content) => (content.some(Boolean) ? element("details", element("summary", title), content) : "");
+const lines = (items) => items.flatMap((item, i) => (i ? [element("br"), item] : [item]));
+const worse_if = (worse, content) => (worse ? element("span.worse", content) : content);
+
+// Strokes as the charts draw them, [line style, width in px, name of the colour, meaning] each.
+function key(items) {
+  return element("ul.key", items.map(([style, width_px, name, meaning]) => {
+    const stroke = element("i");
+    stroke.style.borderTop = `${width_px}px ${style} ${colours[name]}`;
+    return element("li", stroke, meaning);
+  }));
+}
+
+const figures = [];
+
+// A chart under a heading with a caption, drawn by show_page().
+function figure(spec, heading, caption = "") {
+  const container = Object.assign(element("div.chart"), { tabIndex: 0, role: "group", ariaLabel: heading });
+  figures.push({ container, spec });
+  return element("figure", element("h3", heading), container,
+    element("figcaption", caption && element("p", caption)));
+}
+
+// `sections`: [id, title, ...content] each, listed in the header; `opening` stands before them.
+function show_page(subtitle, verdict, opening, sections) {
+  const shown = sections.filter(([, , ...content]) => content.flat().some(Boolean));
+  const link = ([id, title]) => element("li", Object.assign(element("a", title), { href: `#${id}` }));
+  const contents = Object.assign(element("nav", element("ul", shown.map(link))), { ariaLabel: "contents" });
+  document.querySelector("header").append(element("p.subtitle", subtitle), element("p.verdict", verdict), contents);
+  document.querySelector("main").append(...opening, ...shown.flatMap(([id, title, ...content]) =>
+    [Object.assign(element("h2", title), { id }), ...content.flat()]));
+  return draw_charts(figures);
+}
+
+// ------------------------------------------------------------------ numbers
+
+// As %g: zeros at the end are left out.
+function general(value, digits = 3) {
+  const [mantissa, power] = value.toExponential(digits - 1).split("e").map(Number);
+  if (power >= -4 && power < digits) return String(Number(value.toPrecision(digits)));
+  return `${mantissa}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`;
+}
+
+// Degrees and millimetres for people; everything else as it is.
+function display_unit(unit) {
+  if (unit === "rad") return { name: "deg", factor: 180 / Math.PI };
+  if (unit === "m") return { name: "mm", factor: 1e3 };
+  return { name: unit === "1" ? "" : unit.replaceAll("_per_", "/").replaceAll("_", " "), factor: 1 };
+}
+
+function quantity(value, unit) {
+  const { name, factor } = display_unit(unit);
+  return value === null ? "not known" : `${general(value * factor)} ${name}`.trim();
+}
+
+const interval_text = ([low, high], unit) => `${quantity(low, unit)} to ${quantity(high, unit)}`;
+const change = (before, after, unit) => worse_if(after > before, `${quantity(before, unit)} → ${quantity(after, unit)}`);
+const fixed = (value, decimals) => value?.toFixed(decimals) ?? "not known";
+const share = (part, decimals = 0) => (part === null ? "not known" : `${fixed(100 * part, decimals)} %`);
+
+// A change with its sign. Near a whole fall the tenths tell.
+function signed_share(part) {
+  const decimals = Math.abs(part) < 0.1 || part < -0.95 ? 1 : 0;
+  return `${part < 0 ? "−" : "+"}${share(Math.abs(part), decimals)}`;
+}
+
+// ------------------------------------------------------------------ parts of charts
+
+const colours = { recorded: "var(--truth)", before: "var(--raw)", after: "var(--corrected)", worse: "var(--worse)" };
+
+// From the least to the greatest value without the `outermost` share on either side, widened by 4 %.
+function extent(values, outermost = 0) {
+  const sorted = Float64Array.from(values.filter(Number.isFinite)).sort();
+  if (!sorted.length) return [-1, 1];
+  const cut = Math.floor(outermost * sorted.length);
+  const [from, to] = [sorted[cut], sorted[sorted.length - 1 - cut]];
+  const margin = 0.04 * (to - from) || 0.1 * Math.abs(to) || 1;
+  return [from - margin, to + margin];
+}
+
+const joined = (...extents) => [Math.min(...extents.map(([from]) => from)), Math.max(...extents.map(([, to]) => to))];
+
+// Series in which null has no value.
+const scaled = (values, factor) => values.map((value) => (value === null ? null : value * factor));
+const added = (a, b, sign = 1) => a.map((value, i) => (value === null || b[i] === null ? null : value + sign * b[i]));
+
+// One object a row from columns by name.
+function rows_of(columns) {
+  const entries = Object.entries(columns);
+  return entries[0][1].map((_, i) => Object.fromEntries(entries.map(([name, values]) => [name, values[i]])));
+}
+
+const at = (scale, field) => ({ scale, field });
+
+// Constants of the encoding may stand as they are.
+function mark(type, encoding, more) {
+  const entries = Object.entries(encoding);
+  const enter = entries.map(([name, value]) => [name, typeof value === "object" ? value : { value }]);
+  return { type, encode: { enter: Object.fromEntries(enter) }, interactive: false, ...more };
+}
+
+const text_mark = (x, y, text, more, from) => mark("text", { x, y, text, baseline: "middle", ...more }, { from });
+const axis = (orient, title, more) => (
+  { orient, scale: orient === "left" ? "y" : "x", title, grid: true, tickCount: 4, ...more });
+
+// A plot inside a chart, `box` = [x, y, width, height]. Its signals stand in for the chart's, from
+// which axes take the length of their grid.
+function panel([x, y, width, height], x_extent, y_extent, axes, marks, encoding) {
+  const scale = (name, domain, range) => ({ name, type: "linear", domain, range, nice: false, zero: false });
+  return mark("group", { x, y, width, height, ...encoding }, {
+    signals: [{ name: "width", value: width }, { name: "height", value: height }],
+    scales: [scale("x", x_extent, [0, width]), scale("y", y_extent, [height, 0])],
+    axes,
+    marks,
+  });
+}
+
+function chart(description, width, height, data, marks, more) {
+  const named = Object.entries(data).map(([name, values]) => ({ name, values }));
+  return { description, width, height, padding: 4, autosize: "pad", data: named, marks, ...more };
+}
+
+// ------------------------------------------------------------------ charts
+
+// What was recorded and what is simulated before and after, the errors below.
+function trace_chart(description, t, recorded, before, after, y_title, error_title) {
+  const [width, height, gap, error_height] = [590, 112, 12, 66];
+  const [was, is] = [before, after].map((line) => added(line, recorded, -1));
+  const line = (name, stroke, strokeWidth, dash = []) => mark("line", {
+    x: at("x", "t"), y: at("y", name), defined: { signal: `isValid(datum['${name}'])` },
+    stroke, strokeWidth, strokeDash: { value: dash }, strokeJoin: "round",
+  }, { from: { data: "lines" }, clip: true });
+  const zero = mark("rule", { x: 0, x2: width, y: { scale: "y", value: 0 }, stroke: "currentColor", strokeWidth: 0.8 });
+  const levels = [line("recorded", colours.recorded, 4), line("before", colours.before, 1.2, [5, 2]), line("after", colours.after, 1.2)];
+  const errors = [zero, line("was", colours.before, 1.2, [5, 2]), line("is", colours.after, 1.2)];
+  const level_extent = joined(extent(recorded), extent(before, 0.002), extent(after));
+  const error_extent = joined(extent(was, 0.002), extent(is), [0, 0]);
+  return chart(description, width, height + gap + error_height, { lines: rows_of({ t, recorded, before, after, was, is }) }, [
+    panel([0, 0, width, height], extent(t), level_extent,
+      [axis("bottom", "", { labels: false, ticks: false, tickCount: 10 }), axis("left", y_title)], levels),
+    panel([0, height + gap, width, error_height], extent(t), error_extent,
+      [axis("bottom", "time [s]", { tickCount: 10 }), axis("left", error_title)], errors),
+  ]);
+}
+
+// Values with their intervals beside `reference`, rows of { label, value, low, high, text, worse };
+// nothing is cut but what exceeds `most` in size.
+function interval_chart(description, x_title, reference, most, rows) {
+  const [label_width, width, height] = [150, 170, 22 * rows.length];
+  const inside = (value) => Math.min(Math.max(value, -most), most);
+  const data = rows.map(({ label, value, low, high, text, worse }, i) => ({
+    label, text, row: i + 0.5, value: inside(value), low: inside(low ?? value), high: inside(high ?? value),
+    colour: worse ? colours.worse : colours.after, ink: worse ? colours.worse : "currentColor",
+  }));
+  const x_extent = extent([reference, ...data.flatMap(({ value, low, high }) => [value, low, high])]);
+  const from = { data: "rows" };
+  const [y, stroke] = [at("y", "row"), { field: "colour" }];
+  return chart(description, label_width + width + 80, height + 44, { rows: data }, [
+    panel([label_width, 0, width, height], x_extent, [rows.length, 0], [axis("bottom", x_title)], [
+      mark("rule", { x: { scale: "x", value: reference }, y: 0, y2: height, stroke: "currentColor", strokeWidth: 1 }),
+      mark("rule", { x: at("x", "low"), x2: at("x", "high"), y, stroke, strokeWidth: 2.5 }, { from }),
+      mark("symbol", { x: at("x", "value"), y, fill: stroke, size: 46 }, { from }),
+      text_mark(-10, y, { field: "label" }, { align: "right", limit: label_width - 12 }, from),
+      text_mark(width + 12, y, { field: "text" }, { fill: { field: "ink" } }, from),
+    ]),
+  ]);
+}
+
+// Bars from zero, the first in the colour of "before".
+function bar_chart(description, labels, values, x_title) {
+  const [label_width, width, height] = [230, 220, 19 * labels.length];
+  const data = labels.map((label, i) => (
+    { label, row: i + 0.5, value: values[i], text: general(values[i]), colour: i ? colours.after : colours.before }));
+  const from = { data: "bars" };
+  const y = at("y", "row");
+  return chart(description, label_width + width + 62, height + 50, { bars: data }, [
+    panel([label_width, 18, width, height], [0, 1.02 * Math.max(...values) || 1], [labels.length, 0], [axis("bottom", x_title)], [
+      mark("rect", { x: 0, x2: at("x", "value"), yc: y, height: 11, fill: { field: "colour" } }, { from }),
+      text_mark(-8, y, { field: "label" }, { align: "right" }, from),
+      text_mark({ ...at("x", "value"), offset: 5 }, y, { field: "text" }, {}, from),
+    ]),
+  ]);
+}
+
+// Two panels of points, before and after; triangles where `speed` is negative. Their axes of error
+// span the same, each about its own middle: a constant error must not hide the shape of the rest.
+function pair_chart(description, x, speed, before, after, x_title, y_title) {
+  const [width, height, step] = [235, 150, 305];
+  const extents = [extent(before, 0.005), extent(after, 0.005)];
+  const half = Math.max(...extents.map(([from, to]) => (to - from) / 2));
+  const points = (name, i) => {
+    const middle = (extents[i][0] + extents[i][1]) / 2;
+    const shape = { signal: "datum.speed < 0 ? 'triangle-left' : 'circle'" };
+    return panel([i * step, 18, width, height], extent(x), [middle - half, middle + half],
+      [axis("bottom", x_title), axis("left", i ? "" : y_title)], [
+        mark("symbol", { x: at("x", "x"), y: at("y", name), shape, size: 13, opacity: 0.55, fill: colours[name] },
+          { from: { data: "points" }, clip: true }),
+        text_mark(0, -9, name),
+      ]);
+  };
+  return chart(description, 2 * step - 60, height + 60, { points: rows_of({ x, speed, before, after }) },
+    ["before", "after"].map(points));
+}
+
+// RMS over a grid of cells, before and after, in colours of one scale; hatched where there is none.
+function map_chart(description, x_edges, y_edges, rows, maps, x_title, y_title, unit) {
+  const [width, height, step, columns] = [250, 180, 290, x_edges.length - 1];
+  const cells = (rms) => rms.flatMap((value, c) => (value === null ? [] : [{
+    value, x: x_edges[c % columns], x2: x_edges[c % columns + 1], y: y_edges[Math.floor(c / columns)],
+    y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE, ${rows[c]} rows`,
+  }]));
+  const data = { before: cells(maps.before), after: cells(maps.after) };
+  const greatest = Math.max(...Object.values(data).flat().map(({ value }) => value), 0) || 1;
+  const rect = (name) => mark("rect", {
+    x: at("x", "x"), x2: at("x", "x2"), y: at("y", "y"), y2: at("y", "y2"), fill: at("colour", "value"), tooltip: { field: "text" },
+  }, { from: { data: name }, interactive: true });
+  const plain = { grid: false, tickCount: 5 };
+  return chart(description, 2 * step, height + 110, data, ["before", "after"].map((name, i) =>
+    panel([i * step, 18, width, height], [x_edges[0], x_edges.at(-1)], [y_edges[0], y_edges.at(-1)],
+      [axis("bottom", x_title, plain), axis("left", i ? "" : y_title, { ...plain, labels: !i })],
+      [rect(name), text_mark(0, -10, name)], { fill: "url(#untested)" })), {
+    scales: [{ name: "colour", type: "linear", domain: [0, greatest], range: { scheme: "viridis" }, clamp: true, zero: true }],
+    legends: [{
+      fill: "colour", type: "gradient", direction: "horizontal", orient: "none", legendX: 0, legendY: height + 66,
+      gradientLength: width, tickCount: 3, gradientThickness: 10, title: `RMSE [${unit}]`,
+    }],
+  });
+}
