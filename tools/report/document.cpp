@@ -26,6 +26,7 @@ std::string page_html(std::vector<std::pair<std::string_view, std::string>> part
   parts.insert(parts.end(), {{"version", core::kVersion},
                              {"css", std::string(assets::css())},
                              {"licences", html_escape(assets::licences())},
+                             {"js", fmt::format("{}{}", assets::js(), assets::draw())},
                              {"vega", std::string(assets::vega())}});
   return fill_template(assets::html(), {parts.begin(), parts.end()});
 }
@@ -83,7 +84,6 @@ std::string Document::html(const DocumentHead& head) const {
                     {"body", body_},
                     {"data_id", "charts"},
                     {"data", "[" + charts_ + "]"},
-                    {"js", std::string(assets::js())},
                     {"start", "draw_charts();"}});
 }
 
@@ -100,7 +100,6 @@ std::string drawn_html(const std::string& title, const std::string& data_json,
                     {"body", ""},
                     {"data_id", "data"},
                     {"data", script_text(data_json)},
-                    {"js", fmt::format("{}{}", assets::js(), assets::draw())},
                     {"start", std::string(script)}});
 }
 

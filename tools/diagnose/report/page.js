@@ -273,11 +273,12 @@ function channel_charts(channel) {
   const { where, waterfall } = channel;
   const [error, motion] = [display_unit(channel.unit), display_unit(channel.position_unit)];
   const add = (spec, ...words) => (spec ? figure(spec, ...words) : "");
+  const bars = scaled(waterfall.map(({ rmse }) => rmse), error.factor).map((value, i) => ({ value, marked: i === 0 }));
   const steps = waterfall.length > 1 && bar_chart(`${place(channel)}: error as the model grows`,
-    waterfall.map(({ step }) => step), waterfall.map(({ rmse }) => rmse * error.factor), `RMSE [${error.name}]`);
+    waterfall.map(({ step }) => step), [{ title: "", unit: error.name, reference: null, bars }]);
   const map = where.before.length && map_chart(`${place(channel)}: error over position and speed`,
-    scaled(where.position_edges, motion.factor), scaled(where.speed_edges, motion.factor), where.rows,
-    { before: scaled(where.before, error.factor), after: scaled(where.after, error.factor) },
+    scaled(where.position_edges, motion.factor), scaled(where.speed_edges, motion.factor),
+    ["before", "after"].map((title) => ({ title, scale: 0, values: scaled(where[title], error.factor), rows: where.rows })),
     `position [${motion.name}]`, `speed [${motion.name}/s]`, error.name);
   const charts = [
     channel.traces.map((one) => trace(channel, one)),

@@ -195,20 +195,34 @@ function interval_chart(description, x_title, reference, most, rows) {
   ]);
 }
 
-// Bars from zero, the first in the colour of "before".
-function bar_chart(description, labels, values, x_title) {
-  const [label_width, width, height] = [230, 220, 19 * labels.length];
-  const data = labels.map((label, i) => (
-    { label, row: i + 0.5, value: values[i], text: general(values[i]), colour: i ? colours.after : colours.before }));
-  const from = { data: "bars" };
+// Bars from zero, a row per label; panels of { title, unit, reference, bars } side by side, bars of { value,
+// low, high, marked }. A panel ends at six times its reference: longer bars are cut, their figures stay.
+function bar_chart(description, labels, panels) {
+  const [label_width, width, height, step] = [230, 220, 19 * labels.length, 282];
   const y = at("y", "row");
-  return chart(description, label_width + width + 62, height + 50, { bars: data }, [
-    panel([label_width, 18, width, height], [0, 1.02 * Math.max(...values) || 1], [labels.length, 0], [axis("bottom", x_title)], [
+  const data = { labels: labels.map((text, i) => ({ text, row: i + 0.5 })) };
+  const bar_panel = ({ title, unit, reference, bars }, i) => {
+    const greatest = Math.max(0, ...bars.flatMap(({ value, high }) => [value, high ?? 0]));
+    const end = 1.02 * Math.min(greatest, reference > 0 ? 6 * reference : Infinity) || 1;
+    const inside = (value) => Math.min(Math.max(value, 0), end);
+    data[`bars_${i}`] = bars.flatMap(({ value, low, high, marked }, row) => (value === null ? [] : [{
+      row: row + 0.5, value: inside(value), low: inside(low ?? value), high: inside(high ?? value), text: general(value),
+      last: inside(Math.max(value, high ?? value)), colour: marked ? colours.before : colours.after,
+    }]));
+    const from = { data: `bars_${i}` };
+    const x = { scale: "x", value: reference };
+    const dashed = { stroke: "currentColor", strokeWidth: 1, strokeDash: { value: [3, 3] } };
+    return panel([label_width + i * step, 18, width, height], [0, end], [labels.length, 0], [axis("bottom", `RMSE [${unit}]`)], [
+      text_mark(0, -10, title),
+      i ? [] : text_mark(-8, y, { field: "text" }, { align: "right" }, { data: "labels" }),
       mark("rect", { x: 0, x2: at("x", "value"), yc: y, height: 11, fill: { field: "colour" } }, { from }),
-      text_mark(-8, y, { field: "label" }, { align: "right" }, from),
-      text_mark({ ...at("x", "value"), offset: 5 }, y, { field: "text" }, {}, from),
-    ]),
-  ]);
+      mark("rule", { x: at("x", "low"), x2: at("x", "high"), y, stroke: "currentColor", strokeWidth: 1.5 }, { from }),
+      text_mark({ ...at("x", "last"), offset: 5 }, y, { field: "text" }, {}, from),
+      reference === null ? [] : mark("rule", { x, y: 0, y2: height, ...dashed }),
+    ].flat());
+  };
+  const marks = panels.map(bar_panel);
+  return chart(description, label_width + step * panels.length, height + 50, data, marks);
 }
 
 // Two panels of points, before and after; triangles where `speed` is negative. Their axes of error
@@ -231,27 +245,37 @@ function pair_chart(description, x, speed, before, after, x_title, y_title) {
     ["before", "after"].map(points));
 }
 
-// RMS over a grid of cells, before and after, in colours of one scale; hatched where there is none.
-function map_chart(description, x_edges, y_edges, rows, maps, x_title, y_title, unit) {
+// RMS over a grid of cells, hatched where it is null; panels of { title, scale, values, rows }, where those of
+// one `scale` share their colours.
+function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit) {
   const [width, height, step, columns] = [250, 180, 290, x_edges.length - 1];
-  const cells = (rms) => rms.flatMap((value, c) => (value === null ? [] : [{
+  const cells = ({ values, rows }) => values.flatMap((value, c) => (value === null ? [] : [{
     value, x: x_edges[c % columns], x2: x_edges[c % columns + 1], y: y_edges[Math.floor(c / columns)],
-    y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE, ${rows[c]} rows`,
+    y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE, ${rows[c]} samples`,
   }]));
-  const data = { before: cells(maps.before), after: cells(maps.after) };
-  const greatest = Math.max(...Object.values(data).flat().map(({ value }) => value), 0) || 1;
-  const rect = (name) => mark("rect", {
-    x: at("x", "x"), x2: at("x", "x2"), y: at("y", "y"), y2: at("y", "y2"), fill: at("colour", "value"), tooltip: { field: "text" },
-  }, { from: { data: name }, interactive: true });
   const plain = { grid: false, tickCount: 5 };
-  return chart(description, 2 * step, height + 110, data, ["before", "after"].map((name, i) =>
-    panel([i * step, 18, width, height], [x_edges[0], x_edges.at(-1)], [y_edges[0], y_edges.at(-1)],
-      [axis("bottom", x_title, plain), axis("left", i ? "" : y_title, { ...plain, labels: !i })],
-      [rect(name), text_mark(0, -10, name)], { fill: "url(#untested)" })), {
-    scales: [{ name: "colour", type: "linear", domain: [0, greatest], range: { scheme: "viridis" }, clamp: true, zero: true }],
-    legends: [{
-      fill: "colour", type: "gradient", direction: "horizontal", orient: "none", legendX: 0, legendY: height + 66,
-      gradientLength: width, tickCount: 3, gradientThickness: 10, title: `RMSE [${unit}]`,
-    }],
-  });
+  const map_panel = (one, i) => panel([i * step, 18, width, height], [x_edges[0], x_edges.at(-1)], [y_edges[0], y_edges.at(-1)],
+    [axis("bottom", x_title, plain), axis("left", i ? "" : y_title, { ...plain, labels: !i })], [
+      mark("rect", {
+        x: at("x", "x"), x2: at("x", "x2"), y: at("y", "y"), y2: at("y", "y2"), fill: at(`colour_${one.scale}`, "value"),
+        tooltip: { field: "text" },
+      }, { from: { data: `map_${i}` }, interactive: true }),
+      text_mark(0, -10, one.title),
+    ], { fill: "url(#untested)" });
+  const firsts = panels.filter((one, i) => panels.findIndex(({ scale }) => scale === one.scale) === i);
+  const greatest = (scale) => Math.max(0, ...panels.filter((one) => one.scale === scale).flatMap(({ values }) => values)) || 1;
+  return chart(description, panels.length * step, height + 110,
+    Object.fromEntries(panels.map((one, i) => [`map_${i}`, cells(one)])), panels.map(map_panel), {
+      scales: firsts.map(({ scale }) => ({
+        name: `colour_${scale}`, type: "linear", domain: [0, greatest(scale)], range: { scheme: "viridis" }, clamp: true, zero: true,
+      })),
+      legends: firsts.map((one) => ({
+        fill: `colour_${one.scale}`, type: "gradient", direction: "horizontal", orient: "none",
+        legendX: step * panels.indexOf(one), legendY: height + 66, gradientLength: width, tickCount: 3, gradientThickness: 10,
+        title: `RMSE [${unit}]`,
+      })),
+    });
 }
+
+// By name and arguments, for pages whose charts come as data.
+const chart_functions = { bar_chart, map_chart };
