@@ -21,6 +21,11 @@ std::string contents_html(const std::vector<std::pair<std::string, std::string>>
   return html + "</ul></nav>";
 }
 
+/// Text as a <p> of that class; nothing if it is empty.
+std::string paragraph_html(std::string_view css_class, const std::string& text) {
+  return text.empty() ? "" : fmt::format("<p class=\"{}\">{}</p>", css_class, html_escape(text));
+}
+
 /// The template with what every page has.
 std::string page_html(std::vector<std::pair<std::string_view, std::string>> parts) {
   parts.insert(parts.end(), {{"version", core::kVersion},
@@ -32,10 +37,6 @@ std::string page_html(std::vector<std::pair<std::string_view, std::string>> part
 }
 
 }  // namespace
-
-std::string paragraph_html(std::string_view css_class, const std::string& text) {
-  return text.empty() ? "" : fmt::format("<p class=\"{}\">{}</p>", css_class, html_escape(text));
-}
 
 std::string key_item_html(const char* colour, const char* dash, double width,
                           const std::string& html) {

@@ -20,9 +20,6 @@ struct DocumentHead {
   std::string verdict;  ///< one or two plain sentences
 };
 
-/// Text as a <p> of that class; nothing if it is empty.
-std::string paragraph_html(std::string_view css_class, const std::string& text);
-
 /// One line of a list of class "key": a stroke as the charts draw it and what it means.
 std::string key_item_html(const char* colour, const char* dash, double width,
                           const std::string& html);

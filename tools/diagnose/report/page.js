@@ -10,13 +10,12 @@ const in_words = (id) => id.replaceAll("_", " ");
 const place = ({ joint, stage }) => `${joint}, ${stage}`;
 const is_worse = ({ before, after }) => after > before;
 const note = (text) => element("p.note", text);
+const effects_of = (cause) => cause.effects.map((i) => report.effects[i]);
 
 // ------------------------------------------------------------------ the first screen
 
 // The figure that stands for a joint; undefined where none does.
-function figure_of({ joint, metric }) {
-  return report.held_out.find((figure) => figure.joint === joint && figure.metric === metric);
-}
+const figure_of = (line) => report.held_out.find((h) => h.joint === line.joint && h.metric === line.metric);
 
 function joint_lines() {
   return element("dl.joints", report.joints.map((line) => {
@@ -52,7 +51,7 @@ function chain() {
 
 function held_out_chart() {
   const rows = report.joints.map(figure_of).filter((held_out) => Number.isFinite(held_out?.change)).map((held_out) => {
-    const [value, low, high] = [held_out.change, ...(held_out.change_ci95 ?? [null, null])].map((part) => part && 100 * part);
+    const [value, low = null, high = null] = scaled([held_out.change, ...(held_out.change_ci95 ?? [])], 100);
     const label = `${held_out.joint}, ${held_out.figure}`;
     return { label, value, low, high, text: signed_share(held_out.change), worse: is_worse(held_out) };
   });
@@ -73,7 +72,8 @@ function trace(channel, one) {
     `${is_effort ? "effort" : "position"} [${name}]`, `error [${name}]`);
   return element("div",
     figure(spec, place(channel) + (recording ? ` in ${recording.name}` : ""), `${rows} Error = simulated − recorded.`),
-    key([["solid", 4, "recorded", "recorded"], ["dashed", 2, "before", "simulated before"], ["solid", 2, "after", "simulated after"]]));
+    key([["solid", 4, "recorded", "recorded"], ["dashed", 2, "before", "simulated before"],
+      ["solid", 2, "after", "simulated after"]]));
 }
 
 // A trace of the channel that stands for the joint whose error was most above its floor.
@@ -90,10 +90,7 @@ function foremost_trace() {
 // ------------------------------------------------------------------ causes
 
 // No recording makes a probability of one or zero.
-function probability_text(probability) {
-  if (probability > 0.995) return "over 99 %";
-  return probability < 0.01 ? "below 1 %" : share(probability);
-}
+const probability_text = (p) => (p > 0.995 ? "over 99 %" : p < 0.01 ? "below 1 %" : share(p));
 
 function evidence(effect) {
   const { held_out_before, held_out_after, held_out_share, unit, p_value, invariance_spread } = effect.evidence;
@@ -125,7 +122,7 @@ function rivals(cause) {
   const rows = cause.partings.map(({ id, rival, experiment, minutes }) => element("li", in_words(id), " or ",
     element("b", in_words(rival)), `: ${experiment}`, minutes === null ? "" : ` (${minutes.toFixed(0)} min)`));
   if (rows.length) return [element("p.lead", "Rivals, and the recording that parts them"), element("ul", rows)];
-  const { separate_by } = report.effects[cause.effects[0]];
+  const [{ separate_by }] = effects_of(cause);
   if (!separate_by) return "";
   return [element("p.lead", cause.status === "no_name" ? "To find its name" : "No rival. To confirm it"),
     element("ul", element("li", separate_by))];
@@ -154,7 +151,7 @@ function residual_chart(channel, over) {
 
 // A sensor's effect is seen between the transmission's two ends.
 function cause_chart(cause) {
-  for (const { joint, stage, shown_over } of cause.effects.map((i) => report.effects[i])) {
+  for (const { joint, stage, shown_over } of effects_of(cause)) {
     const shown_in = stage === "sensor" ? "transmission" : stage;
     const channel = report.channels.find((one) => one.joint === joint && one.stage === shown_in);
     const spec = channel && (residual_chart(channel, shown_over) ?? residual_chart(channel, "position"));
@@ -166,23 +163,24 @@ function cause_chart(cause) {
 }
 
 function card(cause) {
-  const effects = cause.effects.map((i) => parameters(report.effects[i]));
   return element("article.card",
     element("h3", `${cause.name} `, element("span.soft", cause.joints.join(", ")), " ",
       element(`span.chip.${cause.status}`, in_words(cause.status))),
     element("p", cause.sentence),
-    element("div.narrow-and-wide", element("div", effects, rivals(cause)), cause_chart(cause)));
+    element("div.narrow-and-wide", element("div", effects_of(cause).map(parameters), rivals(cause)), cause_chart(cause)));
 }
 
 // ------------------------------------------------------------------ what was looked at
 
 // Each recording apart, with the figures on those of its rows that no fit saw.
 function recordings() {
-  return table(["recording", "", "length", "error on unseen rows, before → after"], report.recordings.map((recording, i) => {
+  const header = ["recording", "", "length", "error on unseen rows, before → after"];
+  return table(header, report.recordings.map((recording, i) => {
     const figures = report.held_out.flatMap((held_out) => held_out.by_recording
       .filter((one) => one.recording === i)
       .map(({ before, after }) => [`${held_out.joint}, ${held_out.figure}: `, change(before, after, held_out.unit)]));
-    return [recording.name, recording.held_out ? "held out" : "fitted", quantity(recording.duration_s, "s"), lines(figures)];
+    const role = recording.held_out ? "held out" : "fitted";
+    return [recording.name, role, quantity(recording.duration_s, "s"), lines(figures)];
   }));
 }
 
@@ -211,20 +209,22 @@ function held_out_table() {
 function error_left() {
   const rows = report.error_left.map((e) => {
     const measured = e.measured_by !== "none";
-    return [e.joint, e.stage, quantity(e.before, e.unit), worse_if(!e.reached, quantity(e.left, e.unit)), quantity(e.floor, e.unit),
-      e.measured_by === "repetition"
+    return [e.joint, e.stage, quantity(e.before, e.unit), worse_if(!e.reached, quantity(e.left, e.unit)),
+      quantity(e.floor, e.unit), e.measured_by === "repetition"
         ? `repetition: ${e.compared_rows} rows that share ${share(e.agreement)} of their circumstances` : e.measured_by,
       measured ? quantity(e.allowed, e.unit) : "", `${general(100 * e.share_left)} %`];
   });
   return rows.length ? [
     note("No effect has a part in this floor. Red: more is left than chance and the form of simulations allow."),
-    table(["joint", "stage", "plant as it is", "improved", "floor", "measured by", "allowed", "share left above the floor"], rows),
+    table(["joint", "stage", "plant as it is", "improved", "floor", "measured by", "allowed",
+      "share left above the floor"], rows),
   ] : [];
 }
 
 function mismatch() {
   const most = 6;
-  return table(["joint", "stage", "circumstances", "times", "positions", "excess", "floor", "p"], report.mismatch.map((m) => {
+  const header = ["joint", "stage", "circumstances", "times", "positions", "excess", "floor", "p"];
+  return table(header, report.mismatch.map((m) => {
     const times = m.where.interval_s.slice(0, most).map(([from, to]) => `${from.toFixed(1)} to ${to.toFixed(1)} s`);
     if (m.where.interval_s.length > most) times.push("and more in report.json");
     const positions = m.where.position.map((one) => interval_text(one, "Nm".includes(m.unit) ? "m" : "rad"));
@@ -235,14 +235,16 @@ function mismatch() {
 
 function known_together() {
   return table(["joint", "stage", "product", "value (SI)", "95 %", "alone uncertain"], report.known_together.map((c) => {
-    const factors = c.parameters.map(({ id, name, power }, i) => [i ? " × " : "", `${id} ${name}`, power === 1 ? "" : element("sup", power)]);
+    const factors = c.parameters.map(({ id, name, power }, i) =>
+      [i ? " × " : "", `${id} ${name}`, power === 1 ? "" : element("sup", general(power, 6))]);
     const alone = c.parameters.map(({ name, relative_deviation }) => `${name} by ${share(relative_deviation)}`);
     return [c.joint, c.stage, factors, general(c.value), interval_text(c.ci95, "1"), alone.join(", ")];
   }));
 }
 
-const candidates = () => table(["joint", "stage", "effect", "gain", "z", "p", "size", "outcome"], report.candidates.map((c) =>
-  [c.joint, c.stage, c.id, share(c.gain_share, 2), fixed(c.z, 1), fixed(c.p_value, 4), quantity(c.size, c.unit), c.outcome]));
+const candidates = () => table(["joint", "stage", "effect", "gain", "z", "p", "size", "outcome"],
+  report.candidates.map((c) => [c.joint, c.stage, c.id, share(c.gain_share, 2), fixed(c.z, 1), fixed(c.p_value, 4),
+    quantity(c.size, c.unit), c.outcome]));
 
 const limits = () => table(["joint", "effect", "would have been found from", "of"], report.not_found
   .filter((n) => n.detection_limit !== undefined)
@@ -262,7 +264,8 @@ function sizes(channel) {
   const effects = [...new Set(channel.scales.map(({ effect }) => effect))];
   return effects.map((effect) => {
     const rows = channel.scales.filter((one) => one.effect === effect).map(({ circumstance, scale, deviation }) => ({
-      label: circumstance, value: scale, low: scale - 1.96 * deviation, high: scale + 1.96 * deviation, text: scale.toFixed(2),
+      label: circumstance, value: scale, low: scale - 1.96 * deviation, high: scale + 1.96 * deviation,
+      text: fixed(scale, 2),
     }));
     return figure(interval_chart(`${effect}: size by circumstance`, "of its size on all data", 1, 3, rows),
       `Size of ${effect} by circumstance`);
@@ -272,7 +275,6 @@ function sizes(channel) {
 function channel_charts(channel) {
   const { where, waterfall } = channel;
   const [error, motion] = [display_unit(channel.unit), display_unit(channel.position_unit)];
-  const add = (spec, ...words) => (spec ? figure(spec, ...words) : "");
   const bars = scaled(waterfall.map(({ rmse }) => rmse), error.factor).map((value, i) => ({ value, marked: i === 0 }));
   const steps = waterfall.length > 1 && bar_chart(`${place(channel)}: error as the model grows`,
     waterfall.map(({ step }) => step), [{ title: "", unit: error.name, reference: null, bars }]);
@@ -282,10 +284,10 @@ function channel_charts(channel) {
     `position [${motion.name}]`, `speed [${motion.name}/s]`, error.name);
   const charts = [
     channel.traces.map((one) => trace(channel, one)),
-    add(steps, channel.traces[0]?.fitted ? "Error as the model grows" : "Error on unseen rows as the model grows"),
-    add(map, "Error over position and speed", "Hatched: too little data."),
-    ...[["position", "Error over position"], ["speed", "Error over speed"], ["load", "Error over effort"], ["hold_s", "Error at rest"]]
-      .map(([over, title]) => add(residual_chart(channel, over), title)),
+    figure(steps, channel.traces[0]?.fitted ? "Error as the model grows" : "Error on unseen rows as the model grows"),
+    figure(map, "Error over position and speed", "Hatched: too little data."),
+    ...[["position", "Error over position"], ["speed", "Error over speed"], ["load", "Error over effort"],
+      ["hold_s", "Error at rest"]].map(([over, title]) => figure(residual_chart(channel, over), title)),
     sizes(channel),
   ].flat();
   return charts.some(Boolean) ? element("div.charts", charts) : "";

@@ -13,7 +13,7 @@ const page = read("report_0g.html");
 const scripts = [...page.matchAll(/<script(?: [^>]*)?>([\s\S]*?)<\/script>/g)].map((m) => m[1]);
 
 // page.js and the modules that it registers, as the page runs them.
-const context = vm.createContext({ console, setTimeout, clearTimeout });
+const context = vm.createContext({ console, setTimeout, clearTimeout, window: { addEventListener() {} } });
 for (const script of scripts.slice(1, -1)) vm.runInContext(script, context);
 const require_module = vm.runInContext("require_module", context);
 Object.assign(

@@ -42,8 +42,9 @@ function key(items) {
 
 const figures = [];
 
-// A chart under a heading with a caption, drawn by show_page().
+// A chart under a heading with a caption, drawn by show_page(); nothing without a chart.
 function figure(spec, heading, caption = "") {
+  if (!spec) return "";
   const container = Object.assign(element("div.chart"), { tabIndex: 0, role: "group", ariaLabel: heading });
   figures.push({ container, spec });
   return element("figure", element("h3", heading), container,
@@ -134,11 +135,11 @@ const axis = (orient, title, more) => (
 
 // A plot inside a chart, `box` = [x, y, width, height]. Its signals stand in for the chart's, from
 // which axes take the length of their grid.
-function panel([x, y, width, height], x_extent, y_extent, axes, marks, encoding) {
-  const scale = (name, domain, range) => ({ name, type: "linear", domain, range, nice: false, zero: false });
+function panel([x, y, width, height], x_extent, y_extent, axes, marks, encoding, y_type = "linear") {
+  const scale = (name, domain, range, type) => ({ name, type, domain, range, nice: false, zero: false });
   return mark("group", { x, y, width, height, ...encoding }, {
     signals: [{ name: "width", value: width }, { name: "height", value: height }],
-    scales: [scale("x", x_extent, [0, width]), scale("y", y_extent, [height, 0])],
+    scales: [scale("x", x_extent, [0, width], "linear"), scale("y", y_extent, [height, 0], y_type)],
     axes,
     marks,
   });
@@ -160,11 +161,13 @@ function trace_chart(description, t, recorded, before, after, y_title, error_tit
     stroke, strokeWidth, strokeDash: { value: dash }, strokeJoin: "round",
   }, { from: { data: "lines" }, clip: true });
   const zero = mark("rule", { x: 0, x2: width, y: { scale: "y", value: 0 }, stroke: "currentColor", strokeWidth: 0.8 });
-  const levels = [line("recorded", colours.recorded, 4), line("before", colours.before, 1.2, [5, 2]), line("after", colours.after, 1.2)];
+  const levels = [line("recorded", colours.recorded, 4), line("before", colours.before, 1.2, [5, 2]),
+    line("after", colours.after, 1.2)];
   const errors = [zero, line("was", colours.before, 1.2, [5, 2]), line("is", colours.after, 1.2)];
   const level_extent = joined(extent(recorded), extent(before, 0.002), extent(after));
   const error_extent = joined(extent(was, 0.002), extent(is), [0, 0]);
-  return chart(description, width, height + gap + error_height, { lines: rows_of({ t, recorded, before, after, was, is }) }, [
+  const data = { lines: rows_of({ t, recorded, before, after, was, is }) };
+  return chart(description, width, height + gap + error_height, data, [
     panel([0, 0, width, height], extent(t), level_extent,
       [axis("bottom", "", { labels: false, ticks: false, tickCount: 10 }), axis("left", y_title)], levels),
     panel([0, height + gap, width, error_height], extent(t), error_extent,
@@ -212,7 +215,8 @@ function bar_chart(description, labels, panels) {
     const from = { data: `bars_${i}` };
     const x = { scale: "x", value: reference };
     const dashed = { stroke: "currentColor", strokeWidth: 1, strokeDash: { value: [3, 3] } };
-    return panel([label_width + i * step, 18, width, height], [0, end], [labels.length, 0], [axis("bottom", `RMSE [${unit}]`)], [
+    const axes = [axis("bottom", `RMSE [${unit}]`)];
+    return panel([label_width + i * step, 18, width, height], [0, end], [labels.length, 0], axes, [
       text_mark(0, -10, title),
       i ? [] : text_mark(-8, y, { field: "text" }, { align: "right" }, { data: "labels" }),
       mark("rect", { x: 0, x2: at("x", "value"), yc: y, height: 11, fill: { field: "colour" } }, { from }),
@@ -221,8 +225,7 @@ function bar_chart(description, labels, panels) {
       reference === null ? [] : mark("rule", { x, y: 0, y2: height, ...dashed }),
     ].flat());
   };
-  const marks = panels.map(bar_panel);
-  return chart(description, label_width + step * panels.length, height + 50, data, marks);
+  return chart(description, label_width + step * panels.length, height + 50, data, panels.map(bar_panel));
 }
 
 // Two panels of points, before and after; triangles where `speed` is negative. Their axes of error
@@ -254,7 +257,8 @@ function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit
     y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE, ${rows[c]} samples`,
   }]));
   const plain = { grid: false, tickCount: 5 };
-  const map_panel = (one, i) => panel([i * step, 18, width, height], [x_edges[0], x_edges.at(-1)], [y_edges[0], y_edges.at(-1)],
+  const [x_extent, y_extent] = [x_edges, y_edges].map((edges) => [edges[0], edges.at(-1)]);
+  const map_panel = (one, i) => panel([i * step, 18, width, height], x_extent, y_extent,
     [axis("bottom", x_title, plain), axis("left", i ? "" : y_title, { ...plain, labels: !i })], [
       mark("rect", {
         x: at("x", "x"), x2: at("x", "x2"), y: at("y", "y"), y2: at("y", "y2"), fill: at(`colour_${one.scale}`, "value"),
@@ -263,19 +267,62 @@ function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit
       text_mark(0, -10, one.title),
     ], { fill: "url(#untested)" });
   const firsts = panels.filter((one, i) => panels.findIndex(({ scale }) => scale === one.scale) === i);
-  const greatest = (scale) => Math.max(0, ...panels.filter((one) => one.scale === scale).flatMap(({ values }) => values)) || 1;
+  const values_of = (scale) => panels.filter((one) => one.scale === scale).flatMap(({ values }) => values);
   return chart(description, panels.length * step, height + 110,
     Object.fromEntries(panels.map((one, i) => [`map_${i}`, cells(one)])), panels.map(map_panel), {
       scales: firsts.map(({ scale }) => ({
-        name: `colour_${scale}`, type: "linear", domain: [0, greatest(scale)], range: { scheme: "viridis" }, clamp: true, zero: true,
+        name: `colour_${scale}`, type: "linear", domain: [0, Math.max(0, ...values_of(scale)) || 1],
+        range: { scheme: "viridis" }, clamp: true, zero: true,
       })),
       legends: firsts.map((one) => ({
         fill: `colour_${one.scale}`, type: "gradient", direction: "horizontal", orient: "none",
-        legendX: step * panels.indexOf(one), legendY: height + 66, gradientLength: width, tickCount: 3, gradientThickness: 10,
-        title: `RMSE [${unit}]`,
+        legendX: step * panels.indexOf(one), legendY: height + 66, gradientLength: width, tickCount: 3,
+        gradientThickness: 10, title: `RMSE [${unit}]`,
       })),
     });
 }
 
+// Okabe and Ito, "Color Universal Design" (2008), but black and yellow.
+const line_colours = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#808890"];
+
+// Ticks 1, 2 and 5 times powers of ten; only the powers if there would be more than 12.
+function log_ticks([from, to]) {
+  const ticks = (steps) => Array.from({ length: 40 }, (_, i) => i - 20)
+    .flatMap((power) => steps.map((step) => Number(`${step}e${power}`))).filter((tick) => tick >= from && tick <= to);
+  return ticks([1, 2, 5]).length > 12 ? ticks([1]) : ticks([1, 2, 5]);
+}
+
+// Values on a logarithmic axis over settings 0, 1, 2, ..., panels of { title, unit, lines } side by side, lines
+// of { name, values, low, high }, of the same names in every panel.
+function setting_chart(description, x_title, panels) {
+  const [width, height, step] = [270, 230, 336];
+  const data = {};
+  const setting_panel = ({ title, unit, lines }, p) => {
+    const positive = lines.flatMap(({ values, low, high }) => [...values, ...low, ...high]).filter((value) => value > 0);
+    const y_extent = positive.length ? [Math.min(...positive) / 1.15, 1.15 * Math.max(...positive)] : [0.1, 10];
+    const settings = (lines[0]?.values ?? [0]).map((_, i) => i);
+    const marks = lines.slice(0, line_colours.length).flatMap(({ name, values, low, high }, i) => {
+      data[`line_${p}_${i}`] = rows_of({ setting: settings, value: values, low, high }).filter(({ value }) => value > 0)
+        .map((row) => ({ ...row, text: `${name}, ${row.setting}: ${general(row.value, 4)}` }));
+      const [x, stroke, from] = [at("x", "setting"), line_colours[i], { data: `line_${p}_${i}` }];
+      return [
+        mark("line", { x, y: at("y", "value"), stroke, strokeWidth: 1.6, strokeJoin: "round" }, { from, clip: true }),
+        mark("rule", { x, y: at("y", "low"), y2: at("y", "high"), stroke, strokeWidth: 1 }, { from }),
+        mark("symbol", { x, y: at("y", "value"), size: 40, fill: stroke, tooltip: { field: "text" } },
+          { from, interactive: true }),
+      ];
+    });
+    const axes = [axis("bottom", x_title, { format: "d", values: settings }),
+      axis("left", `RMSE [${unit}]`, { format: "~g", values: log_ticks(y_extent), tickCount: undefined })];
+    return panel([p * step, 18, width, height], [-0.3, settings.length - 0.7], y_extent, axes,
+      [text_mark(0, -10, title), ...marks], {}, "log");
+  };
+  const names = panels.at(-1).lines.slice(0, line_colours.length).map(({ name }) => name);
+  return chart(description, step * panels.length, height + 60, data, panels.map(setting_panel), {
+    scales: [{ name: "line", type: "ordinal", domain: names, range: line_colours.slice(0, names.length) }],
+    legends: [{ fill: "line", orient: "bottom", symbolType: "circle", columns: 3, labelLimit: 320 }],
+  });
+}
+
 // By name and arguments, for pages whose charts come as data.
-const chart_functions = { bar_chart, map_chart };
+const chart_functions = { bar_chart, map_chart, setting_chart };
