@@ -55,8 +55,8 @@ function held_out_chart() {
     const label = `${held_out.joint}, ${held_out.figure}`;
     return { label, value, low, high, text: signed_share(held_out.change), worse: is_worse(held_out) };
   });
-  return rows.length && figure(
-    interval_chart("change of the error on unseen motion", "change of the RMSE [%]", 0, 200, rows),
+  return figure(
+    rows.length && interval_chart("change of the error on unseen motion", "change of the RMSE [%]", 0, 200, rows),
     "Error on motion that no fit saw", "95 % intervals over stretches of time. Red: the improved plant is worse.");
 }
 
@@ -193,7 +193,7 @@ function channels_seen() {
 
 function not_seen() {
   const rows = report.not_looked_at.map(({ joint, stage, because }) => [joint, stage, because]);
-  return rows.length && [element("h3", "What these recordings do not show"), table(["joint", "stage", "because"], rows)];
+  return rows.length ? [element("h3", "What these recordings do not show"), table(["joint", "stage", "because"], rows)] : "";
 }
 
 // ------------------------------------------------------------------ details
