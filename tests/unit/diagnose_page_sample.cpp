@@ -41,7 +41,6 @@ ChannelPlot plot(const std::string& joint, const std::string& stage) {
     p.t_s.push_back(t_s);
     p.position.push_back(std::sin(t_s));
     p.speed.push_back(std::cos(t_s));
-    p.direction.push_back(std::cos(t_s) < 0.0 ? -1.0 : 1.0);
     p.load.push_back(2.0 * std::cos(0.7 * t_s));
     p.hold_s.push_back(i % 50 < 30 ? 0.0 : 0.1 * (i % 50 - 29));
     p.before.push_back(0.2 + 0.05 * std::sin(t_s));

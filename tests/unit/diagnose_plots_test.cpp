@@ -224,8 +224,8 @@ TEST_F(DiagnosePlotsOfFriction, DrawsWhatWasRecorded) {
     SCOPED_TRACE(plot.stage);
     EXPECT_GT(plot.t_s.size(), 100U);
     EXPECT_LE(plot.t_s.size(), 400U);
-    for (const auto* values : {&plot.position, &plot.direction, &plot.before, &plot.after,
-                               &plot.speed, &plot.load, &plot.hold_s})
+    for (const auto* values :
+         {&plot.position, &plot.before, &plot.after, &plot.speed, &plot.load, &plot.hold_s})
       EXPECT_EQ(values->size(), plot.t_s.size());
     EXPECT_GT(std::count_if(plot.where.before.begin(), plot.where.before.end(),
                             [](double v) { return std::isfinite(v); }),

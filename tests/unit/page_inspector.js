@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Looks at a drawn page as a reader would and lists in <html data-findings="..."> what is not
-// legible: parts wider than the page, texts on top of each other, small print. Details are unfolded
-// first.
+// legible: parts wider than the page, texts on top of each other, small print, texts outside of any
+// element. Details are unfolded first.
 "use strict";
 
 const smallest_px = 10;
@@ -82,6 +82,12 @@ function too_wide() {
   return found;
 }
 
+// A value that was taken for an element.
+function bare_texts() {
+  const texts = [...document.querySelector("main").childNodes].filter((node) => node.nodeType === Node.TEXT_NODE);
+  return texts.filter((node) => node.data.trim()).map((node) => `bare: ${shown(node.data)}`);
+}
+
 function inspect() {
   if (!document.documentElement.dataset.chartsDrawn) {
     setTimeout(inspect, 50);
@@ -91,7 +97,7 @@ function inspect() {
   const boxes = text_boxes();
   const small = boxes.filter((box) => box.px < smallest_px)
     .map((box) => `small: ${box.text} ${box.px.toFixed(1)} px`);
-  const findings = [too_wide(), small, overlaps(boxes)].flatMap((some) => some.slice(0, most_findings));
+  const findings = [too_wide(), small, overlaps(boxes), bare_texts()].flatMap((some) => some.slice(0, most_findings));
   document.documentElement.dataset.texts = boxes.length;
   document.documentElement.dataset.findings = findings.join("\n");
 }

@@ -13,6 +13,7 @@ ravencal_report_\name\()_end:
 asset html, "page.html"
 asset css, "page.css"
 asset js, "page.js"
+asset draw, "draw.js"
 asset licences, "licences.txt"
 asset vega, "vega.js"
 

@@ -21,11 +21,22 @@ std::string contents_html(const std::vector<std::pair<std::string, std::string>>
   return html + "</ul></nav>";
 }
 
-}  // namespace
-
+/// Text as a <p> of that class; nothing if it is empty.
 std::string paragraph_html(std::string_view css_class, const std::string& text) {
   return text.empty() ? "" : fmt::format("<p class=\"{}\">{}</p>", css_class, html_escape(text));
 }
+
+/// The template with what every page has.
+std::string page_html(std::vector<std::pair<std::string_view, std::string>> parts) {
+  parts.insert(parts.end(), {{"version", core::kVersion},
+                             {"css", std::string(assets::css())},
+                             {"licences", html_escape(assets::licences())},
+                             {"js", fmt::format("{}{}", assets::js(), assets::draw())},
+                             {"vega", std::string(assets::vega())}});
+  return fill_template(assets::html(), {parts.begin(), parts.end()});
+}
+
+}  // namespace
 
 std::string key_item_html(const char* colour, const char* dash, double width,
                           const std::string& html) {
@@ -52,11 +63,11 @@ void Document::provenance(const std::vector<std::pair<std::string, std::string>>
   }
 }
 
-std::string Document::figure_html(const nlohmann::json& spec, const std::string& heading,
-                                  const std::string& caption, bool wide) {
+void Document::figure(const nlohmann::json& spec, const std::string& heading,
+                      const std::string& caption, bool wide) {
   const std::string id = fmt::format("chart-{}", chart_count_++);
   charts_ += (charts_.empty() ? "" : ",") + script_json({{"id", id}, {"spec", spec}});
-  return fmt::format(
+  body_ += fmt::format(
       "<figure><h3>{0}</h3>\n<div class=\"chart{1}\" id=\"{2}\" tabindex=\"0\" role=\"group\" "
       "aria-label=\"{0}\"></div>\n<figcaption>{3}</figcaption></figure>\n",
       html_escape(heading), wide ? " wide" : "", id,
@@ -64,23 +75,33 @@ std::string Document::figure_html(const nlohmann::json& spec, const std::string&
 }
 
 std::string Document::html(const DocumentHead& head) const {
-  const std::string title = html_escape(head.title);
-  const std::string subtitle = paragraph_html("subtitle", head.subtitle);
-  const std::string verdict = paragraph_html("verdict", head.verdict);
-  const std::string contents = contents_html(sections_);
-  const std::string charts = "[" + charts_ + "]";
-  const std::string licences = html_escape(assets::licences());
-  return fill_template(assets::html(), {{"version", core::kVersion},
-                                        {"title", title},
-                                        {"css", assets::css()},
-                                        {"subtitle", subtitle},
-                                        {"verdict", verdict},
-                                        {"contents", contents},
-                                        {"body", body_},
-                                        {"licences", licences},
-                                        {"charts", charts},
-                                        {"js", assets::js()},
-                                        {"vega", assets::vega()}});
+  return page_html({{"title", html_escape(head.title)},
+                    {"subtitle", paragraph_html("subtitle", head.subtitle)},
+                    {"verdict", paragraph_html("verdict", head.verdict)},
+                    {"contents", contents_html(sections_)},
+                    {"without_scripts",
+                     "The charts are drawn by scripts inside this page; this browser does not run "
+                     "them. The tables are complete."},
+                    {"body", body_},
+                    {"data_id", "charts"},
+                    {"data", "[" + charts_ + "]"},
+                    {"start", "draw_charts();"}});
+}
+
+std::string drawn_html(const std::string& title, const std::string& data_json,
+                       const std::string& data_file, std::string_view script) {
+  return page_html({{"title", html_escape(title)},
+                    {"subtitle", ""},
+                    {"verdict", ""},
+                    {"contents", ""},
+                    {"without_scripts",
+                     "This page is drawn by scripts inside it; this browser does not run them. All "
+                     "that it shows stands in " +
+                         html_escape(data_file) + "."},
+                    {"body", ""},
+                    {"data_id", "data"},
+                    {"data", script_text(data_json)},
+                    {"start", std::string(script)}});
 }
 
 }  // namespace ravencal::report

@@ -20,12 +20,14 @@ struct DocumentHead {
   std::string verdict;  ///< one or two plain sentences
 };
 
-/// Text as a <p> of that class; nothing if it is empty.
-std::string paragraph_html(std::string_view css_class, const std::string& text);
-
 /// One line of a list of class "key": a stroke as the charts draw it and what it means.
 std::string key_item_html(const char* colour, const char* dash, double width,
                           const std::string& html);
+
+/// A page of nothing but data, which `script` draws with draw.js. A reader without scripts is sent
+/// to `data_file`, which holds the same `data_json` beside the page.
+std::string drawn_html(const std::string& title, const std::string& data_json,
+                       const std::string& data_file, std::string_view script);
 
 class Document {
  public:
@@ -41,12 +43,7 @@ class Document {
   /// A chart under a heading, with a caption that says what cannot be seen; both are text, the
   /// caption may be empty. A wide one takes the whole line.
   void figure(const nlohmann::json& spec, const std::string& heading, const std::string& caption,
-              bool wide) {
-    add(figure_html(spec, heading, caption, wide));
-  }
-  /// The same, for add() among other HTML.
-  [[nodiscard]] std::string figure_html(const nlohmann::json& spec, const std::string& heading,
-                                        const std::string& caption, bool wide);
+              bool wide);
 
   /// The whole page.
   [[nodiscard]] std::string html(const DocumentHead& head) const;

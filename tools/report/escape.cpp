@@ -37,7 +37,10 @@ std::string html_escape(std::string_view text) {
 }
 
 std::string script_json(const nlohmann::json& value) {
-  const std::string plain = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return script_text(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+std::string script_text(std::string_view plain) {
   std::string escaped;
   escaped.reserve(plain.size());
   for (const char c : plain) {

@@ -18,6 +18,8 @@ std::string html_escape(std::string_view text);
 
 /// JSON that may stand inside a <script> element: no "<" survives, so nothing can close it.
 std::string script_json(const nlohmann::json& value);
+/// The same of JSON that is text already.
+std::string script_text(std::string_view plain);
 
 /// Replaces each {{name}} of the template by its value, in one pass: a value that contains {{...}}
 /// stays as it is. Every placeholder must have a value.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Charts of studies, which compare many results: bars with intervals, figures over a few settings,
-// errors over the workspace. Any unit; what is not finite is left out.
+// errors over the workspace. Any unit; what is not finite is left out. They say what is drawn;
+// page/draw.js draws it.
 #pragma once
 
 #include <string>

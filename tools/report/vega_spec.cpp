@@ -27,6 +27,25 @@ double quantum_of(const std::vector<double>& values) {
   return std::pow(10.0, std::floor(std::log10(range / 4000)));
 }
 
+/// Columns travel as whole multiples of a quantum fine enough for a screen (1/4000 of the column's
+/// range or finer); page.js makes rows of them.
+json columns_data(std::string_view name, const Columns& columns) {
+  json encoded = json::object();
+  for (const auto& [column, values] : columns) {
+    const double quantum = quantum_of(values);
+    json whole = json::array();
+    for (const double value : values) {
+      if (std::isfinite(value)) {
+        whole.push_back(std::llround(value / quantum));
+      } else {
+        whole.push_back(nullptr);
+      }
+    }
+    encoded[column] = {{"q", quantum}, {"v", std::move(whole)}};
+  }
+  return {{"name", name}, {"columns", std::move(encoded)}};
+}
+
 }  // namespace
 
 Extent extent_of(std::initializer_list<std::span<const Point>> lines) {
@@ -61,23 +80,6 @@ json significant_data(std::string_view name, const Columns& columns) {
   return {{"name", name}, {"columns", std::move(encoded)}};
 }
 
-json columns_data(std::string_view name, const Columns& columns) {
-  json encoded = json::object();
-  for (const auto& [column, values] : columns) {
-    const double quantum = quantum_of(values);
-    json whole = json::array();
-    for (const double value : values) {
-      if (std::isfinite(value)) {
-        whole.push_back(std::llround(value / quantum));
-      } else {
-        whole.push_back(nullptr);
-      }
-    }
-    encoded[column] = {{"q", quantum}, {"v", std::move(whole)}};
-  }
-  return {{"name", name}, {"columns", std::move(encoded)}};
-}
-
 json line_data(std::string_view name, std::span<const Point> line) {
   std::vector<double> t_s;
   std::vector<double> values;
@@ -103,9 +105,9 @@ json axis(std::string_view orient, std::string_view scale, std::string_view titl
 }
 
 json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
-               const LineStyle& style, std::string_view y_scale) {
+               const LineStyle& style) {
   json enter = {{"x", {{"scale", "x"}, {"field", x_field}}},
-                {"y", {{"scale", y_scale}, {"field", y_field}}},
+                {"y", {{"scale", "y"}, {"field", y_field}}},
                 {"defined", {{"signal", "isValid(datum['" + std::string(y_field) + "'])"}}},
                 {"interpolate", {{"value", style.interpolate}}},
                 {"stroke", {{"value", style.colour}}},
@@ -128,31 +130,6 @@ json zero_rule(double width) {
               {"y", {{"scale", "y"}, {"value", 0}}},
               {"stroke", {{"value", kInkColour}}},
               {"strokeWidth", {{"value", 0.8}}}}}}}};
-}
-
-json value(double number) { return {{"value", number}}; }
-
-json text_mark(double x, double y, const std::string& text, const char* align) {
-  return {{"type", "text"},
-          {"encode",
-           {{"enter",
-             {{"x", value(x)},
-              {"y", value(y)},
-              {"align", {{"value", align}}},
-              {"baseline", {{"value", "middle"}}},
-              {"text", {{"value", text}}}}}}}};
-}
-
-json rule_mark(double x, double y, double x2, double y2, std::string_view colour, double width) {
-  return {{"type", "rule"},
-          {"encode",
-           {{"enter",
-             {{"x", value(x)},
-              {"y", value(y)},
-              {"x2", value(x2)},
-              {"y2", value(y2)},
-              {"stroke", {{"value", colour}}},
-              {"strokeWidth", value(width)}}}}}};
 }
 
 json plot_area(double x, double y, double width, double height) {
@@ -186,7 +163,6 @@ json log_ticks(Extent domain) {
 }
 
 json chart(std::string_view description, double width, double height) {
-  const char* font = "system-ui, 'Segoe UI', 'Noto Sans', 'Liberation Sans', sans-serif";
   return {{"$schema", "https://vega.github.io/schema/vega/v5.json"},
           {"description", description},
           {"width", width},
@@ -196,33 +172,7 @@ json chart(std::string_view description, double width, double height) {
           {"data", json::array()},
           {"scales", json::array()},
           {"axes", json::array()},
-          {"marks", json::array()},
-          {"config",
-           {{"background", "transparent"},
-            {"axis",
-             {{"labelColor", kInkColour},
-              {"titleColor", kInkColour},
-              {"labelFont", font},
-              {"titleFont", font},
-              {"labelFontSize", 11},
-              {"titleFontSize", 11.5},
-              {"titleFontWeight", "normal"},
-              {"titlePadding", 7},
-              {"domainColor", "var(--rule)"},
-              {"tickColor", "var(--rule)"},
-              {"gridColor", "var(--grid)"},
-              {"tickSize", 4},
-              {"labelOverlap", true}}},
-            {"axisLeft", {{"minExtent", 34}}},
-            {"legend",
-             {{"labelColor", kInkColour},
-              {"titleColor", kInkColour},
-              {"labelFont", font},
-              {"titleFont", font},
-              {"labelFontSize", 11},
-              {"titleFontSize", 11.5},
-              {"titleFontWeight", "normal"}}},
-            {"text", {{"font", font}, {"fontSize", 11.5}, {"fill", kInkColour}}}}}};
+          {"marks", json::array()}};
 }
 
 }  // namespace ravencal::report

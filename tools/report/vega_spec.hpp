@@ -36,12 +36,9 @@ Extent extent_of(std::initializer_list<std::span<const Point>> lines);
 
 using Columns = std::vector<std::pair<std::string, std::vector<double>>>;
 
-/// A data set for linear axes: columns travel as whole multiples of a quantum fine enough for a
-/// screen (1/4000 of the column's range or finer); page.js makes rows of them.
-json columns_data(std::string_view name, const Columns& columns);
 /// A data set for logarithmic axes: columns travel with five significant digits.
 json significant_data(std::string_view name, const Columns& columns);
-/// Columns t and v.
+/// Columns t and v for linear axes.
 json line_data(std::string_view name, std::span<const Point> line);
 
 /// `type` "linear", "log", ...; `range` [from, to] in pixels.
@@ -57,12 +54,7 @@ struct LineStyle {
 };
 /// A line through columns `x_field`, `y_field` of `data`, interrupted where y is missing.
 json line_mark(std::string_view data, std::string_view x_field, std::string_view y_field,
-               const LineStyle& style, std::string_view y_scale = "y");
-/// A constant of an encoding.
-json value(double number);
-/// Text at a place of the chart, centred on its line.
-json text_mark(double x, double y, const std::string& text, const char* align = "left");
-json rule_mark(double x, double y, double x2, double y2, std::string_view colour, double width);
+               const LineStyle& style);
 /// A plot inside a chart: signals and encoding of a group of that place and size. Its signals stand
 /// in for the chart's, which is what axes take the length of their grid from.
 json plot_area(double x, double y, double width, double height);
@@ -71,7 +63,7 @@ json log_ticks(Extent domain);
 /// A horizontal rule at y = 0 across `width` pixels.
 json zero_rule(double width);
 
-/// A specification of that plot size, with the page's fonts and colours.
+/// A specification of that plot size; page.js gives it the page's fonts and colours.
 json chart(std::string_view description, double width, double height);
 
 }  // namespace ravencal::report

@@ -43,7 +43,6 @@ void add_points(const Seen& seen, ChannelPlot& plot) {
   for (Index i = 0; i < at.rows(); i += stride) {
     plot.t_s.push_back(at.t_s[i]);
     plot.position.push_back(at.position_ji[i]);
-    plot.direction.push_back(at.speed_ji_per_s[i] < 0.0 ? -1.0 : 1.0);
     plot.speed.push_back(at.speed_ji_per_s[i]);
     plot.hold_s.push_back(at.hold_s[i]);
     if (at.load_ji.size() > 0) plot.load.push_back(at.load_ji[i]);

@@ -176,7 +176,7 @@ struct RegimeScale {
 /// What the page draws of one channel.
 struct ChannelPlot {
   std::string joint, stage, unit, position_unit;
-  std::vector<double> t_s, position, direction, before, after;
+  std::vector<double> t_s, position, before, after;
   std::vector<double> speed;
   std::vector<double> load;    ///< effort through the transmission; empty: the plant knows none
   std::vector<double> hold_s;  ///< time since the joint stopped; 0 in motion

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/report/json_parts.hpp"
 #include "diagnose/report/overview.hpp"
@@ -27,6 +30,12 @@ Json mismatch_json(const Mismatch& m) {
           {"p_value", number(m.p_value)}};
 }
 
+/// Its name among channels[].points.
+const char* series_over(Abscissa abscissa) {
+  constexpr std::array kSeries = {"position", "speed", "load", "t_s"};
+  return kSeries.at(static_cast<std::size_t>(abscissa));
+}
+
 Json effect_json(const NamedEffect& e) {
   Json parameters = Json::array();
   for (const NamedParameter& p : e.parameters) {
@@ -49,6 +58,7 @@ Json effect_json(const NamedEffect& e) {
                  {"invariance_spread", number(e.invariance_spread)}}},
                {"ambiguous_with", e.ambiguous_with},
                {"separate_by", e.separate_by},
+               {"shown_over", series_over(words_for(e.id).abscissa)},
                {"out_of_tolerance", e.out_of_tolerance}});
   return json;
 }
@@ -89,6 +99,7 @@ Json held_out_json(const HeldOut& h) {
   }
   Json json = {{"joint", h.joint},
                {"metric", h.metric},
+               {"figure", metric_words(h.metric)},
                {"unit", h.unit},
                {"before", number(h.before)},
                {"after", number(h.after)},

@@ -27,6 +27,7 @@ Json traces_json(const ChannelPlot& plot) {
   for (const Trace& t : plot.traces) {
     traces.push_back({{"recording", t.recording},
                       {"cross_validated", t.cross_validated},
+                      {"fitted", t.fitted},
                       {"t_s", rounded(t.t_s)},
                       {"motion", rounded(t.motion)},
                       {"recorded", rounded(t.measured)},

@@ -148,6 +148,23 @@ std::string percent_figure(double share) {
   return fmt::format("{}{:.{}f}", value < 0.0 ? "−" : "+", std::abs(value), decimals);
 }
 
+/// "position error on unseen motion 2 deg, now 0.3 deg (−85 %, 95 %: −90 to −80 %)".
+std::string change_words(const HeldOut& figure) {
+  std::string text =
+      fmt::format("{} on unseen motion {}, now {} ({} %", metric_words(figure.metric),
+                  quantity(figure.before, figure.unit), quantity(figure.after, figure.unit),
+                  percent_figure(figure.change()));
+  if (figure.change_ci95) {
+    text += fmt::format(", 95 %: {} to {} %", percent_figure(figure.change_ci95->first),
+                        percent_figure(figure.change_ci95->second));
+  }
+  text += ")";
+  if (figure.drawn_constant)
+    text += fmt::format(", beside the constant of {} that homing draws",
+                        quantity(*figure.drawn_constant, figure.unit));
+  return text;
+}
+
 std::string capitalised(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text;
@@ -172,23 +189,6 @@ std::string metric_words(std::string_view metric) {
   const auto it = std::find_if(kMetrics.begin(), kMetrics.end(),
                                [metric](const Words& w) { return w.first == metric; });
   return it != kMetrics.end() ? std::string(it->second) : words_of(std::string(metric));
-}
-
-std::string percent(double share) { return percent_figure(share) + " %"; }
-
-std::string change_words(const HeldOut& figure) {
-  std::string text = fmt::format("{} on unseen motion {}, now {} ({}", metric_words(figure.metric),
-                                 quantity(figure.before, figure.unit),
-                                 quantity(figure.after, figure.unit), percent(figure.change()));
-  if (figure.change_ci95) {
-    text += fmt::format(", 95 %: {} to {}", percent_figure(figure.change_ci95->first),
-                        percent(figure.change_ci95->second));
-  }
-  text += ")";
-  if (figure.drawn_constant)
-    text += fmt::format(", beside the constant of {} that homing draws",
-                        quantity(*figure.drawn_constant, figure.unit));
-  return text;
 }
 
 std::vector<ChainCell> chain_of(const Report& report) {

@@ -39,12 +39,6 @@ std::vector<JointLine> joint_lines(const Report& report, const std::vector<Cause
 /// "position error" for position_rmse, and so on.
 std::string metric_words(std::string_view metric);
 
-/// In percent, with its sign: "−86 %".
-std::string percent(double share);
-
-/// "position error on unseen motion 2 deg, now 0.3 deg (−85 %, 95 %: −90 to −80 %)".
-std::string change_words(const HeldOut& figure);
-
 /// One sentence for the kind of verdict.
 std::string headline(const Verdict& verdict);
 

@@ -13,7 +13,7 @@ const page = read("report_0g.html");
 const scripts = [...page.matchAll(/<script(?: [^>]*)?>([\s\S]*?)<\/script>/g)].map((m) => m[1]);
 
 // page.js and the modules that it registers, as the page runs them.
-const context = vm.createContext({ console, setTimeout, clearTimeout });
+const context = vm.createContext({ console, setTimeout, clearTimeout, window: { addEventListener() {} } });
 for (const script of scripts.slice(1, -1)) vm.runInContext(script, context);
 const require_module = vm.runInContext("require_module", context);
 Object.assign(
@@ -22,7 +22,7 @@ Object.assign(
 );
 
 const charts = JSON.parse(scripts[0]);
-const config = charts[0].spec.config;
+const config = vm.runInContext("chart_config", context);
 const variables = page.match(/:root \{[\s\S]*?\}\s*@media[^{]*\{[\s\S]*?\}\s*\}/)[0];
 
 async function draw(name, spec) {

@@ -1,8 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Draws the specifications in #charts with Vega. Vega's modules register themselves through
-// define_module(); its expression interpreter stands in for eval, which the page's policy forbids.
+// Draws specifications of charts with Vega, in one font and in the page's colours: CSS variables, so that
+// dark, light and print need one drawing. Vega's modules register themselves through define_module(); its
+// expression interpreter stands in for eval, which the page's policy forbids.
 "use strict";
+
+const font = "system-ui, 'Segoe UI', 'Noto Sans', 'Liberation Sans', sans-serif";
+const words = { labelColor: "currentColor", titleColor: "currentColor", labelFont: font, titleFont: font,
+  labelFontSize: 11, titleFontSize: 11.5, titleFontWeight: "normal" };
+const chart_config = {
+  background: "transparent",
+  axis: { ...words, titlePadding: 7, domainColor: "var(--rule)", tickColor: "var(--rule)", gridColor: "var(--grid)",
+    tickSize: 4, labelOverlap: true },
+  axisLeft: { minExtent: 34 },
+  legend: words,
+  text: { font, fontSize: 11.5, fill: "currentColor" },
+};
 
 const modules = new Map();
 const aliases = { "vega-selections": "vega-selection" };
@@ -43,8 +56,9 @@ async function draw_chart(container, spec) {
     View: require_module("vega-view").View,
     interpreter: require_module("vega-interpreter").expressionInterpreter,
   };
-  expand_columns(spec.data);
-  const view = new vega.View(vega.parse(spec, null, { ast: true }), {
+  const whole = spec.draw ? chart_functions[spec.draw](...spec.arguments) : spec;
+  expand_columns(whole.data);
+  const view = new vega.View(vega.parse(whole, chart_config, { ast: true }), {
     expr: vega.interpreter,
     renderer: "svg",
     container,
@@ -54,17 +68,21 @@ async function draw_chart(container, spec) {
   svg.setAttribute("viewBox", `0 0 ${svg.getAttribute("width")} ${svg.getAttribute("height")}`);
 }
 
-async function draw_charts() {
+// The specifications in #charts, each for the element of its id.
+function listed_charts() {
+  const charts = JSON.parse(document.getElementById("charts").textContent);
+  return charts.map(({ id, spec }) => ({ container: document.getElementById(id), spec }));
+}
+
+async function draw_charts(charts = listed_charts()) {
   Object.assign(
     require_module("vega-dataflow").transforms,
     require_module("vega-transforms"),
     require_module("vega-view-transforms"),
     require_module("vega-encode"),
   );
-  const charts = JSON.parse(document.getElementById("charts").textContent);
   let drawn = 0;
-  for (const { id, spec } of charts) {
-    const container = document.getElementById(id);
+  for (const { container, spec } of charts) {
     try {
       await draw_chart(container, spec);
       ++drawn;
