@@ -32,10 +32,7 @@ double step_of(const Parameter& parameter) {
 class Residuals : public ceres::CostFunction {
  public:
   Residuals(const Likelihood& likelihood, Model& model)
-      : likelihood_(likelihood),
-        model_(model),
-        free_(model.free()),
-        weight_(std::sqrt(likelihood.dispersion())) {
+      : likelihood_(likelihood), model_(model), free_(model.free()) {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(free_.size()));
     set_num_residuals(static_cast<int>(likelihood.rows()) + static_cast<int>(free_.size()));
   }
@@ -51,7 +48,7 @@ class Residuals : public ceres::CostFunction {
     for (Index i = 0; i < rows; ++i) residuals[i] = huberised(innovations[i], slopes[i]);
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = *free_[static_cast<std::size_t>(k)];
-      residuals[rows + k] = weight_ * (p.x - p.mean) / p.deviation;
+      residuals[rows + k] = (p.x - p.mean) / p.deviation;
     }
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
@@ -63,7 +60,7 @@ class Residuals : public ceres::CostFunction {
       VectorXd column(rows);
       likelihood_.add_column(state, outcome, p, step_of(p), column);
       jacobian.col(k).head(rows) = -slopes.cwiseProduct(column);
-      jacobian(rows + k, k) = weight_ / p.deviation;
+      jacobian(rows + k, k) = 1.0 / p.deviation;
     });
     return true;
   }
@@ -82,15 +79,13 @@ class Residuals : public ceres::CostFunction {
   const Likelihood& likelihood_;
   Model& model_;
   std::vector<Parameter*> free_;
-  double weight_;  ///< of a prior's residual
 };
 
-/// Of the loss, not of the score.
-MatrixXd prior_curvature(const Likelihood& likelihood, const std::vector<const Parameter*>& free) {
+MatrixXd prior_curvature(const std::vector<const Parameter*>& free) {
   MatrixXd out = MatrixXd::Zero(static_cast<Index>(free.size()), static_cast<Index>(free.size()));
   for (std::size_t k = 0; k < free.size(); ++k)
     out(static_cast<Index>(k), static_cast<Index>(k)) =
-        likelihood.dispersion() / (free[k]->deviation * free[k]->deviation);
+        1.0 / (free[k]->deviation * free[k]->deviation);
   return out;
 }
 
@@ -123,7 +118,7 @@ Linearised linearise(const Likelihood& likelihood, const Model& model) {
                           at.columns.col(static_cast<Index>(k)));
   });
   const MatrixXd weighted = at.root_weights.asDiagonal() * at.columns;
-  at.curvature = weighted.transpose() * weighted + prior_curvature(likelihood, free);
+  at.curvature = weighted.transpose() * weighted + prior_curvature(free);
   return at;
 }
 
@@ -157,7 +152,7 @@ void judge(const Likelihood& likelihood, double cost, Model& model) {
   const auto count = static_cast<Index>(free.size());
   const MatrixXd inverse = at.curvature.ldlt().solve(MatrixXd::Identity(count, count));
   const MatrixXd scores = score_covariance(likelihood, at);
-  const MatrixXd priors = prior_curvature(likelihood, free);
+  const MatrixXd priors = prior_curvature(free);
   Judgement& out = model.judgement;
   out.loss = huber_loss(at.innovations);
   out.trace = (inverse * scores).trace();

@@ -107,8 +107,7 @@ class Likelihood {
   /// Links weigh where this state holds them.
   void move_links(const State& state);
   void estimate_noise(const State& state);
-  /// By which the loss is divided, at least 1: correlation that the noise model leaves. Priors
-  /// weigh as much more beside the loss.
+  /// By which a score divides the loss, at least 1: correlation that the noise model leaves.
   [[nodiscard]] double dispersion() const { return dispersion_; }
   void set_dispersion(double dispersion) { dispersion_ = dispersion; }
   /// The noise of the same channels of other recordings.

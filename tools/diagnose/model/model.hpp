@@ -52,12 +52,12 @@ struct Linearised {
   Eigen::VectorXd innovations;   ///< stacked
   Eigen::VectorXd root_weights;  ///< of Huber's loss
   Eigen::MatrixXd columns;       ///< change of the whitened prediction per change of x
-  Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors', of the loss
+  Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors'
 };
 
 Linearised linearise(const Likelihood& likelihood, const Model& model);
 
-/// Moves the model to the optimum of loss over dispersion and priors within its bounds.
+/// Moves the model to the optimum of loss and priors within its bounds.
 void fit(const Likelihood& likelihood, Model& model);
 
 /// Numbers of the plant that the rows move by no more than chance (5 %, the least certain one

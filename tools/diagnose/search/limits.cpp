@@ -17,7 +17,8 @@ class Limits {
   [[nodiscard]] Limit of(const Resolution& r) const {
     const Candidate& candidate = vocabulary_.candidates[r.candidate];
     const double needed =
-        candidate.kind == CandidateKind::kJump ? kJumpGainNineTimesInTen : kGainNineTimesInTen;
+        search_.dispersion() *
+        (candidate.kind == CandidateKind::kJump ? kJumpGainNineTimesInTen : kGainNineTimesInTen);
     const Parameter& size = candidate.sizes.front();
     const double x = std::max(std::sqrt(needed) * r.deviation, size.low);
     Limit out{r.candidate, std::abs(x * size.scale), r.own > kLeastOwn};
@@ -44,7 +45,8 @@ class Limits {
     const double closed2 = deviation * deviation + number.deviation * number.deviation;
     const double opened2 = deviation * deviation + std::pow(candidate.opened.deviation, 2);
     const double curvature = 1.0 / closed2 - 1.0 / opened2;
-    const double by_gain = curvature > 0.0 ? std::sqrt(kGainNineTimesInTen / curvature) : 0.0;
+    const double by_gain =
+        curvature > 0.0 ? std::sqrt(search_.dispersion() * kGainNineTimesInTen / curvature) : 0.0;
     const double by_prior = kWrongBy * number.deviation + kNineInTen_z * deviation;
     const double x = std::max(by_gain, by_prior);
     const double size = number.logarithmic ? number.nominal * std::expm1(x) : number.scale * x;

@@ -27,16 +27,13 @@ constexpr double kRidge = 1e-4;
 class Screen {
  public:
   Screen(const Likelihood& likelihood, const Model& model)
-      : likelihood_(likelihood),
-        at_(linearise(likelihood, model)),
-        free_(model.free()),
-        weight_(likelihood.dispersion()) {
+      : likelihood_(likelihood), at_(linearise(likelihood, model)), free_(model.free()) {
     const auto count = static_cast<Index>(free_.size());
     unbound_ = at_.columns;
     pull_.resize(count);
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = *free_[static_cast<std::size_t>(k)];
-      pull_[k] = weight_ * (p.x - p.mean) / (p.deviation * p.deviation);
+      pull_[k] = (p.x - p.mean) / (p.deviation * p.deviation);
       if (!p.at_bound()) continue;
       // A parameter at its bound makes nothing of a candidate.
       at_.columns.col(k).setZero();
@@ -74,7 +71,7 @@ class Screen {
       curvature(a, a) += kRidge;
       for (std::size_t k = 0; k < free_.size(); ++k) {
         const double part = taken(static_cast<Index>(k), a) / free_[k]->deviation;
-        curvature(a, a) += weight_ * part * part;
+        curvature(a, a) += part * part;
       }
     }
     out.curvature = curvature(0, 0);
@@ -131,10 +128,10 @@ class Screen {
     const Parameter* wanted = &model.numbers[*candidate.opens];
     for (std::size_t k = 0; k < free_.size(); ++k) {
       if (free_[k] != wanted || wanted->at_bound()) continue;
-      const double prior = weight_ / (wanted->deviation * wanted->deviation);
+      const double prior = 1.0 / (wanted->deviation * wanted->deviation);
       const auto i = static_cast<Index>(k);
       const double rows = 1.0 / inverse_(i, i) - prior;
-      if (rows > 0.0) out.deviation = std::sqrt(weight_ / rows);
+      if (rows > 0.0) out.deviation = 1.0 / std::sqrt(rows);
       out.own = std::max(0.0, 1.0 - prior * inverse_(i, i));
     }
     return out;
@@ -162,11 +159,11 @@ class Screen {
     taken -= inverse_.col(k) * (taken[k] / inverse_(k, k));
     taken[k] = 0.0;
     column.col(0).noalias() -= weighted_ * taken;
-    const double closed = weight_ / (wanted->deviation * wanted->deviation);
-    const double opened = weight_ / (candidate.opened.deviation * candidate.opened.deviation);
+    const double closed = 1.0 / (wanted->deviation * wanted->deviation);
+    const double opened = 1.0 / (candidate.opened.deviation * candidate.opened.deviation);
     double curvature = column.squaredNorm() + opened;
     for (std::size_t i = 0; i < free_.size(); ++i)
-      curvature += weight_ * std::pow(taken[static_cast<Index>(i)] / free_[i]->deviation, 2);
+      curvature += std::pow(taken[static_cast<Index>(i)] / free_[i]->deviation, 2);
     const double off = wanted->x - wanted->mean;
     const VectorXd held_back = VectorXd::Constant(1, taken.dot(pull_) - opened * off);
     const double score = column.col(0).dot(left_) + held_back[0];
@@ -248,7 +245,6 @@ class Screen {
   const Likelihood& likelihood_;
   Linearised at_;
   std::vector<const Parameter*> free_;
-  double weight_;  ///< of a prior beside the loss
   VectorXd pull_, left_;
   MatrixXd inverse_, weighted_;
   MatrixXd unbound_;  ///< columns of all parameters, those at their bounds as well
@@ -314,7 +310,7 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
     const Start& start = starts[i];
     const Screen::Test test =
         screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
-    all[i] = {start.candidate, start.number, std::sqrt(likelihood.dispersion() / test.curvature),
+    all[i] = {start.candidate, start.number, 1.0 / std::sqrt(test.curvature),
               test.whole > 0.0 ? test.curvature / test.whole : 0.0};
   });
   std::vector<Resolution> out;

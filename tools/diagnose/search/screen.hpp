@@ -40,7 +40,7 @@ std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
 struct Resolution {
   std::size_t candidate = 0;
   std::size_t start = 0;
-  double deviation = 0.0;  ///< of x of its first size, by the score: no prior of it
+  double deviation = 0.0;  ///< of x of its first size, from the rows alone: no prior of it
   double own = 0.0;        ///< share of what it changes that nothing in the model can change
 };
 std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,

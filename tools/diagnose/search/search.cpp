@@ -76,7 +76,6 @@ void Search::start() {
   fit(training_, model);
   judge(training_, 0.0, model);
   training_.set_dispersion(counted(model.judgement.dispersion));
-  fit(training_, model);
   judge(training_, 0.0, model);
   seen_[Key{}].model = std::move(model);
 }
