@@ -88,6 +88,20 @@ TEST(Followed, ALoopFollowsTheJointWhereAnotherMovesIt) {
   EXPECT_NEAR(coupling->parameters.front().value, kCoupling, 0.01);
 }
 
+TEST(Followed, ALaterJointDragsThisOneThroughASlackThatClosesWithinItsRange) {
+  constexpr double kDrag = 0.3, kHalfWidth_rad = 0.15;
+  Dragged cable(kHalfWidth_rad);
+  const Report report =
+      diagnosed(poses([&](double one, double two) { return one + kDrag * cable.follow(two); }));
+  EXPECT_LT(error_of(report, "one"), 5.0 * kNoise_rad) << report.verdict.text;
+  const auto loop =
+      std::find_if(report.effects.begin(), report.effects.end(),
+                   [](const NamedEffect& e) { return e.id == "hysteresis" && e.from == "two"; });
+  ASSERT_NE(loop, report.effects.end()) << report.verdict.text;
+  EXPECT_NEAR(std::abs(loop->parameters[0].value), kDrag * kHalfWidth_rad, 0.005);
+  EXPECT_NEAR(loop->parameters[1].value, 2.0 * kHalfWidth_rad, 0.05);
+}
+
 /// Zig-zags whose joint two's motor turns for joint one as well and stays behind by its own dry
 /// friction; joint one is where it is asked to be.
 record::Recording lagging(double of_one, double lag_rad) {

@@ -166,12 +166,6 @@ VectorXd Likelihood::recorded(const Channel& channel, std::size_t recording) con
   return channel.measured[recording] + tent(physics::without_gaps(shift), track.tent_rows);
 }
 
-VectorXd Likelihood::signal(const Channel& channel, std::size_t recording) const {
-  if (channel.kind != ChannelKind::kPosition) return channel.measured[recording];
-  return channel.measured[recording] -
-         tent(predictors_[recording].believed()[channel.joint], tracks_[recording].tent_rows);
-}
-
 std::size_t Likelihood::add_shape(std::size_t channel, const ShapeFunction& function) {
   Shape shape{channel, {}};
   for (std::size_t r = 0; r < tracks_.size(); ++r)

@@ -88,9 +88,6 @@ class Likelihood {
   /// The channel's signal as it was recorded, filtered: `measured` unless another simulation is the
   /// baseline.
   [[nodiscard]] Eigen::VectorXd recorded(const Channel& channel, std::size_t recording) const;
-  /// What the channel shows beyond the drive's motion, filtered: an effort, or how far the measured
-  /// joint is from where the controller believes it.
-  [[nodiscard]] Eigen::VectorXd signal(const Channel& channel, std::size_t recording) const;
   [[nodiscard]] Outcome outcome(const State& state) const;
   /// Measured minus predicted, filtered: [channel][recording].
   [[nodiscard]] std::vector<ByRecording> residuals(const State& state,

@@ -352,10 +352,12 @@ Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
   for (std::size_t f = 0; f < candidate.forms.size(); ++f) {
     Parameter p = candidate.forms[f];
     const double start = candidate.starts[hit.start][f];
-    if (p.logarithmic)
+    if (!p.logarithmic)
+      p.x = p.mean = start;
+    else if (p.nominal == 0.0)
       p.nominal = start;
     else
-      p.x = p.mean = start;
+      p.x = p.mean = std::log(start / p.nominal);
     parameters.push_back(std::move(p));
   }
   return out;

@@ -210,7 +210,6 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;
     if (std::abs(off) <= kWrongBy * closed.deviation) return true;
-    if (changes_much(with_it, *added.opens)) return false;
   }
   const Model& smaller = seen_.at(without_it).model;
   const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;

@@ -60,7 +60,6 @@ class Search {
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
   [[nodiscard]] double acting_size(const Model& model, std::size_t presence) const;
-  [[nodiscard]] bool changes_much(const Model& model, std::size_t number) const;
   [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;

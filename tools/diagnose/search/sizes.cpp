@@ -37,8 +37,7 @@ struct Change {
   double squares = 0.0;  ///< of the change
   double acting = 0.0;   ///< rows that it changes
   double rows = 0.0;
-  double left = 0.0;    ///< squares of what the first state leaves
-  double signal = 0.0;  ///< squares of what the channel shows, about its mean
+  double left = 0.0;  ///< squares of what the first state leaves
 };
 
 std::vector<Change> changes(const Likelihood& likelihood, const State& of, const State& other) {
@@ -51,12 +50,10 @@ std::vector<Change> changes(const Likelihood& likelihood, const State& of, const
       const std::vector<Eigen::Index>& used = channel.used[r];
       if (used.empty()) continue;
       const VectorXd change = (left[c][r] - left_by_other[c][r])(used);
-      const VectorXd signal = likelihood.signal(channel, r)(used);
       out[c].squares += change.squaredNorm();
       out[c].acting += static_cast<double>((change.array() != 0.0).count());
       out[c].rows += static_cast<double>(used.size());
       out[c].left += left[c][r](used).squaredNorm();
-      out[c].signal += (signal.array() - signal.mean()).square().sum();
     }
   }
   return out;
@@ -97,20 +94,6 @@ double Search::acting_size(const Model& model, std::size_t presence) const {
       greatest = std::max(greatest,
                           std::sqrt(of[c].squares / of[c].acting) / training_.channels()[c].floor);
   return greatest;
-}
-
-/// More than forms of laws differ by. The plant's other numbers can take over much of what a wrong
-/// one changes; whether they may is the score's to say by their priors. So its size is what it
-/// changes while they stay.
-bool Search::changes_much(const Model& model, std::size_t number) const {
-  Model as_stated = model;
-  as_stated.numbers[number].x = vocabulary_.numbers[number].mean;
-  const std::vector<Change> of =
-      changes(training_, model.state_for(training_), as_stated.state_for(training_));
-  return std::any_of(of.begin(), of.end(), [](const Change& change) {
-    return change.squares > kLeastNamedSize * kLeastNamedSize * change.left &&
-           change.squares > kModelForm * kModelForm * change.signal;
-  });
 }
 
 /// Of what the candidate adds, by its interval.

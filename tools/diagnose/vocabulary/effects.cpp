@@ -22,6 +22,9 @@ constexpr double kFewestPeriods = 1.0;
 constexpr double kLimits[] = {0.03, 0.06, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95};
 constexpr double kLeastHeld = 0.5;
 constexpr double kLimitDeviation = 0.15;
+/// Share of its range over which a motion passes from one side of a loop to the other: one that
+/// never closes is a slope whose constant depends on where the recording began.
+constexpr double kWidestLoop = 0.5;
 /// Deviations of the logarithm of forms: widths, times, speeds.
 constexpr double kFormDeviation = 1.0;
 constexpr double kTimeDeviation = 0.7;
@@ -148,7 +151,7 @@ class Effects {
     return p;
   }
 
-  /// A positive form whose start becomes its nominal value.
+  /// A positive form; one without a nominal value takes its start for it.
   [[nodiscard]] Parameter form(const std::string& name, double deviation, Reaches reaches,
                                Setter set = {}) const {
     Parameter p;
@@ -194,8 +197,7 @@ class Effects {
       if (stated) continue;
       c.sizes = {signed_size("error", 4e-3 * s_.range / all_[k].range, Reaches::kCable, {}, from)};
       out_.push_back(std::move(c));
-      if (k < s_.joint && lacks("hysteresis") && !can_stretch())
-        loop("hysteresis", "half_loop", from);
+      if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", from);
     }
   }
 
@@ -235,9 +237,11 @@ class Effects {
     const double range = from.empty() ? s_.range : all_[*plant_.joint_index(from)].range;
     c.sizes = {signed_size(half_height, 1e-3 * s_.position, Reaches::kCable, {}, from)};
     if (from.empty()) c.sizes[0].low = kLeastOfStart;
-    add(std::move(c),
-        form("width", kFormDeviation, Reaches::kCable, in_plant(s_.joint, id, "width", from)),
-        {0.003 * range, 0.02 * range, 0.1 * range, 0.4 * range});
+    Parameter width =
+        form("width", kFormDeviation, Reaches::kCable, in_plant(s_.joint, id, "width", from));
+    width.nominal = kWidestLoop * range;
+    width.high = 0.0;
+    add(std::move(c), std::move(width), {0.003 * range, 0.02 * range, 0.1 * range, 0.4 * range});
   }
 
   void creep() {

@@ -23,7 +23,7 @@ constexpr double kHomedBound = 20.0;
 /// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
 /// whose plant states none, and the damping of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
-constexpr double kUnstatedPreslidingForm = 0.5;
+constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
 /// Deviations of what a plant seldom states: masses, the motor's constant, its constant effort over
 /// its friction.
