@@ -18,7 +18,7 @@ struct DriveNumbers {
   T weight_scale{1.0};       ///< of the link's weight in the load that the caller passes
   T torque_ratio{0.0};       ///< the drive gives 1 + ratio of the effort asked
   T level{0.0};              ///< Coulomb
-  T load_share{0.0};         ///< of the effort that passes through, on top of the level
+  T load_share{0.0};         ///< of the load, on top of the level
   T stribeck_extra{0.0};     ///< on top at rest
   T stribeck_velocity{1.0};  ///< at which half of the extra is gone, > 0
   T presliding{1e-4};        ///< deflection at which friction is fully built up, > 0
@@ -101,9 +101,7 @@ void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double
   using std::sin;
   const T& v = state.velocity;
   const T ratio = v / n.stribeck_velocity;
-  // What passes through a gear is the mean of what enters and what leaves it.
-  const T through = 0.5 * abs(effort + load);
-  const T level = n.level + n.load_share * through + n.stribeck_extra / (1.0 + ratio * ratio);
+  const T level = n.level + n.load_share * abs(load) + n.stribeck_extra / (1.0 + ratio * ratio);
   const T yielding = 1.0 + abs(v) * dt_s / n.presliding;
   T push = (1.0 + n.torque_ratio) * (effort - n.offset) - load - n.asymmetry * abs(v) -
            n.asymmetric_level * abs(state.bristle) - level * state.bristle / yielding;

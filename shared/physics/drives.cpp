@@ -71,9 +71,11 @@ VectorXd homed_constants(const Plant& plant, const DriveKinematics& kinematics) 
 
 double WanderingFriction::step(double velocity, double dt_s, double load) {
   if (level <= 0.0) return 0.0;
-  const double scale =
-      std::max(0.1, 1.0 + variation.value()) * (1.0 + load_share * std::abs(load) / level);
-  const double friction = bristle.step(velocity, dt_s, scale);
+  const double by_load = load_share * std::abs(load) / level;
+  const double scale = std::max(0.1, 1.0 + variation.value()) * (1.0 + by_load);
+  // Where the load makes most of the friction, it makes the stiffness too: otherwise friction would
+  // build up over `by_load` times the displacement.
+  const double friction = bristle.step(velocity, dt_s, scale, std::max(1.0, by_load));
   return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
 }
 

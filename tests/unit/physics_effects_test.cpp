@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/drive_model.hpp"
+#include "physics/drives.hpp"
 #include "physics/effects/backlash.hpp"
 #include "physics/effects/bristle_friction.hpp"
 #include "physics/effects/creep.hpp"
@@ -83,6 +84,17 @@ TEST(BristleFriction, ActsAsPlayOnAJointBehindASpring) {
   };
   EXPECT_NEAR(drive_to(0.0, 0.3), +2.0 / stiffness, 1e-3);
   EXPECT_NEAR(drive_to(0.3, 0.1), -2.0 / stiffness, 1e-3);
+}
+
+TEST(MotorFriction, OfTheLoadAloneBuildsUpOverTheSameDisplacementAsAnyOther) {
+  Joint joint;
+  joint.effects.push_back({"load_dependent_friction", "", {{"load_share", 0.4}}});
+  WanderingFriction friction = motor_friction(joint);
+  const double load_n_m = 0.5;
+  double moved_rad = 0.0, effort_n_m = 0.0;
+  for (; moved_rad < 5.0 * kUnstatedPresliding_rad; moved_rad += 1e-6)
+    effort_n_m = friction.step(1e-3, 1e-3, load_n_m);
+  EXPECT_NEAR(effort_n_m, 0.4 * load_n_m, 0.01 * 0.4 * load_n_m);
 }
 
 TEST(AsymmetricFriction, TakesItsLevelDifferenceBetweenTheDirections) {

@@ -23,13 +23,14 @@ class BristleFriction {
   BristleFriction() = default;
   explicit BristleFriction(const Parameters& parameters) : parameters_(parameters) {}
 
-  /// Effort against the motion for one step of `dt_s`; `scale` multiplies the level (load, wear).
-  double step(double velocity, double dt_s, double scale = 1.0) {
+  /// Effort against the motion for one step of `dt_s`; `scale` multiplies the level (load, wear),
+  /// `stiffening` the bristle's stiffness.
+  double step(double velocity, double dt_s, double scale = 1.0, double stiffening = 1.0) {
     if (parameters_.level <= 0.0) return 0.0;
     const double ratio = velocity / parameters_.stribeck_velocity;
     const double level =
         scale * (parameters_.level + parameters_.stribeck_extra / (1.0 + ratio * ratio));
-    const double stiffness = parameters_.level / parameters_.presliding;
+    const double stiffness = stiffening * parameters_.level / parameters_.presliding;
     // Implicit in the bristle's own decay, so that any step is stable.
     const double before = deflection_;
     deflection_ =

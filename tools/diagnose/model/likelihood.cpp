@@ -17,10 +17,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// A block is a stretch of this length; so many at least and at most.
+/// Blocks hold equally many used rows: as many as this time holds, were all of it used. So many
+/// blocks at least and at most.
 constexpr double kBlockS = 2.5;
-constexpr int kFewestBlocks = 24;
-constexpr int kMostBlocks = 120;
+constexpr double kFewestBlocks = 40.0;
+constexpr double kMostBlocks = 120.0;
 /// Rows whose squares are left out of a channel's floor.
 constexpr double kLeftOutOfFloor = 0.02;
 /// Times of the slowest noise: encoders wander with temperature, and what is slow in an effort is
@@ -83,8 +84,10 @@ bool Likelihood::law_made_the_commands(std::size_t joint) const {
     const VectorXd command = command_of(base_, r, joint);
     const VectorXd& effort = tracks_[r].joints[joint].effort;
     if (command.size() == 0 || effort.size() == 0) continue;
-    const VectorXd recorded = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
-    const VectorXd asked = tent(physics::without_gaps(command), tracks_[r].tent_rows);
+    VectorXd recorded = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
+    VectorXd asked = tent(physics::without_gaps(command), tracks_[r].tent_rows);
+    for (Index i = 0; i < recorded.size(); ++i)
+      if (tracks_[r].lost[joint][static_cast<std::size_t>(i)] != 0) recorded[i] = asked[i] = 0.0;
     const double gain = asked.dot(recorded) / std::max(1e-300, asked.squaredNorm());
     const double left = (recorded - gain * asked).squaredNorm();
     if (!(left <= (1.0 - kLeastExplained) * recorded.squaredNorm())) return false;
@@ -130,17 +133,35 @@ bool Likelihood::has(std::size_t joint, ChannelKind kind) const {
   });
 }
 
-void Likelihood::lay_out() {
-  double length_s = 0.0;
-  for (const Track& track : tracks_) length_s += track.period_s * static_cast<double>(track.rows());
-  const double block_s =
-      length_s / std::clamp(std::floor(length_s / kBlockS), static_cast<double>(kFewestBlocks),
-                            static_cast<double>(kMostBlocks));
-  std::vector<int> first_block;
-  for (const Track& track : tracks_) {
-    first_block.push_back(block_count_);
-    block_count_ += 1 + static_cast<int>(track.forced.t_s[track.rows() - 1] / block_s);
+std::vector<std::vector<int>> Likelihood::blocks_of_rows() {
+  double used_rows = 0.0, used_s = 0.0;
+  std::vector<std::vector<char>> used;
+  for (std::size_t r = 0; r < tracks_.size(); ++r) {
+    used.emplace_back(static_cast<std::size_t>(tracks_[r].rows()), 0);
+    for (const Channel& channel : channels_)
+      for (std::size_t i = 0; i < used[r].size(); ++i) used[r][i] |= channel.rows[r].used[i];
+    const auto count = static_cast<double>(std::count(used[r].begin(), used[r].end(), 1));
+    used_rows += count;
+    used_s += count * tracks_[r].period_s * static_cast<double>(tracks_[r].tent_rows);
   }
+  const double in_block = std::max(
+      1.0, used_rows / std::clamp(std::floor(used_s / kBlockS), kFewestBlocks, kMostBlocks));
+  std::vector<std::vector<int>> blocks;
+  for (const std::vector<char>& of_recording : used) {
+    std::vector<int> block;
+    double before = 0.0;
+    for (const char is_used : of_recording) {
+      block.push_back(block_count_ + static_cast<int>(before / in_block));
+      before += is_used;
+    }
+    block_count_ += std::max(1, static_cast<int>(std::ceil(before / in_block)));
+    blocks.push_back(std::move(block));
+  }
+  return blocks;
+}
+
+void Likelihood::lay_out() {
+  const std::vector<std::vector<int>> blocks = blocks_of_rows();
   for (Channel& channel : channels_) {
     for (std::size_t r = 0; r < tracks_.size(); ++r) {
       channel.first.push_back(rows_);
@@ -148,7 +169,7 @@ void Likelihood::lay_out() {
       for (Index i = 0; i < tracks_[r].rows(); ++i) {
         if (channel.rows[r].used[static_cast<std::size_t>(i)] == 0) continue;
         used.push_back(i);
-        blocks_.push_back(first_block[r] + static_cast<int>(tracks_[r].forced.t_s[i] / block_s));
+        blocks_.push_back(blocks[r][static_cast<std::size_t>(i)]);
       }
       rows_ += static_cast<Index>(used.size());
       channel.used.push_back(std::move(used));

@@ -112,9 +112,12 @@ class Likelihood {
 
  private:
   void add_channels(const Likelihood* like);
-  /// Whether the plant's law, but for one gain, made what the recordings hold as efforts.
+  /// Whether the plant's law, but for one gain, made what the recordings hold as efforts where the
+  /// drive was on.
   [[nodiscard]] bool law_made_the_commands(std::size_t joint) const;
   void lay_out();
+  /// Block of each row of each recording.
+  [[nodiscard]] std::vector<std::vector<int>> blocks_of_rows();
   [[nodiscard]] Eigen::VectorXd command_of(const State& state, std::size_t recording,
                                            std::size_t joint) const;
   /// What the channel shows in that recording, before the filter; `scratch` may hold it.
