@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""concealed.py RAVENCAL DATA_DIR OUT_DIR: what `ravencal diagnose` says of real machines whose published physics is
+taken out of the plant (cases.toml). Prints a Markdown table; OUT_DIR/CASE/report.html shows each case.
+
+Exit status: 0 where at least nine cases in ten are right, 1 where fewer are, 2 usage, 3 a case that did not run.
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tomllib
+
+HERE = pathlib.Path(__file__).resolve().parent
+PROFILES = HERE.parents[2] / "tools" / "profiles"
+ASKED = 0.9
+COLUMNS = ("set", "concealed", "known", "said", "held-out error given / improved / floor",
+           "free run of 1 s given / improved", "right")
+
+
+def plant_without(text, removed, set_keys):
+    blocks = re.split(r"(?m)^(?=\s*\[)", text)
+    kept = [b for b in blocks if not any(f'id = "{effect}"' in b for effect in removed)]
+    kept = "".join(re.sub(rf'(?m)^\s*"({"|".join(removed)})\..*\n', "", b) if removed else b for b in kept)
+    for key, value in set_keys.items():
+        kept, changed = re.subn(rf"(?m)^(\s*{key} = )[-+.\deE]+", rf"\g<1>{value}", kept)
+        if changed != 1:
+            raise ValueError(f"concealed.py: the plant has {key} {changed} times, not once")
+    return kept
+
+
+def files_of(data, patterns):
+    files = [str(f) for pattern in patterns for f in sorted(data.glob(pattern))]
+    if not files:
+        raise FileNotFoundError(f"concealed.py: {data} has none of {', '.join(patterns)}")
+    return files
+
+
+def diagnosed(ravencal, data, out, machine, case):
+    out.mkdir(parents=True, exist_ok=True)
+    plant = out / "plant.toml"
+    plant.write_text(plant_without((HERE / machine["plant"]).read_text(), case.get("remove", []),
+                                   case.get("set_keys", {})))
+    done = subprocess.run([ravencal, "diagnose", *files_of(data, machine["training"]), "--plant", plant, "--profile",
+                           PROFILES / machine["profile"], "--held-out", *files_of(data, machine["held_out"]),
+                           "--out", out, "--placebo", "0"], capture_output=True, text=True)
+    if done.returncode > 1:
+        raise RuntimeError(done.stdout + done.stderr)
+    return json.loads((out / "report.json").read_text())
+
+
+def is_right(report, expected):
+    """Each expected effect with its value, and no other one."""
+    named = {effect["id"]: effect for effect in report["effects"]}
+    if set(named) != {e["id"] for e in expected} or report["unexplained"]:
+        return False
+    for e in expected:
+        if "value" not in e:
+            continue
+        value = next(p["value"] for p in named[e["id"]]["parameters"] if p["name"] == e["parameter"])
+        if abs(value - e["value"]) > e["tolerance"] * abs(e["value"]):
+            return False
+    return True
+
+
+def said_of(report):
+    said = [f"{effect['id']} " + ", ".join(f"{p['name']} {p['value']:.3g} ({p['ci95'][0]:.3g} to {p['ci95'][1]:.3g})"
+                                           for p in effect["parameters"]) for effect in report["effects"]]
+    return "; ".join(said + ["unexplained" for _ in report["unexplained"]]) or "nothing"
+
+
+def figures(report, metric, with_floor):
+    for row in report["held_out"]:
+        if row["metric"] == metric:
+            floor = f" / {row['floor']:.3g}" if with_floor else ""
+            return f"{row['before']:.3g} / {row['after']:.3g}{floor} {row['unit']}"
+    return ""
+
+
+def known(machine, expected):
+    values = [f"{e['parameter']} {e['value']} +- {100 * e['tolerance']:.0f} %" for e in expected if "value" in e]
+    return f"{'; '.join(values) or '-'} ({machine['source']})"
+
+
+def main():
+    if len(sys.argv) != 4:
+        print(__doc__, file=sys.stderr)
+        return 2
+    ravencal, data, out = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    cases = tomllib.loads((HERE / "cases.toml").read_text())
+    print("| " + " | ".join(COLUMNS) + " |\n|" + "---|" * len(COLUMNS))
+    right = 0
+    for number, case in enumerate(cases["case"]):
+        machine = cases[case["set"]]
+        try:
+            report = diagnosed(ravencal, data, out / f"{number:02}_{case['set']}", machine, case)
+        except (OSError, ValueError, RuntimeError) as error:
+            print(error, file=sys.stderr)
+            return 3
+        as_expected = is_right(report, case["expect"])
+        right += as_expected
+        print("| " + " | ".join((case["set"], case["concealed"], known(machine, case["expect"]), said_of(report),
+                                 figures(report, "effort_rmse", True), figures(report, "free_run_1s_rmse", False),
+                                 "yes" if as_expected else "**no**")) + " |", flush=True)
+    print(f"\n{right} of {len(cases['case'])} right")
+    return 0 if right >= ASKED * len(cases["case"]) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
