@@ -156,6 +156,15 @@ TEST_F(DiagnoseRows, BamNamesFrictionByLoadOnAGainThatNoFitSaw) {
   EXPECT_LE(after(report, "pendulum", "closed_loop_mae"), 1.1 * 0.165);  // others: 0.045
 }
 
+TEST_F(DiagnoseRows, NineInTenEffectsConcealedOnRealMachinesAreFoundAgain) {
+  SKIP_WITHOUT("emps");
+  SKIP_WITHOUT("bam_xl330");
+  const auto made = test::run_command(
+      fmt::format("bash '{}/tests/real/concealed.sh' '{}' '{}' '{}' 2>&1", RAVENCAL_SOURCE_DIR,
+                  RAVENCAL_PROGRAM, kData.string(), out_.string()));
+  EXPECT_EQ(made.exit_code, 0) << made.text;
+}
+
 TEST_F(DiagnoseRows, DvrkNamesCableStretchUnderTheRecordedForce) {
   SKIP_WITHOUT("dvrk_jhu_tracker");
   const Json report = row("dvrk_jhu_tracker");

@@ -1,6 +1,6 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""concealed.py RAVENCAL DATA_DIR OUT_DIR: what `ravencal diagnose` says of real machines whose published physics is
+"""concealed.sh RAVENCAL DATA_DIR OUT_DIR: what `ravencal diagnose` says of real machines whose published physics is
 taken out of the plant (cases.toml). Prints a Markdown table; OUT_DIR/CASE/report.html shows each case.
 
 Exit status: 0 where at least nine cases in ten are right, 1 where fewer are, 2 usage, 3 a case that did not run.
