@@ -121,6 +121,8 @@ Report sample_diagnosis() {
       {"elbow", "effort_rmse", "N_m", 0.41, 0.12, 0.1, Interval{-0.8, -0.6}, {{1, 0.41, 0.12}}},
       {"elbow", "free_run_1s_rmse", "rad", 0.035, 0.025, 1e-6},
       {"insertion", "position_rmse", "m", 0.0137, 7.2e-05, 2.3e-05, std::nullopt, {}}};
+  r.drift = {{"elbow", "rad", 0.5, 0.012, 0.011, 0.009},
+             {"elbow", "rad", 1.0, 0.035, 0.031, 0.025}};
   r.left = {
       {"elbow", "transmission", "rad", 0.25, 0.0021, "repetition", 0.0013, 900, 0.93, 0.0024, true},
       {"elbow", "drive", "N_m", 0.41, 0.12, "resolution", 0.003, 0, 0.0, 0.3, true},

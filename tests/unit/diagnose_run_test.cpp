@@ -119,7 +119,7 @@ Report report_of(const physics::Plant& given, const physics::Plant& improved,
   tracks.push_back(*make_track(recording, given, 0.0, 1e9));
   const Likelihood rows(given, std::move(tracks));
   Report report;
-  add_free_run(view_of(given, improved, rows, false), report);
+  add_free_run(view_of(given, improved, rows, false), given, report);
   return report;
 }
 
@@ -160,6 +160,22 @@ TEST(DiagnoseRun, GivesTheSameFiguresOfAPlantThatWasWrittenAndRead) {
   for (std::size_t i = 0; i < kept.held_out.size(); ++i) {
     EXPECT_EQ(kept.held_out[i].before, read.held_out[i].before);
     EXPECT_EQ(kept.held_out[i].after, read.held_out[i].after);
+  }
+}
+
+TEST(DiagnoseRun, DriftsFurtherTheLongerItRuns) {
+  const auto given = plant_of(std::string(kSlide) + kServo);
+  const auto improved = plant_of(std::string(kSlide) + kServo + kFriction);
+  const Report report = report_of(given, improved, recording_of({}, "slide"));
+  ASSERT_EQ(report.drift.size(), 4U);
+  EXPECT_EQ(report.drift[1].before, figure(report, "free_run_1s_rmse").before);
+  for (std::size_t i = 0; i < report.drift.size(); ++i) {
+    const Drift& drift = report.drift[i];
+    EXPECT_EQ(drift.refitted, drift.before) << drift.horizon_s;  // the same plant
+    EXPECT_LT(drift.after, 0.5 * drift.before) << drift.horizon_s;
+    if (i > 0) {
+      EXPECT_GT(drift.before, report.drift[i - 1].before) << drift.horizon_s;
+    }
   }
 }
 

@@ -99,12 +99,13 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   add_effects(models, view, report);
   add_routings(models, report);
   add_held_out(view, first_recording, report);
-  add_free_run(view, report);
+  const Growth growth = growth_of(models);
+  add_free_run(view, growth.refitted, report);
   add_error_left(view, report);
   add_not_found(models, report);
   add_candidates(models, options.seed, report);
   add_mismatch(view_of(plant, report.improved, fitted, false), report);
-  add_plots(view, growth_of(models), first_recording, report);
+  add_plots(view, growth, first_recording, report);
   if (options.placebos > 0) {
     report.verdict.placebos = options.placebos;
     report.verdict.false_alarm_rate =

@@ -19,6 +19,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kWindowS = 1.0;
+constexpr double kHorizonsS[] = {0.5, kWindowS, 2.0, 5.0};
 /// A window ends where rows are missing; what is left counts from this share of its length on.
 constexpr double kLeastWindow = 0.9;
 /// A shorter stretch shows hardly more than where it started.
@@ -114,12 +115,14 @@ class PlantDrive {
     [[nodiscard]] double mean() const { return magnitudes / rows; }
   };
 
-  [[nodiscard]] Errors under_effort() { return errors({}); }
+  [[nodiscard]] Errors under_effort(double window_s) { return errors({}, window_s); }
 
-  [[nodiscard]] Errors under(const physics::ServoLaw& law) { return errors(law); }
+  [[nodiscard]] Errors under(const physics::ServoLaw& law) {
+    return errors(law, std::numeric_limits<double>::infinity());
+  }
 
  private:
-  Errors errors(const std::optional<physics::ServoLaw>& law) {
+  Errors errors(const std::optional<physics::ServoLaw>& law, double window_s) {
     drive_.law = law;
     Errors out;
     for (std::size_t r = 0; r < rows_.tracks().size(); ++r) {
@@ -127,10 +130,9 @@ class PlantDrive {
       const JointTrack& recorded = track.joints[joint_];
       const VectorXd& driven_by = law ? recorded.desired : recorded.effort;
       if (driven_by.size() == 0) continue;
+      const double least_s = law ? kLeastStretchS : kLeastWindow * window_s;
       const std::vector<RowsToRun> windows =
-          law ? rows_to_run(track, joint_, driven_by, kLeastStretchS,
-                            std::numeric_limits<double>::infinity())
-              : rows_to_run(track, joint_, driven_by, kLeastWindow * kWindowS, kWindowS);
+          rows_to_run(track, joint_, driven_by, least_s, window_s);
       if (!windows.empty()) run(r, windows, out);
     }
     return out;
@@ -227,7 +229,7 @@ double position_noise(const Likelihood& rows, std::size_t joint) {
 
 }  // namespace
 
-void add_free_run(const View& view, Report& report) {
+void add_free_run(const View& view, const physics::Plant& refitted, Report& report) {
   const Likelihood& rows = view.rows;
   for (std::size_t j = 0; j < view.given.joints.size(); ++j) {
     const physics::Joint& joint = view.given.joints[j];
@@ -241,8 +243,19 @@ void add_free_run(const View& view, Report& report) {
     };
     PlantDrive given(view.given, rows, j);
     PlantDrive improved(view.improved, rows, j);
-    const PlantDrive::Errors before = given.under_effort();
-    if (before.rows > 0.0) add("free_run_1s_rmse", before.rms(), improved.under_effort().rms());
+    PlantDrive with_own_numbers(refitted, rows, j);
+    for (const double horizon_s : kHorizonsS) {
+      const PlantDrive::Errors before = given.under_effort(horizon_s);
+      if (before.rows == 0.0) continue;
+      const Drift drift{joint.name,
+                        position_unit_of(joint),
+                        horizon_s,
+                        before.rms(),
+                        with_own_numbers.under_effort(horizon_s).rms(),
+                        improved.under_effort(horizon_s).rms()};
+      if (horizon_s == kWindowS) add("free_run_1s_rmse", drift.before, drift.after);
+      report.drift.push_back(drift);
+    }
     const auto given_law = law_of(view.given, rows, j);
     const auto improved_law = law_of(view.improved, rows, j);
     if (!given_law || !improved_law) continue;

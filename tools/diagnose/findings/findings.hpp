@@ -188,6 +188,15 @@ struct ChannelPlot {
   std::vector<Trace> traces;  ///< of each recording that has unseen rows, the first few
 };
 
+/// How far a drive is off on its own, in windows of one length under the recorded effort: RMS.
+struct Drift {
+  std::string joint, unit;
+  double horizon_s = 0.0;  ///< length of the windows
+  double before = 0.0;     ///< of the plant as given
+  double refitted = 0.0;   ///< of the given plant with its own numbers refitted
+  double after = 0.0;      ///< of the improved plant
+};
+
 /// A recording that was diagnosed.
 struct SeenRecording {
   std::string name;  ///< of its file
@@ -230,6 +239,7 @@ struct Report {
   std::vector<Mismatch> mismatch;
   std::vector<NamedEffect> effects;
   std::vector<HeldOut> held_out;
+  std::vector<Drift> drift;
   std::vector<ErrorLeft> left;  ///< of each channel that was looked at as a whole
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;

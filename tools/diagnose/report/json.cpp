@@ -111,6 +111,15 @@ Json held_out_json(const HeldOut& h) {
   return json;
 }
 
+Json drift_json(const Drift& d) {
+  return {{"joint", d.joint},
+          {"unit", d.unit},
+          {"horizon_s", number(d.horizon_s)},
+          {"before", number(d.before)},
+          {"refitted", number(d.refitted)},
+          {"after", number(d.after)}};
+}
+
 Json error_left_json(const ErrorLeft& e) {
   const bool measured = e.measured_by != "none";
   return {{"joint", e.joint},
@@ -165,6 +174,7 @@ Json contract_of(const Report& report) {
   json["effects"] = array_of(report.effects, effect_json);
   json["kept_without_name"] = Json::array();
   json["held_out"] = array_of(report.held_out, held_out_json);
+  json["drift"] = array_of(report.drift, drift_json);
   json["error_left"] = array_of(report.left, error_left_json);
   json["unexplained"] = array_of(report.unexplained, unexplained_json);
   json["not_found"] = array_of(report.not_found, not_found_json);

@@ -204,6 +204,12 @@ function held_out_table() {
   }));
 }
 
+function drift() {
+  return table(["joint", "run of", "plant as it is", "its numbers refitted", "improved"], report.drift.map((d) =>
+    [d.joint, `${general(d.horizon_s)} s`, quantity(d.before, d.unit), quantity(d.refitted, d.unit),
+      worse_if(d.after > d.before, quantity(d.after, d.unit))]));
+}
+
 function error_left() {
   const rows = report.error_left.map((e) => {
     const measured = e.measured_by !== "none";
@@ -308,6 +314,7 @@ show_page(
     ["details", "Details",
       folded("The verdict in full", element("p", report.verdict.text)),
       folded("Every figure on unseen motion", held_out_table()),
+      report.drift.length ? folded("Drift of each drive on its own, by the length of the run", drift()) : "",
       folded("What is left of the error", ...error_left()),
       folded("Where the plant and the recordings part", mismatch()),
       report.channels.map((channel) => folded(place(channel), channel_charts(channel))),
