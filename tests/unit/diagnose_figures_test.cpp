@@ -12,9 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "diagnose/explain/error_left.hpp"
-#include "diagnose/explain/held_out.hpp"
-#include "diagnose/explain/looked_at.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/track/filter.hpp"
 

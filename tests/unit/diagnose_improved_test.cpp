@@ -11,7 +11,7 @@
 #include <iterator>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_text.hpp"
+#include "diagnose/report/write_report.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 #include "trajectory/trajectory.hpp"

@@ -10,9 +10,9 @@
 #include <limits>
 #include <optional>
 #include "diagnose/diagnose.hpp"
-#include "diagnose/explain/looked_at.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "diagnose/explain/view.hpp"
-#include "diagnose/track/simulated.hpp"
+#include "diagnose/track/tracks.hpp"
 #include "diagnose_generator.hpp"
 
 namespace ravencal::input_sample {

@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/explain/invariance.hpp"
-#include "diagnose/explain/location.hpp"
-#include "diagnose/explain/plots.hpp"
+#include "diagnose/explain/circumstances.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "diagnose/track/filter.hpp"
 
 namespace ravencal::diagnose {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/explain/free_run.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "physics/plant_writer.hpp"
 
 namespace ravencal::diagnose {

@@ -12,7 +12,6 @@
 #include <random>
 
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/improved_text.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose_generator.hpp"
 #include "unit/browser.hpp"

@@ -6,18 +6,13 @@
 #include <optional>
 #include <utility>
 
-#include "diagnose/explain/error_left.hpp"
-#include "diagnose/explain/free_run.hpp"
-#include "diagnose/explain/held_out.hpp"
-#include "diagnose/explain/location.hpp"
-#include "diagnose/explain/looked_at.hpp"
 #include "diagnose/explain/models.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "diagnose/explain/placebo.hpp"
-#include "diagnose/explain/plots.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/search/search.hpp"
-#include "diagnose/track/simulated.hpp"
+#include "diagnose/track/tracks.hpp"
 
 namespace ravencal::diagnose {
 namespace {

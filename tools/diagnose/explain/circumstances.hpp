@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "diagnose/explain/view.hpp"
+#include "diagnose/findings/findings.hpp"
 #include "physics/plant.hpp"
 
 namespace ravencal::diagnose {
@@ -51,5 +52,16 @@ std::vector<ByRecording> transmitted_loads(const View& view);
 
 ChannelRows channel_rows(const View& view, std::size_t channel,
                          const std::vector<ByRecording>& loads);
+
+// A true effect keeps its size at all speeds, loads and directions; a proxy does not.
+
+/// Factor of the contribution in each half of a circumstance, beside a free constant; a
+/// circumstance in whose halves it cannot be seen has none. Two entries each, low and high.
+/// `contribution`: what the effect adds to the prediction; `left`: of the error with it.
+std::vector<RegimeScale> scales_of(const std::string& effect, const Eigen::VectorXd& contribution,
+                                   const Eigen::VectorXd& left, const ChannelRows& at);
+
+/// Largest difference between the factors of two halves.
+double spread_of(const std::vector<RegimeScale>& scales);
 
 }  // namespace ravencal::diagnose

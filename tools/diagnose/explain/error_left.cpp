@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/error_left.hpp"
+//
+// What the improved plant leaves of each channel, against what the recordings leave of themselves:
+// the alarm for physics that no word of the vocabulary says.
+#include "diagnose/explain/parts.hpp"
 
 #include <algorithm>
 #include <cmath>

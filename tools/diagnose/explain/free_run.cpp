@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/free_run.hpp"
+//
+// How far off each drive ends up on its own: in windows of several lengths under the recorded
+// effort, and over whole stretches under the plant's controller. All plants run with the numbers
+// that they state; nothing is fitted.
+#include "diagnose/explain/parts.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/held_out.hpp"
+//
+// How far the given plant and the improved one are from what was recorded.
+#include "diagnose/explain/parts.hpp"
 
 #include <cmath>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/invariance.hpp"
+#include "diagnose/explain/circumstances.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/location.hpp"
+//
+// Where and when the given plant and the recordings part: in which circumstances, at which
+// positions and in which stretches of time.
+#include "diagnose/explain/parts.hpp"
 
 #include <algorithm>
 #include <cmath>

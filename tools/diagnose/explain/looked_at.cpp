@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/looked_at.hpp"
+//
+// What of the recordings could be compared with the plant, and why the rest could not.
+#include "diagnose/explain/parts.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "diagnose/explain/looked_at.hpp"
 #include "diagnose/explain/models.hpp"
+#include "diagnose/explain/parts.hpp"
 #include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/policy.hpp"
-#include "diagnose/search/limits.hpp"
+#include "diagnose/search/search.hpp"
 #include "diagnose/vocabulary/untestable.hpp"
 
 namespace ravencal::diagnose {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/plots.hpp"
+//
+// What the page draws of each drive and position: errors before and after over everything that
+// tells look-alikes apart, a map of where they are, what each part of the model takes away, sizes
+// by circumstance, and stretches of the recordings.
+#include "diagnose/explain/parts.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "diagnose/explain/circumstances.hpp"
-#include "diagnose/explain/invariance.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/report/improved_text.hpp"
+#include "diagnose/report/write_report.hpp"
 
 #include <fmt/format.h>
 

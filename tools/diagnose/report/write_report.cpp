@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include "core/whole_file.hpp"
-#include "diagnose/report/improved_text.hpp"
 
 namespace ravencal::diagnose {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/search/limits.hpp"
+#include "diagnose/search/search.hpp"
 
 #include <algorithm>
 #include <cmath>

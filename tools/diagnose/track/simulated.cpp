@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/track/simulated.hpp"
+#include "diagnose/track/tracks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
