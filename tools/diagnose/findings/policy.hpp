@@ -85,8 +85,7 @@ inline constexpr double kMostGainRatio = 1.2;
 // ------------------------------------------------------------
 
 /// Share of what the plant predicts by which forms of its laws differ: LuGre's and Maxwell's
-/// friction from a slip element, a stiffening cable from a straight one. A number of the plant that
-/// changes less is not called wrong.
+/// friction from a slip element, a stiffening cable from a straight one.
 inline constexpr double kModelForm = 0.04;
 /// A plant knows how much its friction varies to a factor of two, as it knows its wander.
 inline constexpr double kKnownVariation = 2.0;
