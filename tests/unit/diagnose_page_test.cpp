@@ -77,7 +77,8 @@ void add_ways_to_write(double value, const std::string& unit, std::set<Said>& wa
     ways.insert({fmt::format(fmt::runtime(format), size), ""});
 }
 
-/// `unit` is that of the object that holds the number; a count of rows has none.
+/// `unit` is that of the object that holds the number, where its key does not say seconds; a count
+/// of rows has none.
 void add_numbers_of(const Json& json, const std::string& unit, std::set<Said>& ways) {
   if (json.is_number_integer()) return add_ways_to_write(json.get<double>(), "", ways);
   if (json.is_number()) return add_ways_to_write(json.get<double>(), unit, ways);
@@ -86,7 +87,7 @@ void add_numbers_of(const Json& json, const std::string& unit, std::set<Said>& w
   const std::string own = json.is_object() ? json.value("unit", unit) : unit;
   for (const auto& [key, child] : json.items()) {
     if (key == "points" || key == "traces") continue;
-    add_numbers_of(child, own, ways);
+    add_numbers_of(child, key.ends_with("_s") ? "s" : own, ways);
     if (json.is_object() && json.contains("position_unit"))
       add_numbers_of(child, json["position_unit"], ways);
   }
