@@ -18,11 +18,11 @@ stop_one_node() {
   one_node_pids=()
 }
 
-# A port of 127.0.0.1 that nobody listens on now; whoever takes it before us makes us try again.
+# A port of 127.0.0.1 that nobody listens on now, below those that the kernel gives to clients.
 free_port() {
   local port
   while true; do
-    port=$((20000 + (RANDOM * 32768 + RANDOM) % 40000))
+    port=$((20000 + RANDOM % 12000))
     (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return; }
   done
 }
@@ -75,20 +75,33 @@ CONF
   printf 'CgroupPlugin=cgroup/v1\nConstrainCores=no\n' >"$dir/cgroup.conf"
 }
 
+# Both daemons run, and the node takes jobs; false as soon as one of them has ended. sinfo waits 10 s for
+# a controller that does not answer.
+node_is_idle() { # CONTROLLER_PID NODE_PID
+  for _ in $(seq 100); do
+    kill -0 "$1" 2>/dev/null && kill -0 "$2" 2>/dev/null || return 1
+    [ "$(timeout 60 sinfo -h -o %T 2>/dev/null)" = idle ] && return 0
+    sleep 0.2
+  done
+  return 1
+}
+
 start_one_node() {
-  local dir=$1
+  local dir=$1 controller node
   mkdir -p "$dir/state" "$dir/spool"
   chmod 755 "$dir"
   start_munge "$dir" || return 1
-  write_configuration "$dir"
   export SLURM_CONF=$dir/slurm.conf
-  slurmctld -D -f "$SLURM_CONF" >"$dir/slurmctld.out" 2>&1 &
-  one_node_pids+=($!)
-  slurmd -D -f "$SLURM_CONF" >"$dir/slurmd.out" 2>&1 &
-  one_node_pids+=($!)
-  for _ in $(seq 1500); do
-    [ "$(timeout 60 sinfo -h -o %T 2>/dev/null)" = idle ] && return 0
-    sleep 0.2
+  for _ in 1 2 3; do
+    write_configuration "$dir"
+    slurmctld -D -f "$SLURM_CONF" >"$dir/slurmctld.out" 2>&1 &
+    controller=$!
+    slurmd -D -f "$SLURM_CONF" >"$dir/slurmd.out" 2>&1 &
+    node=$!
+    one_node_pids+=("$controller" "$node")
+    node_is_idle "$controller" "$node" && return 0
+    kill "$controller" "$node" 2>/dev/null
+    wait "$controller" "$node" 2>/dev/null
   done
   echo "Slurm's node did not become idle: $(tail -qn 1 "$dir/slurmctld.log" "$dir/slurmd.log" 2>&1 | tr '\n' ' ')"
   return 1
