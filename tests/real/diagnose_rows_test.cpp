@@ -157,7 +157,6 @@ TEST_F(DiagnoseRows, BamNamesFrictionByLoadOnAGainThatNoFitSaw) {
 }
 
 TEST_F(DiagnoseRows, NineInTenEffectsConcealedOnRealMachinesAreFoundAgain) {
-  GTEST_SKIP() << "missed: 8 of 10; 30 % of a mass and a gain that is off by half are not named";
   SKIP_WITHOUT("emps");
   SKIP_WITHOUT("bam_xl330");
   const auto made = test::run_command(

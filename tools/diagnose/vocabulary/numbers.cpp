@@ -16,9 +16,8 @@ namespace {
 
 using physics::JointCircumstances;
 
-/// Bounds of a plant's number, in deviations; an inertia may be off by what other links add.
+/// Bounds of a plant's number, in deviations.
 constexpr double kBound = 2.7;
-constexpr double kInertiaBound = 5.0;
 constexpr double kHomedBound = 20.0;
 /// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
 /// whose plant states none, and the damping of bristles. Deviations of the logarithm.
@@ -83,7 +82,7 @@ class Numbers {
         linear("inertia_error", "ratio", 1.0,
                kDeviationPerTolerance * tolerance_of(joint_, "inertia", "ratio"), Reaches::kDrive);
     inertia.set = of_motor_inertia(s_.joint, joint_.motor_inertia_kg_m2);
-    bounded(std::move(inertia), kInertiaBound);
+    bounded(std::move(inertia), kBound);
     Parameter motor = linear("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
     motor.nominal = joint_.parameter("torque_constant", "ratio");
     motor.set = in_plant(s_.joint, "torque_constant", "ratio");
@@ -149,7 +148,7 @@ class Numbers {
   void law() {
     Parameter gain = linear("controller_gain", "ratio", 1.0, kLawDeviation, Reaches::kLaw);
     gain.set = of_gain(s_.joint, joint_.controller->kp_n_m_per_rad);
-    out_.push_back(std::move(gain));
+    bounded(std::move(gain), kBound);
     Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
     rate.set = of_damping(s_.joint, joint_.controller->kd_n_m_s_per_rad);
     out_.push_back(std::move(rate));
