@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """concealed.sh RAVENCAL DATA_DIR OUT_DIR: what `ravencal diagnose` says of real machines whose published physics is
-taken out of the plant (cases.toml). Prints a Markdown table; OUT_DIR/CASE/report.html shows each case.
+taken out of the plant (cases.toml). Prints a Markdown table; OUT_DIR/concealed.html is the same with the free runs
+of every length and the page of each case.
 
 Exit status: 0 where at least nine cases in ten are right, 1 where fewer are, 2 usage, 3 a case that did not run.
 """
+import html
 import json
 import pathlib
 import re
@@ -17,6 +19,19 @@ PROFILES = HERE.parents[2] / "tools" / "profiles"
 ASKED = 0.9
 COLUMNS = ("set", "concealed", "known", "said", "held-out error given / improved / floor",
            "free run of 1 s given / improved", "right")
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Effects concealed on real machines</title><style>
+body {{ font: 15px/1.45 sans-serif; margin: 2rem auto; max-width: 90rem; padding: 0 1rem; color: #222 }}
+table {{ border-collapse: collapse }} th, td {{ border: 1px solid #bbb; padding: .35rem .6rem; text-align: left;
+vertical-align: top }} th {{ background: #f2f2f2 }} .no {{ background: #fbe3e0 }}
+td:nth-last-child(2) {{ white-space: nowrap }}
+</style></head><body><h1>Effects concealed on real machines</h1>
+<p>Each row takes published physics out of the plant of a real machine and asks <code>ravencal diagnose</code> for it.
+A row is right where all effects that were taken out are named, with values inside the tolerance that is asked, and
+nothing else is named. Held-out errors and free runs are of recordings that no fit saw. <i>Refitted</i> is the given plant with its own numbers fitted again.</p>
+<table><tr>{head}</tr>
+{rows}</table><p><b>{summary}</b></p></body></html>
+"""
 
 
 def plant_without(text, removed, set_keys):
@@ -83,6 +98,19 @@ def known(machine, expected):
     return f"{'; '.join(values) or '-'} ({machine['source']})"
 
 
+def drift(report):
+    return "\n".join(f"{row['horizon_s']:g} s: {row['before']:.3g} / {row['refitted']:.3g} / {row['after']:.3g} "
+                     f"{row['unit']}" for row in report["drift"])
+
+
+def page_row(folder, cells, drift_text, as_expected):
+    set_name, concealed, *others = cells[:-2]
+    link = f'<a href="{html.escape(folder)}/report.html">{html.escape(concealed)}</a>'
+    shown = [html.escape(text) for text in (*others, drift_text, cells[-1].strip("*"))]
+    tds = "".join(f"<td>{text}</td>" for text in (html.escape(set_name), link, *shown)).replace("\n", "<br>")
+    return f"<tr{'' if as_expected else ' class=no'}>{tds}</tr>\n"
+
+
 def main():
     if len(sys.argv) != 4:
         print(__doc__, file=sys.stderr)
@@ -90,20 +118,26 @@ def main():
     ravencal, data, out = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
     cases = tomllib.loads((HERE / "cases.toml").read_text())
     print("| " + " | ".join(COLUMNS) + " |\n|" + "---|" * len(COLUMNS))
-    right = 0
+    right, rows = 0, ""
     for number, case in enumerate(cases["case"]):
         machine = cases[case["set"]]
+        folder = f"{number:02}_{case['set']}"
         try:
-            report = diagnosed(ravencal, data, out / f"{number:02}_{case['set']}", machine, case)
+            report = diagnosed(ravencal, data, out / folder, machine, case)
         except (OSError, ValueError, RuntimeError) as error:
             print(error, file=sys.stderr)
             return 3
         as_expected = is_right(report, case["expect"])
         right += as_expected
-        print("| " + " | ".join((case["set"], case["concealed"], known(machine, case["expect"]), said_of(report),
-                                 figures(report, "effort_rmse", True), figures(report, "free_run_1s_rmse", False),
-                                 "yes" if as_expected else "**no**")) + " |", flush=True)
-    print(f"\n{right} of {len(cases['case'])} right")
+        cells = (case["set"], case["concealed"], known(machine, case["expect"]), said_of(report),
+                 figures(report, "effort_rmse", True), figures(report, "free_run_1s_rmse", False),
+                 "yes" if as_expected else "**no**")
+        print("| " + " | ".join(cells) + " |", flush=True)
+        rows += page_row(folder, cells, drift(report), as_expected)
+    summary = f"{right} of {len(cases['case'])} right"
+    head = "".join(f"<th>{name}</th>" for name in (*COLUMNS[:-2], "free run given / refitted / improved", COLUMNS[-1]))
+    (out / "concealed.html").write_text(PAGE.format(head=head, rows=rows, summary=summary))
+    print(f"\n{summary}\n{out / 'concealed.html'}")
     return 0 if right >= ASKED * len(cases["case"]) else 1
 
 
