@@ -80,6 +80,11 @@ class ReportedEffects {
     return out;
   }
 
+  static bool any_rows(const Channel& channel) {
+    return std::any_of(channel.used.begin(), channel.used.end(),
+                       [](const std::vector<Index>& rows) { return !rows.empty(); });
+  }
+
   /// An effect's error in the channel in which it takes most of it, in floors.
   struct Taken {
     const Channel* channel = nullptr;
@@ -90,23 +95,31 @@ class ReportedEffects {
     }
   };
 
+  /// Where it takes most of what was fitted, on the rows of the view.
   [[nodiscard]] Taken taken_by(const Candidate& candidate, const Model& less) const {
     // Recordings that no fit saw have moments of their own.
     const bool fitted = candidate.kind == CandidateKind::kJump;
     const Likelihood& rows = fitted ? m_.training : view_.rows;
-    const std::vector<double> before = errors_of(less, rows);
-    const std::vector<double> after = errors_of(m_.written, rows);
-    Taken most;
+    const std::size_t c = channel_of(candidate, less, rows);
+    return {&rows.channels()[c], errors_of(less, rows)[c], errors_of(m_.written, rows)[c]};
+  }
+
+  /// Of its own joint where that shows it: what it takes there is what is said of it.
+  [[nodiscard]] std::size_t channel_of(const Candidate& candidate, const Model& less,
+                                       const Likelihood& shown) const {
+    const std::vector<double> before = errors_of(less, m_.training);
+    const std::vector<double> after = errors_of(m_.written, m_.training);
+    std::size_t most = 0;
     double greatest = -1e300;
-    // Of its own joint where that shows it: what it takes there is what is said of it.
     for (const bool own_joint : {true, false}) {
       for (std::size_t c = 0; c < before.size(); ++c) {
-        const Channel& channel = rows.channels()[c];
+        const Channel& channel = m_.training.channels()[c];
         const double floors =
             (before[c] * before[c] - after[c] * after[c]) / std::pow(channel.floor, 2);
         if ((own_joint && channel.joint != candidate.joint) || !(floors > greatest)) continue;
+        if (!any_rows(shown.channels()[c])) continue;
         greatest = floors;
-        most = {&channel, before[c], after[c]};
+        most = c;
       }
       if (greatest > 0.0) break;
     }
