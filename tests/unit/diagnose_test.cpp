@@ -129,9 +129,8 @@ TEST(Diagnose, GivesTheErrorOfTheJointThatHasTheEffect) {
   const auto* effect = find(*report, "delay");
   ASSERT_NE(effect, nullptr) << names_in(*report);
   const auto figure =
-      std::find_if(report->held_out.begin(), report->held_out.end(), [](const auto& f) {
-        return f.joint == "one" && f.metric == "position_rmse";
-      });
+      std::find_if(report->held_out.begin(), report->held_out.end(),
+                   [](const auto& f) { return f.joint == "one" && f.metric == "position_rmse"; });
   ASSERT_NE(figure, report->held_out.end());
   EXPECT_DOUBLE_EQ(effect->held_out_after, figure->after);
   EXPECT_GT(effect->held_out_after, effect->held_out_before);
