@@ -5,7 +5,7 @@
 # one part of a set, the figures are of the other.
 #   diagnose_rows.sh RAVENCAL DATA_DIR OUT_DIR [SET...]
 # SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker davinci_tool4_friction
-# so101; all by default. so101 takes minutes.
+# davinci_tool4_gearbox davinci_tool4_jaw so101; all by default. so101 takes minutes.
 # OUT_DIR/SET/report.html shows the reasons.
 set -euo pipefail
 if (($# < 3)); then
@@ -19,9 +19,10 @@ mkdir -p "$out"
 
 # SET FILES... -- OPTIONS...: files are those of the set's own folder
 diagnose() {
-  local set=$1 files=() status=0
+  local set=$1 folder=$1 files=() status=0
+  if [[ $set == davinci_tool4_* ]]; then folder=davinci_tool4; fi
   shift
-  while [[ $1 != -- ]]; do files+=("$data/${set%_friction}/$1"); shift; done
+  while [[ $1 != -- ]]; do files+=("$data/$folder/$1"); shift; done
   shift
   echo "$set"
   "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" \
@@ -48,7 +49,7 @@ row() {
     dvrk_jhu_tracker) diagnose "$set" dwell_means.csv -- \
       --profile "$tools/profiles/${set}_three_depths.toml" --held-out "$data/$set/dwell_means.csv" \
       --held-out-profile "$tools/profiles/${set}_other_depths.toml" ;;
-    davinci_tool4_friction)
+    davinci_tool4_*)
       local train=() test=()
       for kind in 010 030 050 070 090 100; do train+=("train_f"{01,03}"_load$kind.csv"); done
       for kind in 020 040 060 080; do test+=("$data/davinci_tool4/test_f"{02,04}"_load$kind.csv"); done
@@ -60,5 +61,5 @@ row() {
 }
 
 (($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker \
-  davinci_tool4_friction so101
+  davinci_tool4_{friction,gearbox,jaw} so101
 for name; do row "$name"; done

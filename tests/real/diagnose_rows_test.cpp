@@ -186,4 +186,32 @@ TEST_F(DiagnoseRows, DavinciNamesTheFrictionOfTheBenchOnLoadsThatNoFitSaw) {
   EXPECT_LE(after(report, "jaw", "effort_relative_error"), 1.1 * 9.4);
 }
 
+/// The motor's zero is arbitrary, and the load holds the gears to one side: a gap beside a wrong
+/// zero.
+TEST_F(DiagnoseRows, DavinciNamesThePlayOfTheGearboxThatItsOwnEncodersShow) {
+  SKIP_WITHOUT("davinci_tool4");
+  const Json report = row("davinci_tool4_gearbox");
+  const Json gap = find(report, "gearbox", "backlash");
+  ASSERT_FALSE(gap.is_null()) << report["effects"];
+  // 1.83 deg where the load is small, 1.2 deg where it is greatest: half of either.
+  const double half_width = gap["parameters"][0]["value"];
+  EXPECT_GT(half_width, 0.60 * kDeg);
+  EXPECT_LT(half_width, 0.92 * kDeg);
+  EXPECT_LE(after(report, "gearbox", "position_rmse"), 1.1 * 0.228 * kDeg);
+}
+
+TEST_F(DiagnoseRows, DavinciNamesBothSpringsOfTheCables) {
+  SKIP_WITHOUT("davinci_tool4");
+  const Json report = row("davinci_tool4_jaw");
+  const Json springs = find(report, "jaw", "compliance");
+  ASSERT_FALSE(springs.is_null()) << report["effects"];
+  // Read from all files of the set: 1.0 N m/rad at the jaw, 3.3 N m/rad at the spindle.
+  const double known[] = {0.300, -1.004};
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_LT(double(springs["parameters"][k]["ci95"][0]), known[k]);
+    EXPECT_GT(double(springs["parameters"][k]["ci95"][1]), known[k]);
+  }
+  EXPECT_LE(after(report, "jaw", "position_rmse"), 0.42 * kDeg);
+}
+
 }  // namespace

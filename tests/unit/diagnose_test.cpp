@@ -92,6 +92,14 @@ TEST(Diagnose, FindsTwoEffectsThatActTogether) {
   EXPECT_EQ(report.effects.size(), 2U) << names_in(report);
 }
 
+/// Encoders have arbitrary zeros; however far off, they hide nothing.
+TEST(Diagnose, FindsAGapBesideAZeroThatIsFarOff) {
+  const diagnose::Report report = run({.offset_rad = 3.0, .gap_half_rad = 0.004});
+  EXPECT_NE(find(report, "homing_offset"), nullptr) << names_in(report);
+  EXPECT_NE(find(report, "backlash"), nullptr) << names_in(report);
+  EXPECT_EQ(report.effects.size(), 2U) << names_in(report);
+}
+
 TEST(Diagnose, StaysSilentWhereNothingIsLeftOut) {
   int alarms = 0;
   for (std::uint64_t seed = 1; seed <= 15; ++seed) {

@@ -216,8 +216,12 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   if (!at_moments && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
     return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
+  Model others_absent = seen_.at(Key{}).model;
+  for (const std::size_t other : without_it)
+    if (vocabulary_.candidates[other].constant)
+      others_absent.effects[other] = smaller.effects.at(other);
   const VectorXd of_others = without_it.empty() ? VectorXd(VectorXd::Zero(sizes.size()))
-                                                : sizes_between(smaller, seen_.at(Key{}).model);
+                                                : sizes_between(smaller, others_absent);
   const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
   return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
 }

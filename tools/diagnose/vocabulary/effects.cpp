@@ -44,7 +44,10 @@ class Effects {
 
   void of_position() {
     const double position = s_.position;
-    if (lacks("homing_offset")) either("homing_offset", "offset", 1e-3 * position, Reaches::kCable);
+    if (lacks("homing_offset")) {
+      either("homing_offset", "offset", 1e-3 * position, Reaches::kCable);
+      out_.back().constant = true;
+    }
     if (lacks("gain_error")) either("gain_error", "ratio", 4e-3, Reaches::kCable);
     couplings();
     if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {

@@ -35,6 +35,7 @@ struct Candidate {
   std::optional<std::size_t> opens{};  ///< place of the number whose prior it opens; no sizes then
   Parameter opened{};                  ///< that number, with the open prior
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
+  bool constant = false;               ///< the same in every row: no form of it could be wrong
   std::string circumstance{};          ///< of a shape: what it depends on
 
   [[nodiscard]] std::size_t start_count() const { return forms.empty() ? 1 : starts.size(); }
