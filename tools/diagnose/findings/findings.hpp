@@ -163,14 +163,14 @@ struct WhereMap {
 
 /// Held-out RMS after one more part of the model.
 struct WaterfallStep {
-  std::string name;
-  double rms = 0.0;
+  std::string step;
+  double rmse = 0.0;
 };
 
 /// Factor of an effect's fitted size in one part of the data: one everywhere for a true effect.
 struct RegimeScale {
-  std::string effect, regime;
-  double scale = 1.0, error = 0.0;
+  std::string effect, circumstance;
+  double scale = 1.0, deviation = 0.0;
 };
 
 /// What the page draws of one channel.

@@ -191,8 +191,7 @@ std::string metric_words(std::string_view metric) {
   return it != kMetrics.end() ? std::string(it->second) : words_of(std::string(metric));
 }
 
-std::vector<ChainCell> chain_of(const Report& report) {
-  const std::vector<Cause> causes = causes_of(report);
+std::vector<ChainCell> chain_of(const Report& report, const std::vector<Cause>& causes) {
   std::vector<ChainCell> cells;
   for (const std::string& joint : joints_of(report)) {
     for (const std::string_view stage : kChain)

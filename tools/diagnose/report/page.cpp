@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/report/json_parts.hpp"
+#include "diagnose/report/json.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "report/document.hpp"
 

@@ -5,14 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "diagnose/findings/words.hpp"
+#include "diagnose/report/json.hpp"
 
 namespace ravencal::diagnose {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 void add_ties(const Json& report, std::vector<Suggestion>& out) {
   for (const Json& effect : report.at("effects")) {
@@ -171,20 +169,10 @@ core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
   }
 }
 
-Json suggestions_array(const std::vector<Suggestion>& suggestions) {
-  Json list = Json::array();
-  for (const Suggestion& s : suggestions) {
-    list.push_back({{"urgency", s.urgency},
-                    {"joint", s.joint},
-                    {"experiment", s.experiment},
-                    {"minutes", s.minutes},
-                    {"why", s.why}});
-  }
-  return list;
-}
+RAVENCAL_JSON_MEMBERS(Suggestion, urgency, joint, experiment, minutes, why);
 
 std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
-  return Json{{"suggestions", suggestions_array(suggestions)}}.dump(2);
+  return Json{{"suggestions", suggestions}}.dump(2);
 }
 
 }  // namespace ravencal::diagnose
