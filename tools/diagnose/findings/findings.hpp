@@ -252,4 +252,13 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> provenance;
 };
 
+/// The first of these findings that is of the same joint and stage; null without any.
+template <typename Findings, typename Finding>
+auto* at_place_of(const Finding& place, Findings& findings) {
+  const auto it = std::find_if(findings.begin(), findings.end(), [&](const auto& finding) {
+    return finding.joint == place.joint && finding.stage == place.stage;
+  });
+  return it == findings.end() ? nullptr : &*it;
+}
+
 }  // namespace ravencal::diagnose
