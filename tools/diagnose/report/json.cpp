@@ -12,7 +12,6 @@
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/report/overview.hpp"
 #include "diagnose/report/suggest.hpp"
-#include "diagnose/report/write_report.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -225,11 +224,6 @@ Json report_document(const Report& report) {
   for (const auto& [key, value] : report.provenance) json["provenance"][key] = value;
   json["next"] = suggestions_of(json);
   return json;
-}
-
-std::string report_json(const Report& report) {
-  // Most of the text are series, a number a line: one column of indentation.
-  return report_document(report).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace ravencal::diagnose
