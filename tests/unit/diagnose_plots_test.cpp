@@ -206,13 +206,13 @@ TEST_F(DiagnosePlotsOfFriction, GrowsToTheFloorAndKeepsItsSize) {
   const ChannelPlot& plot = report.plots[0];
   EXPECT_EQ(plot.stage, "drive");
   ASSERT_EQ(plot.waterfall.size(), 4U);
-  EXPECT_EQ(plot.waterfall[2].name, "coulomb_friction");
-  EXPECT_LT(plot.waterfall[2].rms, 0.2 * plot.waterfall[1].rms);
-  EXPECT_EQ(plot.waterfall[3].name, "floor");
+  EXPECT_EQ(plot.waterfall[2].step, "coulomb_friction");
+  EXPECT_LT(plot.waterfall[2].rmse, 0.2 * plot.waterfall[1].rmse);
+  EXPECT_EQ(plot.waterfall[3].step, "floor");
   EXPECT_EQ(report.plots[1].waterfall.size(), 3U) << "friction of the drive moves no joint";
   ASSERT_FALSE(plot.scales.empty());
   for (const RegimeScale& scale : plot.scales)
-    EXPECT_NEAR(scale.scale, 1.0, std::max(0.02, 4.0 * scale.error)) << scale.regime;
+    EXPECT_NEAR(scale.scale, 1.0, std::max(0.02, 4.0 * scale.deviation)) << scale.circumstance;
   EXPECT_LT(report.effects[0].invariance_spread, 0.1);
 }
 
@@ -264,7 +264,7 @@ TEST(DiagnosePlots, AProxyHasAnotherSizeInOneHalf) {
     if (at.speed_ji_per_s[i] < 0.0) left[i] = -0.6 * contribution[i];
   const std::vector<RegimeScale> scales = scales_of("creep", contribution, left, at);
   ASSERT_GE(scales.size(), 2U);
-  EXPECT_EQ(scales[0].regime, "direction: negative");
+  EXPECT_EQ(scales[0].circumstance, "direction: negative");
   EXPECT_NEAR(scales[0].scale, 0.4, 1e-6);
   EXPECT_NEAR(scales[1].scale, 1.0, 1e-6);
   EXPECT_NEAR(spread_of(scales), 0.6, 1e-6);

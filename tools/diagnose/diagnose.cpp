@@ -8,7 +8,6 @@
 
 #include "diagnose/explain/models.hpp"
 #include "diagnose/explain/parts.hpp"
-#include "diagnose/explain/placebo.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/search/search.hpp"
@@ -34,8 +33,7 @@ class Progress {
   }
   [[nodiscard]] core::Status status() const {
     if (!stopped_) return {};
-    return core::Error{core::ErrorCode::kUsage,
-                       "stopped before the diagnosis was complete; nothing was written"};
+    return core::usage_error("stopped before the diagnosis was complete; nothing was written");
   }
 
  private:

@@ -120,10 +120,7 @@ LookedAt looked_at(const Channel& channel, const Channel* held_out, const Likeli
 }
 
 const Channel* same_channel(const Channel& channel, const Likelihood* others) {
-  if (others == nullptr) return nullptr;
-  for (const Channel& other : others->channels())
-    if (other.joint == channel.joint && other.kind == channel.kind) return &other;
-  return nullptr;
+  return others != nullptr ? others->find(channel.joint, channel.kind) : nullptr;
 }
 
 /// Signals that tell of the joint in another recording and not in this one.
@@ -230,11 +227,8 @@ void add_looked_at(const Likelihood& fitted, const Likelihood* held_out,
   for (std::size_t j = 0; j < given.joints.size(); ++j) {
     const std::string& name = given.joints[j].name;
     for (const std::string_view stage : kStages) {
-      const bool seen =
-          std::any_of(report.looked_at.begin(), report.looked_at.end(),
-                      [&](const LookedAt& l) { return l.joint == name && l.stage == stage; });
-      if (!seen)
-        report.not_looked_at.push_back({name, std::string(stage), why_not(fitted, j, stage)});
+      const NotLookedAt out{name, std::string(stage), why_not(fitted, j, stage)};
+      if (!at_place_of(out, report.looked_at)) report.not_looked_at.push_back(out);
     }
   }
 }

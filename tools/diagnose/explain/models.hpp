@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <set>
 #include <vector>
 
@@ -60,5 +61,12 @@ void add_routings(const Models& models, Report& report);
 /// candidates of the last screen.
 void add_not_found(const Models& models, Report& report);
 void add_candidates(const Models& models, std::uint64_t seed, Report& report);
+
+/// How often the search names something in recordings in which nothing is left out: share of
+/// `placebos` in which it finds anything. A placebo has the motion of the training recordings, what
+/// the given plant with its refitted numbers predicts, and the innovations of the best model, whose
+/// signs are drawn anew for each block. `go_on`: told the share that is done; false ends it.
+double false_alarm_rate(const Models& models, int placebos, std::uint64_t seed,
+                        const std::function<bool(double share)>& go_on);
 
 }  // namespace ravencal::diagnose

@@ -9,7 +9,7 @@
 #include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/search/search.hpp"
-#include "diagnose/vocabulary/untestable.hpp"
+#include "diagnose/vocabulary/scales.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/explain/placebo.hpp"
-
 #include <mutex>
 #include <random>
 #include <vector>
 
 #include "core/side_by_side.hpp"
+#include "diagnose/explain/models.hpp"
 
 namespace ravencal::diagnose {
 namespace {

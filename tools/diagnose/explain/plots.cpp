@@ -166,7 +166,7 @@ std::vector<WaterfallStep> waterfall(const Seen& seen, const std::vector<ByRecor
       {"its numbers refitted", rms(seen.channel, refitted[seen.index])}};
   for (const StepLeft& left : steps) {
     const double grown = rms(seen.channel, left.grown[seen.index]);
-    if (std::abs(grown - out.back().rms) > kOfOtherChannels * out.back().rms)
+    if (std::abs(grown - out.back().rmse) > kOfOtherChannels * out.back().rmse)
       out.push_back({left.step.id, grown});
   }
   out.push_back({"floor", seen.channel.floor});

@@ -163,14 +163,14 @@ struct WhereMap {
 
 /// Held-out RMS after one more part of the model.
 struct WaterfallStep {
-  std::string name;
-  double rms = 0.0;
+  std::string step;
+  double rmse = 0.0;
 };
 
 /// Factor of an effect's fitted size in one part of the data: one everywhere for a true effect.
 struct RegimeScale {
-  std::string effect, regime;
-  double scale = 1.0, error = 0.0;
+  std::string effect, circumstance;
+  double scale = 1.0, deviation = 0.0;
 };
 
 /// What the page draws of one channel.
@@ -251,5 +251,14 @@ struct Report {
   physics::Plant improved;  ///< the plant with what was found: every "after" is what it predicts
   std::vector<std::pair<std::string, std::string>> provenance;
 };
+
+/// The first of these findings that is of the same joint and stage; null without any.
+template <typename Findings, typename Finding>
+auto* at_place_of(const Finding& place, Findings& findings) {
+  const auto it = std::find_if(findings.begin(), findings.end(), [&](const auto& finding) {
+    return finding.joint == place.joint && finding.stage == place.stage;
+  });
+  return it == findings.end() ? nullptr : &*it;
+}
 
 }  // namespace ravencal::diagnose

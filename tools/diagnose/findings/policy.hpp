@@ -9,8 +9,7 @@
 
 namespace ravencal::diagnose {
 
-// --- Score of a model
-// -----------------------------------------------------------------------------
+// --- Score of a model ---
 
 /// Of an effect: odds that a plant lacks one of some fifty candidates.
 inline constexpr double kEffectCost = 8.0;
@@ -20,8 +19,7 @@ inline constexpr double kParameterCost = 2.0;
 /// it explains so little that its innovations say nothing of the noise.
 inline constexpr double kMostDispersion = 16.0;
 
-// --- Gains of the loss over the dispersion
-// --------------------------------------------------------
+// --- Gains of the loss over the dispersion ---
 
 /// From which on a candidate is tried.
 inline constexpr double kLeastGain = 10.0;
@@ -44,8 +42,7 @@ inline constexpr double kLeastBlockGain_z = 2.5;
 inline constexpr double kGainNineTimesInTen = 27.0;
 inline constexpr double kJumpGainNineTimesInTen = 40.0;
 
-// --- Sizes
-// ----------------------------------------------------------------------------------------
+// --- Sizes ---
 
 /// Share of what the richer model leaves in a channel that an effect with a name changes at least,
 /// and a shape without one.
@@ -73,16 +70,14 @@ inline constexpr double kChance5_z = 1.96;
 /// Probability that a name and those that it is not told apart from hold together.
 inline constexpr double kCredible = 0.95;
 
-// --- Laws of the controller
-// -----------------------------------------------------------------------
+// --- Laws of the controller ---
 
 /// A law that explains less than this share of the squared command is not the one that made it, nor
 /// is one whose gain differs between recordings by more than this factor.
 inline constexpr double kLeastExplained = 0.75;
 inline constexpr double kMostGainRatio = 1.2;
 
-// --- What is left, whatever has a name
-// ------------------------------------------------------------
+// --- What is left, whatever has a name ---
 
 /// Share of what the plant predicts by which forms of its laws differ: LuGre's and Maxwell's
 /// friction from a slip element, a stiffening cable from a straight one.
@@ -101,8 +96,7 @@ inline constexpr double kLeastAgreement = 0.5;
 /// Of the squared signal: a plant that leaves more of it explains less than it leaves.
 inline constexpr double kMostOfSignal = 0.5;
 
-// --- Where
-// ----------------------------------------------------------------------------------------
+// --- Where ---
 
 /// A circumstance holds clearly more than its share of the excess: by this factor, and by so many
 /// standard errors over blocks.

@@ -42,15 +42,6 @@ std::string sentence_of(const Unexplained& u) {
                      fmt::format("{}", fmt::join(u.depends_on, ", ")));
 }
 
-/// The first of these findings that is of the same joint and stage; null without any.
-template <typename Findings, typename Finding>
-auto* at_place_of(const Finding& place, Findings& findings) {
-  const auto it = std::find_if(findings.begin(), findings.end(), [&](const auto& finding) {
-    return finding.joint == place.joint && finding.stage == place.stage;
-  });
-  return it == findings.end() ? nullptr : &*it;
-}
-
 /// An error above its floor has no name where nothing else is said of its channel.
 void add_unexplained(Report& report) {
   for (const ErrorLeft& e : report.left) {

@@ -127,10 +127,11 @@ void Likelihood::add_channels(const Likelihood* like) {
   }
 }
 
-bool Likelihood::has(std::size_t joint, ChannelKind kind) const {
-  return std::any_of(channels_.begin(), channels_.end(), [&](const Channel& channel) {
+const Channel* Likelihood::find(std::size_t joint, ChannelKind kind) const {
+  const auto it = std::find_if(channels_.begin(), channels_.end(), [&](const Channel& channel) {
     return channel.joint == joint && channel.kind == kind;
   });
+  return it == channels_.end() ? nullptr : &*it;
 }
 
 std::vector<std::vector<int>> Likelihood::blocks_of_rows() {
@@ -360,13 +361,12 @@ void Likelihood::estimate_noise(const State& state) {
 
 void Likelihood::take_noise(const Likelihood& other) {
   for (Channel& channel : channels_) {
-    for (const Channel& same : other.channels_) {
-      if (same.joint != channel.joint || same.kind != channel.kind) continue;
-      channel.noise = same.noise;
-      channel.floor = same.floor;
-      for (std::size_t r = 0; r < tracks_.size(); ++r)
-        channel.whiteners[r] = Whitener(channel.rows[r], channel.noise);
-    }
+    const Channel* same = other.find(channel.joint, channel.kind);
+    if (same == nullptr) continue;
+    channel.noise = same->noise;
+    channel.floor = same->floor;
+    for (std::size_t r = 0; r < tracks_.size(); ++r)
+      channel.whiteners[r] = Whitener(channel.rows[r], channel.noise);
   }
 }
 

@@ -13,7 +13,6 @@
 
 #include "diagnose/model/noise.hpp"
 #include "diagnose/model/parameter.hpp"
-#include "diagnose/model/rows.hpp"
 #include "diagnose/model/state.hpp"
 #include "diagnose/track/track.hpp"
 
@@ -21,6 +20,8 @@ namespace ravencal::diagnose {
 
 /// Innovations beyond so many deviations count linearly.
 inline constexpr double kHuber = 2.5;
+
+enum class ChannelKind { kPosition, kDrive, kLaw };
 
 struct Channel {
   std::size_t joint = 0;
@@ -72,7 +73,11 @@ class Likelihood {
   [[nodiscard]] const physics::Predictor& predictor(std::size_t recording) const {
     return predictors_[recording];
   }
-  [[nodiscard]] bool has(std::size_t joint, ChannelKind kind) const;
+  /// That channel of the joint; null: none shows it.
+  [[nodiscard]] const Channel* find(std::size_t joint, ChannelKind kind) const;
+  [[nodiscard]] bool has(std::size_t joint, ChannelKind kind) const {
+    return find(joint, kind) != nullptr;
+  }
   [[nodiscard]] Eigen::Index rows() const { return rows_; }
   /// Of each stacked row: a stretch of some seconds in one recording.
   [[nodiscard]] const std::vector<int>& blocks() const { return blocks_; }
@@ -144,6 +149,14 @@ class Likelihood {
   unsigned threads_ = 1;
   double dispersion_ = 1.0;
 };
+
+/// Which rows of a recording a channel uses: one per width of the filter, away from starts, from
+/// lost values and, in drives, from rest. Rows near reversals are doubted.
+NoiseRows rows_of(const Track& track, std::size_t joint, ChannelKind kind,
+                  const physics::Plant& plant);
+
+/// Rows within whose filter a value of the signal was lost become unused.
+void leave_out_lost(const Track& track, const Eigen::VectorXd& signal, std::vector<char>& used);
 
 /// Huber's loss of one innovation, of stacked ones, and the root of each row's weight in it.
 double huber_loss(double innovation);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/model/rows.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/model/likelihood.hpp"
 #include "diagnose/track/filter.hpp"
 
 namespace ravencal::diagnose {

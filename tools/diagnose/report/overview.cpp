@@ -60,17 +60,12 @@ std::vector<std::string> joints_of(const Report& report) {
   return joints;
 }
 
-bool was_looked_at(const Report& report, const std::string& joint, std::string_view stage) {
-  return std::any_of(report.looked_at.begin(), report.looked_at.end(),
-                     [&](const LookedAt& l) { return l.joint == joint && l.stage == stage; });
-}
-
 std::string reason_without_figure(const Report& report, const std::string& joint,
                                   std::string_view stage) {
   if (stage == "joint") return "not run";
   // What a sensor does is seen between the transmission's two ends.
-  const std::string_view shown_in = stage == "sensor" ? "transmission" : stage;
-  return was_looked_at(report, joint, shown_in) ? "nothing found" : "not recorded";
+  const NotLookedAt place{joint, std::string(stage == "sensor" ? "transmission" : stage), {}};
+  return at_place_of(place, report.looked_at) ? "nothing found" : "not recorded";
 }
 
 bool acts_on(const Cause& cause, const std::string& joint) {
@@ -191,8 +186,7 @@ std::string metric_words(std::string_view metric) {
   return it != kMetrics.end() ? std::string(it->second) : words_of(std::string(metric));
 }
 
-std::vector<ChainCell> chain_of(const Report& report) {
-  const std::vector<Cause> causes = causes_of(report);
+std::vector<ChainCell> chain_of(const Report& report, const std::vector<Cause>& causes) {
   std::vector<ChainCell> cells;
   for (const std::string& joint : joints_of(report)) {
     for (const std::string_view stage : kChain)

@@ -26,7 +26,7 @@ struct ChainCell {
 };
 
 /// Every stage of every joint, in the plant's order of joints.
-std::vector<ChainCell> chain_of(const Report& report);
+std::vector<ChainCell> chain_of(const Report& report, const std::vector<Cause>& causes);
 
 struct JointLine {
   std::string joint, sentence;

@@ -5,39 +5,27 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "diagnose/findings/words.hpp"
+#include "diagnose/report/json.hpp"
 
 namespace ravencal::diagnose {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 void add_ties(const Json& report, std::vector<Suggestion>& out) {
   for (const Json& effect : report.at("effects")) {
     const std::string id = effect.at("id");
     for (const Json& rival : effect.at("ambiguous_with")) {
       const std::string other = rival;
-      if (const Experiment* p = cheapest_parting(id, other)) {
-        out.push_back({0,
-                       effect.at("joint"),
-                       std::string(p->experiment),
-                       p->minutes,
-                       fmt::format("joint {}: parts {} from {}",
-                                   effect.at("joint").get<std::string>(), id, other),
-                       p->motion,
-                       {id, other}});
-      } else {
-        out.push_back({0,
-                       effect.at("joint"),
-                       effect.at("separate_by"),
-                       10.0,
-                       fmt::format("joint {}: parts {} from {}",
-                                   effect.at("joint").get<std::string>(), id, other),
-                       Exercise::kNone,
-                       {id, other}});
-      }
+      const Experiment* p = cheapest_parting(id, other);
+      out.push_back({0,
+                     effect.at("joint"),
+                     p ? std::string(p->experiment) : effect.at("separate_by").get<std::string>(),
+                     p ? p->minutes : 10.0,
+                     fmt::format("joint {}: parts {} from {}",
+                                 effect.at("joint").get<std::string>(), id, other),
+                     p ? p->motion : Exercise::kNone,
+                     {id, other}});
     }
   }
 }
@@ -160,31 +148,20 @@ core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
   try {
     const Json report = Json::parse(report_json);
     if (report.at("schema") != 1) {
-      return core::Error{core::ErrorCode::kData,
-                         fmt::format("{}: schema {} is not 1", source, report.at("schema").dump())};
+      return core::data_error(
+          fmt::format("{}: schema {} is not 1", source, report.at("schema").dump()));
     }
     return suggestions_of(report);
   } catch (const Json::exception& error) {
-    return core::Error{
-        core::ErrorCode::kData,
-        fmt::format("{}: not a report of `ravencal diagnose`: {}", source, error.what())};
+    return core::data_error(
+        fmt::format("{}: not a report of `ravencal diagnose`: {}", source, error.what()));
   }
 }
 
-Json suggestions_array(const std::vector<Suggestion>& suggestions) {
-  Json list = Json::array();
-  for (const Suggestion& s : suggestions) {
-    list.push_back({{"urgency", s.urgency},
-                    {"joint", s.joint},
-                    {"experiment", s.experiment},
-                    {"minutes", s.minutes},
-                    {"why", s.why}});
-  }
-  return list;
-}
+RAVENCAL_JSON_MEMBERS(Suggestion, urgency, joint, experiment, minutes, why);
 
 std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
-  return Json{{"suggestions", suggestions_array(suggestions)}}.dump(2);
+  return Json{{"suggestions", suggestions}}.dump(2);
 }
 
 }  // namespace ravencal::diagnose

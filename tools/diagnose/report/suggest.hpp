@@ -35,7 +35,7 @@ std::vector<Suggestion> suggestions_of(const nlohmann::ordered_json& report);
 core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
                                               const std::string& source);
 
-nlohmann::ordered_json suggestions_array(const std::vector<Suggestion>& suggestions);
+void to_json(nlohmann::ordered_json& json, const Suggestion& suggestion);
 std::string suggestions_json(const std::vector<Suggestion>& suggestions);
 
 }  // namespace ravencal::diagnose

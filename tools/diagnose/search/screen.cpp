@@ -270,6 +270,16 @@ std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary,
   return out;
 }
 
+std::vector<Screen::Test> tests_of(const Screen& screen, const std::vector<Start>& starts,
+                                   const Vocabulary& vocabulary, unsigned threads) {
+  std::vector<Screen::Test> tests(starts.size());
+  core::for_each_index(starts.size(), threads, [&](std::size_t i) {
+    const Start& start = starts[i];
+    tests[i] = screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
+  });
+  return tests;
+}
+
 }  // namespace
 
 std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
@@ -277,12 +287,8 @@ std::vector<Hit> screen(const Likelihood& likelihood, const Model& model,
                         std::optional<std::size_t> joint) {
   Screen screen(likelihood, model);
   const std::vector<Start> starts = starts_of(model, vocabulary, joint);
-  std::vector<Screen::Test> tests(starts.size());
-  core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
-    const Start& start = starts[i];
-    tests[i] = screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
-  });
-  for (Screen::Test& test : tests) screen.add(std::move(test));
+  for (Screen::Test& test : tests_of(screen, starts, vocabulary, likelihood.threads()))
+    screen.add(std::move(test));
   for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
     const Candidate& candidate = vocabulary.candidates[c];
     const bool wanted = !joint || candidate.joint == *joint;
@@ -305,16 +311,10 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
                                     const Vocabulary& vocabulary) {
   const Screen screen(likelihood, model);
   const std::vector<Start> starts = starts_of(model, vocabulary, {});
-  std::vector<Resolution> all(starts.size());
-  core::for_each_index(starts.size(), likelihood.threads(), [&](std::size_t i) {
-    const Start& start = starts[i];
-    const Screen::Test test =
-        screen.test(vocabulary.candidates[start.candidate], start.candidate, start.number);
-    all[i] = {start.candidate, start.number, 1.0 / std::sqrt(test.curvature),
-              test.whole > 0.0 ? test.curvature / test.whole : 0.0};
-  });
   std::vector<Resolution> out;
-  for (const Resolution& r : all) {
+  for (const Screen::Test& test : tests_of(screen, starts, vocabulary, likelihood.threads())) {
+    const Resolution r{test.hit.candidate, test.hit.start, 1.0 / std::sqrt(test.curvature),
+                       test.whole > 0.0 ? test.curvature / test.whole : 0.0};
     const bool same = !out.empty() && out.back().candidate == r.candidate;
     if (!same)
       out.push_back(r);

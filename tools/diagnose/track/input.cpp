@@ -33,10 +33,9 @@ core::Status check_held_out_from(const Recordings& training, double from_s) {
       training.begin(), training.end(),
       [](const Recording& a, const Recording& b) { return recorded_s(a) < recorded_s(b); });
   const auto refuse = [&](std::string_view why) {
-    return core::Error{
-        core::ErrorCode::kUsage,
+    return core::usage_error(
         fmt::format("--held-out-from {:g}: {}; {} ends at {:.6g} s: give a time between 0 and that",
-                    from_s, why, longest->source, recorded_s(*longest))};
+                    from_s, why, longest->source, recorded_s(*longest)));
   };
   if (!(from_s <= recorded_s(*longest))) return refuse("no recording is that long");
   if (!(from_s > 0.0)) return refuse("leaves no row to fit");
@@ -84,13 +83,11 @@ core::Status check_units(const Recording& recording, const physics::Plant& plant
     if (unused || fit.empty() || std::find(fit.begin(), fit.end(), channel.unit) != fit.end())
       continue;
     const bool input = channel.role == Role::kDriveInput;
-    return core::Error{
-        core::ErrorCode::kData,
-        fmt::format("{}: channel {} ({} of joint '{}') is in {}, but the plant {} takes {}; "
-                    "correct the channel's unit or the plant's {}",
-                    recording.source, channel.name, record::name_of(channel.role), joint.name,
-                    channel.unit, plant.source, fmt::join(fit, " or "),
-                    input ? "[joint.drive]" : "kind")};
+    return core::data_error(fmt::format(
+        "{}: channel {} ({} of joint '{}') is in {}, but the plant {} takes {}; "
+        "correct the channel's unit or the plant's {}",
+        recording.source, channel.name, record::name_of(channel.role), joint.name, channel.unit,
+        plant.source, fmt::join(fit, " or "), input ? "[joint.drive]" : "kind"));
   }
   return {};
 }
@@ -102,12 +99,11 @@ core::Status check_external_loads(const Recording& recording, const physics::Pla
     std::vector<std::string> loads;
     for (const record::Channel& channel : recording.channels)
       if (channel.role == Role::kLoad) loads.push_back(channel.name);
-    return core::Error{
-        core::ErrorCode::kData,
+    return core::data_error(
         fmt::format("{}: has no channel '{}', the [joint.external_load] of joint '{}' in {}; "
                     "recorded loads: {}",
                     recording.source, joint.external_load->channel, joint.name, plant.source,
-                    loads.empty() ? "none" : fmt::format("{}", fmt::join(loads, ", ")))};
+                    loads.empty() ? "none" : fmt::format("{}", fmt::join(loads, ", "))));
   }
   return {};
 }

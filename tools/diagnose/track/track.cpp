@@ -288,9 +288,9 @@ core::Result<Track> make_track(const Recording& recording, const physics::Plant&
                                double from_s, double to_s) {
   Grid grid = grid_of(recording, from_s, to_s);
   if (grid.rows() < kFewestRows) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: {} samples are too few to diagnose; at least {} are needed",
-                                   recording.source, grid.rows(), kFewestRows)};
+    return core::data_error(
+        fmt::format("{}: {} samples are too few to diagnose; at least {} are needed",
+                    recording.source, grid.rows(), kFewestRows));
   }
   return TrackBuilder(recording, plant, std::move(grid)).build();
 }

@@ -83,13 +83,12 @@ core::Result<Tracks> make_tracks(const Recordings& training, const Recordings& h
   for (std::size_t j = 0; j < plant.joints.size(); ++j) agree_on_tracking(out, j);
   if (compares_anything(out.training)) return out;
   const std::string& source = training.front().source;
-  return core::Error{
-      core::ErrorCode::kData,
+  return core::data_error(
       fmt::format("{}: no joint of the plant {} has two signals to compare: joint_truth with "
                   "joint_estimate or motor_position, drive_torque or drive_input with a position, "
                   "or desired_position with a measured one; recorded: {} (`ravencal info {}` lists "
                   "all)",
-                  source, plant.source, recorded_joints(training), source)};
+                  source, plant.source, recorded_joints(training), source));
 }
 
 }  // namespace ravencal::diagnose

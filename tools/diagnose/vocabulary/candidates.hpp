@@ -8,6 +8,11 @@
 
 namespace ravencal::diagnose {
 
+/// The numbers of one joint that are always fitted: those of the plant within their tolerance, and
+/// what every recording has of its own.
+void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,
+                 std::vector<Parameter>& numbers);
+
 /// Effects that one joint's plant may lack, and numbers of it that may be wrong. `scales`: of all
 /// joints.
 void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
@@ -15,7 +20,8 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
 void add_wrong_numbers(const physics::Plant& plant, const Scales& scales,
                        const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
 /// A mass on the tool, which all joints feel.
-void add_payload(const physics::Plant& plant, std::vector<Candidate>& candidates);
+void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
+                 std::vector<Candidate>& candidates);
 
 /// Shapes that no plant can have: each in one channel, over what it may depend on.
 void add_shapes(const Scales& scales, Likelihood& training, Likelihood* held_out,

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <initializer_list>
 #include <numbers>
 #include <utility>
 
@@ -45,42 +44,39 @@ class Effects {
   void of_position() {
     const double position = s_.position;
     if (lacks("homing_offset")) {
-      either("homing_offset", "offset", 1e-3 * position, Reaches::kCable);
+      add({signed_size("homing_offset", "offset", 1e-3 * position, Reaches::kCable)});
       out_.back().constant = true;
     }
-    if (lacks("gain_error")) either("gain_error", "ratio", 4e-3, Reaches::kCable);
+    if (lacks("gain_error")) add({signed_size("gain_error", "ratio", 4e-3, Reaches::kCable)});
     couplings();
     if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {
-      Candidate c = begin("compliance");
-      c.sizes = {
-          size("compliance", 2e-3 * position / s_.load, Reaches::kCable, as_compliance(s_.joint))};
-      c.sizes[0].unit = unit_of("creep", "compliance", s_.prismatic);
-      out_.push_back(std::move(c));
+      Parameter p = size("compliance", "compliance", 2e-3 * position / s_.load, Reaches::kCable);
+      p.unit = unit_of("creep", "compliance", s_.prismatic);
+      p.set = as_compliance(s_.joint);
+      add({p});
     }
     stretch_by_loads();
-    if (lacks("backlash")) positive("backlash", "half_width", 8e-4 * position, Reaches::kCable);
+    if (lacks("backlash")) add({size("backlash", "half_width", 8e-4 * position, Reaches::kCable)});
     if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", "");
     if (s_.tracking && lacks("coulomb_friction")) loop("coulomb_friction", "lag", "");
     if (lacks("hysteresis") && can_stretch()) {
-      Candidate c = begin("hysteresis");
-      c.sizes = {size("stiffness", 40.0 * s_.load / position, Reaches::kCable)};
-      c.sizes[0].high = 40.0;
-      add(std::move(c), form("yield", kFormDeviation, Reaches::kCable),
+      Parameter p = size("hysteresis", "stiffness", 40.0 * s_.load / position, Reaches::kCable);
+      p.high = 40.0;
+      add({p}, form("hysteresis", "yield", kFormDeviation, Reaches::kCable),
           {2e-3 * position, 5e-3 * position, 12e-3 * position});
     }
     if (lacks("creep") && can_stretch()) creep();
     if (lacks("eccentricity")) wave("eccentricity", 5e-4 * position, Reaches::kCable, false);
     if (lacks("thermal_drift")) {
-      Candidate c = begin("thermal_drift");
-      c.sizes = {signed_size("final", 1e-3 * position, Reaches::kCable)};
       // One that is over at once is a constant.
-      Parameter time = form("time", kTimeDeviation, Reaches::kCable);
+      Parameter time = form("thermal_drift", "time", kTimeDeviation, Reaches::kCable);
       time.low = -2.0 * kTimeDeviation;
-      add(std::move(c), std::move(time), {0.2 * s_.length_s, 0.5 * s_.length_s, s_.length_s});
+      add({signed_size("thermal_drift", "final", 1e-3 * position, Reaches::kCable)},
+          std::move(time), {0.2 * s_.length_s, 0.5 * s_.length_s, s_.length_s});
     }
     for (std::size_t r = 0; r < recordings_; ++r) {
-      jump("slip", r, [](JointCircumstances& c) -> physics::Jump& { return c.slip; });
-      jump("lost_counts", r, [](JointCircumstances& c) -> physics::Jump& { return c.lost_counts; });
+      jump("slip", r, &JointCircumstances::slip);
+      jump("lost_counts", r, &JointCircumstances::lost_counts);
     }
   }
 
@@ -88,33 +84,43 @@ class Effects {
     // Without a cable that yields, friction behind it is friction before it.
     const bool told_apart = joint_.parameter("compliance", "stiffness") > 0.0 ||
                             joint_.parameter("backlash", "half_width") > 0.0;
-    if (lacks("joint_friction") && told_apart) {
-      Candidate c = begin("joint_friction");
-      c.sizes = {size("level", 0.2 * s_.load, Reaches::kCable)};
-      add(std::move(c), form("presliding", kFormDeviation, Reaches::kCable), {1e-4 * s_.position});
-    }
+    if (lacks("joint_friction") && told_apart)
+      add({size("joint_friction", "level", 0.2 * s_.load, Reaches::kCable)},
+          form("joint_friction", "presliding", kFormDeviation, Reaches::kCable),
+          {1e-4 * s_.position});
   }
 
   void of_effort() {
-    if (lacks("coulomb_friction")) positive("coulomb_friction", "level", 0.4 * s_.load);
-    if (lacks("viscous_friction"))
-      positive("viscous_friction", "damping", 1.5 * s_.load / s_.position);
-    if (lacks("stribeck_friction")) {
-      Candidate c = begin("stribeck_friction");
-      c.sizes = {size("extra", 0.2 * s_.load, Reaches::kDrive)};
-      add(std::move(c), form("velocity", kSpeedDeviation, Reaches::kDrive),
+    const auto drive = [&](const std::string& id, const std::string& name, double start) {
+      if (lacks(id)) add({size(id, name, start, Reaches::kDrive)});
+    };
+    drive("coulomb_friction", "level", 0.4 * s_.load);
+    drive("viscous_friction", "damping", 1.5 * s_.load / s_.position);
+    if (lacks("stribeck_friction"))
+      add({size("stribeck_friction", "extra", 0.2 * s_.load, Reaches::kDrive)},
+          form("stribeck_friction", "velocity", kSpeedDeviation, Reaches::kDrive),
           {8e-3 * s_.position, 16e-3 * s_.position, 30e-3 * s_.position});
-    }
-    if (lacks("load_dependent_friction") && s_.weight_load > 0.0)
-      positive("load_dependent_friction", "load_share", 0.08);
+    if (s_.weight_load > 0.0) drive("load_dependent_friction", "load_share", 0.08);
     if (lacks("asymmetric_friction"))
-      either("asymmetric_friction", "level_difference", 0.2 * s_.load, Reaches::kDrive);
-    if (s_.unknown_weight && !s_.prismatic && lacks("gravity")) gravity();
+      add({signed_size("asymmetric_friction", "level_difference", 0.2 * s_.load, Reaches::kDrive)});
+    // A weight that the plant does not know: what holds it follows the posture.
+    if (s_.unknown_weight && !s_.prismatic && lacks("gravity"))
+      add(sine_and_cosine("gravity", 0.2 * s_.load, Reaches::kDrive));
     if (lacks("torque_ripple")) wave("torque_ripple", 0.1 * s_.load, Reaches::kDrive, true);
   }
 
   void of_law() {
     if (lacks("saturation")) saturation();
+  }
+
+  /// A mass on the tool, which all joints feel.
+  void payload() {
+    Parameter mass = size("payload", "mass", 0.1, Reaches::kEverything);
+    mass.unit = "kg";
+    mass.set = [given_kg = plant_.payload.mass_kg](State& state, double value) {
+      state.plant.payload.mass_kg = given_kg + value;
+    };
+    add({mass});
   }
 
  private:
@@ -124,82 +130,55 @@ class Effects {
     return s_.weight_load > 0.0 || joint_.parameter("joint_friction", "level") > 0.0;
   }
 
-  [[nodiscard]] Candidate begin(const std::string& id) const {
-    Candidate c;
-    c.id = id;
-    c.joint = s_.joint;
-    current_ = id;
-    return c;
-  }
-
-  [[nodiscard]] Parameter signed_size(const std::string& name, double start, Reaches reaches,
-                                      Setter set = {}, const std::string& from = "") const {
-    Parameter p;
-    p.effect = current_;
-    p.name = name;
-    p.unit = unit_of(current_, name, s_.prismatic);
-    p.joint = s_.joint;
-    p.reaches = reaches;
+  [[nodiscard]] Parameter signed_size(const std::string& id, const std::string& name, double start,
+                                      Reaches reaches, const std::string& from = "") const {
+    Parameter p = parameter_of(s_, id, name, reaches, from);
     p.scale = start;
     p.deviation = kUnknownSize;
     p.step = 1.0;
-    p.set = set ? std::move(set) : in_plant(s_.joint, current_, name, from);
     return p;
   }
 
-  [[nodiscard]] Parameter size(const std::string& name, double start, Reaches reaches,
-                               Setter set = {}) const {
-    Parameter p = signed_size(name, start, reaches, std::move(set));
+  [[nodiscard]] Parameter size(const std::string& id, const std::string& name, double start,
+                               Reaches reaches) const {
+    Parameter p = signed_size(id, name, start, reaches);
     p.low = kLeastOfStart;
     return p;
   }
 
   /// A positive form; one without a nominal value takes its start for it.
-  [[nodiscard]] Parameter form(const std::string& name, double deviation, Reaches reaches,
-                               Setter set = {}) const {
-    Parameter p;
-    p.effect = current_;
-    p.name = name;
-    p.unit = unit_of(current_, name, s_.prismatic);
-    p.joint = s_.joint;
-    p.reaches = reaches;
+  [[nodiscard]] Parameter form(const std::string& id, const std::string& name, double deviation,
+                               Reaches reaches, const std::string& from = "") const {
+    Parameter p = parameter_of(s_, id, name, reaches, from);
     p.logarithmic = true;
     p.deviation = deviation;
     p.step = 0.03;
-    p.set = set ? std::move(set) : in_plant(s_.joint, current_, name);
     return p;
   }
 
-  void either(const std::string& id, const std::string& name, double start, Reaches reaches) {
-    Candidate c = begin(id);
-    c.sizes = {signed_size(name, start, reaches)};
-    out_.push_back(std::move(c));
-  }
-
-  void positive(const std::string& id, const std::string& name, double start,
-                Reaches reaches = Reaches::kDrive) {
-    Candidate c = begin(id);
-    c.sizes = {size(name, start, reaches)};
-    out_.push_back(std::move(c));
+  Candidate& add(std::vector<Parameter> sizes) {
+    Candidate& c = out_.emplace_back();
+    c.id = sizes.front().effect;
+    c.joint = s_.joint;
+    c.sizes = std::move(sizes);
+    return c;
   }
 
   /// With one form, tried from each of these values.
-  void add(Candidate c, Parameter form, std::initializer_list<double> starts) {
+  Candidate& add(std::vector<Parameter> sizes, Parameter form, const std::vector<double>& starts) {
+    Candidate& c = add(std::move(sizes));
     c.forms = {std::move(form)};
     for (const double start : starts) c.starts.push_back({start});
-    out_.push_back(std::move(c));
+    return c;
   }
 
   void couplings() {
     for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
       if (k == s_.joint || (k > s_.joint && chain_is_known())) continue;
       const std::string& from = plant_.joints[k].name;
-      Candidate c = begin("coupling");
-      c.from = from;
-      const bool stated = plant_number(plant_, s_.joint, "coupling", "error", from) != 0.0;
-      if (stated) continue;
-      c.sizes = {signed_size("error", 4e-3 * s_.range / all_[k].range, Reaches::kCable, {}, from)};
-      out_.push_back(std::move(c));
+      if (plant_number(plant_, s_.joint, "coupling", "error", from) != 0.0) continue;
+      const double start = 4e-3 * s_.range / all_[k].range;
+      add({signed_size("coupling", "error", start, Reaches::kCable, from)}).from = from;
       if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", from);
     }
   }
@@ -214,126 +193,110 @@ class Effects {
   /// What recorded loads add to the cable's stretch beside the load that the plant predicts. Loads
   /// of one arm act together: each alone stands in for the others.
   void stretch_by_loads() {
-    Candidate c = begin("compliance");
+    std::vector<Parameter> sizes;
+    std::string from;
     for (const LoadScale& load : s_.loads) {
       if (plant_number(plant_, s_.joint, "compliance", "stretch_per_load", load.name) != 0.0)
         continue;
-      Parameter p = signed_size("stretch_per_load", 1e-3 * s_.position / load.largest,
-                                Reaches::kCable, {}, load.name);
+      Parameter p = signed_size("compliance", "stretch_per_load", 1e-3 * s_.position / load.largest,
+                                Reaches::kCable, load.name);
       p.name = "compliance_to_" + load.name;
       p.unit = (s_.prismatic ? "m_per_" : "rad_per_") + load.unit;
-      c.sizes.push_back(std::move(p));
-      c.from = load.name;
+      sizes.push_back(std::move(p));
+      from = load.name;
     }
-    if (c.sizes.size() == 1)
-      c.sizes[0].name = "stretch_per_load";
-    else
-      c.from.clear();
-    if (!c.sizes.empty()) out_.push_back(std::move(c));
+    if (sizes.size() == 1) sizes[0].name = "stretch_per_load";
+    if (sizes.size() > 1) from.clear();
+    if (!sizes.empty()) add(std::move(sizes)).from = from;
   }
 
   /// A loop over the position of the joint, or of another one whose cable drags it, where no load
   /// is known that would stretch the cable.
   void loop(const std::string& id, const std::string& half_height, const std::string& from) {
-    Candidate c = begin(id);
-    c.from = from;
     const double range = from.empty() ? s_.range : all_[*plant_.joint_index(from)].range;
-    c.sizes = {signed_size(half_height, 1e-3 * s_.position, Reaches::kCable, {}, from)};
-    if (from.empty()) c.sizes[0].low = kLeastOfStart;
-    Parameter width =
-        form("width", kFormDeviation, Reaches::kCable, in_plant(s_.joint, id, "width", from));
+    Parameter half = signed_size(id, half_height, 1e-3 * s_.position, Reaches::kCable, from);
+    if (from.empty()) half.low = kLeastOfStart;
+    Parameter width = form(id, "width", kFormDeviation, Reaches::kCable, from);
     width.nominal = kWidestLoop * range;
     width.high = 0.0;
-    add(std::move(c), std::move(width), {0.003 * range, 0.02 * range, 0.1 * range, 0.4 * range});
+    add({half}, std::move(width), {0.003 * range, 0.02 * range, 0.1 * range, 0.4 * range}).from =
+        from;
   }
 
   void creep() {
-    Candidate c = begin("creep");
-    c.sizes = {size("compliance", 8e-4 * s_.position / s_.load, Reaches::kCable)};
-    Parameter start = form("start", kCreepStartDeviation, Reaches::kCable,
-                           in_circumstances(s_.joint, {}, [](JointCircumstances& j) -> double& {
-                             return j.creep_start;
-                           }));
+    Parameter start = form("creep", "start", kCreepStartDeviation, Reaches::kCable);
+    start.set = in_circumstances(s_.joint, {}, &JointCircumstances::creep_start);
     start.logarithmic = false;
     start.said = false;
-    c.forms = {form("time", kTimeDeviation, Reaches::kCable), start};
+    Candidate& c =
+        add({size("creep", "compliance", 8e-4 * s_.position / s_.load, Reaches::kCable)});
+    c.forms = {form("creep", "time", kTimeDeviation, Reaches::kCable), start};
     for (const double time_s : {2.5, 7.0, 20.0})
       for (const double share : {0.0, 1.0}) c.starts.push_back({time_s, share});
-    out_.push_back(std::move(c));
+  }
+
+  [[nodiscard]] std::vector<Parameter> sine_and_cosine(const std::string& id, double start,
+                                                       Reaches reaches) const {
+    std::vector<Parameter> sizes = {signed_size(id, "sine", start, reaches),
+                                    signed_size(id, "cosine", start, reaches)};
+    for (std::size_t part = 0; part < sizes.size(); ++part) {
+      sizes[part].unit = unit_of(id, "amplitude", s_.prismatic);
+      sizes[part].set = as_wave(s_.joint, id, part);
+    }
+    return sizes;
   }
 
   /// A sine and a cosine over the position of the drive. The order is searched for, not fitted.
   void wave(const std::string& id, double start, Reaches reaches, bool of_motor) {
-    Candidate c = begin(id);
-    c.sizes = {signed_size("sine", start, reaches, as_sine(s_.joint, id)),
-               signed_size("cosine", start, reaches, as_cosine(s_.joint, id))};
-    for (Parameter& p : c.sizes) p.unit = unit_of(id, "amplitude", s_.prismatic);
-    Parameter order = form("order", kFormDeviation, reaches);
+    Parameter order = form(id, "order", kFormDeviation, reaches);
     order.held = true;
-    c.forms = {order};
+    std::vector<double> orders;
     const auto passed = [&](double turned) {
-      if (turned * s_.range >= kFewestPeriods * 2.0 * std::numbers::pi)
-        c.starts.push_back({turned});
+      if (turned * s_.range >= kFewestPeriods * 2.0 * std::numbers::pi) orders.push_back(turned);
     };
     for (const double harmonic : kHarmonics)
       passed(harmonic * joint_.reduction / joint_.gearbox_ratio);
     if (of_motor) passed(joint_.reduction);
-    if (!c.starts.empty()) out_.push_back(std::move(c));
-  }
-
-  /// A weight that the plant does not know: what holds it follows the posture.
-  void gravity() {
-    Candidate c = begin("gravity");
-    c.sizes = {
-        signed_size("sine", 0.2 * s_.load, Reaches::kDrive, as_sine(s_.joint, "gravity")),
-        signed_size("cosine", 0.2 * s_.load, Reaches::kDrive, as_cosine(s_.joint, "gravity"))};
-    for (Parameter& p : c.sizes) p.unit = unit_of("gravity", "amplitude", s_.prismatic);
-    out_.push_back(std::move(c));
+    if (!orders.empty()) add(sine_and_cosine(id, start, reaches), std::move(order), orders);
   }
 
   /// A limit holds or it does not; where it lies is tried between the usual effort and the
   /// greatest.
   void saturation() {
-    Candidate c = begin("saturation");
-    Parameter holds = size(
-        "holds", 1.0, Reaches::kLimit,
-        [joint = s_.joint](State& state, double value) { state.laws[joint].saturated = value; });
+    Parameter holds = size("saturation", "holds", 1.0, Reaches::kLimit);
+    holds.set = [joint = s_.joint](State& state, double value) {
+      state.laws[joint].saturated = value;
+    };
     holds.low = kLeastHeld;
     holds.high = 1.0;
     holds.step = 0.5;
     holds.said = false;
     holds.in_plant = false;
-    c.sizes = {holds};
     // It stays near where the screen found it: rows below a lower one would be taken as asked.
-    Parameter limit = form("limit", kLimitDeviation, Reaches::kLimit);
+    Parameter limit = form("saturation", "limit", kLimitDeviation, Reaches::kLimit);
     limit.low = -2.0 * kLimitDeviation;
     limit.high = 2.0 * kLimitDeviation;
-    c.forms = {limit};
-    for (const double share : kLimits) c.starts.push_back({share * s_.greatest_effort});
-    out_.push_back(std::move(c));
+    std::vector<double> limits;
+    for (const double share : kLimits) limits.push_back(share * s_.greatest_effort);
+    add({holds}, std::move(limit), limits);
   }
 
   /// Its moment is searched for: the screen sets the starts.
-  template <typename Member>
-  void jump(const std::string& id, std::size_t recording, Member member) {
-    Candidate c = begin(id);
-    c.kind = CandidateKind::kJump;
-    c.sizes = {signed_size("size", 1e-3 * s_.position, Reaches::kCable)};
-    c.sizes[0].unit = s_.prismatic ? "m" : "rad";
-    c.sizes[0].recording = recording;
-    c.sizes[0].set = [joint = s_.joint, recording, member](State& state, double value) {
-      member(state.circumstances[recording][joint]).size = value;
-    };
-    Parameter moment = form("time", kTimeDeviation, Reaches::kCable);
+  void jump(const std::string& id, std::size_t recording,
+            physics::Jump JointCircumstances::*member) {
+    Parameter jumped = signed_size(id, "size", 1e-3 * s_.position, Reaches::kCable);
+    jumped.unit = s_.prismatic ? "m" : "rad";
+    jumped.recording = recording;
+    jumped.set = in_circumstances(s_.joint, recording,
+                                  [member](auto& c) -> double& { return (c.*member).size; });
+    Parameter moment = form(id, "time", kTimeDeviation, Reaches::kCable);
     moment.unit = "s";
     moment.logarithmic = false;
     moment.held = true;
     moment.recording = recording;
-    moment.set = [joint = s_.joint, recording, member](State& state, double value) {
-      member(state.circumstances[recording][joint]).t_s = value;
-    };
-    c.forms = {moment};
-    out_.push_back(std::move(c));
+    moment.set = in_circumstances(s_.joint, recording,
+                                  [member](auto& c) -> double& { return (c.*member).t_s; });
+    add({jumped}, std::move(moment), {}).kind = CandidateKind::kJump;
   }
 
   const physics::Plant& plant_;
@@ -342,7 +305,6 @@ class Effects {
   const Scales& s_;
   std::size_t recordings_;
   std::vector<Candidate>& out_;
-  mutable std::string current_;  ///< id of the candidate that is being made
 };
 
 }  // namespace
@@ -358,23 +320,9 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
   if (s.law) effects.of_law();
 }
 
-void add_payload(const physics::Plant& plant, std::vector<Candidate>& candidates) {
-  Candidate c;
-  c.id = "payload";
-  c.joint = plant.joints.size() - 1;
-  Parameter mass;
-  mass.effect = c.id;
-  mass.name = "mass";
-  mass.unit = "kg";
-  mass.joint = c.joint;
-  mass.reaches = Reaches::kEverything;
-  mass.scale = 0.1;
-  mass.deviation = kUnknownSize;
-  mass.low = kLeastOfStart;
-  mass.step = 1.0;
-  mass.set = of_payload(plant.payload.mass_kg);
-  c.sizes = {mass};
-  candidates.push_back(std::move(c));
+void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
+                 std::vector<Candidate>& candidates) {
+  Effects(plant, scales, plant.joints.size() - 1, 0, candidates).payload();
 }
 
 }  // namespace ravencal::diagnose

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/vocabulary/numbers.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,9 +43,7 @@ class Numbers {
   void of_plant(const std::string& effect, const std::string& parameter, Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value <= 0.0) return;
-    Parameter p = logarithmic(effect, parameter, value, deviation(effect, parameter), reaches);
-    p.set = in_plant(s_.joint, effect, parameter);
-    bounded(std::move(p), kBound);
+    bounded(logarithmic(effect, parameter, value, deviation(effect, parameter), reaches));
   }
 
   void cable() {
@@ -57,7 +53,7 @@ class Numbers {
                                 deviation("compliance", "stiffness"), Reaches::kCable);
       p.unit = unit_of("creep", "compliance", s_.prismatic);
       p.set = as_compliance(s_.joint);
-      bounded(std::move(p), kBound);
+      bounded(std::move(p));
     }
     of_plant("joint_friction", "level", Reaches::kCable);
     form("joint_friction", "presliding", kPreslidingForm, Reaches::kCable);
@@ -65,7 +61,7 @@ class Numbers {
     of_plant("backlash", "half_width", Reaches::kCable);
     for (const char* part : {"stiffness", "yield"}) of_plant("hysteresis", part, Reaches::kCable);
     for (const char* part : {"compliance", "time"}) of_plant("creep", part, Reaches::kCable);
-    wave("eccentricity", Reaches::kCable);
+    signed_number("eccentricity", "amplitude", Reaches::kCable);
     signed_number("gain_error", "ratio", Reaches::kCable);
     signed_number("thermal_drift", "final", Reaches::kCable);
   }
@@ -73,24 +69,18 @@ class Numbers {
   void mass() {
     if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
     Parameter p = linear("gravity", "ratio", 1.0, kMassDeviation, Reaches::kEverything);
-    p.set = of_mass(s_.joint, joint_.link.mass_kg);
-    bounded(std::move(p), kBound);
+    p.set = relative([](auto& joint) -> auto& { return joint.link.mass_kg; });
+    bounded(std::move(p));
   }
 
   void drive() {
     Parameter inertia =
         linear("inertia_error", "ratio", 1.0,
                kDeviationPerTolerance * tolerance_of(joint_, "inertia", "ratio"), Reaches::kDrive);
-    inertia.set = of_motor_inertia(s_.joint, joint_.motor_inertia_kg_m2);
-    bounded(std::move(inertia), kBound);
-    Parameter motor = linear("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
-    motor.nominal = joint_.parameter("torque_constant", "ratio");
-    motor.set = in_plant(s_.joint, "torque_constant", "ratio");
-    bounded(std::move(motor), kBound);
-    Parameter offset = linear("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
-    offset.nominal = joint_.parameter("effort_offset", "offset");
-    offset.set = in_plant(s_.joint, "effort_offset", "offset");
-    bounded(std::move(offset), kBound);
+    inertia.set = relative([](auto& joint) -> auto& { return joint.motor_inertia_kg_m2; });
+    bounded(std::move(inertia));
+    either_sign("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
+    either_sign("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
     of_plant("coulomb_friction", "level", Reaches::kDrive);
     of_plant("viscous_friction", "damping", Reaches::kDrive);
     of_plant("load_dependent_friction", "load_share", Reaches::kDrive);
@@ -98,59 +88,44 @@ class Numbers {
       of_plant("stribeck_friction", part, Reaches::kDrive);
     for (const char* part : {"level_difference", "damping_difference"})
       signed_number("asymmetric_friction", part, Reaches::kDrive);
-    wave("torque_ripple", Reaches::kDrive);
+    signed_number("torque_ripple", "amplitude", Reaches::kDrive);
     of_plant("presliding", "displacement", Reaches::kDrive);
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
-    Parameter late = linear("effort", "late", 1.0, kDelayS, Reaches::kDrive);
-    late.in_plant = false;
-    late.set = in_circumstances(
-        s_.joint, {}, [](JointCircumstances& c) -> double& { return c.effort_lateness_s; });
-    bounded(std::move(late), kBound);
+    bounded(recorded("effort", "late", 1.0, kDelayS, Reaches::kDrive,
+                     &JointCircumstances::effort_lateness_s));
   }
 
   void encoder(std::size_t recordings) {
     delay();
     const double homing = joint_.parameter("homing_offset", "deviation");
     for (std::size_t r = 0; r < recordings; ++r) {
-      Parameter constant =
-          linear("encoder", "constant", 1.0, std::max(s_.quantum, kDeviationPerTolerance * homing),
-                 Reaches::kPosition);
-      constant.recording = r;
-      constant.in_plant = false;
-      constant.set = in_circumstances(
-          s_.joint, r, [](JointCircumstances& c) -> double& { return c.encoder_offset; });
+      Parameter constant = recorded("encoder", "constant", 1.0,
+                                    std::max(s_.quantum, kDeviationPerTolerance * homing),
+                                    Reaches::kPosition, &JointCircumstances::encoder_offset, r);
       // How far a cable is stretched when the controller takes a stop for reached, no plant says.
       bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
-      Parameter ramp = linear("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition);
-      ramp.recording = r;
-      ramp.in_plant = false;
-      ramp.set = in_circumstances(s_.joint, r,
-                                  [](JointCircumstances& c) -> double& { return c.encoder_ramp; });
-      bounded(std::move(ramp), kBound);
+      bounded(recorded("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition,
+                       &JointCircumstances::encoder_ramp, r));
     }
   }
 
   /// How late the joint is seen. Where the plant states no delay, it is the recorder's; beyond what
   /// recorders may be late by, it is the joint's.
   void delay() {
-    if (joint_.find_effect("delay") != nullptr) {
+    if (joint_.find_effect("delay") != nullptr)
       of_plant("delay", "delay", Reaches::kCable);
-      return;
-    }
-    Parameter p = linear("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s, Reaches::kCable);
-    p.in_plant = false;
-    p.set = in_circumstances(s_.joint, {},
-                             [](JointCircumstances& c) -> double& { return c.truth_lateness_s; });
-    bounded(std::move(p), kBound);
+    else
+      bounded(recorded("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s, Reaches::kCable,
+                       &JointCircumstances::truth_lateness_s));
   }
 
   void law() {
     Parameter gain = linear("controller_gain", "ratio", 1.0, kLawDeviation, Reaches::kLaw);
-    gain.set = of_gain(s_.joint, joint_.controller->kp_n_m_per_rad);
-    bounded(std::move(gain), kBound);
+    gain.set = relative([](auto& joint) -> auto& { return joint.controller->kp_n_m_per_rad; });
+    bounded(std::move(gain));
     Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
-    rate.set = of_damping(s_.joint, joint_.controller->kd_n_m_s_per_rad);
+    rate.set = relative([](auto& joint) -> auto& { return joint.controller->kd_n_m_s_per_rad; });
     out_.push_back(std::move(rate));
     const auto seen = [&](const char* name, double mean, double deviation,
                           double LawCircumstances::*part) {
@@ -169,15 +144,12 @@ class Numbers {
   /// Which way a cable runs that other joints move.
   void link_share() {
     if (joint_.coupling_through || !physics::coupled(plant_, s_.joint)) return;
-    Parameter p = linear("coupling", "link_share", 1.0, kLinkShareDeviation, Reaches::kRouting);
+    Parameter p = recorded("coupling", "link_share", 1.0, kLinkShareDeviation, Reaches::kRouting,
+                           &JointCircumstances::link_share);
     p.mean = p.x = 0.5;
-    p.in_plant = false;
     p.low = 0.0;
     p.high = 1.0;
     p.step = 0.3;
-    p.set = [joint = s_.joint](State& state, double value) {
-      for (auto& recording : state.circumstances) recording[joint].link_share = value;
-    };
     out_.push_back(std::move(p));
   }
 
@@ -186,20 +158,17 @@ class Numbers {
     return kDeviationPerTolerance * tolerance_of(joint_, effect, parameter);
   }
 
-  [[nodiscard]] Parameter begin(const std::string& effect, const std::string& name,
-                                Reaches reaches) const {
-    Parameter p;
-    p.effect = effect;
-    p.name = name;
-    p.unit = unit_of(effect, name, s_.prismatic);
-    p.joint = s_.joint;
-    p.reaches = reaches;
-    return p;
+  /// Writes a relative change of a number of the joint, from the plant's.
+  template <typename Number>
+  [[nodiscard]] Setter relative(Number number) const {
+    return [number, joint = s_.joint, given = number(joint_)](State& state, double ratio) {
+      number(state.plant.joints[joint]) = (1.0 + ratio) * given;
+    };
   }
 
   [[nodiscard]] Parameter logarithmic(const std::string& effect, const std::string& name,
                                       double value, double deviation, Reaches reaches) const {
-    Parameter p = begin(effect, name, reaches);
+    Parameter p = parameter_of(s_, effect, name, reaches);
     p.logarithmic = true;
     p.nominal = value;
     p.deviation = deviation;
@@ -208,14 +177,26 @@ class Numbers {
 
   [[nodiscard]] Parameter linear(const std::string& effect, const std::string& name, double scale,
                                  double deviation, Reaches reaches) const {
-    Parameter p = begin(effect, name, reaches);
+    Parameter p = parameter_of(s_, effect, name, reaches);
     p.scale = scale;
     p.deviation = deviation;
     p.step = 0.5 * deviation;
     return p;
   }
 
-  void bounded(Parameter p, double deviations) {
+  /// What recordings have, or that one, and no plant.
+  template <typename Member>
+  [[nodiscard]] Parameter recorded(const std::string& effect, const std::string& name, double scale,
+                                   double deviation, Reaches reaches, Member member,
+                                   std::optional<std::size_t> recording = {}) const {
+    Parameter p = linear(effect, name, scale, deviation, reaches);
+    p.in_plant = false;
+    p.recording = recording;
+    p.set = in_circumstances(s_.joint, recording, member);
+    return p;
+  }
+
+  void bounded(Parameter p, double deviations = kBound) {
     p.low = p.mean - deviations * p.deviation;
     p.high = p.mean + deviations * p.deviation;
     out_.push_back(std::move(p));
@@ -226,32 +207,28 @@ class Numbers {
             Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value <= 0.0) return;
-    Parameter p = logarithmic(effect, parameter, value, deviation, reaches);
-    p.set = in_plant(s_.joint, effect, parameter);
-    out_.push_back(std::move(p));
+    out_.push_back(logarithmic(effect, parameter, value, deviation, reaches));
+  }
+
+  void either_sign(const std::string& effect, const std::string& parameter, double scale,
+                   double deviation, Reaches reaches) {
+    Parameter p = linear(effect, parameter, scale, deviation, reaches);
+    p.nominal = joint_.parameter(effect, parameter);
+    bounded(std::move(p));
   }
 
   /// Of either sign; nothing where the plant has none.
   void signed_number(const std::string& effect, const std::string& parameter, Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value == 0.0) return;
-    Parameter p = linear(effect, parameter, std::abs(value), deviation(effect, parameter), reaches);
-    p.nominal = value;
-    p.set = in_plant(s_.joint, effect, parameter);
-    bounded(std::move(p), kBound);
-  }
-
-  void wave(const std::string& effect, Reaches reaches) {
-    signed_number(effect, "amplitude", reaches);
+    either_sign(effect, parameter, std::abs(value), deviation(effect, parameter), reaches);
   }
 
   void unstated_presliding() {
     const double value =
         s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
-    Parameter p =
-        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
-    p.set = in_plant(s_.joint, "presliding", "displacement");
-    out_.push_back(std::move(p));
+    out_.push_back(
+        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive));
   }
 
   const physics::Plant& plant_;

@@ -44,6 +44,11 @@ struct Scales {
 
 Scales scales_of(const physics::Plant& plant, std::size_t joint, const Likelihood& training);
 
+/// Why these recordings cannot show an effect of the vocabulary on a joint whose channels they
+/// hold, in words; empty if they can.
+std::string why_untestable(const std::string& id, const Scales& scales,
+                           const physics::Plant& plant);
+
 /// "N_m", "rad_per_N_m": as reports have it.
 std::string unit_of(const std::string& effect, const std::string& parameter, bool prismatic);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/vocabulary/untestable.hpp"
-
 #include <array>
 #include <numbers>
 #include <string_view>
+
+#include "diagnose/vocabulary/scales.hpp"
 
 namespace ravencal::diagnose {
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "diagnose/vocabulary/candidates.hpp"
-#include "diagnose/vocabulary/numbers.hpp"
 
 namespace ravencal::diagnose {
 
@@ -21,7 +20,7 @@ Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Like
   }
   const bool weighs =
       std::any_of(scales.begin(), scales.end(), [](const Scales& s) { return s.weight; });
-  if (weighs) add_payload(plant, out.candidates);
+  if (weighs) add_payload(plant, scales, out.candidates);
   return out;
 }
 
