@@ -28,7 +28,8 @@ td:nth-last-child(2) {{ white-space: nowrap }}
 </style></head><body><h1>Effects concealed on real machines</h1>
 <p>Each row takes published physics out of the plant of a real machine and asks <code>ravencal diagnose</code> for it.
 A row is right where all effects that were taken out are named, with values inside the tolerance that is asked, and
-nothing else is named. Held-out errors and free runs are of recordings that no fit saw. <i>Refitted</i> is the given plant with its own numbers fitted again.</p>
+nothing else is named. Held-out errors and free runs are of recordings that no fit saw. <i>Refitted</i> is the given
+plant with its own numbers fitted again.</p>
 <table><tr>{head}</tr>
 {rows}</table><p><b>{summary}</b></p></body></html>
 """

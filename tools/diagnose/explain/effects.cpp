@@ -48,6 +48,9 @@ class ReportedEffects {
     for (const auto& [c, parameters] : m_.best.effects)
       for (std::size_t k = 0; k < parameters.size(); ++k)
         effects_[c].push_back(estimate(parameters[k], m_.written.effects.at(c)[k]));
+    if (m_.written.chosen.empty()) return;
+    fitted_after_ = errors_of(m_.written, m_.training);
+    if (&view_.rows != &m_.training) shown_after_ = errors_of(m_.written, view_.rows);
   }
 
   void fill(Report& report) const {
@@ -80,11 +83,6 @@ class ReportedEffects {
     return out;
   }
 
-  static bool any_rows(const Channel& channel) {
-    return std::any_of(channel.used.begin(), channel.used.end(),
-                       [](const std::vector<Index>& rows) { return !rows.empty(); });
-  }
-
   /// An effect's error in the channel in which it takes most of it, in floors.
   struct Taken {
     const Channel* channel = nullptr;
@@ -100,24 +98,26 @@ class ReportedEffects {
     // Recordings that no fit saw have moments of their own.
     const bool fitted = candidate.kind == CandidateKind::kJump;
     const Likelihood& rows = fitted ? m_.training : view_.rows;
-    const std::size_t c = channel_of(candidate, less, rows);
-    return {&rows.channels()[c], errors_of(less, rows)[c], errors_of(m_.written, rows)[c]};
+    const std::vector<double> before_fitted = errors_of(less, m_.training);
+    const std::size_t c = channel_of(candidate, before_fitted, rows);
+    const bool same = &rows == &m_.training;
+    return {&rows.channels()[c], same ? before_fitted[c] : errors_of(less, rows)[c],
+            (same ? fitted_after_ : shown_after_)[c]};
   }
 
   /// Of its own joint where that shows it: what it takes there is what is said of it.
-  [[nodiscard]] std::size_t channel_of(const Candidate& candidate, const Model& less,
+  [[nodiscard]] std::size_t channel_of(const Candidate& candidate,
+                                       const std::vector<double>& before,
                                        const Likelihood& shown) const {
-    const std::vector<double> before = errors_of(less, m_.training);
-    const std::vector<double> after = errors_of(m_.written, m_.training);
     std::size_t most = 0;
     double greatest = -1e300;
     for (const bool own_joint : {true, false}) {
       for (std::size_t c = 0; c < before.size(); ++c) {
         const Channel& channel = m_.training.channels()[c];
-        const double floors =
-            (before[c] * before[c] - after[c] * after[c]) / std::pow(channel.floor, 2);
+        const double floors = (before[c] * before[c] - fitted_after_[c] * fitted_after_[c]) /
+                              std::pow(channel.floor, 2);
         if ((own_joint && channel.joint != candidate.joint) || !(floors > greatest)) continue;
-        if (!any_rows(shown.channels()[c])) continue;
+        if (used_row_count(shown.channels()[c]) == 0) continue;
         greatest = floors;
         most = c;
       }
@@ -289,6 +289,9 @@ class ReportedEffects {
   const View& view_;
   std::vector<Estimate> numbers_;
   std::map<std::size_t, std::vector<Estimate>> effects_;
+  /// What the written model leaves of the rows that were fitted and, where they are others, of
+  /// those of the view.
+  std::vector<double> fitted_after_, shown_after_;
 };
 
 }  // namespace

@@ -57,12 +57,6 @@ Interval band_of(const Likelihood& fitted) {
   return {1.0 / longest_s, highest_hz};
 }
 
-std::size_t rows_in(const Channel& channel) {
-  std::size_t rows = 0;
-  for (const auto& used : channel.used) rows += used.size();
-  return rows;
-}
-
 /// The channel with all recorded rows, those at rest as well.
 Channel with_rest(const Channel& channel, const std::vector<Track>& tracks) {
   Channel out = channel;
@@ -85,7 +79,7 @@ void add_motion(const Channel& channel, const Likelihood& fitted, const physics:
                 LookedAt& out) {
   const Circumstances circumstances = circumstances_of(channel, fitted, given);
   const Channel all = with_rest(channel, fitted.tracks());
-  if (rows_in(all) == 0) return;
+  if (used_row_count(all) == 0) return;
   for (const Circumstance& c : circumstances.own) {
     if (c.name == "position") {
       out.position = range_of(all, c);
@@ -110,8 +104,8 @@ LookedAt looked_at(const Channel& channel, const Channel* held_out, const Likeli
   LookedAt out;
   out.joint = joint.name;
   out.stage = stage_of(channel);
-  out.held_out_rows = held_out != nullptr ? rows_in(*held_out) : 0;
-  out.rows = rows_in(channel) + out.held_out_rows;
+  out.held_out_rows = held_out != nullptr ? used_row_count(*held_out) : 0;
+  out.rows = used_row_count(channel) + out.held_out_rows;
   out.band_hz = band_of(fitted);
   out.position_unit = position_unit_of(joint);
   out.effort_unit = effort_unit_of(joint);
@@ -157,7 +151,7 @@ void add_silent(const Likelihood& fitted, const Likelihood* shown, const Channel
                                   what_it_lacks(*all[r], all, joint)));
   }
   const Channel* held_out = same_channel(channel, shown);
-  if (shown != nullptr && (held_out == nullptr || rows_in(*held_out) == 0))
+  if (shown != nullptr && (held_out == nullptr || used_row_count(*held_out) == 0))
     notes.push_back(
         fmt::format("no held-out row shows {}, so that no figure stands for it", where));
 }
@@ -220,15 +214,17 @@ std::string why_not(const Likelihood& fitted, std::size_t joint, std::string_vie
 void add_looked_at(const Likelihood& fitted, const Likelihood* held_out,
                    const physics::Plant& given, Report& report) {
   for (const Channel& channel : fitted.channels())
-    if (rows_in(channel) > 0)
+    if (used_row_count(channel) > 0)
       report.looked_at.push_back(
           looked_at(channel, same_channel(channel, held_out), fitted, given));
   constexpr std::array<std::string_view, 3> kStages = {"command", "drive", "transmission"};
   for (std::size_t j = 0; j < given.joints.size(); ++j) {
     const std::string& name = given.joints[j].name;
     for (const std::string_view stage : kStages) {
-      const NotLookedAt out{name, std::string(stage), why_not(fitted, j, stage)};
-      if (!at_place_of(out, report.looked_at)) report.not_looked_at.push_back(out);
+      NotLookedAt out{name, std::string(stage), {}};
+      if (at_place_of(out, report.looked_at)) continue;
+      out.because = why_not(fitted, j, stage);
+      report.not_looked_at.push_back(std::move(out));
     }
   }
 }

@@ -59,10 +59,14 @@ View view_of(const physics::Plant& given, const physics::Plant& improved, const 
   return view;
 }
 
+std::size_t used_row_count(const Channel& channel) {
+  std::size_t rows = 0;
+  for (const auto& used : channel.used) rows += used.size();
+  return rows;
+}
+
 VectorXd used_rows(const Channel& channel, const ByRecording& values) {
-  Index count = 0;
-  for (const auto& used : channel.used) count += static_cast<Index>(used.size());
-  VectorXd out(count);
+  VectorXd out(static_cast<Index>(used_row_count(channel)));
   Index at = 0;
   for (std::size_t r = 0; r < values.size(); ++r) {
     const auto size = static_cast<Index>(channel.used[r].size());

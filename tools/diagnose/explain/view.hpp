@@ -43,6 +43,8 @@ View view_of(const physics::Plant& given, const physics::Plant& improved, const 
 /// Takes off the mean over the used rows of each recording; their RMS, none without used rows.
 std::optional<double> take_constants(const Channel& channel, ByRecording& residuals);
 
+/// Of all recordings.
+std::size_t used_row_count(const Channel& channel);
 /// Used rows of one channel, recordings one after the other.
 Eigen::VectorXd used_rows(const Channel& channel, const ByRecording& values);
 /// Root of their mean square; 0 without any.

@@ -43,10 +43,9 @@ class Effects {
 
   void of_position() {
     const double position = s_.position;
-    if (lacks("homing_offset")) {
-      add({signed_size("homing_offset", "offset", 1e-3 * position, Reaches::kCable)});
-      out_.back().constant = true;
-    }
+    if (lacks("homing_offset"))
+      add({signed_size("homing_offset", "offset", 1e-3 * position, Reaches::kCable)}).constant =
+          true;
     if (lacks("gain_error")) add({signed_size("gain_error", "ratio", 4e-3, Reaches::kCable)});
     couplings();
     if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 namespace ravencal::diagnose {
+
 Setter in_plant(std::size_t joint, std::string effect, std::string parameter, std::string from) {
   return [joint, effect = std::move(effect), parameter = std::move(parameter),
           from = std::move(from)](State& state, double value) {
