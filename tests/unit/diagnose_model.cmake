@@ -14,3 +14,7 @@ ravencal_test(NAME diagnose_tracks_test
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
   LIBS ravencal_diagnose fmt::fmt LABELS unit)
 target_include_directories(diagnose_tracks_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
+ravencal_test(NAME diagnose_stretches_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_stretches_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
+  LIBS ravencal_diagnose LABELS unit)
+target_include_directories(diagnose_stretches_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})

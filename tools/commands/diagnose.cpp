@@ -224,6 +224,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->add_option("--held-out-from", arguments->options.held_out_from_s,
                    "Hold out each recording from this time on, s")
       ->check(cli::not_negative());
+  command->add_flag("--all-rows", arguments->options.all_rows,
+                    "Fit every row of long recordings, not only four minutes of three joints in "
+                    "the stretches that move most");
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")
       ->check(CLI::Range(1e-4, 0.5))
       ->capture_default_str();

@@ -11,6 +11,7 @@
 #include "diagnose/explain/view.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/search/search.hpp"
+#include "diagnose/track/stretches.hpp"
 #include "diagnose/track/tracks.hpp"
 
 namespace ravencal::diagnose {
@@ -21,6 +22,8 @@ using record::Recording;
 /// Shares of the work: the search, and the placebos after it.
 constexpr double kSearched = 0.4;
 constexpr double kAllPlacebos = 0.55;
+/// A search tries about so many models; how many, nobody knows beforehand.
+constexpr double kUsualModels = 30.0;
 
 /// Tells whoever looks how much is done, and whether to go on.
 class Progress {
@@ -61,6 +64,7 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
     RAVENCAL_RETURN_IF_ERROR(compare_with_simulation(options.simulated, training, held_out, plant,
                                                      options.held_out_from_s, tracks));
   }
+  if (!options.all_rows) keep_moving_stretches(tracks.training, tracks.notes);
   Likelihood fitted(plant, std::move(tracks.training));
   if (fitted.rows() == 0) {
     return core::data_error(fmt::format(
@@ -78,7 +82,11 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   Vocabulary vocabulary = vocabulary_of(plant, fitted, elsewhere);
   Progress progress(options);
   Search search(fitted, elsewhere, vocabulary, options.alpha, options.seed);
-  search.run([&] { return progress.go_on(0.5 * kSearched, "models"); });
+  double tried = 0.0;
+  search.run([&] {
+    tried += 1.0;
+    return progress.go_on(kSearched * tried / (tried + kUsualModels), "models");
+  });
   RAVENCAL_RETURN_IF_ERROR(progress.status());
   if (elsewhere != nullptr) elsewhere->take_noise(fitted);
 

@@ -19,6 +19,7 @@ namespace ravencal::diagnose {
 
 struct Options {
   std::optional<double> held_out_from_s{};  ///< rows from here on (of each recording) are held out
+  bool all_rows = false;                    ///< of long recordings as well
   double alpha = 0.02;                      ///< chance of any false name in the whole report
   std::uint64_t seed = 1;
   /// Another simulator's recordings, one per recording, held-out ones last: the baseline instead of

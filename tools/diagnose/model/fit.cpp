@@ -20,6 +20,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kIterations = 8;
+/// Where bounds hold a step back, so many shorter ones are tried.
+constexpr int kShorterSteps = 4;
 /// A step that gains less of the loss is the last one.
 constexpr double kLeastFitGain = 0.3;
 
@@ -140,6 +142,9 @@ void fit(const Likelihood& likelihood, Model& model) {
   options.max_num_iterations = kIterations;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.function_tolerance = 0.5 * kLeastFitGain / std::max(cost, kLeastFitGain);
+  // Cubic interpolation takes a Jacobian at every step that is tried.
+  options.line_search_interpolation_type = ceres::QUADRATIC;
+  options.max_num_line_search_step_size_iterations = kShorterSteps;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
