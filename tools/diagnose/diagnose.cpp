@@ -102,6 +102,7 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   add_held_out(view, first_recording, report);
   const Growth growth = growth_of(models);
   add_free_run(view, growth.refitted, report);
+  add_two_estimates(models, report);
   add_error_left(view, report);
   add_not_found(models, report);
   add_candidates(models, options.seed, report);

@@ -53,6 +53,11 @@ physics::Plant plant_of(const Model& model, const Likelihood& training);
 /// moved within their tolerance. `rows`: those of the view.
 void add_effects(const Models& models, const View& view, Report& report);
 
+/// Every fitted number and effect of a drive that its free run tells, by equation error and by free
+/// run, and a note where the two differ by more than they are uncertain by: the model's laws are
+/// then not the robot's, whatever the values.
+void add_two_estimates(const Models& models, Report& report);
+
 /// Which way each cable runs that other joints move, and a note of each of which the plant does not
 /// say it.
 void add_routings(const Models& models, Report& report);

@@ -197,6 +197,17 @@ struct Drift {
   double after = 0.0;      ///< of the improved plant
 };
 
+/// One number of a drive by two estimators: equation error, which compares efforts along the
+/// recorded motion, and free run, which compares motions under the recorded effort.
+struct TwoEstimates {
+  std::string joint, id, parameter, unit;
+  double equation_error = 0.0;
+  Interval equation_error_ci95{0.0, 0.0};
+  double free_run = 0.0;
+  Interval free_run_ci95{0.0, 0.0};
+  bool agree = true;  ///< within what both are uncertain by
+};
+
 /// A recording that was diagnosed.
 struct SeenRecording {
   std::string name;  ///< of its file
@@ -240,6 +251,7 @@ struct Report {
   std::vector<NamedEffect> effects;
   std::vector<HeldOut> held_out;
   std::vector<Drift> drift;
+  std::vector<TwoEstimates> two_estimates;
   std::vector<ErrorLeft> left;  ///< of each channel that was looked at as a whole
   std::vector<Unexplained> unexplained;
   std::vector<NotFound> not_found;

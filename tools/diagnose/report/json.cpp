@@ -41,6 +41,8 @@ static RAVENCAL_JSON_MEMBERS(CombinedParameter, id, name, power, relative_deviat
 static RAVENCAL_JSON_MEMBERS(Combination, joint, stage, parameters, value, ci95);
 static RAVENCAL_JSON_MEMBERS(RecordingFigure, recording, before, after);
 static RAVENCAL_JSON_MEMBERS(Drift, joint, unit, horizon_s, before, refitted, after);
+static RAVENCAL_JSON_MEMBERS(TwoEstimates, joint, id, parameter, unit, equation_error,
+                             equation_error_ci95, free_run, free_run_ci95, agree);
 static RAVENCAL_JSON_MEMBERS(SeenRecording, name, held_out, duration_s);
 static RAVENCAL_JSON_MEMBERS(Unexplained, joint, stage, share_of_excess, size, unit, depends_on);
 static RAVENCAL_JSON_MEMBERS(WaterfallStep, step, rmse);
@@ -207,6 +209,7 @@ Json report_document(const Report& report) {
                {"kept_without_name", Json::array()},
                {"held_out", report.held_out},
                {"drift", report.drift},
+               {"two_estimates", report.two_estimates},
                {"error_left", report.left},
                {"unexplained", report.unexplained},
                {"not_found", report.not_found},

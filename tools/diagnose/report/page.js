@@ -210,6 +210,13 @@ function drift() {
       worse_if(d.after > d.before, quantity(d.after, d.unit))]));
 }
 
+function two_estimates() {
+  const value = (at, interval, unit) => `${quantity(at, unit)} ${interval_text(interval, unit)}`;
+  return table(["joint", "number", "by its efforts", "by its motion alone", "agree"], report.two_estimates.map((e) =>
+    [e.joint, `${e.id} ${e.parameter}`, value(e.equation_error, e.equation_error_ci95, e.unit), value(e.free_run, e.free_run_ci95, e.unit),
+      worse_if(!e.agree, e.agree ? "yes" : "no: a law is missing")]));
+}
+
 function error_left() {
   const rows = report.error_left.map((e) => {
     const measured = e.measured_by !== "none";
@@ -315,6 +322,7 @@ show_page(
       folded("The verdict in full", element("p", report.verdict.text)),
       folded("Every figure on unseen motion", held_out_table()),
       report.drift.length ? folded("Drift of each drive on its own, by the length of the run", drift()) : "",
+      report.two_estimates.length ? folded("Numbers of the drives by two estimators", two_estimates()) : "",
       folded("What is left of the error", ...error_left()),
       folded("Where the plant and the recordings part", mismatch()),
       report.channels.map((channel) => folded(place(channel), channel_charts(channel))),
