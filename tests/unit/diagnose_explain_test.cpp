@@ -191,6 +191,24 @@ TEST(DiagnoseExplain, NamesTheLimitOfADriveThatWasAskedForMore) {
   EXPECT_LT(effect->held_out_after, 0.5 * effect->held_out_before);
 }
 
+/// No robot was ever asked for more than its DAC can say.
+TEST(DiagnoseExplain, LetsALawAskForNoMoreThanItsDac) {
+  physics::Plant plant = servoed_plant();
+  const record::Recording recording = servoed(plant, recording_of(plant, 1), 1.0);
+  const double most_n_m = recording.samples.col(1).cwiseAbs().maxCoeff();
+  const auto asked_n_m = [&](double dac_limit_n_m) {
+    plant.joints[0].drive.dac_counts_per_n_m = 1000.0;
+    plant.joints[0].controller->dac_limit_counts = 1000.0 * dac_limit_n_m;
+    auto tracks = make_tracks({recording}, {}, plant, {});
+    EXPECT_TRUE(tracks.ok()) << (tracks.ok() ? "" : tracks.error().message);
+    const Likelihood rows(plant, std::move(tracks->training));
+    const double to_joint = plant.joints[0].reduction / plant.joints[0].gearbox_ratio;
+    return rows.outcome(rows.base()).commands[0][0].cwiseAbs().maxCoeff() / to_joint;
+  };
+  EXPECT_GT(asked_n_m(10.0 * most_n_m), 0.9 * most_n_m);
+  EXPECT_NEAR(asked_n_m(0.5 * most_n_m), 0.5 * most_n_m, 1e-9);
+}
+
 /// The gain of a servo is a setting: where it differs between recordings the plant's law made none
 /// of them, and nothing is concluded from it.
 TEST(DiagnoseExplain, ComparesNoLawWhoseGainDiffersBetweenRecordings) {

@@ -229,7 +229,7 @@ TEST(ImprovedText, HasInCommentsWhatNoPlantMayHave) {
   EXPECT_EQ(*read, *plant);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sessions, TwinAsItsPlant, ::testing::Values(1, 3, 5));
+INSTANTIATE_TEST_SUITE_P(Sessions, TwinAsItsPlant, ::testing::Values(1, 3, 5, 14));
 
 INSTANTIATE_TEST_SUITE_P(
     Plants, Improved,

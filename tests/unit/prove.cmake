@@ -9,3 +9,6 @@ ravencal_test(NAME prove_proof_test
           ${CMAKE_CURRENT_LIST_DIR}/prove_others_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/prove_reliability_test.cpp
   LIBS ravencal_prove fmt::fmt nlohmann_json::nlohmann_json LABELS unit SLOW)
+ravencal_test(NAME prove_controls_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/prove_controls_test.cpp
+  LIBS ravencal_prove_generator ravencal_diagnose LABELS unit SLOW)

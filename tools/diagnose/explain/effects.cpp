@@ -73,6 +73,7 @@ class ReportedEffects {
   [[nodiscard]] std::vector<double> errors_of(const Model& model, const Likelihood& rows) const {
     State state = rows.base();
     state.plant = plant_of(model, m_.training);
+    take_laws(model.state_for(m_.training), state);
     for (const auto& [c, parameters] : model.effects)
       for (const Parameter& p : parameters)
         if (p.shape || (p.recording && &rows == &m_.training)) p.apply(state);

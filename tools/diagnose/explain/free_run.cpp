@@ -13,40 +13,14 @@
 namespace ravencal::diagnose {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 constexpr double kWindowS = 1.0;
 constexpr double kHorizonsS[] = {0.5, kWindowS, 2.0, 5.0};
-
-/// No plant states whether its controller's damping knows of the desired velocity: the recorded
-/// effort says which of the two it is.
-bool damps_velocity_error(const physics::ServoLaw& law, const Likelihood& rows, std::size_t joint) {
-  double with = 0.0, without = 0.0;
-  for (const Track& track : rows.tracks()) {
-    const JointTrack& recorded = track.joints[joint];
-    if (recorded.desired.size() == 0 || recorded.effort.size() == 0) continue;
-    const VectorXd& position = track.forced.motors[joint].q;
-    const VectorXd velocity = velocity_of(track, position);
-    const VectorXd desired_velocity = velocity_of(track, recorded.desired);
-    for (Index i = 0; i < track.rows(); ++i) {
-      const double left =
-          recorded.effort[i] - law.effort(recorded.desired[i] - position[i], velocity[i]);
-      const double known = law.rate * desired_velocity[i];
-      if (!std::isfinite(left + known) || track.lost[joint][static_cast<std::size_t>(i)] != 0)
-        continue;
-      without += left * left;
-      with += (left - known) * (left - known);
-    }
-  }
-  return with < without;
-}
 
 std::optional<physics::ServoLaw> law_of(const physics::Plant& plant, const Likelihood& rows,
                                         std::size_t joint) {
   auto law = physics::servo_law(plant.joints[joint]);
   if (!law || law->position <= 0.0) return std::nullopt;
-  if (damps_velocity_error(*law, rows, joint)) law->desired_rate = law->rate;
+  law->desired_rate = rows.base().laws[joint].desired_rate * law->rate;
   return law;
 }
 

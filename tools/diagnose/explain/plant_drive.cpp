@@ -25,19 +25,7 @@ constexpr double kFarOff = 1e3;
 constexpr double kBristleDeviations = 6.0;
 constexpr double kBristleShareOfRange = 5e-4;
 
-/// DriveState::bristle along the recorded motion.
-VectorXd bristle_along(const Track& track, const VectorXd& position, double presliding) {
-  VectorXd bristle = VectorXd::Zero(position.size());
-  for (Index i = 1; i < position.size(); ++i) {
-    if (track.forced.fresh[static_cast<std::size_t>(i)] != 0) continue;
-    const double moved = (position[i] - position[i - 1]) / presliding;
-    bristle[i] = (bristle[i - 1] + moved) / (1.0 + std::abs(moved));
-  }
-  return bristle;
-}
-
-}  // namespace
-
+/// Central differences; where an episode starts the slope of the parabola through its first rows.
 VectorXd velocity_of(const Track& track, const VectorXd& position) {
   VectorXd velocity = VectorXd::Zero(position.size());
   const auto episode_starts = [&](Index i) {
@@ -54,6 +42,19 @@ VectorXd velocity_of(const Track& track, const VectorXd& position) {
   }
   return velocity;
 }
+
+/// DriveState::bristle along the recorded motion.
+VectorXd bristle_along(const Track& track, const VectorXd& position, double presliding) {
+  VectorXd bristle = VectorXd::Zero(position.size());
+  for (Index i = 1; i < position.size(); ++i) {
+    if (track.forced.fresh[static_cast<std::size_t>(i)] != 0) continue;
+    const double moved = (position[i] - position[i - 1]) / presliding;
+    bristle[i] = (bristle[i - 1] + moved) / (1.0 + std::abs(moved));
+  }
+  return bristle;
+}
+
+}  // namespace
 
 PlantDrive::PlantDrive(const physics::Plant& plant, const Likelihood& rows, std::size_t joint)
     : plant_(plant), rows_(rows), joint_(joint) {

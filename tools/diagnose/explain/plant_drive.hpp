@@ -62,7 +62,4 @@ class PlantDrive {
   physics::RunningDrive drive_;
 };
 
-/// Central differences; where an episode starts the slope of the parabola through its first rows.
-Eigen::VectorXd velocity_of(const Track& track, const Eigen::VectorXd& position);
-
 }  // namespace ravencal::diagnose

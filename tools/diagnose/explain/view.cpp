@@ -36,9 +36,15 @@ Left left_by(const State& state, const Likelihood& rows) {
   return left;
 }
 
+void take_laws(const State& recorder, State& state) {
+  state.laws = recorder.laws;
+  for (LawCircumstances& law : state.laws) law.saturated = 1.0;
+}
+
 View view_of(const physics::Plant& given, const physics::Plant& improved, const Likelihood& rows,
              bool held_out, const State* recorder) {
   State state = rows.base();
+  if (recorder != nullptr) take_laws(*recorder, state);
   Left before = left_by(state, rows);
   state.plant = improved;
   Left after = left_by(state, rows);

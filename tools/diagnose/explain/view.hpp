@@ -24,6 +24,9 @@ struct Left {
 
 Left left_by(const State& state, const Likelihood& rows);
 
+/// What commands have beside a plant's controller; a limit that the plant has keeps back the whole.
+void take_laws(const State& recorder, State& state);
+
 struct View {
   const physics::Plant& given;
   const physics::Plant& improved;

@@ -60,6 +60,10 @@ inline constexpr double kLeastBesideOthers = 0.12;
 inline constexpr double kLeastSize_z = 2.5;
 /// The same of a jump, beyond the 3.5 that some thousand moments give by chance.
 inline constexpr double kLeastJumpSize_z = 6.0;
+/// The same of a limit: efforts above it are flat to a twelfth. Greatest efforts are also those at
+/// which friction was greatest, which looks like a limit of 5 to 10 deviations in trials; limits
+/// have 20 and more.
+inline constexpr double kLeastPresence_z = 12.0;
 /// Deviations of its prior that a wrong number is off at least.
 inline constexpr double kWrongBy = 2.5;
 /// Share of what a candidate changes that no parameter of the model can change, from which on it is

@@ -8,7 +8,6 @@
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/track/filter.hpp"
 #include "physics/predict/smoother.hpp"
-#include "physics/servo_law.hpp"
 
 namespace ravencal::diagnose {
 
@@ -72,29 +71,11 @@ Likelihood::Likelihood(const physics::Plant& plant, std::vector<Track> tracks,
   move_links(base_);
   for (const physics::Predictor& predictor : predictors_)
     by_plant_.push_back(predictor.predict(plant_));
+  for (std::size_t j = 0; j < plant_.joints.size(); ++j) settle_law(j);
   add_channels(like);
   for (Track& track : tracks_)
     for (JointTrack& joint : track.joints) joint.desired = physics::without_gaps(joint.desired);
   lay_out();
-}
-
-bool Likelihood::law_made_the_commands(std::size_t joint) const {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (std::size_t r = 0; r < tracks_.size(); ++r) {
-    const VectorXd command = command_of(base_, r, joint);
-    const VectorXd& effort = tracks_[r].joints[joint].effort;
-    if (command.size() == 0 || effort.size() == 0) continue;
-    VectorXd recorded = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
-    VectorXd asked = tent(physics::without_gaps(command), tracks_[r].tent_rows);
-    for (Index i = 0; i < recorded.size(); ++i)
-      if (tracks_[r].lost[joint][static_cast<std::size_t>(i)] != 0) recorded[i] = asked[i] = 0.0;
-    const double gain = asked.dot(recorded) / std::max(1e-300, asked.squaredNorm());
-    const double left = (recorded - gain * asked).squaredNorm();
-    if (!(left <= (1.0 - kLeastExplained) * recorded.squaredNorm())) return false;
-    least = std::min(least, gain);
-    most = std::max(most, gain);
-  }
-  return most > 0.0 && most <= kMostGainRatio * least;
 }
 
 void Likelihood::add_channels(const Likelihood* like) {
@@ -194,21 +175,6 @@ std::size_t Likelihood::add_shape(std::size_t channel, const ShapeFunction& func
     shape.column.push_back(tent(function(tracks_[r], by_plant_[r]), tracks_[r].tent_rows));
   shapes_.push_back(std::move(shape));
   return shapes_.size() - 1;
-}
-
-VectorXd Likelihood::command_of(const State& state, std::size_t recording,
-                                std::size_t joint) const {
-  const Track& track = tracks_[recording];
-  const VectorXd& desired = track.joints[joint].desired;
-  const auto law = physics::servo_law(state.plant.joints[joint]);
-  if (!law || desired.size() == 0) return {};
-  const physics::Motion& motor = track.forced.motors[joint];
-  const LawCircumstances& seen = state.laws[joint];
-  VectorXd command =
-      law->position * (desired - motor.q) +
-      law->rate * (seen.desired_rate * first_difference(desired, track.period_s) - motor.v);
-  if (seen.age_s != 0.0) command -= seen.age_s * first_difference(command, track.period_s);
-  return command;
 }
 
 Outcome Likelihood::outcome(const State& state) const {

@@ -117,6 +117,9 @@ class Likelihood {
 
  private:
   void add_channels(const Likelihood* like);
+  /// No plant states whether its controller's damping knows of the desired velocity: the recorded
+  /// effort says which of the two it is.
+  void settle_law(std::size_t joint);
   /// Whether the plant's law, but for one gain, made what the recordings hold as efforts where the
   /// drive was on.
   [[nodiscard]] bool law_made_the_commands(std::size_t joint) const;

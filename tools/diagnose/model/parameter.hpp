@@ -68,7 +68,8 @@ struct Parameter {
   /// Not fitted: a moment or an order that was searched for, a number that stays the plant's.
   bool held = false;
   bool in_plant = true;  ///< else the recordings have it, and no plant
-  bool said = true;      ///< else no report names it
+  /// Else it is a form or a switch, of which no report gives the value.
+  bool said = true;
 
   std::function<void(State&, double value)> set;
 

@@ -204,8 +204,10 @@ void Search::try_without(const Key& key) {
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
   if (added.is_presence() && acting_size(with_it, candidate) < kLeastActingSize) return true;
-  const double least_z = added.kind == CandidateKind::kJump ? kLeastJumpSize_z : kLeastSize_z;
-  if (!added.is_presence() && size_z(with_it, candidate) < least_z) return true;
+  const double least_z = added.is_presence()                  ? kLeastPresence_z
+                         : added.kind == CandidateKind::kJump ? kLeastJumpSize_z
+                                                              : kLeastSize_z;
+  if (size_z(with_it, candidate) < least_z) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;

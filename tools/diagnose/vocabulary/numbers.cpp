@@ -17,8 +17,8 @@ using physics::JointCircumstances;
 /// Bounds of a plant's number, in deviations.
 constexpr double kBound = 2.7;
 constexpr double kHomedBound = 20.0;
-/// Numbers of a simulation's form, which no plant is held to: presliding behind a cable, of a drive
-/// whose plant states none, and the damping of bristles. Deviations of the logarithm.
+/// Numbers of a simulation's form: presliding, of a drive whose plant states none, and the damping
+/// of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
 constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
@@ -89,7 +89,7 @@ class Numbers {
     for (const char* part : {"level_difference", "damping_difference"})
       signed_number("asymmetric_friction", part, Reaches::kDrive);
     signed_number("torque_ripple", "amplitude", Reaches::kDrive);
-    of_plant("presliding", "displacement", Reaches::kDrive);
+    presliding();
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
     bounded(recorded("effort", "late", 1.0, kDelayS, Reaches::kDrive,
@@ -137,7 +137,7 @@ class Numbers {
       };
       out_.push_back(std::move(p));
     };
-    seen("desired_rate", 1.0, kDesiredRateDeviation, &LawCircumstances::desired_rate);
+    seen("desired_rate", s_.desired_rate, kDesiredRateDeviation, &LawCircumstances::desired_rate);
     seen("age", 0.0, kDelayS, &LawCircumstances::age_s);
   }
 
@@ -207,7 +207,9 @@ class Numbers {
             Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value <= 0.0) return;
-    out_.push_back(logarithmic(effect, parameter, value, deviation, reaches));
+    Parameter p = logarithmic(effect, parameter, value, deviation, reaches);
+    p.said = false;
+    out_.push_back(std::move(p));
   }
 
   void either_sign(const std::string& effect, const std::string& parameter, double scale,
@@ -224,11 +226,24 @@ class Numbers {
     either_sign(effect, parameter, std::abs(value), deviation(effect, parameter), reaches);
   }
 
+  /// Rows that pass a turn at once hold it to no more than its form.
+  void presliding() {
+    const double value = joint_.parameter("presliding", "displacement");
+    if (value <= 0.0) return;
+    Parameter p = logarithmic("presliding", "displacement", value,
+                              std::hypot(deviation("presliding", "displacement"), kPreslidingForm),
+                              Reaches::kDrive);
+    p.said = false;
+    bounded(std::move(p));
+  }
+
   void unstated_presliding() {
     const double value =
         s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
-    out_.push_back(
-        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive));
+    Parameter p =
+        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
+    p.said = false;
+    out_.push_back(std::move(p));
   }
 
   const physics::Plant& plant_;

@@ -42,6 +42,7 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
   const physics::Joint& joint = plant.joints[j];
   Scales s;
   s.joint = j;
+  s.desired_rate = training.base().laws[j].desired_rate;
   s.prismatic = joint.kind == physics::JointKind::kPrismatic;
   for (const Channel& channel : training.channels()) {
     if (channel.joint != j) continue;

@@ -38,6 +38,7 @@ struct Scales {
   double weight_load = 0.0;      ///< greatest effort of the links
   double greatest_effort = 0.0;  ///< that was recorded
   double length_s = 1.0;         ///< of the longest recording
+  double desired_rate = 1.0;     ///< as LawCircumstances has it
   double quantum = 0.0;          ///< of the external encoder
   std::vector<LoadScale> loads{};
 };
