@@ -168,14 +168,15 @@ record::Recording servoed(const physics::Plant& plant, record::Recording r, doub
 /// limit there.
 TEST(DiagnoseExplain, NamesTheLimitOfADriveThatWasAskedForMore) {
   const physics::Plant plant = servoed_plant();
-  constexpr double kAsked_n_m = 4.0;
   const double to_joint = plant.joints[0].reduction / plant.joints[0].gearbox_ratio;
   const double most_n_m = to_joint * recording_of(plant, 1).samples.col(1).maxCoeff();
   const double delivered_n_m = 0.8 * most_n_m;
   const auto limited = [&](unsigned seed) {
     record::Recording r = recording_of(plant, seed);
-    for (double& effort : r.samples.col(1))
-      if (effort * to_joint > delivered_n_m) effort = kAsked_n_m / to_joint;
+    for (Index i = 0; i < r.rows(); ++i) {
+      const double asked_n_m = most_n_m * (1.5 + 0.5 * std::sin(0.1 * static_cast<double>(i)));
+      if (r.samples(i, 1) * to_joint > delivered_n_m) r.samples(i, 1) = asked_n_m / to_joint;
+    }
     return servoed(plant, std::move(r), 1.0);
   };
   const auto explained = diagnose({limited(1)}, {limited(2)}, plant, {});
