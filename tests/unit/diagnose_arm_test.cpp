@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Recovery{"delay", {.delay_s = 0.025}, 0.025, "", "inertia_error beside it"},
                       Recovery{"eccentricity", {.run_out_rad = 0.0021}, 0.0021, ""},
                       Recovery{"slip", {.slip_rad = 0.0035}, 0.0035, ""},
-                      Recovery{"lost_counts", {.lost_rad = 0.0035}, -0.0035, "", "said as a slip"},
+                      Recovery{"lost_counts", {.lost_rad = 0.0035}, -0.0035, ""},
                       Recovery{"homing_offset", {.offset_rad = 0.02}, 0.02, ""},
                       Recovery{"coulomb_friction", {}, 2.5, "coulomb_friction"},
                       Recovery{"payload", {.payload_kg = 0.4}, 0.0, ""}),
@@ -127,6 +127,19 @@ TEST(DiagnoseArm, DoesNotTellALoadOfTheLinksOwnSizeFromAHeavierLink) {
   ASSERT_EQ(report.effects.size(), 1U) << names_in(report);
   EXPECT_TRUE(says(report.effects.front(), "payload")) << names_in(report);
   EXPECT_TRUE(says(report.effects.front(), "gravity")) << names_in(report);
+}
+
+TEST(DiagnoseArm, DoesNotTellTheWeightOfALinkThatHasNoneInThePlantFromAPayload) {
+  std::string text = generator::arm_plant();
+  text.replace(text.find("mass_kg = 0.6"), 13, "mass_kg = 0.0");
+  const auto plant = physics::parse_plant(text, "weightless");
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  const auto found = diagnose::diagnose({generator::record_arm({}, {.seed = 11, .deviation = 0.0})},
+                                        {}, plant.value(), {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->effects.size(), 1U) << names_in(*found);
+  EXPECT_TRUE(says(found->effects.front(), "payload")) << names_in(*found);
+  EXPECT_TRUE(says(found->effects.front(), "gravity")) << names_in(*found);
 }
 
 /// Friction behind the cable that the joint's loop names loads the drive as well: one cause.

@@ -182,8 +182,12 @@ class ReportedEffects {
       held += share;
       effect.ambiguous_with.push_back(id);
     }
-    for (const std::string_view id : words_for(candidate.id).look_alikes)
+    const EffectWords& words = words_for(candidate.id);
+    for (const std::string_view id : words.look_alikes)
       add_once(effect.ambiguous_with, std::string(id));
+    if (m_.given.joints.size() == 1)
+      for (const std::string_view id : words.look_alikes_on_one_joint)
+        add_once(effect.ambiguous_with, std::string(id));
     if (!effect.ambiguous_with.empty())
       effect.separate_by = experiment_that_parts(effect.id, effect.ambiguous_with);
   }

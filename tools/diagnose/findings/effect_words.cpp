@@ -22,6 +22,10 @@ constexpr std::string_view kRecordTheJump =
 /// A drive that is not fitted at rest has one constant for both.
 constexpr std::array<std::string_view, 1> kAsConstantEffort = {"effort_offset"};
 constexpr std::array<std::string_view, 1> kAsWeight = {"payload"};
+constexpr std::array<std::string_view, 1> kAsLink = {"gravity"};
+/// Motor and joint part by as much; only the servo's answer in that moment differs.
+constexpr std::array<std::string_view, 1> kAsSlip = {"slip"};
+constexpr std::array<std::string_view, 1> kAsLostCounts = {"lost_counts"};
 
 constexpr std::array<EffectWords, 31> kVocabulary = {{
     {.id = "homing_offset",
@@ -76,6 +80,7 @@ constexpr std::array<EffectWords, 31> kVocabulary = {{
      .abscissa = Abscissa::kTime,
      .probes = Probe::kHomings,
      .own_sentence = "the cable slips on its pulley",
+     .look_alikes = kAsLostCounts,
      .separate_by = kRecordTheJump},
     {.id = "coulomb_friction",
      .stage = kDrive,
@@ -159,6 +164,7 @@ constexpr std::array<EffectWords, 31> kVocabulary = {{
      .origin = Origin::kArmLoad,
      .probes = Probe::kLoaded | Probe::kWeighed,
      .own_sentence = "a weight hangs on the tool that the plant does not have",
+     .look_alikes_on_one_joint = kAsLink,
      .separate_by = "the same motion with the tool taken off, or with a known weight added",
      .on_tool = true},
     {.id = "flexible_mode",
@@ -179,6 +185,7 @@ constexpr std::array<EffectWords, 31> kVocabulary = {{
      .abscissa = Abscissa::kTime,
      .probes = Probe::kHomings,
      .own_sentence = "the encoder loses counts",
+     .look_alikes = kAsSlip,
      .separate_by = kRecordTheJump},
     {.id = "quantisation",
      .stage = kTransmission,

@@ -54,6 +54,8 @@ struct EffectWords {
   std::string_view own_sentence{};
   /// Ids that make the same shape in every recording, so that no likelihood parts them.
   std::span<const std::string_view> look_alikes{};
+  /// Those that only another joint would part.
+  std::span<const std::string_view> look_alikes_on_one_joint{};
   std::string_view separate_by{};  ///< the experiment that parts it from others
   bool on_tool = false;            ///< one for the arm, felt by every joint
 

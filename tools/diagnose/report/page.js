@@ -211,9 +211,9 @@ function drift() {
 }
 
 function two_estimates() {
-  const value = (at, interval, unit) => `${quantity(at, unit)} ${interval_text(interval, unit)}`;
-  return table(["joint", "number", "by its efforts", "by its motion alone", "agree"], report.two_estimates.map((e) =>
-    [e.joint, `${e.id} ${e.parameter}`, value(e.equation_error, e.equation_error_ci95, e.unit), value(e.free_run, e.free_run_ci95, e.unit),
+  const value = (at, interval, unit) => `${quantity(at, unit)} (${interval_text(interval, unit)})`;
+  return table(["joint", "number", "by its efforts (95 %)", "by its motion alone (95 %)", "agree"], report.two_estimates.map((e) =>
+    [e.joint, `${in_words(e.id)}, ${in_words(e.parameter)}`, value(e.equation_error, e.equation_error_ci95, e.unit), value(e.free_run, e.free_run_ci95, e.unit),
       worse_if(!e.agree, e.agree ? "yes" : "no: a law is missing")]));
 }
 
