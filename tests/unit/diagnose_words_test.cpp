@@ -10,6 +10,7 @@
 #include "diagnose/findings/effect_words.hpp"
 #include "diagnose/findings/experiments.hpp"
 #include "diagnose/findings/findings.hpp"
+#include "diagnose/findings/sides.hpp"
 #include "physics/effects/effect_spec.hpp"
 
 namespace ravencal::diagnose {
@@ -47,6 +48,27 @@ TEST(EffectWords, TakeTheSentenceOfThePlantsVocabularyWhereItHasOne) {
     EXPECT_TRUE(words_for(spec.id).own_sentence.empty()) << spec.id;
     EXPECT_EQ(words_for(spec.id).sentence(), spec.sentence);
   }
+}
+
+TEST(Sides, AreSaidAsFarAsTwoEncodersDecideThem) {
+  const auto gap = sides_of(words_for("backlash"), {.joint_seen = true, .geared = true});
+  ASSERT_TRUE(gap);
+  EXPECT_EQ(gap->encoder, "joint");
+  EXPECT_EQ(gap->gearbox, "undecided");
+  EXPECT_NE(gap->decided_by.find("hold the gearbox's output"), std::string::npos);
+  const auto direct = sides_of(words_for("backlash"), {.joint_seen = true});
+  EXPECT_EQ(direct->gearbox, "none");
+  EXPECT_TRUE(direct->decided_by.empty()) << direct->decided_by;
+}
+
+TEST(Sides, OfFrictionTakeACableThatItCouldStretch) {
+  const EffectWords& dry = words_for("coulomb_friction");
+  EXPECT_EQ(sides_of(dry, {.joint_seen = true, .yields = true})->encoder, "motor");
+  EXPECT_EQ(sides_of(dry, {.joint_seen = true})->encoder, "undecided");
+  const auto blind = sides_of(dry, {.yields = true});
+  EXPECT_EQ(blind->encoder, "undecided");
+  EXPECT_NE(blind->decided_by.find("record the joint"), std::string::npos);
+  EXPECT_FALSE(sides_of(words_for("delay"), {.joint_seen = true}));
 }
 
 TEST(Experiments, PartTwoEffectsOfWhichOneAnswers) {

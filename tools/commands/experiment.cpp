@@ -4,113 +4,41 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "commands/simulated_motion.hpp"
 #include "core/temporary_folder.hpp"
 #include "diagnose/diagnose.hpp"
+#include "diagnose/findings/quantiles.hpp"
+#include "physics/random_source.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
-#include "trajectory/trajectory.hpp"
 
 namespace ravencal::commands {
 namespace {
 
-using diagnose::Exercise;
 using diagnose::Suggestion;
-using Eigen::Vector3d;
-using trajectory::Trajectory;
 
-/// Straight to `to`, slowest joint at `speed` of its range per second.
-void move(Trajectory& t, const Vector3d& to, double speed) {
-  const trajectory::JointLimits limits = trajectory::default_limits();
-  const Vector3d share =
-      (to - t.joints_ji.back()).cwiseAbs().cwiseQuotient(limits.high_ji - limits.low_ji);
-  t.t_s.push_back(t.t_s.back() + std::max(0.02, share.maxCoeff() / speed));
-  t.joints_ji.push_back(to);
-}
-
-void hold(Trajectory& t, double seconds) {
-  t.t_s.push_back(t.t_s.back() + seconds);
-  t.joints_ji.push_back(t.joints_ji.back());
-}
-
-core::Result<Trajectory> zigzag(double speed) {
-  trajectory::ZigzagOptions options;
-  options.divisions = 2;
-  RAVENCAL_ASSIGN_OR_RETURN(Trajectory t, trajectory::make_zigzag(options));
-  for (double& time : t.t_s) time /= speed;
-  return t;
-}
-
-core::Result<Trajectory> trajectory_for(Exercise motion) {
-  const trajectory::JointLimits limits = trajectory::default_limits();
-  const Vector3d low = limits.low_ji;
-  const Vector3d span = limits.high_ji - limits.low_ji;
-  const Vector3d middle = low + 0.5 * span;
-  Trajectory t{{0.0}, {middle}};
-  switch (motion) {
-    case Exercise::kSpeeds: {
-      RAVENCAL_ASSIGN_OR_RETURN(Trajectory slow, zigzag(1.0 / 3.0));
-      RAVENCAL_ASSIGN_OR_RETURN(const Trajectory fast, zigzag(3.0));
-      move(slow, fast.joints_ji.front(), 0.1);
-      const double start_s = slow.t_s.back();
-      for (std::size_t i = 1; i < fast.t_s.size(); ++i) {
-        slow.t_s.push_back(start_s + fast.t_s[i]);
-        slow.joints_ji.push_back(fast.joints_ji[i]);
-      }
-      return slow;
-    }
-    case Exercise::kHolds:
-      for (const double at : {0.1, 0.9}) {
-        move(t, low + at * span, 0.1);
-        hold(t, 180.0);
-      }
-      return t;
-    case Exercise::kReversals:
-      for (const double at : {0.2, 0.5, 0.8}) {
-        for (const double width : {0.001, 0.005, 0.025, 0.12}) {
-          for (int k = 0; k < 10; ++k)
-            move(t, low + (at + (k % 2 == 0 ? 0.5 : -0.5) * width) * span, 0.02);
-        }
-      }
-      return t;
-    case Exercise::kOneByOne:
-      for (Eigen::Index j = 0; j < 3; ++j) {
-        for (int k = 0; k < 8; ++k) {
-          Vector3d to = middle;
-          to[j] = low[j] + (k % 2 == 0 ? 1.0 : 0.0) * span[j];
-          move(t, to, 0.1);
-        }
-        move(t, middle, 0.1);
-      }
-      return t;
-    case Exercise::kWholeRange:
-      for (int k = 0; k < 20; ++k) move(t, low + (k % 2 == 0 ? 1.0 : 0.0) * span, 0.05);
-      return t;
-    case Exercise::kLoaded:
-    case Exercise::kNone:
-      break;
-  }
-  return zigzag(1.0);
-}
+/// Of Exercise::kLoaded.
+constexpr double kTestWeight_kg = 0.5;
 
 /// One run of the twin, diagnosed with the nominal plant under the same load.
-core::Result<diagnose::Report> tried(Exercise motion, physics::Plant robot, physics::Plant nominal,
-                                     std::uint64_t seed, const std::function<bool()>& look) {
-  RAVENCAL_ASSIGN_OR_RETURN(const Trajectory motion_wanted, trajectory_for(motion));
-  if (motion == Exercise::kLoaded) {
-    robot.payload.mass_kg += 0.5;
-    nominal.payload.mass_kg += 0.5;
+core::Result<diagnose::Report> tried(const trajectory::Trajectory& motion, bool loaded,
+                                     physics::Plant robot, const Trial& trial, std::uint64_t seed) {
+  physics::Plant nominal = trial.nominal;
+  if (loaded) {
+    robot.payload.mass_kg += kTestWeight_kg;
+    nominal.payload.mass_kg += kTestWeight_kg;
   }
   RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
   const std::filesystem::path file = folder.path() / "twin.db";
   simulation::SessionOptions session;
   session.seed = seed;
   session.homing_seed = seed;
-  const auto summary = simulation::record_session(robot, motion_wanted, file, session,
-                                                  [&](double) { return look(); });
+  const auto summary = simulation::record_session(robot, motion, file, session,
+                                                  [&](double) { return trial.look(); });
   if (!summary.ok()) return summary.error();
   record::LoadOptions load;
   load.keep = [](const record::Channel& c) { return c.role != record::Role::kFeature; };
@@ -120,8 +48,29 @@ core::Result<diagnose::Report> tried(Exercise motion, physics::Plant robot, phys
     return core::Error{core::ErrorCode::kUsage, "stopped before the powers were predicted"};
   diagnose::Options options;
   options.seed = seed;
-  options.look = [&](double, std::string_view) { return look(); };
+  options.look = [&](double, std::string_view) { return trial.look(); };
   return diagnose::diagnose({*recording}, {}, nominal, options);
+}
+
+/// The plant with what was found moved within its intervals; a size keeps its sign.
+physics::Plant drawn(physics::Plant plant, const std::vector<Believed>& believed,
+                     std::uint64_t seed) {
+  physics::RandomSource random(seed);
+  for (const Believed& b : believed) {
+    for (physics::Joint& joint : plant.joints) {
+      for (physics::Effect& effect : joint.effects) {
+        if (joint.name != b.joint || effect.id != b.id) continue;
+        for (const diagnose::NamedParameter& p : b.parameters) {
+          const auto value = effect.parameters.find(p.name);
+          if (value == effect.parameters.end()) continue;
+          const double deviation = (p.ci95.second - p.ci95.first) / (2.0 * diagnose::kNormal95);
+          const double moved = value->second + deviation * random.normal();
+          if (moved * value->second > 0.0) value->second = moved;
+        }
+      }
+    }
+  }
+  return plant;
 }
 
 const diagnose::NamedEffect* named(const diagnose::Report& report, const Suggestion& s) {
@@ -144,26 +93,51 @@ bool is_testable(const diagnose::Report& report, const Suggestion& s) {
 
 }  // namespace
 
-bool can_try(const Suggestion& s, const physics::Plant& plant) {
-  return s.motion != Exercise::kNone && !s.ids.empty() && simulation_runs(plant);
+double PredictedPower::information_bits(double prior) const {
+  const auto entropy = [](double p) {
+    return p <= 0.0 || p >= 1.0 ? 0.0 : -p * std::log2(p) - (1.0 - p) * std::log2(1.0 - p);
+  };
+  const double there = (parted + 1.0) / (repetitions + 2.0);
+  const double absent = (named_anyway + 1.0) / (repetitions + 2.0);
+  return entropy(prior * there + (1.0 - prior) * absent) - prior * entropy(there) -
+         (1.0 - prior) * entropy(absent);
 }
 
-core::Result<PredictedPower> predict_power(const Suggestion& s, const physics::Plant& nominal,
-                                           const physics::Plant& improved, int repetitions,
-                                           std::uint64_t seed, const std::function<bool()>& look) {
+core::Result<std::vector<Believed>> believed_in(const std::string& report_json,
+                                                const std::string& source) {
+  try {
+    std::vector<Believed> out;
+    for (const auto& effect : nlohmann::json::parse(report_json).at("effects")) {
+      Believed b{effect.at("id"), effect.at("joint"), effect.value("probability", 1.0), {}};
+      for (const auto& p : effect.at("parameters"))
+        b.parameters.push_back({p.at("name"), p.at("value"), p.at("unit"), p.at("ci95")});
+      out.push_back(std::move(b));
+    }
+    return out;
+  } catch (const nlohmann::json::exception& error) {
+    return core::data_error(
+        fmt::format("{}: not a report of `ravencal diagnose`: {}", source, error.what()));
+  }
+}
+
+core::Result<PredictedPower> predict_power(const Suggestion& s,
+                                           const trajectory::Trajectory& motion,
+                                           const Trial& trial) {
+  const bool loaded = s.motion == diagnose::Exercise::kLoaded;
   PredictedPower power;
   power.with_effect = s.ids.size() > 1;
-  for (int r = 0; r < repetitions; ++r) {
-    const std::uint64_t own = seed + static_cast<std::uint64_t>(r);
-    RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report with,
-                              tried(s.motion, improved, nominal, own, look));
+  for (int r = 0; r < trial.repetitions; ++r) {
+    const std::uint64_t own = trial.seed + static_cast<std::uint64_t>(r);
+    RAVENCAL_ASSIGN_OR_RETURN(
+        const diagnose::Report with,
+        tried(motion, loaded, drawn(trial.improved, trial.believed, own), trial, own));
     const diagnose::NamedEffect* found = named(with, s);
     power.parted += found != nullptr && !is_tied(*found, s) ? 1 : 0;
     power.testable += is_testable(with, s) ? 1 : 0;
     ++power.repetitions;
     if (!power.with_effect) continue;
     RAVENCAL_ASSIGN_OR_RETURN(const diagnose::Report without,
-                              tried(s.motion, nominal, nominal, own + 1000, look));
+                              tried(motion, loaded, trial.nominal, trial, own + 1000));
     power.named_anyway += named(without, s) != nullptr ? 1 : 0;
   }
   return power;

@@ -8,8 +8,10 @@
 #include <functional>
 
 #include "core/result.hpp"
+#include "diagnose/findings/findings.hpp"
 #include "diagnose/report/suggest.hpp"
 #include "physics/plant.hpp"
+#include "trajectory/trajectory.hpp"
 
 namespace ravencal::commands {
 
@@ -19,16 +21,37 @@ struct PredictedPower {
   int named_anyway = 0;      ///< named where it has not
   int testable = 0;          ///< the effect could be looked for
   bool with_effect = false;  ///< the improved plant has the effect; else only `testable` counts
+
+  /// Information that such a recording is expected to give on whether the effect is there, bits:
+  /// between `prior`, its probability so far, and what the repetitions answered, each rate with one
+  /// answer of either kind added (Laplace's rule).
+  [[nodiscard]] double information_bits(double prior) const;
 };
 
-/// True if the twin can make this motion.
-bool can_try(const diagnose::Suggestion& suggestion, const physics::Plant& plant);
+/// An effect as the report knows it, to be drawn within what is not known of it.
+struct Believed {
+  std::string id, joint;
+  double probability = 1.0;
+  std::vector<diagnose::NamedParameter> parameters;
+};
+/// Errors: not such a report (kData).
+core::Result<std::vector<Believed>> believed_in(const std::string& report_json,
+                                                const std::string& source);
 
-/// `nominal`: the plant that was diagnosed; `improved`: with what was found. `look` returns false
-/// to stop. Errors: the twin cannot run a plant (kData), stopped (kUsage).
+struct Trial {
+  const physics::Plant& nominal;   ///< that was diagnosed
+  const physics::Plant& improved;  ///< with what was found
+  const std::vector<Believed>& believed;
+  int repetitions = 3;
+  std::uint64_t seed = 1;
+  std::function<bool()> look;  ///< false stops
+};
+
+/// How often a recording of `motion` gives the answer that the suggestion asks for. Each repetition
+/// draws the improved plant's effects anew from their intervals. Errors: the twin cannot run a
+/// plant (kData), stopped (kUsage).
 core::Result<PredictedPower> predict_power(const diagnose::Suggestion& suggestion,
-                                           const physics::Plant& nominal,
-                                           const physics::Plant& improved, int repetitions,
-                                           std::uint64_t seed, const std::function<bool()>& look);
+                                           const trajectory::Trajectory& motion,
+                                           const Trial& trial);
 
 }  // namespace ravencal::commands

@@ -17,7 +17,9 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/experiment.hpp"
+#include "commands/experiment_motion.hpp"
 #include "commands/simulated_motion.hpp"
+#include "core/constants.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
@@ -32,6 +34,8 @@ struct SuggestArguments {
   std::string source;
   std::string plant;
   std::string profile;
+  std::string out;
+  bool force = false;
   int repetitions = 3;
   int tried = 2;
   std::uint64_t seed = 1;
@@ -93,59 +97,144 @@ core::Result<Diagnosis> read_report(const SuggestArguments& arguments) {
 
 struct Entry {
   diagnose::Suggestion suggestion;
-  std::optional<PredictedPower> power;
+  std::optional<PredictedPower> power{};
+  double bits = 0.0;                ///< expected of `power`; 0 without
+  trajectory::Trajectory motion{};  ///< empty where it has none of its own
+  fs::path file{};                  ///< of the motion, where one was asked for
 };
 
-core::Result<std::vector<Entry>> entries_of(const SuggestArguments& arguments,
-                                            const Diagnosis& diagnosis) {
-  RAVENCAL_ASSIGN_OR_RETURN(const auto suggestions,
-                            diagnose::suggest(diagnosis.report, arguments.source));
+/// Everything that is printed.
+struct Advice {
   std::vector<Entry> entries;
-  int tried = 0;
-  cli::Progress progress("predict");
-  for (const diagnose::Suggestion& s : suggestions) {
-    Entry entry{s, std::nullopt};
-    if (diagnosis.improved && tried < arguments.tried && can_try(s, *diagnosis.nominal)) {
-      progress.update(static_cast<double>(tried) / arguments.tried, s.experiment);
-      RAVENCAL_ASSIGN_OR_RETURN(
-          entry.power,
-          predict_power(s, *diagnosis.nominal, *diagnosis.improved, arguments.repetitions,
-                        arguments.seed, [] { return !cli::interrupted(); }));
-      ++tried;
-    }
-    entries.push_back(std::move(entry));
+  std::vector<diagnose::Explored> explored;
+  std::string without_trajectories;  ///< why there are none; empty where there are
+};
+
+/// Named by the place in the list and the effect that it asks for.
+core::Status write_motions(const SuggestArguments& arguments, std::vector<Entry>& entries) {
+  std::error_code error;
+  fs::create_directories(arguments.out, error);
+  if (error)
+    return core::Error{core::ErrorCode::kIo, fmt::format("{}: {}", arguments.out, error.message())};
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    Entry& e = entries[i];
+    if (e.motion.t_s.empty()) continue;
+    e.file = fs::path(arguments.out) / fmt::format("{:02}_{}.csv", i + 1, e.suggestion.ids.front());
+    RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(e.motion, e.file, arguments.force));
   }
-  return entries;
+  return {};
 }
 
-void print_power(const PredictedPower& p) {
+/// Of the effect that the suggestion asks for, before the recording.
+double prior_of(const std::vector<Believed>& believed, const diagnose::Suggestion& s) {
+  const auto same = std::find_if(believed.begin(), believed.end(), [&](const Believed& b) {
+    return b.id == s.ids.front() && b.joint == s.joint;
+  });
+  return same == believed.end() ? 0.5 : same->probability;
+}
+
+core::Status try_some(const SuggestArguments& arguments, const Diagnosis& diagnosis,
+                      std::vector<Entry>& entries) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<Believed> believed,
+                            believed_in(diagnosis.report, arguments.source));
+  const Trial trial{*diagnosis.nominal,    *diagnosis.improved, believed,
+                    arguments.repetitions, arguments.seed,      [] { return !cli::interrupted(); }};
+  cli::Progress progress("predict");
+  int tried = 0;
+  for (Entry& entry : entries) {
+    const diagnose::Suggestion& s = entry.suggestion;
+    if (tried == arguments.tried) break;
+    if (entry.motion.t_s.empty() || !simulation_runs(*diagnosis.nominal)) continue;
+    progress.update(static_cast<double>(tried) / arguments.tried, s.experiment);
+    RAVENCAL_ASSIGN_OR_RETURN(entry.power, predict_power(s, entry.motion, trial));
+    if (entry.power->with_effect) entry.bits = entry.power->information_bits(prior_of(believed, s));
+    ++tried;
+  }
+  return {};
+}
+
+core::Result<Advice> advice_of(const SuggestArguments& arguments, const Diagnosis& diagnosis) {
+  RAVENCAL_ASSIGN_OR_RETURN(diagnose::Next next,
+                            diagnose::suggest(diagnosis.report, arguments.source));
+  Advice advice{{}, std::move(next.explored), {}};
+  for (diagnose::Suggestion& s : next.suggestions) advice.entries.push_back({std::move(s)});
+  if (!diagnosis.nominal) {
+    advice.without_trajectories = "the plant is not known; give it by --plant";
+    return advice;
+  }
+  const auto bounds = bounds_of(advice.explored, *diagnosis.nominal);
+  if (!bounds.ok()) {
+    advice.without_trajectories = bounds.error().message;
+    return advice;
+  }
+  for (Entry& e : advice.entries) {
+    if (e.suggestion.motion == diagnose::Exercise::kNone) continue;
+    RAVENCAL_ASSIGN_OR_RETURN(e.motion, motion_of(e.suggestion.motion, *bounds));
+    e.suggestion.minutes = e.motion.duration_s() / 60.0;
+  }
+  if (diagnosis.improved) RAVENCAL_RETURN_IF_ERROR(try_some(arguments, diagnosis, advice.entries));
+  if (!arguments.out.empty()) RAVENCAL_RETURN_IF_ERROR(write_motions(arguments, advice.entries));
+  return advice;
+}
+
+void print_power(const Entry& entry) {
+  const PredictedPower& p = *entry.power;
   if (p.with_effect) {
     fmt::print(
         "   on the twin: told apart in {} of {} such recordings; named although absent in {} of "
-        "{}\n",
-        p.parted, p.repetitions, p.named_anyway, p.repetitions);
+        "{}; expected information {:.2f} bits\n",
+        p.parted, p.repetitions, p.named_anyway, p.repetitions, entry.bits);
   } else {
     fmt::print("   on the twin: testable in {} of {} such recordings\n", p.testable, p.repetitions);
   }
 }
 
-void print_json(const std::vector<Entry>& entries) {
-  std::vector<diagnose::Suggestion> suggestions;
-  for (const Entry& e : entries) suggestions.push_back(e.suggestion);
-  nlohmann::json json = nlohmann::json::parse(diagnose::suggestions_json(suggestions));
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto& power = entries[i].power;
-    if (!power) continue;
-    const double n = std::max(1, power->repetitions);
-    nlohmann::json predicted = {{"repetitions", power->repetitions},
-                                {"testable", power->testable / n}};
-    if (power->with_effect) {
-      predicted["power"] = power->parted / n;
-      predicted["named_although_absent"] = power->named_anyway / n;
+/// In degrees and millimetres, as operators read them.
+std::string reach_of(const diagnose::Explored& e) {
+  const bool turns = e.position_unit == "rad";
+  const double factor = turns ? 1.0 / core::kRadPerDeg : 1e3;
+  const char* unit = turns ? "deg" : "mm";
+  std::string text =
+      fmt::format("{} {:.1f} to {:.1f} {} at up to {:.3g} {}/s", e.joint, factor * e.position.first,
+                  factor * e.position.second, unit, factor * e.fastest, unit);
+  if (e.load)
+    text += fmt::format(" and {:.3g} to {:.3g} {}", e.load->first, e.load->second, e.effort_unit);
+  return text;
+}
+
+void print_json(const Advice& advice) {
+  nlohmann::ordered_json json = {{"suggestions", nlohmann::ordered_json::array()},
+                                 {"explored", advice.explored}};
+  for (const Entry& e : advice.entries) {
+    nlohmann::ordered_json one = e.suggestion;
+    if (e.power) {
+      const double n = std::max(1, e.power->repetitions);
+      one["predicted"] = {{"repetitions", e.power->repetitions},
+                          {"testable", e.power->testable / n}};
+      if (e.power->with_effect) {
+        one["predicted"]["power"] = e.power->parted / n;
+        one["predicted"]["named_although_absent"] = e.power->named_anyway / n;
+        one["predicted"]["information_bits"] = e.bits;
+      }
     }
-    json["suggestions"][i]["predicted"] = std::move(predicted);
+    if (!e.file.empty()) one["trajectory"] = e.file.string();
+    json["suggestions"].push_back(std::move(one));
   }
   fmt::print("{}\n", json.dump(2));
+}
+
+void print(const Advice& advice) {
+  for (std::size_t i = 0; i < advice.entries.size(); ++i) {
+    const Entry& e = advice.entries[i];
+    fmt::print("{}. {} ({:.0f} min)\n   {}\n", i + 1, e.suggestion.experiment, e.suggestion.minutes,
+               e.suggestion.why);
+    if (e.power) print_power(e);
+    if (!e.file.empty())
+      fmt::print("   {}: for `ravencal run` and `ravencal simulate`\n", e.file.string());
+  }
+  if (advice.explored.empty()) return;
+  fmt::print("The diagnosed recordings reached, and the trajectories stay within:\n");
+  for (const diagnose::Explored& e : advice.explored) fmt::print("   {}\n", reach_of(e));
 }
 
 core::Status run(const SuggestArguments& arguments) {
@@ -153,20 +242,19 @@ core::Status run(const SuggestArguments& arguments) {
   const bool is_report = fs::path(arguments.source).extension() == ".json";
   RAVENCAL_ASSIGN_OR_RETURN(const Diagnosis diagnosis,
                             is_report ? read_report(arguments) : diagnosed(arguments));
-  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<Entry> entries, entries_of(arguments, diagnosis));
+  RAVENCAL_ASSIGN_OR_RETURN(const Advice advice, advice_of(arguments, diagnosis));
+  if (!arguments.out.empty() && !advice.without_trajectories.empty())
+    return core::data_error(
+        fmt::format("--out: no trajectory can be made: {}", advice.without_trajectories));
   if (arguments.json) {
-    print_json(entries);
+    print_json(advice);
     return {};
   }
-  if (entries.empty()) {
+  if (advice.entries.empty()) {
     fmt::print("Nothing is left to tell apart or to test: no further recording would help.\n");
     return {};
   }
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const diagnose::Suggestion& s = entries[i].suggestion;
-    fmt::print("{}. {} ({:.0f} min)\n   {}\n", i + 1, s.experiment, s.minutes, s.why);
-    if (entries[i].power) print_power(*entries[i].power);
-  }
+  print(advice);
   if (diagnosis.nominal && arguments.tried > 0 && !simulation_runs(*diagnosis.nominal)) {
     fmt::print(
         "How likely these answer was not predicted: the twin runs arms of three joints with "
@@ -199,8 +287,13 @@ void add_suggest(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "Seed of the simulations")->capture_default_str();
+  command->add_option("--out", arguments->out,
+                      "Folder for the suggested motions as trajectories, within the positions and "
+                      "speeds of the diagnosed recordings; needs --plant");
+  command->add_flag("--force", arguments->force, "Replace trajectories that exist");
   command->add_flag("--json", arguments->json, "Print the suggestions as JSON");
-  command->footer("Example: ravencal suggest diagnosis --plant tools/plants/raven2.toml");
+  command->footer(
+      "Example: ravencal suggest diagnosis --plant tools/plants/raven2.toml --out next");
   on_call(*command, exit_code, {}, [arguments] {
     if (fs::is_directory(arguments->source)) arguments->source += "/report.json";
     return run(*arguments);

@@ -12,6 +12,7 @@
 #include "diagnose/findings/experiments.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/findings/sides.hpp"
 #include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
@@ -145,8 +146,18 @@ class ReportedEffects {
     out.out_of_tolerance = candidate.wrong_number;
     out.beyond_plants = candidate.beyond_plants();
     out.parameters = parameters_of(c);
+    out.sides = sides_of(words_for(candidate.id), sensing_of(candidate.joint));
     add_rivals(candidate, out);
     return out;
+  }
+
+  [[nodiscard]] Sensing sensing_of(std::size_t joint) const {
+    const std::vector<physics::Effect>& effects = m_.improved.joints[joint].effects;
+    const bool yields = std::any_of(effects.begin(), effects.end(), [](const auto& effect) {
+      return words_for(effect.id).seat == Seat::kBetween;
+    });
+    return {m_.training.has(joint, ChannelKind::kPosition), yields,
+            m_.given.joints[joint].gearbox_ratio > 1.0};
   }
 
   [[nodiscard]] bool holds(const Model& model, const Candidate& candidate) const {

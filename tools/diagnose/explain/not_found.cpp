@@ -57,19 +57,23 @@ NotFound silent(const Models& models, const std::vector<Limit>& limits, std::siz
   }
   if (!shown(models.training, joint, words.stage)) {
     out.not_testable_because = why_not(models.training, joint, words.stage);
+    out.by_recording = true;
     return out;
   }
-  out.not_testable_because = why_untestable(out.id, scales, models.given);
-  if (!out.not_testable_because.empty()) return out;
-  out.expected = limit == nullptr && models.given.joints[joint].find_effect(out.id) != nullptr;
-  if (out.expected)
-    out.not_testable_because = "the plant has it: any size of it is expected";
-  else if (limit != nullptr)
+  Untestable why = why_untestable(out.id, scales, models.given);
+  if (!why.because.empty()) {
+    out.not_testable_because = std::move(why.because);
+    out.by_recording = why.by_recording;
+  } else if (limit != nullptr) {
     out.not_testable_because =
         "at any plausible size it cannot be told apart from plant parameters or effects already "
         "named";
-  else
+    out.by_recording = true;
+  } else if (models.given.joints[joint].find_effect(out.id) != nullptr) {
+    out.not_testable_because = "the plant has it: any size of it is expected";
+  } else {
     out.not_testable_because = "no channel of this joint shows it";
+  }
   return out;
 }
 

@@ -21,6 +21,14 @@ enum class Origin {
 /// The circumstance that an effect follows: the page draws it over this.
 enum class Abscissa { kPosition, kSpeed, kLoad, kTime };
 
+/// Where friction, play or elasticity sits between motor and joint.
+enum class Seat {
+  kNone,     ///< the effect is none of these
+  kDrive,    ///< turns with the motor, as far as the gearbox and the cable are stiff
+  kBetween,  ///< parts motor and joint
+  kJoint,    ///< behind what yields between motor and joint
+};
+
 /// A recording that changes one circumstance. An effect answers to those that change its size, and
 /// a recording to which one of two effects answers parts them (experiments.hpp has the menu).
 enum class Probe : unsigned {
@@ -49,6 +57,7 @@ struct EffectWords {
   std::string_view stage;  ///< in which the vocabulary has it: transmission, drive or command
   Origin origin = Origin::kItself;
   Abscissa abscissa = Abscissa::kPosition;
+  Seat seat = Seat::kNone;
   Probe probes = Probe::kNone;
   /// Of an effect that no plant has; physics/effects/effect_spec.hpp has the others'.
   std::string_view own_sentence{};

@@ -47,6 +47,13 @@ struct NamedParameter {
   Interval ci95{0.0, 0.0};
 };
 
+/// On which side of the motor's encoder and of the gearbox an effect sits: "motor", "joint" or
+/// "undecided"; of a gearbox that the plant lacks "none".
+struct Sides {
+  std::string encoder, gearbox;
+  std::string decided_by;  ///< the experiments that would decide what is undecided
+};
+
 struct NamedEffect {
   std::string id, joint, stage;
   std::vector<NamedParameter> parameters;
@@ -55,6 +62,7 @@ struct NamedEffect {
   double p_value = 1.0, size = 0.0, invariance_spread = 0.0;
   std::vector<std::string> ambiguous_with;
   std::string separate_by;
+  std::optional<Sides> sides{};   ///< of friction, play and elasticity
   bool out_of_tolerance = false;  ///< a parameter that the plant has, not physics that it lacks
   std::string from;               ///< the other joint, for couplings
   /// That the effect is there; none where nothing was compared with it.
@@ -119,7 +127,7 @@ struct NotFound {
   std::string unit;
   std::string not_testable_because;
   std::string parameter = {};  ///< whose size the limit is; "rms": of all that the effect adds
-  bool expected = false;       ///< the plant has it, in any size: no recording would test it
+  bool by_recording = false;   ///< another recording could test it with this plant
 };
 
 /// One of the parameters that are known only together.

@@ -37,6 +37,7 @@ const char* series_over(Abscissa abscissa) {
 // The library finds these by their argument, hence not in an unnamed namespace.
 
 static RAVENCAL_JSON_MEMBERS(NamedParameter, name, value, unit, ci95);
+static RAVENCAL_JSON_MEMBERS(Sides, encoder, gearbox, decided_by);
 static RAVENCAL_JSON_MEMBERS(CombinedParameter, id, name, power, relative_deviation);
 static RAVENCAL_JSON_MEMBERS(Combination, joint, stage, parameters, value, ci95);
 static RAVENCAL_JSON_MEMBERS(RecordingFigure, recording, before, after);
@@ -90,6 +91,7 @@ static void to_json(Json& json, const NamedEffect& e) {
                {"separate_by", e.separate_by},
                {"shown_over", series_over(words_for(e.id).abscissa)},
                {"out_of_tolerance", e.out_of_tolerance}});
+  if (e.sides) json["sides"] = *e.sides;
 }
 
 static void to_json(Json& json, const NotFound& n) {
@@ -100,8 +102,8 @@ static void to_json(Json& json, const NotFound& n) {
     json["parameter"] = n.parameter;
   } else {
     json["not_testable_because"] = n.not_testable_because;
+    json["by_recording"] = n.by_recording;
   }
-  if (n.expected) json["expected"] = true;
 }
 
 static void to_json(Json& json, const HeldOut& h) {

@@ -105,6 +105,14 @@ function evidence(effect) {
     element("div", element("dt", name), element("dd", value))));
 }
 
+// Friction, play and elasticity only.
+function sides({ sides: at }) {
+  if (!at) return "";
+  const encoder = at.encoder === "undecided" ? "on either side of the motor's encoder" : `on the ${at.encoder}'s side of the motor's encoder`;
+  const gearbox = at.gearbox === "none" ? "" : at.gearbox === "undecided" ? ", on either side of the gearbox" : `, on the ${at.gearbox}'s side of the gearbox`;
+  return note(`Sits ${encoder}${gearbox}.${at.decided_by ? ` To decide it: ${at.decided_by}.` : ""}`);
+}
+
 // The times of single events are too many for a card.
 function parameters(effect) {
   const shown = effect.parameters.filter(({ name }) => !name.startsWith("begin_"));
@@ -112,7 +120,7 @@ function parameters(effect) {
   const rows = shown.map(({ name, value, unit, ci95 }) =>
     [in_words(name), element("b", quantity(value, unit)), interval_text(ci95, unit)]);
   const title = `${effect.joint}: ${in_words(effect.id)}${effect.from ? ` from ${effect.from}` : ""}`;
-  return [table([title, "value", "95 % interval"], rows), evidence(effect),
+  return [table([title, "value", "95 % interval"], rows), evidence(effect), sides(effect),
     events ? note(`${events} times stand in report.json.`) : ""];
 }
 

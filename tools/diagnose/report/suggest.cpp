@@ -58,7 +58,7 @@ struct Untested {
 void add_untested(const Json& report, std::vector<Suggestion>& out) {
   std::vector<Untested> groups;
   for (const Json& n : report.at("not_found")) {
-    if (!n.contains("not_testable_because") || n.value("expected", false)) continue;
+    if (!n.value("by_recording", false)) continue;
     const std::string id = n.at("id");
     const std::string why = n.at("not_testable_because");
     const Experiment* p = cheapest_test(id);
@@ -132,6 +132,28 @@ std::vector<Suggestion> merged(std::vector<Suggestion> all) {
   return out;
 }
 
+/// Of the stages that show a joint the one that saw most of it.
+std::vector<Explored> explored_in(const Json& report) {
+  std::vector<Explored> out;
+  if (!report.contains("looked_at")) return out;
+  for (const Json& l : report.at("looked_at")) {
+    Explored seen{l.at("joint"),    l.at("position_unit"), l.at("effort_unit"),
+                  l.at("position"), l.at("fastest"),       std::nullopt};
+    if (l.contains("load") && !l.at("load").is_null()) seen.load = l.at("load").get<Interval>();
+    const auto same = std::find_if(out.begin(), out.end(),
+                                   [&](const Explored& e) { return e.joint == seen.joint; });
+    if (same == out.end()) {
+      out.push_back(std::move(seen));
+      continue;
+    }
+    same->position.first = std::min(same->position.first, seen.position.first);
+    same->position.second = std::max(same->position.second, seen.position.second);
+    same->fastest = std::max(same->fastest, seen.fastest);
+    if (!same->load) same->load = seen.load;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Suggestion> suggestions_of(const Json& report) {
@@ -143,15 +165,14 @@ std::vector<Suggestion> suggestions_of(const Json& report) {
   return merged(std::move(all));
 }
 
-core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
-                                              const std::string& source) {
+core::Result<Next> suggest(std::string_view report_json, const std::string& source) {
   try {
     const Json report = Json::parse(report_json);
     if (report.at("schema") != 1) {
       return core::data_error(
           fmt::format("{}: schema {} is not 1", source, report.at("schema").dump()));
     }
-    return suggestions_of(report);
+    return Next{suggestions_of(report), explored_in(report)};
   } catch (const Json::exception& error) {
     return core::data_error(
         fmt::format("{}: not a report of `ravencal diagnose`: {}", source, error.what()));
@@ -159,9 +180,6 @@ core::Result<std::vector<Suggestion>> suggest(std::string_view report_json,
 }
 
 RAVENCAL_JSON_MEMBERS(Suggestion, urgency, joint, experiment, minutes, why);
-
-std::string suggestions_json(const std::vector<Suggestion>& suggestions) {
-  return Json{{"suggestions", suggestions}}.dump(2);
-}
+RAVENCAL_JSON_MEMBERS(Explored, joint, position, position_unit, fastest, load, effort_unit);
 
 }  // namespace ravencal::diagnose

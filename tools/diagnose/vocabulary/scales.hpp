@@ -45,10 +45,14 @@ struct Scales {
 
 Scales scales_of(const physics::Plant& plant, std::size_t joint, const Likelihood& training);
 
+struct Untestable {
+  std::string because;        ///< in words; empty: it is testable
+  bool by_recording = false;  ///< another recording could show it with this plant
+};
+
 /// Why these recordings cannot show an effect of the vocabulary on a joint whose channels they
-/// hold, in words; empty if they can.
-std::string why_untestable(const std::string& id, const Scales& scales,
-                           const physics::Plant& plant);
+/// hold.
+Untestable why_untestable(const std::string& id, const Scales& scales, const physics::Plant& plant);
 
 /// "N_m", "rad_per_N_m": as reports have it.
 std::string unit_of(const std::string& effect, const std::string& parameter, bool prismatic);

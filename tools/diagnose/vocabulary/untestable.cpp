@@ -13,6 +13,7 @@ struct Lack {
   std::string_view id;
   bool (*lacks)(const Scales& scales, const physics::Plant& plant);
   std::string_view because;
+  bool by_recording = true;  ///< another recording could lack it no more
 };
 
 bool no_load(const Scales& s, const physics::Plant& plant) {
@@ -38,11 +39,12 @@ constexpr std::array kLacks = {
     Lack{"compliance", no_load, "the load on this joint never changes"},
     Lack{"creep", no_load, "the load on this joint never changes"},
     Lack{"load_dependent_friction", no_known_load,
-         "the plant's links have no weight, so the load is not known"},
-    Lack{"gravity", no_known_load, "the plant's links have no weight, so the load is not known"},
+         "the plant's links have no weight, so the load is not known", false},
+    Lack{"gravity", no_known_load, "the plant's links have no weight, so the load is not known",
+         false},
     Lack{"eccentricity", no_period, "not one period of any pulley was passed"},
     Lack{"torque_ripple", no_period, "not one period of any pulley was passed"},
-    Lack{"payload", no_weight, "the plant does not say where a payload would hang"},
+    Lack{"payload", no_weight, "the plant does not say where a payload would hang", false},
     Lack{"saturation", no_law,
          "record the desired position, and state the controller in the plant: a limit shows where "
          "less is delivered than was asked for"},
@@ -51,20 +53,22 @@ constexpr std::array kLacks = {
     Lack{"input_disturbance", no_law,
          "the recording or the plant lacks the command's inputs, its output or its control law"},
     Lack{"joint_friction", no_yielding_cable,
-         "the plant's cable does not yield, so friction behind it is friction of the drive"},
-    Lack{"presliding", no_friction, "the plant has no dry friction that could build up"},
+         "the plant's cable does not yield, so friction behind it is friction of the drive", false},
+    Lack{"presliding", no_friction, "the plant has no dry friction that could build up", false},
     Lack{"quantisation", always,
-         "channels are compared through a filter of 0.1 s, which leaves no steps of an encoder"},
+         "channels are compared through a filter of 0.1 s, which leaves no steps of an encoder",
+         false},
     Lack{"flexible_mode", always,
-         "channels are compared below 3 Hz, where links do not ring on their cables"},
+         "channels are compared below 3 Hz, where links do not ring on their cables", false},
 };
 
 }  // namespace
 
-std::string why_untestable(const std::string& id, const Scales& scales,
-                           const physics::Plant& plant) {
+Untestable why_untestable(const std::string& id, const Scales& scales,
+                          const physics::Plant& plant) {
   for (const Lack& lack : kLacks)
-    if (lack.id == id && lack.lacks(scales, plant)) return std::string(lack.because);
+    if (lack.id == id && lack.lacks(scales, plant))
+      return {std::string(lack.because), lack.by_recording};
   return {};
 }
 
