@@ -104,7 +104,6 @@ TEST_F(DiagnoseRows, EmpsNamesTheFrictionThatThePlantConceals) {
 }
 
 TEST_F(DiagnoseRows, EmpsFindsThe25PulsesAtTheDriveInput) {
-  GTEST_SKIP() << "missed: the vocabulary has no input_disturbance";
   SKIP_WITHOUT("emps");
   const auto made = test::run_command(
       fmt::format("'{}' diagnose '{}' --plant '{}' --profile '{}' --placebo 0 --out '{}' 2>&1",

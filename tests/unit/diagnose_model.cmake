@@ -22,3 +22,5 @@ ravencal_test(NAME diagnose_two_estimates_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_two_estimates_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_arm.cpp
   LIBS ravencal_diagnose fmt::fmt LABELS unit SLOW)
 target_include_directories(diagnose_two_estimates_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
+ravencal_test(NAME diagnose_pulses_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_pulses_test.cpp
+  LIBS ravencal_diagnose LABELS unit)

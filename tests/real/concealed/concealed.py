@@ -82,7 +82,8 @@ def is_right(report, expected):
 
 def said_of(report):
     said = [f"{effect['id']} " + ", ".join(f"{p['name']} {p['value']:.3g} ({p['ci95'][0]:.3g} to {p['ci95'][1]:.3g})"
-                                           for p in effect["parameters"]) for effect in report["effects"]]
+                                           for p in effect["parameters"] if not p["name"].startswith("begin_"))
+            for effect in report["effects"]]
     return "; ".join(said + ["unexplained" for _ in report["unexplained"]]) or "nothing"
 
 

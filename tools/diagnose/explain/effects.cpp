@@ -98,7 +98,7 @@ class ReportedEffects {
   /// Where it takes most of what was fitted, on the rows of the view.
   [[nodiscard]] Taken taken_by(const Candidate& candidate, const Model& less) const {
     // Recordings that no fit saw have moments of their own.
-    const bool fitted = candidate.kind == CandidateKind::kJump;
+    const bool fitted = candidate.of_recording();
     const Likelihood& rows = fitted ? m_.training : view_.rows;
     const std::vector<double> before_fitted = errors_of(less, m_.training);
     const std::size_t c = channel_of(candidate, before_fitted, rows);

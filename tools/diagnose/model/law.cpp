@@ -7,6 +7,7 @@
 
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/model/likelihood.hpp"
+#include "diagnose/model/pulses.hpp"
 #include "diagnose/track/filter.hpp"
 #include "physics/predict/smoother.hpp"
 #include "physics/servo_law.hpp"
@@ -52,18 +53,29 @@ void Likelihood::settle_law(std::size_t joint) {
 }
 
 bool Likelihood::law_made_the_commands(std::size_t joint) const {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  ByRecording recorded(tracks_.size()), asked(tracks_.size()), left(tracks_.size());
   for (std::size_t r = 0; r < tracks_.size(); ++r) {
     const VectorXd command = command_of(base_, r, joint);
     const VectorXd& effort = tracks_[r].joints[joint].effort;
     if (command.size() == 0 || effort.size() == 0) continue;
-    VectorXd recorded = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
-    VectorXd asked = tent(physics::without_gaps(command), tracks_[r].tent_rows);
-    for (Index i = 0; i < recorded.size(); ++i)
-      if (tracks_[r].lost[joint][static_cast<std::size_t>(i)] != 0) recorded[i] = asked[i] = 0.0;
-    const double gain = asked.dot(recorded) / std::max(1e-300, asked.squaredNorm());
-    const double left = (recorded - gain * asked).squaredNorm();
-    if (!(left <= (1.0 - kLeastExplained) * recorded.squaredNorm())) return false;
+    recorded[r] = tent(physics::without_gaps(effort), tracks_[r].tent_rows);
+    asked[r] = tent(physics::without_gaps(command), tracks_[r].tent_rows);
+    for (Index i = 0; i < recorded[r].size(); ++i)
+      if (tracks_[r].lost[joint][static_cast<std::size_t>(i)] != 0)
+        recorded[r][i] = asked[r][i] = 0;
+    left[r] = recorded[r] - asked[r];
+  }
+  // Pulses that reach the drive may be greater than what the law asks for.
+  const std::optional<Pulses> pulses = pulses_in(tracks_, joint, left);
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (std::size_t r = 0; r < tracks_.size(); ++r) {
+    if (recorded[r].size() == 0) continue;
+    if (pulses)
+      recorded[r] -=
+          pulses->size * tent(share_on(tracks_[r], pulses->on_s[r]), tracks_[r].tent_rows);
+    const double gain = asked[r].dot(recorded[r]) / std::max(1e-300, asked[r].squaredNorm());
+    const double unexplained = (recorded[r] - gain * asked[r]).squaredNorm();
+    if (!(unexplained <= (1.0 - kLeastExplained) * recorded[r].squaredNorm())) return false;
     least = std::min(least, gain);
     most = std::max(most, gain);
   }

@@ -93,9 +93,7 @@ class Screen {
     if (!out.fits) return out;
     scores = scores * root.transpose();
     out.hit.statistic = statistic_of(VectorXd::Ones(scores.rows()), scores);
-    const bool at_moments =
-        candidate.kind == CandidateKind::kJump || candidate.kind == CandidateKind::kTone;
-    if (!at_moments) out.scores = std::move(scores);
+    if (!candidate.searched()) out.scores = std::move(scores);
     return out;
   }
 

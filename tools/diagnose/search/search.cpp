@@ -66,7 +66,11 @@ void Search::run(const std::function<bool()>& go_on) {
 void Search::start() {
   Model model;
   model.numbers = vocabulary_.numbers;
-  training_.estimate_noise(training_.base());
+  // Pulses stand out by themselves. Noise that held them would hide everything else.
+  for (std::size_t c = 0; c < vocabulary_.candidates.size(); ++c)
+    if (vocabulary_.candidates[c].kind == CandidateKind::kPulses)
+      model = with(model, vocabulary_, {.candidate = c, .sizes = VectorXd::Ones(1)});
+  training_.estimate_noise(model.state_for(training_));
   for (int round = 0; round < kStartRounds; ++round) {
     fit(training_, model);
     const State state = model.state_for(training_);
@@ -76,8 +80,12 @@ void Search::start() {
   fit(training_, model);
   judge(training_, 0.0, model);
   training_.set_dispersion(counted(model.judgement.dispersion));
-  judge(training_, 0.0, model);
-  seen_[Key{}].model = std::move(model);
+  Model bare = model;
+  for (const std::size_t c : model.chosen) bare = without(bare, vocabulary_, c);
+  fit(training_, bare);
+  judge(training_, 0.0, bare);
+  seen_[Key{}].model = std::move(bare);
+  if (!model.chosen.empty()) consider(std::move(model));
 }
 
 double Search::cost_of(const Key& key) const {
@@ -88,9 +96,10 @@ double Search::cost_of(const Key& key) const {
     double parameters = candidate.opens ? 1.0 : 0.0;
     for (const auto* list : {&candidate.sizes, &candidate.forms})
       for (const Parameter& p : *list) parameters += p.held ? 0.0 : 1.0;
-    // A moment and a frequency were searched for.
-    if (candidate.kind == CandidateKind::kJump || candidate.kind == CandidateKind::kTone)
-      parameters += 2.0;
+    // A moment and a frequency were searched for, and the two ends of every pulse.
+    if (candidate.searched()) parameters += 2.0;
+    if (candidate.kind == CandidateKind::kPulses)
+      parameters += 2.0 * static_cast<double>(candidate.forms.size());
     cost += kParameterCost * parameters;
   }
   return cost;
@@ -214,8 +223,7 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
     if (std::abs(off) <= kWrongBy * closed.deviation) return true;
   }
   const Model& smaller = seen_.at(without_it).model;
-  const bool at_moments = added.kind == CandidateKind::kJump || added.kind == CandidateKind::kTone;
-  if (!at_moments && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
+  if (!added.searched() && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
     return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
   Model others_absent = seen_.at(Key{}).model;

@@ -73,8 +73,9 @@ Grid grid_of(const Recording& recording, double from_s, double to_s) {
   if (!grid.first.empty()) grid.first.push_back(grid.first.back() + stride);
   grid.t_s = Eigen::Map<const VectorXd>(times_s.data(), static_cast<Index>(times_s.size()));
   if (grid.rows() > 0) {
-    grid.begins_s = grid.t_s[0];
-    grid.t_s.array() -= grid.begins_s;
+    grid.t_s.array() -= times_s.front();
+    // A row is the mean of its samples.
+    grid.begins_s = times_s.front() + 0.5 * (grid.period_s - usual_s);
   }
   return grid;
 }

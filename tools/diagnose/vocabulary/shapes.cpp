@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "diagnose/model/pulses.hpp"
 #include "diagnose/track/filter.hpp"
 #include "diagnose/vocabulary/candidates.hpp"
 
@@ -38,6 +39,8 @@ VectorXd direction(const Track& track, std::size_t joint) {
   const double least = kSlow * v.cwiseAbs().maxCoeff() + 1e-300;
   return v.array() / (v.array().abs() + least);
 }
+
+VectorXd nothing(const Track& track, const Prediction&) { return VectorXd::Zero(track.rows()); }
 
 class Shapes {
  public:
@@ -104,11 +107,34 @@ class Shapes {
         });
   }
 
+  /// What the given law leaves of the recorded command at moments of its own.
+  void pulses() {
+    for (std::size_t c = 0; c < training_.channels().size(); ++c) {
+      if (!is(c, ChannelKind::kLaw)) continue;
+      const State& given = training_.base();
+      const auto found = pulses_in(training_.tracks(), s_.joint,
+                                   training_.residuals(given, training_.outcome(given))[c]);
+      if (!found) continue;
+      Candidate candidate = begin("");
+      candidate.id = "input_disturbance";
+      candidate.kind = CandidateKind::kPulses;
+      Parameter size = coefficient(c, "size", std::abs(found->size), nothing);
+      ByRecording columns;
+      for (std::size_t r = 0; r < found->on_s.size(); ++r) {
+        const Track& track = training_.tracks()[r];
+        columns.push_back(tent(share_on(track, found->on_s[r]), track.tent_rows));
+      }
+      training_.set_shape(*size.shape, std::move(columns));
+      size.effect = candidate.id;
+      size.unit = s_.prismatic ? "N" : "N_m";
+      candidate.sizes = {std::move(size)};
+      describe(*found, candidate);
+      out_.push_back(std::move(candidate));
+    }
+  }
+
   /// A sine of a frequency that the screen sets.
   void tone(ChannelKind kind, double size) {
-    const ShapeFunction nothing = [](const Track& track, const Prediction&) {
-      return VectorXd(VectorXd::Zero(track.rows()));
-    };
     for (std::size_t c = 0; c < training_.channels().size(); ++c) {
       if (!is(c, kind)) continue;
       Candidate candidate = begin("time");
@@ -132,6 +158,36 @@ class Shapes {
     c.joint = s_.joint;
     c.circumstance = circumstance;
     return c;
+  }
+
+  /// How many pulses there are, how long on average, and when each begins in its recording.
+  void describe(const Pulses& pulses, Candidate& candidate) const {
+    std::vector<double>& start = candidate.starts.emplace_back();
+    const auto say = [&](const std::string& name, const char* unit, double value) {
+      Parameter& p = candidate.forms.emplace_back();
+      p.effect = candidate.id;
+      p.name = name;
+      p.unit = unit;
+      p.joint = s_.joint;
+      p.reaches = Reaches::kShape;
+      p.held = true;
+      p.in_plant = false;
+      p.set = [](State&, double) {};
+      start.push_back(value);
+    };
+    double on_s = 0.0;
+    std::vector<double> begins_s;
+    for (std::size_t r = 0; r < pulses.on_s.size(); ++r) {
+      for (const auto& [begin_s, end_s] : pulses.on_s[r]) {
+        on_s += end_s - begin_s;
+        begins_s.push_back(training_.tracks()[r].begins_s + begin_s);
+      }
+    }
+    const auto count = static_cast<double>(begins_s.size());
+    say("count", "1", count);
+    say("duration", "s", on_s / count);
+    for (std::size_t k = 0; k < begins_s.size(); ++k)
+      say(fmt::format("begin_{}", k + 1), "s", begins_s[k]);
   }
 
   void add(ChannelKind kind, const std::string& circumstance, double size,
@@ -178,6 +234,7 @@ void add_shapes(const Scales& scales, Likelihood& training, Likelihood* held_out
   if (!scales.effort) return;
   shapes.tone(ChannelKind::kDrive, 0.1 * scales.load);
   shapes.of_drive();
+  if (scales.law) shapes.pulses();
 }
 
 }  // namespace ravencal::diagnose

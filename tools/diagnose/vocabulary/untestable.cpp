@@ -52,6 +52,8 @@ constexpr std::array kLacks = {
          "the recording or the plant lacks the command's inputs, its output or its control law"},
     Lack{"input_disturbance", no_law,
          "the recording or the plant lacks the command's inputs, its output or its control law"},
+    Lack{"input_disturbance", always,
+         "looked for at every moment that was recorded, and none holds", false},
     Lack{"joint_friction", no_yielding_cable,
          "the plant's cable does not yield, so friction behind it is friction of the drive", false},
     Lack{"presliding", no_friction, "the plant has no dry friction that could build up", false},

@@ -18,8 +18,9 @@ namespace ravencal::diagnose {
 enum class CandidateKind {
   kEffect,  ///< physics that the plant lacks
   kNumber,  ///< a number of the plant that is beyond its tolerance
-  kJump,    ///< at a moment: no test by blocks applies
+  kJump,    ///< at a moment that is searched for
   kTone,    ///< a sine in one channel, whose frequency is searched for
+  kPulses,  ///< on and off in one channel, at moments that are searched for
   kShape,   ///< without a name
 };
 
@@ -43,9 +44,18 @@ struct Candidate {
   [[nodiscard]] bool unnamed() const {
     return kind == CandidateKind::kShape || kind == CandidateKind::kTone;
   }
+  /// At moments or of a frequency that were searched for: no test by blocks applies.
+  [[nodiscard]] bool searched() const {
+    return kind == CandidateKind::kJump || kind == CandidateKind::kTone ||
+           kind == CandidateKind::kPulses;
+  }
   /// It holds or does not; how much of it is no question.
   [[nodiscard]] bool is_presence() const { return !sizes.empty() && !sizes.front().said; }
-  [[nodiscard]] bool beyond_plants() const { return unnamed() || kind == CandidateKind::kJump; }
+  /// What one recording has and another has not.
+  [[nodiscard]] bool of_recording() const {
+    return kind == CandidateKind::kJump || kind == CandidateKind::kPulses;
+  }
+  [[nodiscard]] bool beyond_plants() const { return unnamed() || of_recording(); }
 };
 
 struct Vocabulary {
