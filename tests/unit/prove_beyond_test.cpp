@@ -100,7 +100,7 @@ TEST(ProveBeyond, ARobotThatWouldBeStuckGetsLessOfItsEffect) {
   options.held_out_s = 5.0;
   CaseDesign design = draw_case_with(kind_of("coulomb_friction"), 6.0, 1, options);
   const double asked = design.subjects.front().amplitude = 40.0;
-  const auto files = make_case(design, options, {});
+  const auto files = make_case(design, {});
   ASSERT_TRUE(files.ok());
   const double given = json::parse(files.value().manifest)["subjects"][0]["amplitude"];
   EXPECT_LT(given, 0.6 * asked);

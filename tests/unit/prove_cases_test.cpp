@@ -54,7 +54,7 @@ TEST(ProveCases, HideEveryKindOfTheVocabularyInTurn) {
 TEST(ProveCases, AreTheSameForTheSameSeedAndOthersForAnother) {
   const auto make = [](std::uint64_t seed) {
     const CaseOptions options = quick(seed);
-    auto files = make_case(draw_case(2, options), options, {});
+    auto files = make_case(draw_case(2, options), {});
     EXPECT_TRUE(files.ok());
     return std::move(files).value();
   };
@@ -144,7 +144,7 @@ TEST(ProveCases, MeasureTheSizeThatWasAskedFor) {
       options.duration_s = 60.0;
       CaseDesign design = draw_case_with(k, 6.0, 1, options);
       design.base.with_torque = design.base.with_truth = true;
-      const auto files = make_case(design, options, {});
+      const auto files = make_case(design, {});
       ASSERT_TRUE(files.ok());
       const json manifest = json::parse(files.value().manifest);
       const double over = manifest["subjects"][0]["size_over_floor"];
@@ -159,7 +159,7 @@ TEST(ProveCases, GiveTheToolNothingThatNamesTheCase) {
   std::set<std::string> metas;
   for (int n = 0; n < 8; ++n) {
     const CaseDesign design = draw_case(n, options);
-    const auto files = make_case(design, options, {});
+    const auto files = make_case(design, {});
     ASSERT_TRUE(files.ok());
     std::string meta;
     for (const auto& [key, value] : files.value().recording.meta) meta += key + "=" + value + ";";

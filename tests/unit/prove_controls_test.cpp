@@ -17,7 +17,7 @@ TEST(ProveControls, RaiseNoAlarmByHowFrictionBuildsUp) {
   for (const int number : {21, 24}) {
     const CaseDesign design = draw_case(number, options);
     ASSERT_EQ(design.kind, CaseKind::kControl) << number;
-    const auto files = make_case(design, options, {});
+    const auto files = make_case(design, {});
     ASSERT_TRUE(files.ok()) << files.error().message;
     const auto plant = physics::parse_plant(files->plant, "plant.toml");
     ASSERT_TRUE(plant.ok()) << plant.error().message;

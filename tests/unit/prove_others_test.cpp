@@ -65,7 +65,7 @@ TEST(ProveBlackBox, StandsBesideTheOthersAndNamesNothing) {
   options.duration_s = 20.0;
   options.held_out_s = 10.0;
   const CaseDesign design = draw_case(0, options);
-  const auto files = make_case(design, options, {});
+  const auto files = make_case(design, {});
   ASSERT_TRUE(files.ok());
   const Json said = run_baselines(files.value().recording, files.value().held_out, design.nominal);
   for (const char* method : {"bic_forward", "stlsq", "lasso", "everything", "black_box"}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include "prove/reliability.hpp"
 #include "prove/score_proof.hpp"
 #include "prove/tally.hpp"
+#include "prove/worlds.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -22,7 +24,7 @@ namespace {
 struct ProveArguments {
   prove::ProofOptions proof;
   std::string out, tool, data, house;
-  std::string until = "score";
+  std::string until = "score", world = "own", part;
   prove::LeakOptions leak;
   bool no_leak_test = false;
   bool check = false;
@@ -39,17 +41,36 @@ prove::Look progress_of(std::string_view stage) {
   };
 }
 
+/// "3/8" as [3, 8]. Parts do not seal: processes that begin together would make the same cases.
+core::Status take_part(const std::string& text, prove::ProofOptions& options) {
+  if (text.empty()) return {};
+  const char* const end = text.data() + text.size();
+  const auto [slash, no_part] = std::from_chars(text.data(), end, options.part);
+  const bool two = no_part == std::errc() && slash != end && *slash == '/';
+  const auto [last, no_parts] = std::from_chars(two ? slash + 1 : end, end, options.parts);
+  const bool read = two && no_parts == std::errc() && last == end;
+  if (!read || options.part < 1 || options.part > options.parts)
+    return core::usage_error(fmt::format("--part {}: is not K/N with K from 1 to N", text));
+  if (!std::filesystem::exists(options.out / "seal.json"))
+    return core::usage_error(
+        fmt::format("{}: has no seal.json; seal the cases first, by --until seal without --part",
+                    options.out.string()));
+  return {};
+}
+
 core::Status run(const ProveArguments& arguments, int& exit_code) {
   prove::ProofOptions options = arguments.proof;
   options.out = arguments.out;
   options.data = arguments.data;
   options.house = arguments.house;
+  options.world = prove::world_choice(arguments.world).value_or(prove::WorldChoice::kOwn);
   std::error_code error;
   options.tool =
       std::filesystem::canonical(arguments.tool.empty() ? "/proc/self/exe" : arguments.tool, error);
   if (error)
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: {}", arguments.tool, error.message())};
+  RAVENCAL_RETURN_IF_ERROR(take_part(arguments.part, options));
   cli::catch_interrupts_of_work();
   options.look = progress_of("prove: making and sealing cases");
   RAVENCAL_RETURN_IF_ERROR(prove::seal_cases(options));
@@ -57,12 +78,18 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
   options.look = progress_of("prove: diagnosing");
   RAVENCAL_RETURN_IF_ERROR(prove::run_cases(options));
   if (arguments.until == "run") return {};
+  if (const int missing = prove::missing_verdicts(options); missing > 0) {
+    fmt::print("part {} of {} is done; {} cases of other parts have no verdict yet\n", options.part,
+               options.parts, missing);
+    return {};
+  }
   options.look = progress_of("prove: leak test");
   RAVENCAL_ASSIGN_OR_RETURN(
       const nlohmann::ordered_json proof,
       prove::score_proof(options,
                          arguments.no_leak_test ? std::nullopt : std::optional(arguments.leak)));
-  fmt::print("{}{}", prove::targets_text(proof), prove::reliability_text(proof["reliability"]));
+  fmt::print("{}{}{}", prove::targets_text(proof), prove::worlds_text(proof),
+             prove::reliability_text(proof["reliability"]));
   if (proof.contains("leak_test")) {
     const auto& leak = proof["leak_test"];
     fmt::print(
@@ -87,6 +114,36 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
   return {};
 }
 
+/// What makes the cases.
+void add_case_options(CLI::App& command, ProveArguments& arguments) {
+  prove::ProofOptions& proof = arguments.proof;
+  command.add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
+      ->check(CLI::Range(1, 9999))
+      ->capture_default_str();
+  command.add_option("--seed", proof.seed, "Same seed, same cases")->capture_default_str();
+  command.add_option("--duration-s", proof.duration_s, "Length of a recording")
+      ->check(CLI::Range(20.0, 7200.0))
+      ->capture_default_str();
+  command
+      .add_option("--held-out-s", proof.held_out_s,
+                  "Length of the held-out recording, which gives the figures")
+      ->check(CLI::Range(10.0, 7200.0))
+      ->capture_default_str();
+  command
+      .add_option("--data", arguments.data,
+                  "Folder of real recordings: adds ablated and injected cases")
+      ->envname("RAVENCAL_DATA_DIR");
+  command
+      .add_option("--house", arguments.house,
+                  "Folder with plants/ and profiles/ of the real recordings")
+      ->default_val("tools");
+  command
+      .add_option("--world", arguments.world,
+                  "Laws that make the cases (tools/prove/WORLDS.md); both: in turn")
+      ->check(CLI::IsMember({"own", "other", "both"}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_prove(CLI::App& app, int& exit_code) {
@@ -96,36 +153,21 @@ void add_prove(CLI::App& app, int& exit_code) {
       "prove", "Test diagnose blind: cases sealed before the run, scored after it");
   command->add_option("--out", arguments->out, "Folder of the proof; the same command continues it")
       ->required();
-  command->add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
-      ->check(CLI::Range(1, 9999))
-      ->capture_default_str();
-  command->add_option("--seed", proof.seed, "Same seed, same cases")->capture_default_str();
-  command->add_option("--duration-s", proof.duration_s, "Length of a recording")
-      ->check(CLI::Range(20.0, 7200.0))
-      ->capture_default_str();
-  command
-      ->add_option("--held-out-s", proof.held_out_s,
-                   "Length of the held-out recording, which gives the figures")
-      ->check(CLI::Range(10.0, 7200.0))
-      ->capture_default_str();
+  add_case_options(*command, *arguments);
   command->add_option("--jobs", proof.jobs, "Cases at the same time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_option("--limit-s", proof.limit_s, "Longest time of one diagnosis")
       ->check(CLI::Range(1.0, 1e7))
       ->capture_default_str();
-  command
-      ->add_option("--data", arguments->data,
-                   "Folder of real recordings: adds ablated and injected cases")
-      ->envname("RAVENCAL_DATA_DIR");
-  command
-      ->add_option("--house", arguments->house,
-                   "Folder with plants/ and profiles/ of the real recordings")
-      ->default_val("tools");
   command->add_option("--tool", arguments->tool, "Program to test instead of this one");
   command->add_option("--until", arguments->until, "Stop after this stage")
       ->check(CLI::IsMember({"seal", "run", "score"}))
       ->capture_default_str();
+  command->add_option(
+      "--part", arguments->part,
+      "K/N: diagnose every Nth case, from case K - 1 on, of a sealed proof; the last "
+      "part scores. Processes may share the folder");
   command->add_flag("--keep-recordings", proof.keep_recordings,
                     "Keep the recordings after the diagnosis");
   command
@@ -139,6 +181,7 @@ void add_prove(CLI::App& app, int& exit_code) {
   command->footer(
       "seal.json commits to the concealed effects before the first run, verdicts.json to the\n"
       "verdicts before the first manifest is opened. Scoring checks every hash.\n"
+      "On a cluster: --until seal, then tools/prove/prove.sbatch.\n"
       "Example: ravencal prove --out proof --cases 300 --seed 7");
   on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
 }

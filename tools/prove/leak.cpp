@@ -113,11 +113,15 @@ core::Result<Json> leak_test(const ProofOptions& options, const LeakOptions& lea
         case_options.seed = options.seed ^ 0x6c65616bU;
         case_options.duration_s = leak.duration_s;
         case_options.held_out_s = 1.0;
+        // By pair: the world that follows a case's number would tell the two of a pair apart.
+        case_options.world = options.world != WorldChoice::kBoth ? options.world
+                             : i / 2 % 2 == 0                    ? WorldChoice::kOwn
+                                                                 : WorldChoice::kOther;
         const SubjectKind& kind = kinds[i / 2 % kinds.size()];
         const bool hidden = i % 2 == 1;
         const CaseDesign design =
             draw_case_with(kind, hidden ? kVanishing : 0.0, static_cast<int>(i), case_options);
-        RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, make_case(design, case_options, {}));
+        RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, make_case(design, {}));
         if (hidden && leak.planted) leak.planted(files);
         features[i] = features_of(files, 18);
         labels[i] = hidden ? 1 : 0;

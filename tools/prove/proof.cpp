@@ -23,12 +23,19 @@ core::Error bad(const fs::path& path, const std::string& why) {
 }
 
 Json settings_of(const ProofOptions& options) {
-  return {{"schema", 1},
-          {"seed", options.seed},
-          {"cases", options.cases},
-          {"duration_s", options.duration_s},
-          {"held_out_s", options.held_out_s},
-          {"real_recordings", !options.data.empty()}};
+  Json settings = {{"schema", 1},
+                   {"seed", options.seed},
+                   {"cases", options.cases},
+                   {"duration_s", options.duration_s},
+                   {"held_out_s", options.held_out_s},
+                   {"real_recordings", !options.data.empty()}};
+  // A proof without the key is one of the own world.
+  if (options.world != WorldChoice::kOwn) settings["world"] = word_of(options.world);
+  return settings;
+}
+
+CaseOptions case_options_of(const ProofOptions& options) {
+  return {options.seed, options.duration_s, options.held_out_s, options.world};
 }
 
 core::Status begin(const ProofOptions& options) {
@@ -86,11 +93,7 @@ core::Result<CaseFiles> files_of(const ProofOptions& options, int number) {
     const RealCase& real = real_cases()[static_cast<std::size_t>(number - options.cases)];
     return make_real_case(real, options.data, options.house, options.seed);
   }
-  CaseOptions case_options;
-  case_options.seed = options.seed;
-  case_options.duration_s = options.duration_s;
-  case_options.held_out_s = options.held_out_s;
-  return make_case(draw_case(number, case_options), case_options, look);
+  return make_case(draw_case(number, case_options_of(options)), look);
 }
 
 core::Status write_seal(const ProofOptions& options, const Workspace& space) {
@@ -189,13 +192,10 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
   if (number < options.cases) {
     RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                               record::read_recording(given / "recording.db"));
-    CaseOptions case_options;
-    case_options.seed = options.seed;
-    case_options.duration_s = options.duration_s;
     RAVENCAL_ASSIGN_OR_RETURN(const record::Recording held_out,
                               record::read_recording(given / "held_out.db"));
     verdict["baselines"] =
-        run_baselines(recording, held_out, draw_case(number, case_options).nominal);
+        run_baselines(recording, held_out, draw_case(number, case_options_of(options)).nominal);
   }
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(
       space.verdict(number), verdict.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"));
@@ -215,7 +215,7 @@ core::Status run_cases(const ProofOptions& options) {
   const auto count = static_cast<std::size_t>(all_cases(options));
   std::vector<int> open;
   for (int i = 0; i < static_cast<int>(count); ++i)
-    if (!fs::exists(space.verdict(i))) open.push_back(i);
+    if (i % options.parts == options.part - 1 && !fs::exists(space.verdict(i))) open.push_back(i);
   if (!open.empty() && seal.value("tool_sha256", "") != tool) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: is another program than the one that was sealed; a changed "
@@ -234,7 +234,7 @@ core::Status run_cases(const ProofOptions& options) {
       });
   RAVENCAL_RETURN_IF_ERROR(finished);
   const fs::path path = options.out / "verdicts.json";
-  if (fs::exists(path)) return {};
+  if (fs::exists(path) || missing_verdicts(options) > 0) return {};
   Json hashes = Json::array();
   for (int i = 0; i < static_cast<int>(count); ++i) {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string hash, sha256_of_file(space.verdict(i)));
@@ -244,6 +244,13 @@ core::Status run_cases(const ProofOptions& options) {
                        {"merkle_root", merkle_root(hashes.get<std::vector<std::string>>())},
                        {"hashes", hashes}};
   return core::write_whole_file(path, sealed.dump(1) + "\n");
+}
+
+int missing_verdicts(const ProofOptions& options) {
+  const Workspace space{options.out};
+  int missing = 0;
+  for (int i = 0; i < all_cases(options); ++i) missing += fs::exists(space.verdict(i)) ? 0 : 1;
+  return missing;
 }
 
 core::Result<std::vector<OpenedCase>> open_cases(const fs::path& out) {

@@ -3,7 +3,7 @@
 // The blind proof as a folder, which an interrupted run continues: seal the cases, run the tool on
 // each, seal its verdicts, open, check every hash, score.
 //
-//   prove.json            seed, number of cases, durations: what makes the cases
+//   prove.json            seed, number of cases, durations, world: what makes the cases
 //   given/N/              recording.db, held_out.db, plant.toml: all that the tool gets
 //   sealed/N.json         nonce and manifest: what is hidden
 //   seal.json             commitments, Merkle root, hash of the tool: written before the first run
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "prove/generator/world.hpp"
 
 namespace ravencal::prove {
 
@@ -34,7 +35,10 @@ struct ProofOptions {
   int cases = 300;
   std::uint64_t seed = 1;
   double duration_s = 240.0, held_out_s = 90.0;
+  WorldChoice world = WorldChoice::kOwn;
   unsigned jobs = 2;
+  /// Diagnoses only cases whose number is part - 1 modulo parts; part in [1, parts].
+  int part = 1, parts = 1;
   std::filesystem::path tool;   ///< program with the command `diagnose`
   double limit_s = 600.0;       ///< for one diagnosis
   std::filesystem::path data;   ///< real recordings; empty: the synthetic track only
@@ -52,8 +56,12 @@ struct SealedCase {
 /// Makes the cases that are missing, then seal.json. Errors: kUsage if the folder was begun with
 /// other options, kData if a case no longer fits its seal.
 core::Status seal_cases(const ProofOptions& options);
-/// Runs the tool on cases without a verdict, then seals the verdicts.
+/// Runs the tool on cases of this part without a verdict. Whoever leaves no case without one seals
+/// the verdicts, so that processes may share the folder. Errors: kUsage if the tool is not the one
+/// that was sealed.
 core::Status run_cases(const ProofOptions& options);
+/// Cases that still have no verdict, of all parts.
+int missing_verdicts(const ProofOptions& options);
 
 /// Everything after both seals, hashes checked. Errors: kData names the first case or verdict that
 /// differs from its seal.

@@ -7,6 +7,7 @@
 
 #include "prove/reliability.hpp"
 #include "prove/workspace.hpp"
+#include "prove/worlds.hpp"
 #include "report/escape.hpp"
 
 namespace ravencal::prove {
@@ -330,10 +331,10 @@ std::string proof_html(const Json& proof) {
       "<p class=\"quiet\">Processor time per hundred cases over two cores: {:.1f} min to make "
       "them, {:.1f} min to diagnose.</p>{}{}{}{}{}{}{}{}</body></html>\n",
       kStyle, met, all, proof["cases"].get<int>(), proof["without_report"].get<int>(), seal,
-      cost["generate"].get<double>(), cost["diagnose"].get<double>(), targets_html(proof),
-      sizes_html(proof), kinds_html(proof), others_html(proof),
-      reliability_html(proof["reliability"]), confusion_html(proof), real_html(proof),
-      cases_html(proof));
+      cost["generate"].get<double>(), cost["diagnose"].get<double>(),
+      targets_html(proof) + worlds_html(proof), sizes_html(proof), kinds_html(proof),
+      others_html(proof), reliability_html(proof["reliability"]), confusion_html(proof),
+      real_html(proof), cases_html(proof));
 }
 
 }  // namespace ravencal::prove

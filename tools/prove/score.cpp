@@ -263,6 +263,7 @@ core::Result<CaseScore> score_case(const OpenedCase& opened) {
   score.track = manifest.value("track", "synthetic");
   score.robot = text(manifest, "robot");
   score.world = text(manifest, "engine");
+  score.laws = manifest.value("world", "own");  // without the key there was one world
   if (score.world.empty()) score.world = "recorded";
   score.motion = text(manifest, "motion");
   score.excited = manifest.value("excited", true);

@@ -52,6 +52,7 @@ struct CaseScore {
   int number = 0;
   std::string track, kind, robot, motion, verdict, text;
   std::string world;  ///< what made the recording: a simulator, or "recorded" for a real one
+  std::string laws;   ///< world of the generator: "own" or "other"
   bool excited = true;
   bool failed = false;  ///< no report
   double generate_s = 0.0, diagnose_s = 0.0;

@@ -4,6 +4,7 @@
 #include "prove/proof_html.hpp"
 #include "prove/tally.hpp"
 #include "prove/workspace.hpp"
+#include "prove/worlds.hpp"
 
 namespace ravencal::prove {
 
@@ -16,6 +17,7 @@ core::Result<Json> score_proof(const ProofOptions& options,
     scores.push_back(std::move(score));
   }
   Json proof = tally(scores);
+  if (const Json worlds = worlds_json(scores); worlds.size() > 1) proof["worlds"] = worlds;
   RAVENCAL_ASSIGN_OR_RETURN(const Json seal, read_json(options.out / "seal.json"));
   proof["seal"] = {{"merkle_root", seal.value("merkle_root", "")},
                    {"tool_sha256", seal.value("tool_sha256", "")},

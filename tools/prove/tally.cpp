@@ -282,6 +282,7 @@ Json case_json(const CaseScore& s) {
           {"track", s.track},
           {"kind", s.kind},
           {"robot", s.robot},
+          {"world", s.laws},
           {"motion", s.motion},
           {"excited", s.excited},
           {"hidden", hidden},

@@ -65,7 +65,7 @@ OffParameter draw_off(const CaseDesign& design, Random& random) {
   std::vector<std::pair<std::string, std::string>> possible;
   if (joint.stiffness > 0.0) possible.emplace_back("compliance", "stiffness");
   if (joint.coulomb > 0.0) possible.emplace_back("coulomb_friction", "level");
-  if (joint.viscous > 0.0 && design.base.motion == MotionKind::kRich)
+  if (joint.viscous > 0.0 && is_rich(design.base.motion))
     possible.emplace_back("viscous_friction", "damping");
   if (joint.joint_friction > 0.0) possible.emplace_back("joint_friction", "level");
   std::tie(off.id, off.parameter) = possible[random.below(possible.size())];
@@ -97,20 +97,21 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   design.held_out_seed = random.bits();
   const bool wants_rich = std::any_of(plan.subjects.begin(), plan.subjects.end(),
                                       [](const SubjectKind* k) { return k->wants_rich; });
-  const bool rich = random.uniform() < (wants_rich ? 0.8 : 0.5);
-  constexpr std::array<double, 4> kSlowRates = {25.0, 50.0, 100.0, 100.0};
-  constexpr std::array<double, 4> kRichRates = {100.0, 100.0, 200.0, 500.0};
-  const double rate_hz = (rich ? kRichRates : kSlowRates)[random.below(4)];
-  const MotionKind motion = rich ? MotionKind::kRich : MotionKind::kSlow;
+  const bool wants_law = std::any_of(plan.subjects.begin(), plan.subjects.end(),
+                                     [](const SubjectKind* k) { return k->stage == "command"; });
+  design.world = &world_of(options.world, number);
+  const CaseNeeds needs{wants_rich, wants_law, options.duration_s, options.held_out_s};
+  const RecordingForm form = design.world->draw_form(needs, random);
   design.nominal = robot_for(plan.subjects, random) == 'r' ? draw_raven(random) : draw_axis(random);
-  design.nominal.row_rate_hz = rate_hz;
+  design.nominal.row_rate_hz = form.rate_hz;
+  design.world->draw_plant(needs, design.nominal, random);
   Random ways(options.seed, fmt::format("ways {}", number));
   draw_ways(design.nominal, ways);
   const auto figures =
-      motion_figures(design.nominal, motion, options.duration_s, design.motion_seed);
+      motion_figures(design.nominal, form.motion, form.duration_s, design.motion_seed);
   for (const SubjectKind* kind : plan.subjects)
     design.subjects.push_back(
-        draw_subject(*kind, design.nominal, figures, options.duration_s, random));
+        draw_subject(*kind, design.nominal, figures, form.duration_s, random));
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     Subject& s = design.subjects[i];
     const NominalJoint& joint = design.nominal.joints[s.joint];
@@ -121,7 +122,7 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   }
   for (const Subject& s : design.subjects) conceal(s, design.nominal);
   design.truth = within_tolerance(design.nominal, random);
-  design.base.motion = motion;
+  design.base.motion = form.motion;
   if (plan.kind == CaseKind::kParameter) {
     design.off = draw_off(design, random);
     // The factor is against the plant, whatever the draw within tolerance was.
@@ -135,9 +136,10 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
     if (design.off->id == "joint_friction") to.joint_friction = from.joint_friction;
   }
   design.base = exact_session(design.truth);
-  design.base.robot.mujoco = random.uniform() < 0.2;
-  design.base.motion = motion;
-  design.base.duration_s = options.duration_s;
+  design.world->draw_laws(design.nominal, form.duration_s, design.base, random);
+  design.base.motion = form.motion;
+  design.base.duration_s = form.duration_s;
+  design.held_out_s = form.held_out_s;
   add_noise(design.base, random);
   const double missing = random.uniform();
   design.base.with_torque = missing >= 0.1;

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "prove/generator/subject.hpp"
+#include "prove/generator/world.hpp"
 
 namespace ravencal::prove {
 
@@ -30,16 +31,19 @@ struct CaseOptions {
   std::uint64_t seed = 1;
   double duration_s = 240.0;  ///< of the recording
   double held_out_s = 90.0;   ///< of the one whose figures count
+  WorldChoice world = WorldChoice::kOwn;
 };
 
 struct CaseDesign {
   int number = 0;
   CaseKind kind = CaseKind::kControl;
+  const World* world = nullptr;   ///< of its laws; lives as long as the program
   NominalRobot nominal;           ///< what plant.toml says
   NominalRobot truth;             ///< the same, off within tolerances
   std::vector<Subject> subjects;  ///< amplitude 0: a decoy
   std::optional<OffParameter> off;
   Session base;  ///< truth with noise, without the subjects
+  double held_out_s = 90.0;
   std::uint64_t motion_seed = 1, noise_seed = 1, held_out_seed = 1;
 };
 
@@ -56,7 +60,6 @@ struct CaseFiles {
   std::string plant;
   std::string manifest;  ///< JSON: what is hidden, with measured sizes and floors
 };
-core::Result<CaseFiles> make_case(const CaseDesign& design, const CaseOptions& options,
-                                  const std::function<bool()>& look);
+core::Result<CaseFiles> make_case(const CaseDesign& design, const std::function<bool()>& look);
 
 }  // namespace ravencal::prove

@@ -93,10 +93,17 @@ record::Recording as_given(const record::Recording& whole, const Session& sessio
   return out;
 }
 
+/// Motion that never turns shows these as an offset, a stiffness or a level.
+bool shows_at_reversals(std::string_view id) {
+  constexpr std::string_view kIds[] = {"backlash",   "joint_friction",   "hysteresis",
+                                       "presliding", "coulomb_friction", "asymmetric_friction"};
+  return std::find(std::begin(kIds), std::end(kIds), id) != std::end(kIds);
+}
+
 class Maker {
  public:
-  Maker(const CaseDesign& design, const CaseOptions& options, const std::function<bool()>& look)
-      : design_(design), options_(options), look_(look) {}
+  Maker(const CaseDesign& design, const std::function<bool()>& look)
+      : design_(design), look_(look) {}
 
   core::Result<CaseFiles> make() {
     const SessionSeeds seeds{design_.motion_seed, design_.noise_seed};
@@ -117,7 +124,7 @@ class Maker {
     }
     CaseFiles files;
     Session second = all;
-    second.duration_s = options_.held_out_s;
+    second.duration_s = design_.held_out_s;
     RAVENCAL_ASSIGN_OR_RETURN(
         const record::Recording held_out,
         whole_run(second, {design_.held_out_seed, design_.held_out_seed ^ 0x5bd1e995U}));
@@ -131,7 +138,7 @@ class Maker {
  private:
   core::Result<record::Recording> whole_run(Session session, const SessionSeeds& seeds) const {
     session.with_torque = session.with_truth = true;
-    return run_session(session, seeds, look_);
+    return design_.world->run(session, seeds, look_);
   }
 
   [[nodiscard]] bool follows(const record::Recording& recording) const {
@@ -148,6 +155,7 @@ class Maker {
 
   core::Status measure_floors(const Session& all, const record::Recording& whole) {
     Session other = all;
+    other.planned_s = all.duration_s;
     other.duration_s = std::min(kFloorRunS, all.duration_s);
     RAVENCAL_ASSIGN_OR_RETURN(
         const record::Recording again,
@@ -261,10 +269,13 @@ class Maker {
 
   /// Slow motion does not excite everything.
   [[nodiscard]] bool excited() const {
-    const bool rich = design_.base.motion == MotionKind::kRich;
-    return std::all_of(design_.subjects.begin(), design_.subjects.end(), [rich](const Subject& s) {
-      return rich || s.amplitude == 0.0 || !s.kind->wants_rich;
-    });
+    const MotionKind motion = design_.base.motion;
+    return std::all_of(
+        design_.subjects.begin(), design_.subjects.end(), [motion](const Subject& s) {
+          return s.amplitude == 0.0 ||
+                 ((is_rich(motion) || !s.kind->wants_rich) &&
+                  (motion != MotionKind::kOneWay || !shows_at_reversals(s.kind->id)));
+        });
   }
 
   [[nodiscard]] std::string manifest(Json subjects, const Session& all) const {
@@ -288,11 +299,13 @@ class Maker {
     const Json json = {{"schema", 1},
                        {"case", design_.number},
                        {"kind", word_of(design_.kind)},
-                       {"engine", all.robot.mujoco ? "MuJoCo arm, SUNDIALS" : "own arm, SUNDIALS"},
+                       {"world", design_.world->name},
+                       {"engine", design_.world->engine(all)},
                        {"robot", design_.nominal.name},
-                       {"motion", all.motion == MotionKind::kRich ? "rich" : "slow"},
+                       {"motion", word_of(all.motion)},
                        {"rate_hz", design_.nominal.row_rate_hz},
                        {"duration_s", all.duration_s},
+                       {"homed_at_s", all.homed_at_s},
                        {"with_truth", all.with_truth},
                        {"with_torque", all.with_torque},
                        {"seeds", {design_.motion_seed, design_.noise_seed, design_.held_out_seed}},
@@ -306,16 +319,14 @@ class Maker {
   }
 
   CaseDesign design_;  ///< amplitudes fall until the robot follows its command
-  const CaseOptions& options_;
   const std::function<bool()>& look_;
   std::vector<std::array<double, 2>> floors_;  ///< per joint: position, effort
 };
 
 }  // namespace
 
-core::Result<CaseFiles> make_case(const CaseDesign& design, const CaseOptions& options,
-                                  const std::function<bool()>& look) {
-  return Maker(design, options, look).make();
+core::Result<CaseFiles> make_case(const CaseDesign& design, const std::function<bool()>& look) {
+  return Maker(design, look).make();
 }
 
 }  // namespace ravencal::prove

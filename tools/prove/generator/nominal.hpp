@@ -40,7 +40,8 @@ struct NominalRobot {
   Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
   double truth_period_s = 0.0104, truth_latency_s = 0.004;
   double row_rate_hz = 100.0;
-  bool says_ways = false;  ///< plant.toml has `coupling_through`
+  bool says_ways = false;         ///< plant.toml has `coupling_through`
+  bool states_controller = true;  ///< plant.toml has [joint.controller]
 };
 
 /// RAVEN-II, joints 1 to 3, with geometry, transmission and servo as published (uw-biorobotics/

@@ -16,7 +16,7 @@ std::string effect(const char* id, std::initializer_list<std::pair<const char*, 
   return text;
 }
 
-std::string joint_text(const NominalJoint& j, bool says_way) {
+std::string joint_text(const NominalJoint& j, bool says_way, bool states_controller) {
   const bool p = j.prismatic;
   std::string text = fmt::format(
       "\n[[joint]]\nname = \"{}\"\nkind = \"{}\"\nmotor_inertia_kg_m2 = {:.9g}\n"
@@ -28,11 +28,15 @@ std::string joint_text(const NominalJoint& j, bool says_way) {
     text += fmt::format("coupling_through = \"{}\"\n", j.follows_links ? "link" : "drive");
   text += fmt::format("\n  [joint.link]\n  mass_kg = {:.9g}\n  com_m = {}\n  inertia_kg_m2 = {}\n",
                       j.mass_kg, list(j.com_m), list(j.inertia_kg_m2));
-  text += fmt::format(
-      "\n  [joint.drive]\n  input = \"torque_n_m\"\n  dac_counts_per_n_m = {:.9g}\n"
-      "\n  [joint.controller]\n  kp_n_m_per_rad = {:.9g}\n  kd_n_m_s_per_rad = {:.9g}\n"
-      "  dac_limit_counts = {:.9g}\n",
-      j.dac_counts_per_n_m, j.kp, j.kd, j.dac_limit_counts);
+  text +=
+      fmt::format("\n  [joint.drive]\n  input = \"torque_n_m\"\n  dac_counts_per_n_m = {:.9g}\n",
+                  j.dac_counts_per_n_m);
+  if (states_controller) {
+    text += fmt::format(
+        "\n  [joint.controller]\n  kp_n_m_per_rad = {:.9g}\n  kd_n_m_s_per_rad = {:.9g}\n"
+        "  dac_limit_counts = {:.9g}\n",
+        j.kp, j.kd, j.dac_limit_counts);
+  }
   if (j.stiffness > 0.0) {
     text += effect("compliance",
                    {{p ? "stiffness_n_per_m" : "stiffness_n_m_per_rad", j.stiffness},
@@ -77,7 +81,7 @@ std::string plant_text(const NominalRobot& robot) {
       robot.name, list(robot.gravity), robot.row_rate_hz, robot.truth_period_s,
       robot.truth_latency_s);
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
-    text += joint_text(robot.joints[i], i > 0 && robot.says_ways);
+    text += joint_text(robot.joints[i], i > 0 && robot.says_ways, robot.states_controller);
   return text;
 }
 

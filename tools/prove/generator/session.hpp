@@ -5,6 +5,7 @@
 // (throttled robot stream, truth stamped late on another clock, nearest stamps paired).
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -48,18 +49,31 @@ struct JointSession {
   MotionRange range;
 };
 
+/// What the session description leaves to the laws of the other world (other/laws.hpp): Dahl's
+/// exponents per joint, and a servo of cascaded loops. The own world does not read it.
+struct OtherLaws {
+  std::array<double, 3> motor_exponent = {1.0, 1.0, 1.0}, joint_exponent = {1.0, 1.0, 1.0};
+  double integral_time_s = 0.0;  ///< of the velocity loop; 0: it has no integral
+  double velocity_filter_s = 0.002;
+  int latency_cycles = 1;  ///< between reading and drive
+  double current_lag_s = 5e-4;
+};
+
 struct Session {
   RobotPhysics robot;
   Eigen::Matrix3d believed_coupling = Eigen::Matrix3d::Zero();  ///< the controller's
   std::vector<JointSession> joints;
   MotionKind motion = MotionKind::kSlow;
   double duration_s = 240.0;
+  double planned_s = 0.0;  ///< length that the motion is for, where the recording is cut short
   int cycles_per_row = 10;
+  double homed_at_s = 0.0;  ///< homed again: rest, an event and 2 s without rows; 0: never
   double truth_period_s = 0.0104, truth_latency_s = 0.004, truth_latency_deviation_s = 0.0015;
   double truth_clock_error = 0.0;  ///< relative
   double lost_truth = 0.0;         ///< share of rows without truth
   bool with_truth = true;
   bool with_torque = true;
+  OtherLaws other;
   bool with_noise = true;  ///< false: sensors and friction are quiet (for closed-form checks)
 };
 
