@@ -40,14 +40,24 @@ enum class Through { kLink, kDrive };
 /// As a plant says it: "link" or "drive".
 std::string_view through_word(Through through);
 
-/// Rigid link that the joint moves. Frame: the joint's, after Craig's Denavit-Hartenberg
-/// convention.
+/// Rigid link that the joint moves. Frame: the joint's; of a RAVEN arm after Craig's
+/// Denavit-Hartenberg convention.
 struct Link {
   double mass_kg = 0.0;
   std::array<double, 3> com_m{};
   std::array<double, 3> inertia_kg_m2{};  ///< principal moments about the centre of mass
 
   bool operator==(const Link&) const = default;
+};
+
+/// Where a joint is, in the frame of the joint that carries it.
+struct Frame {
+  std::string carried_by;  ///< joint before it; empty: the base
+  std::array<double, 3> position_m{};
+  std::array<double, 4> rotation{1.0, 0.0, 0.0, 0.0};  ///< unit quaternion, real part first
+  std::array<double, 3> axis{0.0, 0.0, 1.0};           ///< unit vector in the joint's own frame
+
+  bool operator==(const Frame&) const = default;
 };
 
 /// What turns a command into motor torque.
@@ -102,6 +112,7 @@ struct Joint {
   double joint_encoder_resolution_ji = 0.0;  ///< rad or m per count of the external encoder
   std::optional<Through> coupling_through;   ///< of its row of the coupling; empty: nobody says
   Link link;
+  std::optional<Frame> frame{};  ///< all joints have one, or none
   Drive drive;
   std::optional<ExternalLoad> external_load;
   std::optional<Controller> controller;
@@ -119,7 +130,7 @@ struct Joint {
 
 struct Robot {
   std::string name;
-  std::string arm;                ///< "gold" or "green"
+  std::string arm;                ///< of a RAVEN-II: "gold" or "green"; empty: another robot
   ControllerBranch controller{};  ///< whose control program runs it
   double control_rate_hz = 1000.0;
   double inner_rate_hz = 10000.0;            ///< integration; a multiple of control_rate_hz

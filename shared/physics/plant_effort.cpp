@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/arm_dynamics.hpp"
+#include "physics/rigid_bodies.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -13,18 +14,37 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// The arm's efforts, [3][rows]; a row whose efforts are not finite keeps those before it.
+/// The arm's efforts, [joints][rows]; a row whose efforts are not finite keeps those before it.
 template <typename EffortAt>
-std::vector<VectorXd> row_by_row(Index rows, EffortAt&& effort_at) {
-  std::vector<VectorXd> efforts(3, VectorXd::Zero(rows));
-  Vector3d last = Vector3d::Zero();
+std::vector<VectorXd> row_by_row(std::size_t joints, Index rows, EffortAt&& effort_at) {
+  std::vector<VectorXd> efforts(joints, VectorXd::Zero(rows));
+  VectorXd last = VectorXd::Zero(static_cast<Index>(joints));
   for (Index i = 0; i < rows; ++i) {
-    const Vector3d effort = effort_at(i);
+    const VectorXd effort = effort_at(i);
     if (effort.allFinite()) last = effort;
-    for (Index j = 0; j < 3; ++j) efforts[static_cast<std::size_t>(j)][i] = last[j];
+    for (std::size_t j = 0; j < joints; ++j) efforts[j][i] = last[static_cast<Index>(j)];
   }
   return efforts;
 }
+
+/// Of a plant that states its frames. The reader has seen that the library takes them.
+std::vector<VectorXd> efforts_of_bodies(const Plant& plant, const std::vector<Motion>& links) {
+  core::Result<RigidBodies> bodies = RigidBodies::create(plant);
+  const auto count = static_cast<Index>(links.size());
+  VectorXd q(count), v(count), a(count);
+  return row_by_row(links.size(), links.front().q.size(), [&](Index i) -> VectorXd {
+    for (Index j = 0; j < count; ++j) {
+      const Motion& link = links[static_cast<std::size_t>(j)];
+      q[j] = link.q[i];
+      v[j] = link.v[i];
+      a[j] = link.a[i];
+    }
+    return q.allFinite() ? bodies->efforts(q, v, a) : q;
+  });
+}
+
+/// Whose geometry the closed form knows.
+bool is_raven(const Plant& plant) { return plant.joints.size() == 3 && !plant.robot.arm.empty(); }
 
 bool has_weight(const Plant& plant) {
   double mass_kg = plant.payload.mass_kg;
@@ -60,13 +80,19 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
   const bool known = std::all_of(positions.begin(), positions.end(),
                                  [](const VectorXd& q) { return q.size() > 0; });
   if (!known || !has_weight(plant)) return efforts;
+  if (has_frames(plant)) {
+    std::vector<Motion> resting;
+    const VectorXd none = VectorXd::Zero(positions.front().size());
+    for (const VectorXd& q : positions) resting.push_back({q, none, none, 0.0});
+    return efforts_of_bodies(plant, resting);
+  }
   if (plant.joints.size() == 1 && plant.joints.front().kind == JointKind::kRevolute) {
     efforts[0] = pendulum_effort(plant, positions[0]);
     return efforts;
   }
-  if (plant.joints.size() != 3) return efforts;
+  if (!is_raven(plant)) return efforts;
   ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
-  return row_by_row(positions.front().size(), [&](Index i) -> Vector3d {
+  return row_by_row(3, positions.front().size(), [&](Index i) -> VectorXd {
     const Vector3d q(positions[0][i], positions[1][i], positions[2][i]);
     return q.allFinite() ? dynamics.gravity(q) : q;
   });
@@ -74,18 +100,19 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
 
 std::vector<VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links) {
   const std::size_t joints = links.size();
-  if (joints != 3) {
+  if (has_frames(plant)) return efforts_of_bodies(plant, links);
+  if (!is_raven(plant)) {
     std::vector<VectorXd> positions;
     for (const Motion& link : links) positions.push_back(link.q);
     std::vector<VectorXd> efforts = holding_efforts(plant, positions);
     for (std::size_t j = 0; j < joints; ++j) {
-      const VectorXd inertial = link_inertia(plant.joints[j]) * links[j].a;
+      const VectorXd inertial = link_inertia(plant, j) * links[j].a;
       efforts[j] = efforts[j].size() > 0 ? VectorXd(efforts[j] + inertial) : inertial;
     }
     return efforts;
   }
   ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
-  return row_by_row(links.front().q.size(), [&](Index i) -> Vector3d {
+  return row_by_row(3, links.front().q.size(), [&](Index i) -> VectorXd {
     const Vector3d q(links[0].q[i], links[1].q[i], links[2].q[i]);
     const Vector3d v(links[0].v[i], links[1].v[i], links[2].v[i]);
     const Vector3d a(links[0].a[i], links[1].a[i], links[2].a[i]);
@@ -158,7 +185,14 @@ std::vector<VectorXd> cable_efforts(const Plant& plant,
   return cables;
 }
 
-double link_inertia(const Joint& j) {
+double link_inertia(const Plant& plant, std::size_t joint) {
+  const auto place = static_cast<Index>(joint);
+  if (has_frames(plant)) {
+    core::Result<RigidBodies> bodies = RigidBodies::create(plant);
+    const VectorXd zero = VectorXd::Zero(static_cast<Index>(plant.joints.size()));
+    return bodies->mass_matrix(zero)(place, place);
+  }
+  const Joint& j = plant.joints[joint];
   if (j.kind == JointKind::kPrismatic) return j.link.mass_kg;
   const double arm2 = j.link.com_m[0] * j.link.com_m[0] + j.link.com_m[1] * j.link.com_m[1];
   return j.link.inertia_kg_m2[2] + j.link.mass_kg * arm2;
@@ -166,7 +200,7 @@ double link_inertia(const Joint& j) {
 
 double joint_inertia(const Plant& plant, std::size_t joint) {
   const Joint& j = plant.joints[joint];
-  return j.motor_inertia_kg_m2 * j.reduction * j.reduction + link_inertia(j);
+  return j.motor_inertia_kg_m2 * j.reduction * j.reduction + link_inertia(plant, joint);
 }
 
 }  // namespace ravencal::physics

@@ -16,8 +16,8 @@ std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
                                              const std::vector<Eigen::VectorXd>& positions);
 
 /// Efforts that move the plant's links as `links` moves ([joints]) against weight and inertia, per
-/// joint and sample (N m or N). Robots other than a RAVEN-II and a single pendulum have no weight,
-/// and each joint moves its own link only.
+/// joint and sample (N m or N). Robots that state no frames and are neither a RAVEN-II nor a single
+/// pendulum have no weight, and each joint moves its own link only.
 std::vector<Eigen::VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links);
 
 /// Adds to `efforts` what balances the measured loads from outside (Joint::external_load);
@@ -51,9 +51,9 @@ std::vector<Eigen::VectorXd> motor_efforts(const Plant& plant,
 std::vector<Eigen::VectorXd> cable_efforts(const Plant& plant,
                                            const std::vector<Eigen::VectorXd>& joint_efforts);
 
-/// The link's inertia about its joint (kg m^2 or kg): its own moment and its mass about the axis z;
-/// other links are left to the drive's tolerance.
-double link_inertia(const Joint& joint);
+/// Inertia about a joint (kg m^2 or kg): where the plant states its frames, of everything that the
+/// joint carries while all joints are at zero; else of its own link about the axis z.
+double link_inertia(const Plant& plant, std::size_t joint);
 
 /// Inertia of motor and link, referred to the joint (kg m^2 or kg).
 double joint_inertia(const Plant& plant, std::size_t joint);

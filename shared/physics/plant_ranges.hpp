@@ -24,6 +24,7 @@ inline constexpr core::NumberRange kGravityRange{-100.0, 100.0};  ///< m/s^2
 inline constexpr core::NumberRange kTransmissionRange{1e-6, 1e9};
 inline constexpr core::NumberRange kGainRange{-1e9, 1e9};
 inline constexpr core::NumberRange kSignRange{-1.0, 1.0};
+inline constexpr core::NumberRange kDirectionRange{-1e3, 1e3};    ///< before it is made a unit
 inline constexpr core::NumberRange kResolutionRange{1e-12, 1.0};  ///< rad or m
 inline constexpr core::NumberRange kCountsPerRevRange{1.0, 1e9};
 inline constexpr core::NumberRange kControlRateRange{1.0, 1e5};  ///< Hz

@@ -41,7 +41,7 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
     return root.finish();
   }
   robot.name = table->text("name");
-  robot.arm = table->text_or("arm", "gold");
+  robot.arm = table->text_or("arm", "");
   if (table->has("controller")) {
     const std::string name = table->text("controller");
     if (const ControllerBranch* branch = find_controller_branch(name)) {
@@ -91,6 +91,32 @@ core::Status read_link(TomlTable& joint, Link& link) {
   link.mass_kg = table->number("mass_kg", kMassRange);
   link.com_m = array_of<3>(table->numbers("com_m", 3, kLengthRange));
   link.inertia_kg_m2 = array_of<3>(table->numbers("inertia_kg_m2", 3, kInertiaRange));
+  return table->finish();
+}
+
+/// A vector of length one; an error where it has none.
+template <std::size_t N>
+void normalise(TomlTable& table, std::string_view key, std::array<double, N>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  if (!(squares > 0.0)) return table.fail(key, fmt::format("{} must not be zero", key));
+  for (double& value : values) value /= std::sqrt(squares);
+}
+
+core::Status read_frame(TomlTable& joint, std::optional<Frame>& frame) {
+  auto table = joint.table("frame");
+  if (!table) return {};
+  frame.emplace();
+  frame->carried_by = table->text_or("carried_by", "");
+  frame->position_m = array_of<3>(table->numbers("position_m", 3, kLengthRange));
+  if (table->has("rotation_wxyz")) {
+    frame->rotation = array_of<4>(table->numbers("rotation_wxyz", 4, kDirectionRange));
+    normalise(*table, "rotation_wxyz", frame->rotation);
+  }
+  if (table->has("axis")) {
+    frame->axis = array_of<3>(table->numbers("axis", 3, kDirectionRange));
+    normalise(*table, "axis", frame->axis);
+  }
   return table->finish();
 }
 
@@ -231,6 +257,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
       revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m", kResolutionRange);
   joint.coupling_through = read_through(table);
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
+  RAVENCAL_RETURN_IF_ERROR(read_frame(table, joint.frame));
   RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
   RAVENCAL_RETURN_IF_ERROR(read_external_load(table, joint.external_load));
   RAVENCAL_RETURN_IF_ERROR(read_controller(table, joint.controller));
@@ -272,6 +299,24 @@ core::Status check_routing(const Plant& plant) {
         core::ErrorCode::kData,
         fmt::format("{}: joint '{}' has coupling_through, but by `coupling` no joint moves it",
                     plant.source, plant.joints[i].name)};
+  }
+  return {};
+}
+
+/// The geometry is whole, and a joint is carried by one before it.
+core::Status check_frames(const Plant& plant) {
+  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
+    const Joint& joint = plant.joints[i];
+    if (joint.frame.has_value() != plant.joints.front().frame.has_value())
+      return core::data_error(fmt::format(
+          "{}: joint '{}' {} a [joint.frame] and joint '{}' {}: all joints need one, or "
+          "none",
+          plant.source, joint.name, joint.frame ? "has" : "lacks", plant.joints.front().name,
+          joint.frame ? "lacks it" : "has it"));
+    if (!joint.frame || joint.frame->carried_by.empty()) continue;
+    if (plant.joint_index(joint.frame->carried_by).value_or(i) >= i)
+      return core::data_error(fmt::format("{}: joint '{}': carried_by '{}' is no joint before it",
+                                          plant.source, joint.name, joint.frame->carried_by));
   }
   return {};
 }
@@ -343,6 +388,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   RAVENCAL_RETURN_IF_ERROR(root.finish());
   RAVENCAL_RETURN_IF_ERROR(check_routing(plant));
   RAVENCAL_RETURN_IF_ERROR(check_names(plant));
+  RAVENCAL_RETURN_IF_ERROR(check_frames(plant));
   return plant;
 }
 

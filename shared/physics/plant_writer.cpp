@@ -77,7 +77,7 @@ void write_coupling(PlantText& out, const Plant& plant) {
 void write_robot(PlantText& out, const Robot& robot) {
   out.table("[robot]", false);
   out.value("name", robot.name);
-  out.value("arm", robot.arm);
+  if (!robot.arm.empty()) out.value("arm", robot.arm);
   if (!robot.controller.name.empty()) out.value("controller", robot.controller.name);
   out.value("control_rate_hz", robot.control_rate_hz);
   out.value("inner_rate_hz", robot.inner_rate_hz);
@@ -110,6 +110,15 @@ void write_link_and_drive(PlantText& out, const Joint& joint) {
     out.value("mass_kg", joint.link.mass_kg);
     out.value("com_m", joint.link.com_m);
     out.value("inertia_kg_m2", joint.link.inertia_kg_m2);
+  }
+  if (joint.frame) {
+    out.table("[joint.frame]", true);
+    if (!joint.frame->carried_by.empty())
+      out.value("carried_by", std::string_view(joint.frame->carried_by));
+    out.value("position_m", joint.frame->position_m);
+    if (joint.frame->rotation != Frame{}.rotation)
+      out.value("rotation_wxyz", joint.frame->rotation);
+    if (joint.frame->axis != Frame{}.axis) out.value("axis", joint.frame->axis);
   }
   if (joint.drive != Drive{}) {
     out.table("[joint.drive]", true);

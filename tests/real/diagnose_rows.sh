@@ -5,7 +5,7 @@
 # one part of a set, the figures are of the other.
 #   diagnose_rows.sh RAVENCAL DATA_DIR OUT_DIR [SET...]
 # SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker davinci_tool4_friction
-# davinci_tool4_gearbox davinci_tool4_jaw so101; all by default. so101 takes minutes.
+# davinci_tool4_gearbox davinci_tool4_jaw double_pendulum so101; all by default. so101 takes minutes.
 # OUT_DIR/SET/report.html shows the reasons.
 set -euo pipefail
 if (($# < 3)); then
@@ -54,6 +54,8 @@ row() {
       for kind in 010 030 050 070 090 100; do train+=("train_f"{01,03}"_load$kind.csv"); done
       for kind in 020 040 060 080; do test+=("$data/davinci_tool4/test_f"{02,04}"_load$kind.csv"); done
       diagnose "$set" "${train[@]}" -- --profile "$profile" --held-out "${test[@]}" ;;
+    double_pendulum) diagnose "$set" train_run{00,02,04}.csv -- --profile "$profile" \
+      --held-out "$data/$set"/test_run{03,11,12}.csv ;;
     so101) diagnose "$set" velocity_ramp.csv trapezoidal_profile.csv multisine.csv \
       workspace_sweep.csv -- --profile "$profile" --held-out "$data/$set/step_response.csv" ;;
     *) echo "diagnose_rows.sh: there is no set $set" >&2; return 2 ;;
@@ -61,5 +63,5 @@ row() {
 }
 
 (($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker \
-  davinci_tool4_{friction,gearbox,jaw} so101
+  davinci_tool4_{friction,gearbox,jaw} double_pendulum so101
 for name; do row "$name"; done

@@ -5,6 +5,7 @@ ravencal_test(NAME physics_test
           ${CMAKE_CURRENT_LIST_DIR}/physics_arm_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_branch_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_predict_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/rigid_bodies_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_twin_test.cpp
   LIBS ravencal::physics LABELS unit)
 ravencal_test(NAME trajectory_test

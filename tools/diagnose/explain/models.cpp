@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "diagnose/findings/policy.hpp"
+#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -52,6 +53,33 @@ bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant
   return any;
 }
 
+/// Whether the interval of all its sizes contains zero in the plain model: they moved so far when
+/// what no plant holds went.
+bool gone(const Candidate& candidate, std::size_t number, const Model& best, const Model& plain) {
+  const auto is_zero = [](const Parameter& fitted, const Parameter& written) {
+    return std::abs(written.x - written.mean) < kNormal95 * std::abs(written.x - fitted.x);
+  };
+  if (candidate.opens)
+    return is_zero(best.numbers[*candidate.opens], plain.numbers[*candidate.opens]);
+  const std::vector<Parameter>& fitted = best.effects.at(number);
+  const std::vector<Parameter>& written = plain.effects.at(number);
+  for (std::size_t k = 0; k < candidate.sizes.size(); ++k)
+    if (!is_zero(fitted[k], written[k])) return false;
+  return true;
+}
+
+/// Without effects that are gone, fitted anew.
+void drop_gone(const Model& best, const Likelihood& training, const Vocabulary& vocabulary,
+               Model& plain) {
+  std::vector<std::size_t> dropped;
+  for (const std::size_t c : plain.chosen)
+    if (gone(vocabulary.candidates[c], c, best, plain)) dropped.push_back(c);
+  if (dropped.empty()) return;
+  for (const std::size_t c : dropped) plain = without(plain, vocabulary, c);
+  fit(training, plain);
+  judge(training, 0.0, plain);
+}
+
 /// The best model as a plant has it: no plant holds a shape without a name or part of a cable's
 /// way, so numbers and effects are fitted without any. The shapes then take what these leave.
 Model written_as(const Model& best, const Likelihood& training, const Vocabulary& vocabulary) {
@@ -63,19 +91,23 @@ Model written_as(const Model& best, const Likelihood& training, const Vocabulary
   if (ways || plain.chosen.size() < best.chosen.size()) {
     fit(training, plain);
     judge(training, 0.0, plain);
+    drop_gone(best, training, vocabulary, plain);
   }
-  hold_uncertain(training, opened_by(best, vocabulary), plain);
+  hold_uncertain(training, opened_by(plain, vocabulary), plain);
   for (Parameter& p : plain.numbers)
     if (p.reaches == Reaches::kRouting) p.held = false;
+  for (const std::size_t c : best.chosen)
+    if (!vocabulary.candidates[c].unnamed() && !plain.chosen.contains(c))
+      written = without(written, vocabulary, c);
   written.numbers = plain.numbers;
   for (const auto& [c, parameters] : plain.effects) written.effects[c] = parameters;
-  if (plain.chosen.size() == best.chosen.size()) return written;
+  if (plain.chosen.size() == written.chosen.size()) return written;
   Model shapes = written;
   for (Parameter& p : shapes.numbers) p.held = true;
   for (const auto& [c, parameters] : plain.effects)
     for (Parameter& p : shapes.effects[c]) p.held = true;
   fit(training, shapes);
-  for (const std::size_t c : best.chosen)
+  for (const std::size_t c : written.chosen)
     if (vocabulary.candidates[c].unnamed()) written.effects[c] = shapes.effects[c];
   return written;
 }

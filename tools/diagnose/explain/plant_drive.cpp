@@ -162,7 +162,7 @@ physics::DriveLoad PlantDrive::load_along(std::size_t r, const VectorXd& side) c
   if (physics::coupled(plant_, joint_) && track.joints[joint_].effort.size() > 0)
     load.recorded = asked_of_motor(r, plant_) -
                     plant_.joints[joint_].parameter("joint_friction", "level") * side;
-  const double inertia = physics::link_inertia(plant_.joints[joint_]);
+  const double inertia = physics::link_inertia(plant_, joint_);
   load.recorded -= inertia * track.forced.motors[joint_].a;
   return load;
 }
