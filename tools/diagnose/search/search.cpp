@@ -67,10 +67,13 @@ void Search::start() {
   Model model;
   model.numbers = vocabulary_.numbers;
   // Pulses stand out by themselves. Noise that held them would hide everything else.
-  for (std::size_t c = 0; c < vocabulary_.candidates.size(); ++c)
-    if (vocabulary_.candidates[c].kind == CandidateKind::kPulses)
-      model = with(model, vocabulary_, {.candidate = c, .sizes = VectorXd::Ones(1)});
-  training_.estimate_noise(model.state_for(training_));
+  State begins = training_.base();
+  for (std::size_t c = 0; c < vocabulary_.candidates.size(); ++c) {
+    if (vocabulary_.candidates[c].kind != CandidateKind::kPulses) continue;
+    model = with(model, vocabulary_, {.candidate = c, .sizes = VectorXd::Ones(1)});
+    for (const Parameter& p : model.effects.at(c)) p.apply(begins);
+  }
+  training_.estimate_noise(begins);
   for (int round = 0; round < kStartRounds; ++round) {
     fit(training_, model);
     const State state = model.state_for(training_);
@@ -82,7 +85,7 @@ void Search::start() {
   training_.set_dispersion(counted(model.judgement.dispersion));
   Model bare = model;
   for (const std::size_t c : model.chosen) bare = without(bare, vocabulary_, c);
-  fit(training_, bare);
+  if (!model.chosen.empty()) fit(training_, bare);
   judge(training_, 0.0, bare);
   seen_[Key{}].model = std::move(bare);
   if (!model.chosen.empty()) consider(std::move(model));
