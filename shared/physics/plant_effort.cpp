@@ -75,6 +75,11 @@ VectorXd pendulum_effort(const Plant& plant, const VectorXd& q) {
 
 }  // namespace
 
+bool lacks_geometry(const Plant& plant) {
+  const bool turns = plant.joints.size() == 1 && plant.joints[0].kind == JointKind::kRevolute;
+  return has_weight(plant) && !has_frames(plant) && !is_raven(plant) && !turns;
+}
+
 std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<VectorXd>& positions) {
   std::vector<VectorXd> efforts(positions.size());
   const bool known = std::all_of(positions.begin(), positions.end(),
@@ -86,11 +91,11 @@ std::vector<VectorXd> holding_efforts(const Plant& plant, const std::vector<Vect
     for (const VectorXd& q : positions) resting.push_back({q, none, none, 0.0});
     return efforts_of_bodies(plant, resting);
   }
-  if (plant.joints.size() == 1 && plant.joints.front().kind == JointKind::kRevolute) {
+  if (lacks_geometry(plant)) return efforts;
+  if (!is_raven(plant)) {
     efforts[0] = pendulum_effort(plant, positions[0]);
     return efforts;
   }
-  if (!is_raven(plant)) return efforts;
   ArmDynamics dynamics(plant, plant.robot.arm == "green" ? Arm::kGreen : Arm::kGold, true);
   return row_by_row(3, positions.front().size(), [&](Index i) -> VectorXd {
     const Vector3d q(positions[0][i], positions[1][i], positions[2][i]);

@@ -20,6 +20,9 @@ std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
 /// pendulum have no weight, and each joint moves its own link only.
 std::vector<Eigen::VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links);
 
+/// True if links that weigh something get no weight, since nothing says where they are.
+bool lacks_geometry(const Plant& plant);
+
 /// Adds to `efforts` what balances the measured loads from outside (Joint::external_load);
 /// `measured` ([joints][samples], in units of the channel) is empty where none was recorded.
 void add_external_loads(const Plant& plant, const std::vector<Eigen::VectorXd>& measured,

@@ -43,7 +43,7 @@ physics::Plant plant_of(const std::string& way) {
       "mass_kg = 0.231\ncom_m = [0, 0, 0]\ninertia_kg_m2 = [0, 0, 0]\n"};
   std::string text =
       "coupling = [[0, 0, 0], [-0.3, 0, 0], [0, 0, 0]]\n[robot]\nname = \"raven2\"\n"
-      "gravity_m_per_s2 = [-9.8, 0, 0]\ntool_joints_rad = [0, 0, 0, 0]\n";
+      "arm = \"gold\"\ngravity_m_per_s2 = [-9.8, 0, 0]\ntool_joints_rad = [0, 0, 0, 0]\n";
   for (std::size_t j = 0; j < kJoints; ++j) {
     const Axis& axis = kAxes[j];
     const bool slides = j == 2;

@@ -60,7 +60,6 @@ TEST(PlantText, LeavesOutWhatAPlantDoesNotHave) {
   const std::string text = plant_text(shipped("dvrk_jhu_tracker"));
   EXPECT_EQ(text.substr(0, text.find("[[joint]]")), R"([robot]
 name = "dvrk_jhu_tracker"
-arm = "gold"
 control_rate_hz = 1000.0
 inner_rate_hz = 10000.0
 gravity_m_per_s2 = [0.0, 0.0, 0.0]
@@ -145,7 +144,8 @@ TEST(Plant, HasItsRangesInTheTableOfTheFormats) {
       {"`mass_kg`", kMassRange},
       {"`inertia_kg_m2`", kInertiaRange},
       {"`motor_inertia_kg_m2`", kRotorRange},
-      {"`com_m`", kLengthRange},
+      {"`com_m`, `position_m`", kLengthRange},
+      {"`rotation_wxyz`, `axis` (made units)", kDirectionRange},
       {"`gravity_m_per_s2`", kGravityRange},
       {"`gearbox_ratio`, `reduction`, `reduction_rad_per_m`", kTransmissionRange},
       {"`gain`, `dac_counts_per_n_m`", kGainRange},

@@ -11,6 +11,7 @@
 #include <functional>
 
 #include "physics/arm_dynamics.hpp"
+#include "physics/plant_effort.hpp"
 #include "physics/plant_writer.hpp"
 
 namespace ravencal::physics {
@@ -134,6 +135,17 @@ TEST(RigidBodies, AreReadBackAsTheyWereWritten) {
     for (std::size_t k = 0; k < 4; ++k)
       EXPECT_NEAR(again->joints[j].frame->rotation[k], plant.joints[j].frame->rotation[k], 1e-12);
   }
+}
+
+/// No geometry is taken for granted: the same arm without frames weighs nothing, and says so.
+TEST(RigidBodies, OfAPlantThatStatesNoFramesWeighNothing) {
+  Plant plant = double_pendulum();
+  const std::vector<VectorXd> tilted(2, VectorXd::Constant(1, 0.5));
+  EXPECT_FALSE(lacks_geometry(plant));
+  EXPECT_GT(holding_efforts(plant, tilted)[0][0], 1.0);
+  for (Joint& joint : plant.joints) joint.frame.reset();
+  EXPECT_TRUE(lacks_geometry(plant));
+  EXPECT_EQ(holding_efforts(plant, tilted)[0].size(), 0);
 }
 
 TEST(RigidBodies, NeedAWholeGeometry) {

@@ -13,6 +13,7 @@
 
 #include "diagnose/explain/circumstances.hpp"
 #include "diagnose/explain/view.hpp"
+#include "physics/plant_effort.hpp"
 
 namespace ravencal::diagnose {
 namespace {
