@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   commands::add_convert(app, exit_code);
   commands::add_sign(app, exit_code);
   commands::add_host(app, exit_code);
+  commands::add_plant(app, exit_code);
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
   commands::add_conceal(app, exit_code);

@@ -175,6 +175,7 @@ struct Plant {
       coupling;            ///< [joint][joint]: joint = motor/reduction + coupling * joints
   std::string source;      ///< path it was read from, for messages
   std::uint64_t hash = 0;  ///< FNV-1a 64 of the file's bytes
+  std::vector<std::string> notes{};  ///< what a foreign model says and no plant can hold
 
   [[nodiscard]] std::optional<std::size_t> joint_index(std::string_view name) const;
 
@@ -184,8 +185,8 @@ struct Plant {
 /// True if by the plant's coupling other joints move this one.
 bool coupled(const Plant& plant, std::size_t joint);
 
-/// Reads a plant. Unknown keys and effect ids are errors: `raven2.toml:41: unknown key 'mas_kg'
-/// ...`.
+/// Reads a plant, or makes one of a robot model (.xml: MJCF, .urdf). Unknown keys and effect ids of
+/// a plant are errors: `raven2.toml:41: unknown key 'mas_kg' ...`.
 core::Result<Plant> load_plant(const std::filesystem::path& path);
 
 /// The same from text; `source` stands for the path in messages.

@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <mutex>
 #include <string>
 #include <vector>
+
+#include "physics/mujoco_model.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -18,9 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// The library's parser keeps state of its own.
-std::mutex parser;
 
 template <std::size_t N>
 std::string spaced(const std::array<double, N>& values) {
@@ -68,25 +64,20 @@ bool has_frames(const Plant& plant) {
 }
 
 struct RigidBodies::Impl {
-  mjModel* model = nullptr;
-  mjData* data = nullptr;
+  ModelPointer model;
+  std::unique_ptr<mjData, decltype(&mj_deleteData)> data{nullptr, &mj_deleteData};
   std::vector<Index> dofs;  ///< of the plant's joints
 
-  Impl() = default;
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-  ~Impl() {
-    if (data != nullptr) mj_deleteData(data);
-    if (model != nullptr) mj_deleteModel(model);
-  }
-
   void set_mass(const std::string& body, double mass_kg, const std::array<double, 3>& moments) {
-    const int id = mj_name2id(model, mjOBJ_BODY, body.c_str());
+    const int id = mj_name2id(model.get(), mjOBJ_BODY, body.c_str());
     model->body_mass[id] = mass_kg;
     std::copy(moments.begin(), moments.end(), model->body_inertia + 3 * static_cast<Index>(id));
   }
 
   void set_masses(const Plant& plant) {
+    // Of bodies whose inertia never changes the library would keep what it compiled.
+    std::fill_n(model->dof_simplenum, model->nv, 0);
+    std::fill_n(model->body_simple, model->nbody, static_cast<mjtByte>(0));
     for (std::size_t j = 0; j < plant.joints.size(); ++j) {
       const Link& link = plant.joints[j].link;
       set_mass(fmt::format("body{}", j), link.mass_kg, link.inertia_kg_m2);
@@ -100,31 +91,21 @@ struct RigidBodies::Impl {
   void place(const VectorXd& positions_ji) {
     for (std::size_t j = 0; j < dofs.size(); ++j)
       data->qpos[dofs[j]] = positions_ji[static_cast<Index>(j)];
-    mj_kinematics(model, data);
-    mj_comPos(model, data);
+    mj_kinematics(model.get(), data.get());
+    mj_comPos(model.get(), data.get());
   }
 };
 
 core::Result<RigidBodies> RigidBodies::create(const Plant& plant) {
-  const std::string xml = model_of(plant);
   auto impl = std::make_unique<Impl>();
-  std::array<char, 500> error{};
-  {
-    const std::lock_guard<std::mutex> lock(parser);
-    auto files = std::make_unique<mjVFS>();
-    mj_defaultVFS(files.get());
-    mj_makeEmptyFileVFS(files.get(), "plant.xml", static_cast<int>(xml.size()));
-    std::memcpy(files->filedata[0], xml.data(), xml.size());
-    impl->model =
-        mj_loadXML("plant.xml", files.get(), error.data(), static_cast<int>(error.size()));
-    mj_deleteVFS(files.get());
-  }
-  if (impl->model != nullptr) impl->data = mj_makeData(impl->model);
-  if (impl->data == nullptr)
+  CompiledModel compiled = compile_model(model_of(plant), "plant.xml");
+  if (!compiled.model)
     return core::data_error(
-        fmt::format("{}: MuJoCo refuses its bodies: {}", plant.source, error.data()));
+        fmt::format("{}: MuJoCo refuses its bodies: {}", plant.source, compiled.refusal));
+  impl->model = std::move(compiled.model);
+  impl->data.reset(mj_makeData(impl->model.get()));
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
-    const int id = mj_name2id(impl->model, mjOBJ_JOINT, fmt::format("joint{}", j).c_str());
+    const int id = mj_name2id(impl->model.get(), mjOBJ_JOINT, fmt::format("joint{}", j).c_str());
     impl->dofs.push_back(impl->model->jnt_dofadr[id]);
   }
   impl->set_masses(plant);
@@ -144,18 +125,18 @@ VectorXd RigidBodies::efforts(const VectorXd& positions_ji, const VectorXd& velo
     data.qacc[impl_->dofs[j]] = accelerations_ji[static_cast<Index>(j)];
   }
   impl_->place(positions_ji);
-  mj_comVel(impl_->model, &data);
+  mj_comVel(impl_->model.get(), &data);
   VectorXd of_dofs(impl_->model->nv);
-  mj_rne(impl_->model, &data, 1, of_dofs.data());
+  mj_rne(impl_->model.get(), &data, 1, of_dofs.data());
   return of_dofs(impl_->dofs);
 }
 
 MatrixXd RigidBodies::mass_matrix(const VectorXd& positions_ji) {
   impl_->place(positions_ji);
-  mj_crb(impl_->model, impl_->data);
+  mj_crb(impl_->model.get(), impl_->data.get());
   const Index count = impl_->model->nv;
   MatrixXd full(count, count);
-  mj_fullM(impl_->model, full.data(), impl_->data->qM);
+  mj_fullM(impl_->model.get(), full.data(), impl_->data->qM);
   return full(impl_->dofs, impl_->dofs);
 }
 

@@ -8,6 +8,9 @@ ravencal_test(NAME physics_test
           ${CMAKE_CURRENT_LIST_DIR}/rigid_bodies_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/physics_twin_test.cpp
   LIBS ravencal::physics LABELS unit)
+ravencal_test(NAME robot_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_model_test.cpp
+  LIBS ravencal::physics fmt::fmt ${MUJOCO} LABELS unit)
+target_include_directories(robot_model_test SYSTEM PRIVATE ${MUJOCO_INCLUDE_DIR})
 ravencal_test(NAME trajectory_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/trajectory_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/simulation_test.cpp

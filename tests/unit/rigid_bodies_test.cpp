@@ -109,6 +109,19 @@ TEST(RigidBodies, TakeMassesAndMomentsThatNoSolidHas) {
   EXPECT_NEAR(effort[1], 0.5, 1e-12);
 }
 
+/// The library has a short way for bodies that slide along the axes.
+TEST(RigidBodies, ThatSlideHaveThePlantsMass) {
+  Plant plant = double_pendulum();
+  for (Joint& joint : plant.joints) joint.kind = JointKind::kPrismatic;
+  plant.joints[1].frame->axis = {1.0, 0.0, 0.0};
+  auto bodies = RigidBodies::create(plant);
+  ASSERT_TRUE(bodies.ok()) << bodies.error().message;
+  const Eigen::MatrixXd mass = bodies->mass_matrix(Vector2d(0.1, 0.2));
+  EXPECT_NEAR(mass(0, 0), 0.5594 + 0.6043, 1e-12);
+  EXPECT_NEAR(mass(1, 1), 0.6043, 1e-12);
+  EXPECT_NEAR(mass(0, 1), 0.0, 1e-12);
+}
+
 TEST(RigidBodies, OfATreeAnswerInThePlantsOrder) {
   Plant plant = double_pendulum();
   Joint twin = plant.joints[1];

@@ -54,9 +54,10 @@ struct FileKind {
   core::Result<std::string> (*describe)(const InfoArguments&);
 };
 constexpr std::array kFileKinds = {
-    FileKind{".db", describe_recording},  FileKind{".csv", describe_recording},
-    FileKind{".bag", describe_recording}, FileKind{".onnx", describe_model},
-    FileKind{".blob", describe_weights},  FileKind{".toml", describe_plant_file},
+    FileKind{".db", describe_recording},   FileKind{".csv", describe_recording},
+    FileKind{".bag", describe_recording},  FileKind{".onnx", describe_model},
+    FileKind{".blob", describe_weights},   FileKind{".toml", describe_plant_file},
+    FileKind{".xml", describe_plant_file}, FileKind{".urdf", describe_plant_file},
 };
 
 core::Result<std::string> describe(const InfoArguments& arguments) {
@@ -80,7 +81,8 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "Print JSON");
   add_load_options(*command, arguments->load);
   command->footer(
-      "Files: recording, model (.onnx), weights (.blob), plant (.toml).\n"
+      "Files: recording, model (.onnx), weights (.blob), plant (.toml), robot model (.xml, "
+      ".urdf).\n"
       "Example: ravencal info run3.db");
   on_call(*command, exit_code, {}, [arguments]() -> core::Status {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));

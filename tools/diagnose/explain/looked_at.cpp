@@ -13,6 +13,7 @@
 
 #include "diagnose/explain/circumstances.hpp"
 #include "diagnose/explain/view.hpp"
+#include "diagnose/findings/words.hpp"
 #include "physics/plant_effort.hpp"
 
 namespace ravencal::diagnose {
@@ -186,11 +187,32 @@ void add_missing_sources(const Likelihood& fitted, const All& all, const physics
   }
 }
 
+/// Joints of the recordings that the plant does not have: mostly other names of its own.
+void add_strangers(const All& all, const physics::Plant& plant, std::vector<std::string>& notes) {
+  std::vector<std::string> strangers, known;
+  for (const physics::Joint& joint : plant.joints) known.push_back(joint.name);
+  for (const Recording* recording : all)
+    for (const record::Channel& channel : recording->channels)
+      if (!channel.joint.empty() && !plant.joint_index(channel.joint))
+        add_once(strangers, channel.joint);
+  if (!strangers.empty())
+    notes.push_back(fmt::format(
+        "the plant has no joint {}, which the recordings have and which was not looked at; its "
+        "joints are {}: give them one name in the profile or in the plant",
+        fmt::join(strangers, ", "), fmt::join(known, ", ")));
+}
+
 }  // namespace
 
 void add_channel_notes(const Likelihood& fitted, const Likelihood* held_out,
                        const std::vector<const Recording*>& all, const physics::Plant& plant,
                        std::vector<std::string>& notes) {
+  add_strangers(all, plant, notes);
+  for (const std::string& note : plant.notes) notes.push_back("of the robot model: " + note);
+  if (physics::lacks_geometry(plant))
+    notes.emplace_back(
+        "the plant's links have masses, and nothing says where its joints are, so that weight and "
+        "inertia of the arm are not predicted: state a [joint.frame] for each joint");
   for (const Channel& channel : fitted.channels()) {
     const physics::Joint& joint = plant.joints[channel.joint];
     add_silent(fitted, held_out, channel, all, joint.name, notes);

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Robot models of others: MJCF and URDF files, as the installed libmujoco compiles them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "physics/mujoco_model.hpp"
+
+namespace ravencal::physics {
+
+struct RobotFile {
+  ModelPointer model;
+  std::vector<std::string> notes;  ///< what was left out of it to be read, one each
+};
+
+/// Reads the file, with the files that it includes. What only pictures and contacts need (meshes,
+/// textures, height fields) is left out where it cannot be read, and attributes and elements that
+/// the library does not know are removed from a copy in memory. Errors: kIo; kData with the
+/// library's reason where the rest is no model.
+core::Result<RobotFile> read_robot_file(const std::filesystem::path& path);
+
+}  // namespace ravencal::physics
