@@ -6,13 +6,9 @@
 #include <cmath>
 
 #include "core/toml_table.hpp"
-#include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
 #include "physics/plant_ranges.hpp"
-#include "physics/plant_writer.hpp"
-#include "physics/robot_model/plant_of_model.hpp"
-#include "physics/robot_model/robot_file.hpp"
 #include "physics/tolerance_keys.hpp"
 
 namespace ravencal::physics {
@@ -393,18 +389,6 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   RAVENCAL_RETURN_IF_ERROR(check_names(plant));
   RAVENCAL_RETURN_IF_ERROR(check_frames(plant));
   return plant;
-}
-
-core::Result<Plant> load_plant(const std::filesystem::path& path) {
-  if (path.extension() == ".xml" || path.extension() == ".urdf") {
-    RAVENCAL_ASSIGN_OR_RETURN(RobotFile robot, read_robot_file(path));
-    RAVENCAL_ASSIGN_OR_RETURN(Plant plant, plant_of_model(*robot.model, path.string()));
-    plant.notes.insert(plant.notes.begin(), robot.notes.begin(), robot.notes.end());
-    plant.hash = fnv1a(plant_text(plant));
-    return plant;
-  }
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
-  return parse_plant(text, path.string());
 }
 
 }  // namespace ravencal::physics

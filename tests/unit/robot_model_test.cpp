@@ -52,6 +52,7 @@ constexpr const char* kArm = R"(<mujoco model="arm of others">
     <motor name="m" joint="pan" gear="3" ctrlrange="-1 1" forcelimited="true" forcerange="-2 2"/>
     <position name="p" joint="pitch" kp="40"/>
     <velocity name="v" joint="roll" kv="2"/>
+    <motor name="second" joint="pan" gear="1"/>
   </actuator>
 </mujoco>)";
 
@@ -126,6 +127,7 @@ TEST_F(RobotModel, GivesFrictionDrivesAndCouplings) {
   EXPECT_EQ(plant->coupling[3][0], -0.5);
   EXPECT_NE(joined(*plant).find("joint lift's spring of 5"), std::string::npos) << joined(*plant);
   EXPECT_NE(joined(*plant).find("actuator v"), std::string::npos) << joined(*plant);
+  EXPECT_NE(joined(*plant).find("actuator second"), std::string::npos) << joined(*plant);
 }
 
 TEST_F(RobotModel, IsTheSamePlantOnceItWasWritten) {
@@ -137,6 +139,20 @@ TEST_F(RobotModel, IsTheSamePlantOnceItWasWritten) {
   ASSERT_TRUE(first.ok() && second.ok());
   const VectorXd q = VectorXd::Constant(4, 0.3);
   EXPECT_NEAR((first->efforts(q, q, q) - second->efforts(q, q, q)).norm(), 0.0, 1e-9);
+}
+
+/// Where the model says so, shapes weigh in the place of what the inertial says.
+TEST_F(RobotModel, WeighsShapesWhereTheModelAsksForIt) {
+  const auto mass_with = [&](const char* compiler) {
+    const auto plant = plant_of(fmt::format(
+        "<mujoco>{}<worldbody><body><joint name=\"j\"/><inertial pos=\"0 0 0\" mass=\"7\" "
+        "diaginertia=\"1 1 1\"/><geom type=\"box\" size=\"0.5 0.5 0.5\" mass=\"2\"/></body>"
+        "</worldbody></mujoco>",
+        compiler));
+    return plant.ok() ? plant->joints[0].link.mass_kg : -1.0;
+  };
+  EXPECT_EQ(mass_with(""), 7.0);
+  EXPECT_EQ(mass_with("<compiler inertiafromgeom=\"true\"/>"), 2.0);
 }
 
 TEST_F(RobotModel, ListsWhatTheInstalledLibraryDoesNotKnow) {

@@ -194,6 +194,7 @@ class Importer {
   }
 
   void add_actuators() {
+    std::vector<char> driven(links_.size(), 0);
     for (int a = 0; a < m_.nu; ++a) {
       const std::string name = name_of(mjOBJ_ACTUATOR, a);
       const bool on_joint = m_.actuator_trntype[a] == mjTRN_JOINT;
@@ -202,7 +203,13 @@ class Importer {
         note(fmt::format("actuator {} is left out: it acts on no joint, or its gain varies", name));
         continue;
       }
-      Joint& joint = plant_.joints[static_cast<std::size_t>(m_.actuator_trnid[2 * a])];
+      const auto j = static_cast<std::size_t>(m_.actuator_trnid[2 * a]);
+      Joint& joint = plant_.joints[j];
+      if (driven[j] != 0) {
+        note(fmt::format("actuator {} is left out: joint {} has another one", name, joint.name));
+        continue;
+      }
+      driven[j] = 1;
       const double gear = m_.actuator_gear[6 * static_cast<Index>(a)];
       const double gain = m_.actuator_gainprm[static_cast<Index>(a) * mjNGAIN];
       const mjtNum* bias = m_.actuator_biasprm + static_cast<Index>(a) * mjNBIAS;
@@ -215,7 +222,7 @@ class Importer {
         note(fmt::format("actuator {} is left out: it follows a velocity", name));
       }
       const mjtNum* range = m_.actuator_forcerange + 2 * static_cast<Index>(a);
-      if (m_.actuator_forcelimited[a] != 0)
+      if (m_.actuator_forcelimited[a] != 0 && range[1] > 0.0)
         joint.effects.push_back({"saturation", "", {{"limit", std::abs(gear) * range[1]}}});
     }
   }

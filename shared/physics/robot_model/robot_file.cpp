@@ -74,13 +74,17 @@ class Repair {
   /// Pictures and shapes of contact: a plant has neither, and their files need not be there. Bodies
   /// whose inertia follows from meshes keep them.
   void leave_out_shapes() {
+    const XMLElement* compiler = document_.RootElement()->FirstChildElement("compiler");
+    const bool weighs_shapes =
+        compiler != nullptr && compiler->Attribute("inertiafromgeom", "true") != nullptr;
     std::size_t meshes = 0;
     prune(*document_.RootElement(), [&](XMLElement& e) {
       const bool is_asset = is(e, "asset") || is(e, "visual") || is(e, "collision") ||
                             is(e, "statistic") || is(e, "keyframe") || is(e, "sensor") ||
                             is(e, "contact") || is(e, "size");
       const XMLNode* parent = e.Parent();
-      const bool weighed = parent != nullptr && parent->FirstChildElement("inertial") != nullptr;
+      const bool weighed =
+          !weighs_shapes && parent != nullptr && parent->FirstChildElement("inertial") != nullptr;
       const bool is_shape = is(e, "geom") && (weighed || e.Attribute("mesh") != nullptr ||
                                               e.Attribute("hfield") != nullptr);
       meshes += is(e, "geom") && !weighed && e.Attribute("mesh") != nullptr ? 1 : 0;
