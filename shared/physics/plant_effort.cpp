@@ -27,7 +27,8 @@ std::vector<VectorXd> row_by_row(std::size_t joints, Index rows, EffortAt&& effo
   return efforts;
 }
 
-/// Of a plant that states its frames. The reader has seen that the library takes them.
+/// Of a plant that states its frames. The library takes whatever the reader of plants takes: it is
+/// told unit masses, and axes and rotations are units.
 std::vector<VectorXd> efforts_of_bodies(const Plant& plant, const std::vector<Motion>& links) {
   core::Result<RigidBodies> bodies = RigidBodies::create(plant);
   const auto count = static_cast<Index>(links.size());
