@@ -79,7 +79,7 @@ core::Status Binder::bind_channel(const ProfileChannel& channel) {
                              channel.channel.unit,
                              core::instead_of(channel.channel.unit, core::unit_names())));
   }
-  binding_.factors.push_back(channel.negate ? -unit->to_si : unit->to_si);
+  binding_.factors.push_back(unit->to_si * channel.scale);
   binding_.condition_words.emplace_back();
   if (channel.valid_when) {
     RAVENCAL_ASSIGN_OR_RETURN(binding_.condition_words.back(), bind_word(*channel.valid_when));

@@ -21,14 +21,14 @@
 namespace ravencal::record {
 namespace {
 
-/// One column of the file: file value = (SI value + origin) / to_si.
+/// One column of the file: file value = (SI value + shift) / to_si.
 struct ExportColumn {
   enum class Source { kNothing, kTime, kChannel };
   Source source = Source::kNothing;
   std::string name;
   Eigen::Index channel = 0;
   double to_si = 1.0;
-  double origin = 0.0;
+  double shift = 0.0;
 };
 using ExportColumns = std::vector<ExportColumn>;
 
@@ -53,10 +53,10 @@ core::Result<ExportColumn> channel_column(const Recording& recording, const Prof
                     wanted.channel.name, si_unit, profile.name, unit->name)};
   }
   ExportColumn column{ExportColumn::Source::kChannel, wanted.column, *channel,
-                      wanted.negate ? -unit->to_si : unit->to_si, 0.0};
+                      unit->to_si * wanted.scale, -unit->to_si * wanted.offset};
   const auto origin = recording.meta.find("origin." + wanted.channel.name);
   if (wanted.relative && origin != recording.meta.end()) {
-    column.origin = number_of(origin->second).value_or(0.0);
+    column.shift += number_of(origin->second).value_or(0.0);
   }
   return column;
 }
@@ -155,7 +155,7 @@ void append_row(fmt::memory_buffer& out, const Recording& recording, const Expor
     if (column.source == ExportColumn::Source::kTime) {
       append_time(out, recording.t_ns[static_cast<std::size_t>(row)], column.to_si);
     } else if (column.source == ExportColumn::Source::kChannel) {
-      append_number(out, recording.samples(row, column.channel) + column.origin, column.to_si);
+      append_number(out, recording.samples(row, column.channel) + column.shift, column.to_si);
     }
     out.push_back(',');
   }

@@ -112,6 +112,12 @@ core::Status CsvLoader::parse(const CsvRows& rows) {
     std::transform(output.numbers[source], output.numbers[source] + count, output.numbers[target],
                    [factor](double value) { return value * factor; });
   }
+  for (std::size_t c = 0; c < profile_.channels.size(); ++c) {
+    const ProfileChannel& channel = profile_.channels[c];
+    if (channel.offset == 0.0) continue;
+    recording_.samples.col(static_cast<Eigen::Index>(c)).array() +=
+        core::find_unit(channel.channel.unit)->to_si * channel.offset;
+  }
   return {};
 }
 

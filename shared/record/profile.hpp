@@ -30,7 +30,8 @@ struct ProfileChannel {
   Channel channel;  ///< unit = the file's unit
   std::string column;
   std::optional<std::size_t> index;
-  bool negate = false;          ///< the file counts the other way: SI value = -(file value)
+  double scale = 1.0;           ///< SI value = unit * (scale * file value + offset); not 0
+  double offset = 0.0;          ///< in the file's unit
   bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
   bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
   std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN

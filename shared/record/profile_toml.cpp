@@ -41,13 +41,23 @@ core::Result<ProfileFilter> read_filter(TomlTable& table, std::string_view value
   return filter;
 }
 
+/// negate = true is another word for scale = -1.
+void take_scale(TomlTable& table, ProfileChannel& channel) {
+  if (table.has("negate") && table.has("scale")) {
+    table.fail("negate", "a channel has either negate or scale; a negative scale turns the sign");
+  }
+  channel.scale = table.boolean_or("negate", false) ? -1.0 : table.number_or("scale", 1.0);
+  if (channel.scale == 0.0) table.fail("scale", "scale must not be 0: every value would be lost");
+  channel.offset = table.number_or("offset", 0.0);
+}
+
 core::Result<ProfileChannel> read_channel(TomlTable& table) {
   ProfileChannel channel;
   channel.channel.name = table.text_or("name", "");
   channel.channel.unit = table.text_or("unit", channel.channel.unit);
   const std::string role = table.text_or("role", "feature");
   channel.channel.joint = table.text_or("joint", "");
-  channel.negate = table.boolean_or("negate", channel.negate);
+  take_scale(table, channel);
   channel.may_be_missing = table.boolean_or("may_be_missing", channel.may_be_missing);
   channel.relative = table.boolean_or("relative", channel.relative);
   take_column(table, channel.column, channel.index);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
 #include "core/units.hpp"
 #include "fuzz/inputs.hpp"
 #include "record/profile_toml.hpp"
@@ -12,6 +14,8 @@ void try_profile(Bytes bytes) {
   promise(profile->row_period_s > 0.0, "rows have a period");
   for (const auto& channel : profile->channels) {
     promise(!channel.channel.name.empty(), "a channel has a name");
+    promise(std::isfinite(channel.scale) && channel.scale != 0.0, "no channel loses its values");
+    promise(std::isfinite(channel.offset), "an offset is finite");
     promise(core::find_unit(channel.channel.unit).has_value(), "a channel has a unit");
   }
 }

@@ -118,11 +118,17 @@ TEST(CsvExport, WritesTheHeaderOfAProfileInItsUnits) {
   EXPECT_EQ(text, "t,q deg\n0.000000000,30.1\n");
 }
 
-TEST(CsvExport, TurnsTheSignBack) {
+class CsvExportScaled : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Channel, CsvExportScaled,
+                         ::testing::Values("negate = true\n", "scale = -2\noffset = 5\n",
+                                           "offset = 5\nrelative = true\n"));
+
+TEST_P(CsvExportScaled, GivesBackTheValueOfTheFile) {
   const Scratch scratch;
-  const auto path = scratch.write("p.toml",
-                                  "[source]\ntime = 't'\n[[channel]]\nname = 'q'\n"
-                                  "column = 'q deg'\nunit = 'deg'\nnegate = true\n");
+  const auto path =
+      scratch.write("p.toml", std::string("[source]\ntime = 't'\n[[channel]]\nname = 'q'\n"
+                                          "column = 'q deg'\nunit = 'deg'\n") +
+                                  GetParam());
   const auto profile = load_profile(path.string());
   LoadOptions options;
   options.profile = path.string();

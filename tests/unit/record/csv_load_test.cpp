@@ -135,6 +135,23 @@ TEST(ProfileCsv, TurnsTheSignOfAChannelThatCountsTheOtherWay) {
   EXPECT_DOUBLE_EQ(r.samples(1, 0), 0.002);
 }
 
+TEST(ProfileCsv, ScalesAndShiftsAValueInTheUnitOfTheFile) {
+  const Scratch scratch;
+  const auto p = scratch.write(
+      "p.toml",
+      "[source]\ntime = 't'\n"
+      "[[channel]]\nname = 'q'\ncolumn = 'q'\nunit = 'mm'\nscale = -0.5\noffset = 3\n"
+      "[[channel]]\nname = 'raw'\ncolumn = 'q'\nunit = 'm'\n"
+      "[[channel]]\nname = 'since'\ncolumn = 'q'\nunit = 'mm'\noffset = 7\nrelative = true\n");
+  const Recording r = load(scratch.write("a.csv", "t,q\n0,1\n1,-2\n"), p.string());
+  EXPECT_DOUBLE_EQ(r.samples(0, 0), 0.0025);
+  EXPECT_DOUBLE_EQ(r.samples(1, 0), 0.004);
+  EXPECT_DOUBLE_EQ(r.samples(1, 1), -2.0);
+  EXPECT_DOUBLE_EQ(r.samples(0, 2), 0.0);
+  EXPECT_DOUBLE_EQ(r.samples(1, 2), -0.003);
+  EXPECT_EQ(r.meta.at("origin.since"), "0.008");
+}
+
 TEST(ProfileCsv, LosesTheTruthOfATransientAndNothingElse) {
   const Scratch scratch;
   const auto p = scratch.write(
