@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "record/table_source.hpp"
 
 namespace ravencal::record {
 
@@ -45,27 +46,6 @@ class CsvFile {
   std::uint64_t size_ = 0;
 };
 
-/// What to do with one column of the file: keep it as a number, as a word, as both or not at all.
-struct CsvColumn {
-  std::optional<std::size_t> number;  ///< output column of numbers
-  std::optional<std::size_t> word;    ///< output column of words
-  bool may_be_missing = false;        ///< "nan" and an empty field are NaN, not errors
-  std::string name;                   ///< channel name, for messages
-};
-
-/// A row that could not be read.
-struct BadRow {
-  std::size_t row = 0;  ///< zero-based, counted without the header
-  std::string why;      ///< "column 14 (jpos.shoulder): 'x' is not a number"
-};
-
-/// Where the values go; all have room for every row of the file.
-struct CsvOutput {
-  std::vector<double*> numbers;
-  std::vector<double> factors;  ///< multiplies numbers[i]
-  std::vector<std::string*> words;
-};
-
 /// The rows of one CSV file: finds how many there are, then parses them into the output.
 class CsvRows {
  public:
@@ -76,8 +56,8 @@ class CsvRows {
 
   /// Parses all rows. With `stop_at_bad` the result holds only the first bad row and what else is
   /// in the output is unspecified; without, values of bad rows are unspecified.
-  core::Result<std::vector<BadRow>> parse(std::span<const CsvColumn> columns,
-                                          const CsvOutput& output, bool stop_at_bad) const;
+  core::Result<std::vector<BadRow>> parse(std::span<const BoundColumn> columns,
+                                          const ColumnOutput& output, bool stop_at_bad) const;
 
  private:
   explicit CsvRows(const CsvFile& file) : file_(&file) {}

@@ -69,7 +69,7 @@ std::size_t count_line_ends(const char* data, std::size_t size) {
 /// Parses rows of text and hands them over column by column.
 class TileParser {
  public:
-  TileParser(std::span<const CsvColumn> columns, const CsvOutput& output)
+  TileParser(std::span<const BoundColumn> columns, const ColumnOutput& output)
       : columns_(columns),
         output_(output),
         width_(output.numbers.size()),
@@ -95,11 +95,11 @@ class TileParser {
   [[nodiscard]] std::size_t row() const { return first_row_ + filled_; }
 
  private:
-  std::optional<std::string> parse_slow(std::string_view line, double* row);
-  std::optional<std::string> parse_field(std::size_t column, std::string_view field, double* row);
+  std::optional<BadRow> parse_slow(std::string_view line, double* row);
+  std::optional<BadRow> parse_field(std::size_t column, std::string_view field, double* row);
 
-  std::span<const CsvColumn> columns_;
-  const CsvOutput& output_;
+  std::span<const BoundColumn> columns_;
+  const ColumnOutput& output_;
   std::size_t width_;
   bool has_words_;
   const CsvKernel& kernel_ = csv_kernel();
@@ -110,9 +110,9 @@ class TileParser {
   std::size_t filled_ = 0;
 };
 
-std::optional<std::string> TileParser::parse_field(std::size_t index, std::string_view field,
-                                                   double* row) {
-  const CsvColumn& column = columns_[index];
+std::optional<BadRow> TileParser::parse_field(std::size_t index, std::string_view field,
+                                              double* row) {
+  const BoundColumn& column = columns_[index];
   const std::string_view text = trimmed(field);
   if (column.word) output_.words[*column.word][this->row()] = text;
   if (!column.number) return std::nullopt;
@@ -120,23 +120,27 @@ std::optional<std::string> TileParser::parse_field(std::size_t index, std::strin
   if (column.may_be_missing && (text.empty() || (value && std::isnan(*value)))) {
     value = std::numeric_limits<double>::quiet_NaN();
   } else if (!value || !std::isfinite(*value)) {
-    return fmt::format("column {} ({}): {}", index + 1, column.name,
-                       text.empty() ? "the field is empty"
-                                    : fmt::format("'{}' is not a number", text.substr(0, 40)));
+    return BadRow{
+        this->row(),
+        fmt::format("column {} ({}): {}", index + 1, column.name,
+                    text.empty() ? "the field is empty"
+                                 : fmt::format("'{}' is not a number", text.substr(0, 40))),
+        index};
   }
   row[*column.number] = *value;
   return std::nullopt;
 }
 
-std::optional<std::string> TileParser::parse_slow(std::string_view line, double* row) {
+std::optional<BadRow> TileParser::parse_slow(std::string_view line, double* row) {
   const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
-  if (trimmed(line).empty()) return "the line is empty";
+  if (trimmed(line).empty()) return BadRow{this->row(), "the line is empty"};
   if (count != columns_.size()) {
-    return fmt::format("{} columns where {} are needed", count, columns_.size());
+    return BadRow{this->row(),
+                  fmt::format("{} columns where {} are needed", count, columns_.size())};
   }
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t comma = line.find(',');
-    if (auto why = parse_field(i, line.substr(0, comma), row)) return why;
+    if (auto bad = parse_field(i, line.substr(0, comma), row)) return bad;
     if (comma != std::string_view::npos) line.remove_prefix(comma + 1);
   }
   return std::nullopt;
@@ -152,9 +156,7 @@ const char* TileParser::parse(const char* line, std::optional<BadRow>& bad) {
   const bool plain = count == columns_.size() && !has_words_ &&
                      kernel_.parse(line, ends_.data(), numbers_, values);
   if (!plain) {
-    if (auto why = parse_slow({line, static_cast<std::size_t>(end - line)}, values)) {
-      bad = BadRow{row(), std::move(*why)};
-    }
+    bad = parse_slow({line, static_cast<std::size_t>(end - line)}, values);
   }
   if (++filled_ == kTileRows) flush();
   return next;
@@ -292,8 +294,9 @@ core::Result<CsvRows> CsvRows::count(const CsvFile& file, bool header, unsigned 
   return rows;
 }
 
-core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const CsvColumn> columns,
-                                                 const CsvOutput& output, bool stop_at_bad) const {
+core::Result<std::vector<BadRow>> CsvRows::parse(std::span<const BoundColumn> columns,
+                                                 const ColumnOutput& output,
+                                                 bool stop_at_bad) const {
   BadRows bad(stop_at_bad);
   FirstError error;
   const std::size_t chunks = line_ends_before_.empty() ? 0 : line_ends_before_.size() - 1;

@@ -84,7 +84,7 @@ Profile generic_profile() {
 }
 
 core::Status add_generic_channels(Profile& profile, std::span<const std::string> header,
-                                  const std::filesystem::path& source) {
+                                  const std::string& place) {
   for (std::size_t i = 0; i < header.size(); ++i) {
     const std::string& word = header[i];
     if (take_time(profile, i, word)) continue;
@@ -92,9 +92,9 @@ core::Status add_generic_channels(Profile& profile, std::span<const std::string>
     if (!unit) {
       return core::Error{
           core::ErrorCode::kData,
-          fmt::format("{}:1: column {} ('{}'): unknown unit; the name must end in _UNIT with one "
+          fmt::format("{}: column {} ('{}'): unknown unit; the name must end in _UNIT with one "
                       "of: {} (1 = no unit)",
-                      source.string(), i + 1, word, unit_names())};
+                      place, i + 1, word, unit_names())};
     }
     ProfileChannel channel;
     channel.channel = channel_of(word, *unit);
@@ -104,7 +104,7 @@ core::Status add_generic_channels(Profile& profile, std::span<const std::string>
   if (profile.time_index) return {};
   return core::Error{
       core::ErrorCode::kData,
-      fmt::format("{}:1: no column of time; call it t_s (or t_ms, t_us, t_ns)", source.string())};
+      fmt::format("{}: no column of time; call it t_s (or t_ms, t_us, t_ns)", place)};
 }
 
 }  // namespace ravencal::record

@@ -2,7 +2,7 @@
 //
 // A zip archive where the bytes begin like one; otherwise one array, put into an archive with its
 // right checksum, so that the reader of arrays is reached.
-#include "conversion/npz.hpp"
+#include "exchange/npz.hpp"
 
 #include <zip.h>
 
@@ -29,13 +29,20 @@ std::filesystem::path archive_of(Bytes array) {
 void try_npz(Bytes bytes) {
   const bool is_archive = text_of(bytes).starts_with("PK");
   const auto path = is_archive ? scratch_file("fuzz.npz", bytes) : archive_of(bytes);
-  const auto lists = conversion::read_npz(path);
-  if (!read_or_words(lists, path.string())) return;
-  for (const auto& [name, values] : lists->numbers) promise(!values.empty(), "a list has values");
-  for (const auto& [name, values] : lists->texts) {
-    for (const std::string& text : values) {
+  const auto arrays = exchange::read_npz(path);
+  if (!read_or_words(arrays, path.string())) return;
+  record::Table table;
+  for (const exchange::NamedArray& array : *arrays) {
+    promise(array.unreadable.empty() || (array.values.empty() && array.texts.empty()),
+            "an array is read or not");
+    for (const std::string& text : array.texts) {
       for (const char c : text) promise(c > 0 && c < 0x7F, "a text is ASCII");
     }
+    exchange::add_columns(table, array);
+  }
+  for (const record::TableColumn& column : table.columns) {
+    promise(column.texts.empty() || column.texts.size() == column.values.size(),
+            "as many texts as rows");
   }
 }
 

@@ -8,10 +8,10 @@
 #include <functional>
 
 #include "conversion/assemble.hpp"
-#include "conversion/npz.hpp"
 #include "conversion/source_check.hpp"
 #include "conversion/window.hpp"
 #include "core/whole_file.hpp"
+#include "exchange/npz.hpp"
 #include "model/blob_writer.hpp"
 #include "unit/conversion_models.hpp"
 
@@ -201,7 +201,7 @@ TEST_F(Files, OfNumpyThatAreCutOffAreRefused) {
   const auto whole = core::read_whole_file(kModels / "scaling_compressed.npz");
   ASSERT_TRUE(whole.ok());
   for (std::size_t size = 0; size < whole->size(); size += 7) {
-    EXPECT_FALSE(conversion::read_npz(write("cut.npz", whole->substr(0, size))).ok()) << size;
+    EXPECT_FALSE(exchange::read_npz(write("cut.npz", whole->substr(0, size))).ok()) << size;
   }
 }
 

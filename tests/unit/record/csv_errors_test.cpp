@@ -52,7 +52,7 @@ TEST(WrongCsv, IsAnsweredWithFileLineColumnAndValue) {
       {"time out of range", kHeader + "1e30,1,1\n", ":2: time 1e+30 s is out of range" + kRemedy},
       {"empty file", "", ": the file is empty"},
       {"only line ends", "\n\n\r\n", ": the file is empty"},
-      {"no rows", kHeader, ": no rows after the header"},
+      {"no rows", kHeader, ": no rows; the file has columns and no values"},
       {"no time", "estimate.elbow_deg\n1\n",
        ":1: no column of time; call it t_s (or t_ms, t_us, t_ns)"},
       {"unknown unit", "t_s,elbow_furlong\n0,1\n", ":1: column 2 ('elbow_furlong'): unknown unit"},
@@ -95,13 +95,13 @@ TEST(WrongCsv, WithoutAColumnOfTheProfileSaysWhichAndWhatThereIs) {
       "p.toml", "[source]\ntime = 't'\n[[channel]]\nname = 'q'\ncolumn = 'q_rad'\nunit = 'rad'\n");
   const auto path = scratch.write("a.csv", "t,p\n0,1\n");
   EXPECT_EQ(error_of(path, profile.string()),
-            path.string() + ":1: no column 'q_rad', which profile p needs; the header has: t, p");
+            path.string() + ":1: no column 'q_rad', which profile p needs; known: t, p");
 }
 
 TEST(WrongCsv, UnreadableSourcesAreNamed) {
   const Scratch scratch;
   EXPECT_NE(error_of(scratch / "none.csv", "raven2").find("No such file"), std::string::npos);
-  EXPECT_NE(error_of(scratch.write("a.bag", "x"), "raven2").find("is for .csv files"),
+  EXPECT_NE(error_of(scratch.write("a.bag", "x"), "raven2").find("is for tables"),
             std::string::npos);
   EXPECT_NE(error_of(scratch.write("a.txt", "x"), "raven2").find("must end in .db, .csv or .bag"),
             std::string::npos);

@@ -4,14 +4,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "conversion/npz.hpp"
 #include "core/json_text.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
+#include "exchange/npz.hpp"
 #include "record/profile.hpp"
 
 namespace ravencal::conversion {
@@ -28,6 +30,30 @@ const std::set<std::string> kKeys = {"profile",        "arm",
                                      "output_scale",   "row_period_s",
                                      "window",         "stride_rows",
                                      "newest_rows_ago"};
+
+/// Lists of numbers and of texts by name; a single value is a list of one.
+struct NamedLists {
+  std::map<std::string, std::vector<double>> numbers;
+  std::map<std::string, std::vector<std::string>> texts;
+};
+
+core::Result<NamedLists> lists_from_npz(const std::string& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(const auto arrays, exchange::read_npz(path));
+  NamedLists lists;
+  for (const exchange::NamedArray& array : arrays) {
+    const auto refuse = [&](std::string_view why) {
+      return core::data_error(fmt::format("{}: array '{}': {}", path, array.name, why));
+    };
+    if (!array.unreadable.empty()) return refuse(array.unreadable);
+    const auto is_long = [](std::size_t size) { return size > 1; };
+    if (std::count_if(array.shape.begin(), array.shape.end(), is_long) > 1)
+      return refuse("has several rows and columns; a list is needed");
+    if (array.values.empty() && array.texts.empty()) return refuse("is empty");
+    if (!array.values.empty()) lists.numbers[array.name] = array.values;
+    if (!array.texts.empty()) lists.texts[array.name] = array.texts;
+  }
+  return lists;
+}
 
 core::Result<NamedLists> lists_from_json(const std::string& text) {
   RAVENCAL_ASSIGN_OR_RETURN(const json object, core::parse_json(text));
@@ -298,7 +324,7 @@ class Reader {
 core::Result<ScalingFile> read_scaling_file(const std::string& path) {
   NamedLists lists;
   if (path.ends_with(".npz")) {
-    RAVENCAL_ASSIGN_OR_RETURN(lists, read_npz(path));
+    RAVENCAL_ASSIGN_OR_RETURN(lists, lists_from_npz(path));
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
     auto from_json = lists_from_json(text);

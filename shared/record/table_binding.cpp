@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "record/csv_binding.hpp"
+#include "record/table_binding.hpp"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,9 @@ namespace {
 
 class Binder {
  public:
-  Binder(const Profile& profile, const CsvFile& file, const std::vector<std::string>& first_line)
-      : profile_(profile), file_(file), first_line_(first_line) {}
-  core::Result<CsvBinding> bind();
+  Binder(const Profile& profile, const TableSource& source)
+      : profile_(profile), source_(source), names_(source.names()) {}
+  core::Result<TableBinding> bind();
 
  private:
   core::Result<std::size_t> find(const std::string& name, std::optional<std::size_t> index) const;
@@ -24,33 +24,35 @@ class Binder {
   core::Status bind_channel(const ProfileChannel& channel);
   core::Result<std::size_t> bind_word(const ProfileFilter& filter);
   core::Error wrong(std::string why) const {
-    return {core::ErrorCode::kData, fmt::format("{}:1: {}", file_.path().string(), why)};
+    return {core::ErrorCode::kData, fmt::format("{}: {}", source_.place_of_names(), why)};
   }
 
   const Profile& profile_;
-  const CsvFile& file_;
-  const std::vector<std::string>& first_line_;
-  CsvBinding binding_;
+  const TableSource& source_;
+  const std::vector<std::string>& names_;
+  TableBinding binding_;
   std::size_t numbers_ = 0;
 };
 
 core::Result<std::size_t> Binder::find(const std::string& name,
                                        std::optional<std::size_t> index) const {
-  if (index && *index < first_line_.size()) return *index;
+  if (index && *index < names_.size()) return *index;
   if (index) {
-    return wrong(fmt::format("{} columns, but profile {} reads column {}", first_line_.size(),
+    return wrong(fmt::format("{} columns, but profile {} reads column {}", names_.size(),
                              profile_.name, *index + 1));
   }
-  const auto it = std::find(first_line_.begin(), first_line_.end(), name);
-  if (it != first_line_.end()) return static_cast<std::size_t>(it - first_line_.begin());
-  return wrong(fmt::format("no column '{}', which profile {} needs; the header has: {}", name,
-                           profile_.name, fmt::join(first_line_, ", ")));
+  const auto it = std::find(names_.begin(), names_.end(), name);
+  if (it != names_.end()) return static_cast<std::size_t>(it - names_.begin());
+  const std::string why = source_.why_left_out(name);
+  if (!why.empty()) return wrong(fmt::format("'{}' cannot be a column: {}", name, why));
+  return wrong(fmt::format("no column '{}', which profile {} needs{}", name, profile_.name,
+                           core::instead_of(name, names_)));
 }
 
 core::Status Binder::bind_number(const std::string& column_name, std::optional<std::size_t> index,
                                  const std::string& name, bool may_be_missing) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::size_t at, find(column_name, index));
-  CsvColumn& column = binding_.columns[at];
+  BoundColumn& column = binding_.columns[at];
   const std::size_t target = numbers_++;
   if (column.number) {
     binding_.copies.emplace_back(target, *column.number);
@@ -65,7 +67,7 @@ core::Status Binder::bind_number(const std::string& column_name, std::optional<s
 
 core::Result<std::size_t> Binder::bind_word(const ProfileFilter& filter) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::size_t at, find(filter.column, filter.index));
-  CsvColumn& column = binding_.columns[at];
+  BoundColumn& column = binding_.columns[at];
   if (!column.word) column.word = binding_.word_count++;
   return *column.word;
 }
@@ -87,12 +89,12 @@ core::Status Binder::bind_channel(const ProfileChannel& channel) {
   return {};
 }
 
-core::Result<CsvBinding> Binder::bind() {
-  if (profile_.column_count != 0 && first_line_.size() != profile_.column_count) {
-    return wrong(fmt::format("{} columns, but profile {} needs {}", first_line_.size(),
-                             profile_.name, profile_.column_count));
+core::Result<TableBinding> Binder::bind() {
+  if (profile_.column_count != 0 && names_.size() != profile_.column_count) {
+    return wrong(fmt::format("{} columns, but profile {} needs {}", names_.size(), profile_.name,
+                             profile_.column_count));
   }
-  binding_.columns.resize(first_line_.size());
+  binding_.columns.resize(names_.size());
   for (const ProfileChannel& channel : profile_.channels) {
     RAVENCAL_RETURN_IF_ERROR(bind_channel(channel));
   }
@@ -112,9 +114,8 @@ core::Result<CsvBinding> Binder::bind() {
 
 }  // namespace
 
-core::Result<CsvBinding> bind_columns(const Profile& profile, const CsvFile& file,
-                                      const std::vector<std::string>& first_line) {
-  return Binder(profile, file, first_line).bind();
+core::Result<TableBinding> bind_columns(const Profile& profile, const TableSource& source) {
+  return Binder(profile, source).bind();
 }
 
 }  // namespace ravencal::record

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Binds a profile to the columns of one CSV file. Private to record/.
+// Binds a profile to the columns of one source. Private to record/.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "record/csv_file.hpp"
 #include "record/profile.hpp"
+#include "record/table_source.hpp"
 
 namespace ravencal::record {
 
-/// Which column of the file goes where. Number targets are the profile's channels in order, then
+/// Which column of the source goes where. Number targets are the profile's channels in order, then
 /// the time; word targets are filters, conditions and the episode.
-struct CsvBinding {
-  std::vector<CsvColumn> columns;
+struct TableBinding {
+  std::vector<BoundColumn> columns;
   std::vector<double> factors;  ///< to SI, per channel; the time stays in its unit
   /// A column wanted by several channels is parsed into the first, `second`, and copied to `first`.
   std::vector<std::pair<std::size_t, std::size_t>> copies;
@@ -29,8 +29,7 @@ struct CsvBinding {
   bool has_time = false;
 };
 
-/// `first_line` is the header, or the first row of a file without one. Errors name the column.
-core::Result<CsvBinding> bind_columns(const Profile& profile, const CsvFile& file,
-                                      const std::vector<std::string>& first_line);
+/// Errors name the column and those that exist.
+core::Result<TableBinding> bind_columns(const Profile& profile, const TableSource& source);
 
 }  // namespace ravencal::record

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the readers of NumPy, MATLAB and HDF5 files have in common: arrays by name.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "record/table.hpp"
+
+namespace ravencal::exchange {
+
+struct NamedArray {
+  std::string name;
+  std::vector<std::size_t> shape;  ///< empty: a single value
+  bool is_column_major = false;    ///< the first index runs fastest
+  std::vector<double> values;
+  std::vector<std::string> texts;  ///< instead of values
+  std::string unreadable;          ///< why there are neither; else empty
+};
+
+/// Appends the array's columns: one called as the array, or NAME[0], NAME[1], ... of an array
+/// [rows, k]. What can be no column goes into table.left_out with the reason.
+void add_columns(record::Table& table, NamedArray array);
+
+/// Refuses a name that two arrays have.
+core::Status check_names(const record::Table& table);
+
+}  // namespace ravencal::exchange
