@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   commands::add_sign(app, exit_code);
   commands::add_host(app, exit_code);
   commands::add_plant(app, exit_code);
+  commands::add_profile(app, exit_code);
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
   commands::add_conceal(app, exit_code);

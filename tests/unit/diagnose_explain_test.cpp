@@ -9,8 +9,11 @@
 #include <string>
 
 #include "diagnose/diagnose.hpp"
+#include "diagnose/explain/models.hpp"
 #include "diagnose/explain/view.hpp"
 #include "diagnose/report/write_report.hpp"
+#include "diagnose/search/screen.hpp"
+#include "diagnose/search/search.hpp"
 #include "diagnose/track/tracks.hpp"
 #include "diagnose_pendulum.hpp"
 #include "physics/plant_writer.hpp"
@@ -90,6 +93,26 @@ TEST(DiagnoseExplain, NamesAnEffectAboveItsLimitAndNoneFarBelow) {
   };
   EXPECT_TRUE(named_at(1.5)) << *limit->detection_limit;
   EXPECT_FALSE(named_at(0.3)) << *limit->detection_limit;
+}
+
+TEST(DiagnoseExplain, SaysNothingOfAnEffectThatTheWrittenModelLacks) {
+  const physics::Plant given = plant_of("");
+  auto tracks = make_tracks({recording_of(plant_of(kViscous), 1)}, {}, given, {});
+  ASSERT_TRUE(tracks.ok()) << tracks.error().message;
+  Likelihood training(given, std::move(tracks->training));
+  Vocabulary vocabulary = vocabulary_of(given, training, nullptr);
+  Search search(training, nullptr, vocabulary, Options().alpha, 0);
+  search.run([] { return true; });
+  Models models = models_of(given, training, vocabulary, search);
+  const auto named = std::find_if(
+      models.written.effects.begin(), models.written.effects.end(), [&](const auto& effect) {
+        return vocabulary.candidates[effect.first].id == "viscous_friction";
+      });
+  ASSERT_NE(named, models.written.effects.end());
+  models.written = without(models.written, vocabulary, named->first);
+  Report report;
+  add_effects(models, view_of(given, models.improved, training, false), report);
+  for (const NamedEffect& effect : report.effects) EXPECT_NE(effect.id, "viscous_friction");
 }
 
 TEST(DiagnoseExplain, SpeaksOfEveryWordOnce) {

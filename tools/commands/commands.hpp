@@ -22,6 +22,7 @@ void add_host(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_plant(CLI::App& app, int& exit_code);
+void add_profile(CLI::App& app, int& exit_code);
 void add_suggest(CLI::App& app, int& exit_code);
 void add_prove(CLI::App& app, int& exit_code);
 void add_conceal(CLI::App& app, int& exit_code);

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "commands/command.hpp"
+#include "commands/commands.hpp"
+#include "core/whole_file.hpp"
+#include "exchange/table_file.hpp"
+#include "guess/guess.hpp"
+#include "physics/plant.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+struct ProfileArguments {
+  std::string data, plant, out;
+  bool force = false;
+  record::LoadOptions load;
+};
+
+core::Status guess(const ProfileArguments& arguments) {
+  if (!arguments.out.empty() && std::filesystem::exists(arguments.out) && !arguments.force)
+    return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
+  std::vector<std::string> joints;
+  if (!arguments.plant.empty()) {
+    RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
+    for (const physics::Joint& joint : plant.joints) joints.push_back(joint.name);
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Table table,
+                            exchange::read_table(arguments.data, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(const guess::Guess guessed, guess::guess_profile(table, joints));
+  fmt::print("{}", guess::describe(guessed, table));
+  if (arguments.out.empty()) return {};
+  RAVENCAL_RETURN_IF_ERROR(
+      core::write_whole_file(arguments.out, guess::profile_text(guessed, table)));
+  fmt::print("{}: correct what is wrong, then read the data with --profile {}\n", arguments.out,
+             arguments.out);
+  return {};
+}
+
+}  // namespace
+
+void add_profile(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<ProfileArguments>();
+  CLI::App* command = app.add_subcommand("profile", "Say what the columns of a foreign file are");
+  command->require_subcommand(1);
+  CLI::App* from = command->add_subcommand(
+      "guess", "Write a profile by the columns' names and values, with what is to be checked");
+  from->add_option("data", arguments->data, "Table to read (.csv, .npz, ...)")->required();
+  from->add_option("--plant", arguments->plant,
+                   "Plant or robot model (.toml, .xml, .urdf) whose joints are meant");
+  from->add_option("--out", arguments->out, "Profile to write (.toml); without, it is only shown");
+  from->add_flag("--force", arguments->force, "Replace an existing file");
+  from->footer("Example: ravencal profile guess run1.csv --plant robot.xml --out run.toml");
+  on_call(*from, exit_code, {.read = {"data", "--plant"}, .written = {"--out"}},
+          [arguments] { return guess(*arguments); });
+  command->footer("Example: ravencal profile guess run1.csv --out run.toml");
+}
+
+}  // namespace ravencal::commands

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The columns of a table with what their names and values say. Private to guess/.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "guess/column_name.hpp"
+#include "guess/guess.hpp"
+
+namespace ravencal::guess {
+
+struct Column {
+  std::size_t index = 0;
+  std::string name;
+  ColumnName said;  ///< by the name, completed by the values
+  Eigen::VectorXd values;
+  double lowest = 0.0, highest = 0.0;
+  bool whole_numbers = true;
+  bool missing = false;  ///< some values are NaN
+  std::string because;
+
+  [[nodiscard]] bool constant() const { return !(highest > lowest); }
+  [[nodiscard]] bool is(Quantity quantity) const { return said.quantity == quantity; }
+  /// A position that moves, in a unit of length or angle.
+  [[nodiscard]] bool is_usable_position() const;
+  /// Values in SI; needs a unit.
+  [[nodiscard]] Eigen::VectorXd si() const;
+};
+
+/// Columns, and the doubts that were met, each once.
+struct Columns {
+  std::vector<Column> all;
+  Eigen::VectorXd t_s;  ///< of each row
+  std::vector<std::string> questions;
+
+  void ask(const std::string& question);
+};
+
+/// The columns of numbers that have as many rows as most; the others are left out.
+Columns columns_of(const record::Table& table, Guess& guess);
+
+/// Times by the table's stamps, by a column, which is taken out, or by counting rows.
+void find_time(const record::Table& table, Columns& columns, Guess& guess);
+
+/// Quantities that no name tells: a copy of a position is a position, what adds up to one is a
+/// velocity.
+void find_quantities(Columns& columns);
+
+/// Units of positions that no name tells: by their velocities or their size.
+void find_position_units(Columns& columns);
+
+/// Joints by the plant's names, where it is given, and of columns whose name tells none. Needs the
+/// units of positions.
+void find_joints(Columns& columns, const std::vector<std::string>& joints);
+
+/// The other units, a velocity's by its position. Needs the joints.
+void find_other_units(Columns& columns);
+
+/// Channels out of columns.
+void find_roles(Columns& columns, Guess& guess);
+
+}  // namespace ravencal::guess

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "core/toml_table.hpp"
+#include "guess/guess.hpp"
+
+namespace ravencal::guess {
+namespace {
+
+/// `key = "header name"`, or the column's number where the file has no header.
+std::string place(const record::Table& table, std::size_t column, std::string_view by_name,
+                  std::string_view by_number) {
+  if (!table.has_header) return fmt::format("{} = {}\n", by_number, column);
+  return fmt::format("{} = {}\n", by_name, core::toml_text(table.columns[column].name));
+}
+
+}  // namespace
+
+std::string profile_text(const Guess& guess, const record::Table& table) {
+  using core::toml_text;
+  std::string text = fmt::format(
+      "# What the columns of {} are, guessed from their names and values: correct what is wrong.\n",
+      table.path.filename().string());
+  auto out = std::back_inserter(text);
+  for (const std::string& question : guess.questions)
+    fmt::format_to(out, "# Check: {}\n", question);
+  text += "\n[source]\nformat = \"csv\"\n";
+  if (!table.has_header) text += "header = false\n";
+  if (guess.time_column) {
+    text += place(table, *guess.time_column, "time", "time");
+    fmt::format_to(out, "time_unit = {}\n", toml_text(guess.time_unit));
+  } else if (table.t_ns.empty()) {
+    fmt::format_to(out, "row_period_s = {:g}\n", guess.row_period_s);
+  }
+  for (const GuessedChannel& channel : guess.channels) {
+    text += "\n";
+    if (!channel.because.empty()) fmt::format_to(out, "# {}\n", channel.because);
+    fmt::format_to(out, "[[channel]]\nname = {}\n{}unit = {}\n", toml_text(channel.name),
+                   place(table, channel.column, "column", "index"), toml_text(channel.unit));
+    if (channel.scale != 1.0) fmt::format_to(out, "scale = {}\n", channel.scale);
+    fmt::format_to(out, "role = {}\n", toml_text(channel.role));
+    if (!channel.joint.empty()) fmt::format_to(out, "joint = {}\n", toml_text(channel.joint));
+    if (channel.may_be_missing) text += "may_be_missing = true\n";
+  }
+  return text;
+}
+
+std::string describe(const Guess& guess, const record::Table& table) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  std::size_t width = 6;
+  for (const GuessedChannel& channel : guess.channels)
+    width = std::max(width, table.columns[channel.column].name.size());
+  std::string time = table.t_ns.empty() ? "no time" : "stamps of the messages";
+  if (guess.time_column)
+    time = fmt::format("time {} in {}", table.columns[*guess.time_column].name, guess.time_unit);
+  fmt::format_to(out, "{}: {} rows, {}, {:.4g} Hz\n", table.path.string(), guess.rows, time,
+                 1.0 / guess.row_period_s);
+  fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}\n", "column", width, "role", "joint",
+                 "unit", "because");
+  for (const GuessedChannel& channel : guess.channels) {
+    const std::string unit =
+        channel.scale == 1.0 ? channel.unit : fmt::format("{:g} {}", channel.scale, channel.unit);
+    fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}\n", table.columns[channel.column].name,
+                   width, channel.role, channel.joint, unit,
+                   channel.because.empty() ? "its name" : channel.because);
+  }
+  for (const LeftColumn& left : guess.left_out)
+    fmt::format_to(out, "left out: {} ({})\n", table.columns[left.column].name, left.why);
+  if (!guess.questions.empty()) text += "To check:\n";
+  for (std::size_t i = 0; i < guess.questions.size(); ++i)
+    fmt::format_to(out, "{:>3}. {}\n", i + 1, guess.questions[i]);
+  return text;
+}
+
+}  // namespace ravencal::guess
