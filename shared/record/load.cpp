@@ -35,8 +35,9 @@ core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadO
   return profile;
 }
 
-core::Result<Recording> load_recording(const std::filesystem::path& path,
-                                       const LoadOptions& options) {
+namespace {
+
+core::Result<Recording> load_whole(const std::filesystem::path& path, const LoadOptions& options) {
   const std::string extension = path.extension().string();
   if (extension == ".db")
     return read_recording(path, options.keep, options.threads, options.skip_bad);
@@ -47,6 +48,15 @@ core::Result<Recording> load_recording(const std::filesystem::path& path,
   RAVENCAL_ASSIGN_OR_RETURN(Profile profile, profile_for(path, options));
   if (extension == ".bag") return load_bag(path, profile, options);
   return load_csv(path, std::move(profile), options);
+}
+
+}  // namespace
+
+core::Result<Recording> load_recording(const std::filesystem::path& path,
+                                       const LoadOptions& options) {
+  RAVENCAL_ASSIGN_OR_RETURN(Recording recording, load_whole(path, options));
+  RAVENCAL_RETURN_IF_ERROR(cut_to(recording, options.range));
+  return recording;
 }
 
 }  // namespace ravencal::record

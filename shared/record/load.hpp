@@ -9,12 +9,14 @@
 #include "record/profile.hpp"
 #include "record/recording.hpp"
 #include "record/recording_reader.hpp"
+#include "record/time_range.hpp"
 
 namespace ravencal::record {
 
 struct LoadOptions {
   std::string profile;  ///< name or path; required for .csv, raven2-bag if absent for .bag,
                         ///< ignored for .db
+  TimeRange range;      ///< rows and events outside are dropped once the file is read
   ProfileOptions profile_options;
   bool skip_bad = false;    ///< drop unreadable rows, counted in events, instead of refusing
   ChannelFilter keep = {};  ///< .db only: other channels are not read

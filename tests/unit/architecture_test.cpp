@@ -87,7 +87,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/deployment/signing", {"core", "model", "signing"}},
     {"tools/recording/simulation",
      {"core", "record", "physics", "quadrature_reader", "trajectory", "simulation"}},
-    {"tools/calibration/study", {"core", "record", "model", "learn", "methods", "report", "study"}},
+    {"tools/calibration/study",
+     {"core", "record", "exchange", "model", "learn", "methods", "report", "study"}},
     {"tools/recording/trajectory", {"core", "physics", "trajectory"}},
 };
 constexpr std::array kProduct = {"shared", "rt_plugin", "quadrature_reader", "tools"};

@@ -41,6 +41,11 @@ class ExchangeTable : public ::testing::Test {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
     return true;
   }
+  /// Arguments of ravencal; output and errors together.
+  [[nodiscard]] Outcome ravencal(const std::string& arguments) const {
+    return run_command(
+        fmt::format("cd '{}' && '{}' {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments));
+  }
   [[nodiscard]] core::Result<record::Recording> load(const std::string& name,
                                                      const std::string& profile) const {
     record::LoadOptions options;
@@ -92,6 +97,18 @@ TEST_F(ExchangeTable, OfACsvNamesTheLineThatIsNoRowAndLeavesItOutIfAsked) {
   EXPECT_EQ(table->columns[1].values, (std::vector<double>{1, 3}));
   ASSERT_EQ(table->events.size(), 1U);
   EXPECT_EQ(table->events[0].detail, "line 3: 1 columns where 2 are needed");
+}
+
+TEST_F(ExchangeTable, IsCutToATimeRangeByTheCommandsThatReadIt) {
+  write("a.csv", "t_s,q_rad\n5,0\n6,1\n7,2\n8,3\n");
+  ASSERT_EQ(ravencal("import a.csv --profile generic --from-s 1 --out a.db").exit_code, 0);
+  EXPECT_NE(ravencal("info a.db --to-s 1.5").text.find("2 rows"), std::string::npos)
+      << ravencal("info a.db --to-s 1.5").text;
+  EXPECT_EQ(ravencal("export a.db --to-s 1.5 --out b.csv").text, "b.csv: 2 rows\n");
+  const Outcome empty = ravencal("info a.db --from-s 20");
+  EXPECT_EQ(empty.exit_code, 2);
+  EXPECT_NE(empty.text.find("the recording is 2 s long"), std::string::npos) << empty.text;
+  EXPECT_EQ(ravencal("info a.db --from-s nan").exit_code, 2);
 }
 
 constexpr const char* kArrays = R"(

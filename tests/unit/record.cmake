@@ -13,5 +13,6 @@ ravencal_test(NAME record_test
     ${CMAKE_CURRENT_LIST_DIR}/record/csv_errors_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/csv_export_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/summary_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/time_range_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/real_data_test.cpp
   LIBS ravencal::record SQLite::SQLite3 fmt::fmt LABELS unit)

@@ -91,10 +91,14 @@ TEST_F(StudyJobs, InaccurateAndTorqueTrainNothingBeyondTheBaseline) {
 }
 
 TEST_F(StudyJobs, APlanIsReadBackAsItWasWritten) {
-  const Plan made = plan("all");
+  Plan made = plan("all");
+  made.load.range.to_s = 4.5;
   ASSERT_TRUE(write_plan(made, folder_.path()).ok());
   const auto read = read_plan(folder_.path());
   ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_FALSE(read->load.range.from_s);
+  EXPECT_EQ(read->load.range.to_s, 4.5);
+  EXPECT_NE(description_of(made, made.jobs[0]), description_of(plan("all"), made.jobs[0]));
   ASSERT_EQ(read->jobs.size(), made.jobs.size());
   for (std::size_t i = 0; i < made.jobs.size(); ++i) {
     EXPECT_EQ(read->jobs[i].key, made.jobs[i].key);

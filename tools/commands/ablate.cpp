@@ -229,7 +229,7 @@ void add_data_options(CLI::App& command, AblateArguments& arguments) {
                      "Recordings after 0, 1, 2, ... homings since those of --train");
   command.add_option("--train-rehomed", arguments.train_rehomed,
                      "Recordings to train on, of several homings");
-  add_load_options(command, arguments.load);
+  (void)add_load_options(command, arguments.load);
 }
 
 void add_network_options(CLI::App& command, AblateArguments& arguments) {

@@ -10,7 +10,9 @@
 
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/numbers.hpp"
 #include "core/outputs.hpp"
+#include "exchange/load.hpp"
 
 namespace ravencal::commands {
 
@@ -79,23 +81,39 @@ void on_call(CLI::App& command, int& exit_code, FileOptions files,
   });
 }
 
-void add_load_options(CLI::App& command, record::LoadOptions& load) {
-  command.add_option("--profile", load.profile,
-                     "For a .csv, which column is what: raven2, generic or a profile file");
-  command
-      .add_option("--arm", load.profile_options.arm,
-                  "Profile raven2: the arm with the external encoders")
-      ->check(CLI::IsMember({"gold", "green"}))
-      ->capture_default_str();
-  command.add_flag("--skip-bad", load.skip_bad,
-                   "Drop rows that cannot be read, with an event, instead of refusing the file");
+std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOptions& load) {
+  std::vector<CLI::Option*> options = add_range_options(command, load.range);
+  options.push_back(command.add_option(
+      "--profile", load.profile,
+      "For a .csv or another table, which column is what: raven2, generic or a profile file"));
+  options.push_back(command
+                        .add_option("--arm", load.profile_options.arm,
+                                    "Profile raven2: the arm with the external encoders")
+                        ->check(CLI::IsMember({"gold", "green"}))
+                        ->capture_default_str());
+  options.push_back(
+      command.add_flag("--skip-bad", load.skip_bad,
+                       "Drop rows that cannot be read, with an event, instead of refusing the "
+                       "file"));
+  return options;
+}
+
+std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range) {
+  return {command
+              .add_option("--from-s", range.from_s,
+                          "Read each recording from this time on, s since its first row")
+              ->check(cli::not_negative()),
+          command
+              .add_option("--to-s", range.to_s,
+                          "Read each recording up to this time, s since its first row")
+              ->check(cli::positive())};
 }
 
 core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
                                                              const record::LoadOptions& load) {
   std::vector<record::Recording> recordings;
   for (const std::string& path : paths) {
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, load));
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, exchange::load_recording(path, load));
     recordings.push_back(std::move(recording));
   }
   return recordings;

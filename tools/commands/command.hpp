@@ -26,8 +26,12 @@ struct FileOptions {
 void on_call(CLI::App& command, int& exit_code, FileOptions files,
              std::function<core::Status()> run);
 
-/// --profile and --arm, for what is not a recording yet, and --skip-bad.
-void add_load_options(CLI::App& command, record::LoadOptions& load);
+/// --profile and --arm, for what is not a recording yet, --skip-bad and the time range. Returns the
+/// options.
+std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOptions& load);
+
+/// --from-s and --to-s of every recording that the command reads.
+std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range);
 
 /// Reads them all; the error is that of the first that cannot be read.
 core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,

@@ -195,7 +195,7 @@ void add_data_options(CLI::App& command, CompareArguments& a) {
       .add_option("--out", a.options.out, "Folder for compare.json, .html, .csv, .md, .tex, models")
       ->required();
   command.add_option("--test-profile", a.test_profile, "Profile of the test files, if another");
-  add_load_options(command, a.load);
+  (void)add_load_options(command, a.load);
   command.add_option("--title", a.options.title, "Title of the page");
   add_joints_option(command, a.options.joints);
   command.add_option("--features", a.options.features, "Inputs of all methods, as for train");

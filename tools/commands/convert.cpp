@@ -17,6 +17,7 @@
 #include "conversion/assemble.hpp"
 #include "conversion/kernel_check.hpp"
 #include "conversion/window.hpp"
+#include "exchange/load.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/onnx_file.hpp"
 #include "learn/recording_origin.hpp"
@@ -24,7 +25,6 @@
 #include "model/blob_writer.hpp"
 #include "model/compact.hpp"
 #include "model/feature_matrix.hpp"
-#include "record/load.hpp"
 
 namespace ravencal::commands {
 
@@ -182,7 +182,7 @@ core::Status check(const Arguments& arguments, Outcome& outcome) {
       arguments.check.empty() ? arguments.calibrate : std::vector{arguments.check};
   if (files.empty()) return {};
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(files.front(), arguments.load));
+                            exchange::load_recording(files.front(), arguments.load));
   // The check reads the written bytes back.
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel weights,
                             model::decode_blob(outcome.blob, arguments.out));
@@ -279,7 +279,7 @@ void add_convert(CLI::App& app, int& exit_code) {
       ->check(cli::not_negative())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "Print JSON");
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   auto origin = std::make_shared<OriginOptions>();
   add_origin_options(*command, *origin);
   command->footer(

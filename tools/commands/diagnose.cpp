@@ -18,7 +18,7 @@
 #include "commands/commands.hpp"
 #include "core/version.hpp"
 #include "core/whole_file.hpp"
-#include "record/load.hpp"
+#include "exchange/load.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -34,28 +34,21 @@ struct DiagnoseArguments {
   std::vector<std::string> simulated;
   std::string simulated_profile;
   std::string plant;
-  std::string profile;
   std::string held_out_profile;
   std::string out;
   std::string json;
-  bool skip_bad = false;
   bool check = false;
+  record::LoadOptions load;
   diagnose::Options options;
 };
 
 core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
-                                                      const std::string& profile, bool skip_bad,
+                                                      record::LoadOptions load,
+                                                      const std::string& other_profile,
                                                       const physics::Plant& plant) {
-  std::vector<record::Recording> recordings;
-  for (const std::string& path : paths) {
-    record::LoadOptions options;
-    options.profile = profile;
-    options.skip_bad = skip_bad;
-    options.keep = [&plant](const record::Channel& c) { return diagnose::looks_at(c, plant); };
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, record::load_recording(path, options));
-    recordings.push_back(std::move(recording));
-  }
-  return recordings;
+  if (!other_profile.empty()) load.profile = other_profile;
+  load.keep = [&plant](const record::Channel& c) { return diagnose::looks_at(c, plant); };
+  return load_recordings(paths, load);
 }
 
 void print_summary(const diagnose::Report& report, const std::string& out) {
@@ -85,6 +78,9 @@ void add_provenance(const DiagnoseArguments& arguments, const physics::Plant& pl
   made_from.emplace_back(
       "plant", fmt::format("{} ({:016x})", std::filesystem::path(plant.source).filename().string(),
                            plant.hash));
+  const record::TimeRange& range = arguments.load.range;
+  if (range.from_s) made_from.emplace_back("from_s", fmt::format("{}", *range.from_s));
+  if (range.to_s) made_from.emplace_back("to_s", fmt::format("{}", *range.to_s));
   made_from.emplace_back("seed", std::to_string(arguments.options.seed));
   made_from.emplace_back("alpha", fmt::format("{:g}", arguments.options.alpha));
   made_from.emplace_back("placebo_twins", std::to_string(arguments.options.placebos));
@@ -103,7 +99,7 @@ void put_in_order(DiagnoseArguments& arguments) {
 /// of the same file.
 core::Status held_out_is_unseen(const DiagnoseArguments& arguments) {
   const bool same_rows =
-      arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.profile;
+      arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.load.profile;
   if (!same_rows) return {};
   for (const std::string& held_out : arguments.held_out) {
     if (is_among(held_out, arguments.recordings))
@@ -144,7 +140,7 @@ core::Status profiles_are_read(const DiagnoseArguments& a) {
   const bool first = need_a_profile(a.recordings) ||
                      (a.held_out_profile.empty() && need_a_profile(a.held_out)) ||
                      (a.simulated_profile.empty() && need_a_profile(a.simulated));
-  if (!a.profile.empty() && !first) return refuse("--profile", a.recordings.front());
+  if (!a.load.profile.empty() && !first) return refuse("--profile", a.recordings.front());
   if (!a.held_out_profile.empty() && !need_a_profile(a.held_out))
     return refuse("--held-out-profile", a.held_out.front());
   if (!a.simulated_profile.empty() && !need_a_profile(a.simulated))
@@ -158,17 +154,13 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
   RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
-  RAVENCAL_ASSIGN_OR_RETURN(
-      auto training, load_all(arguments.recordings, arguments.profile, arguments.skip_bad, plant));
-  const std::string& second =
-      arguments.held_out_profile.empty() ? arguments.profile : arguments.held_out_profile;
-  RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
-                            load_all(arguments.held_out, second, arguments.skip_bad, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(auto training,
+                            load_all(arguments.recordings, arguments.load, {}, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_all(arguments.held_out, arguments.load,
+                                                    arguments.held_out_profile, plant));
   diagnose::Options options = arguments.options;
-  const std::string& third =
-      arguments.simulated_profile.empty() ? arguments.profile : arguments.simulated_profile;
-  RAVENCAL_ASSIGN_OR_RETURN(options.simulated,
-                            load_all(arguments.simulated, third, arguments.skip_bad, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(options.simulated, load_all(arguments.simulated, arguments.load,
+                                                        arguments.simulated_profile, plant));
   cli::catch_interrupts_of_work();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {
@@ -197,8 +189,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->add_option("recordings", arguments->recordings, "Recordings (.db, or .csv with --profile)")
       ->required();
   command->add_option("--plant", arguments->plant, "The simulation (.toml)")->required();
-  command->add_option("--profile", arguments->profile,
-                      "Which column of a .csv is which channel: name or file");
+  (void)add_load_options(*command, arguments->load);
   command
       ->add_option("--out", arguments->out,
                    "Folder for report.json, report.html, plant_improved.toml")
@@ -242,8 +233,6 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->add_option("--threads", arguments->options.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0U, 1024U))
       ->capture_default_str();
-  command->add_flag("--skip-bad", arguments->skip_bad,
-                    "Drop unreadable rows instead of refusing the file");
   command->add_flag("--check", arguments->check, "Exit with 1 if a mismatch was found");
   command->footer(
       "Example: ravencal diagnose run1.db run2.db --plant tools/plants/raven2.toml --out "

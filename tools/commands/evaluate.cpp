@@ -107,7 +107,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command->add_option("--as-applied", arguments->plugin,
                       "libravencal_plugin.so: also show what the arm has with the plugin's limits, "
                       "as `host --recording` does");
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   command->footer(
       "The table shows the network's own correction. With the pedal down the plugin lets it "
       "change\n"

@@ -7,10 +7,10 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "exchange/hdf5_export.hpp"
+#include "exchange/load.hpp"
 #include "exchange/mat_export.hpp"
 #include "record/bag_load.hpp"
 #include "record/csv_export.hpp"
-#include "record/load.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -20,6 +20,7 @@ struct ExportArguments {
   std::string profile;
   std::string out;
   bool overwrite = false;
+  record::LoadOptions load;
 };
 
 /// In the columns of a profile.
@@ -63,7 +64,7 @@ core::Status run(const ExportArguments& arguments) {
         fmt::format("{}: exists already; use --overwrite to replace it", out.string()));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(arguments.recording, {}));
+                            exchange::load_recording(arguments.recording, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(has_profile          ? export_profile(arguments, recording, extension)
                            : extension == ".h5" ? exchange::export_hdf5(recording, arguments.out)
                                                 : exchange::export_mat(recording, arguments.out));
@@ -85,6 +86,7 @@ void add_export(CLI::App& app, int& exit_code) {
       "a profile file; default generic, raven2-bag");
   command->add_option("--out", arguments->out, "File to write (.csv, .bag, .h5 or .mat)")
       ->required();
+  (void)add_range_options(*command, arguments->load.range);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a file of that name");
   command->footer(
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"

@@ -11,6 +11,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
+#include "exchange/load.hpp"
 #include "host/flight_file.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
@@ -19,7 +20,6 @@
 #include "host/summary.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
-#include "record/load.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -85,7 +85,7 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
   std::unique_ptr<host::RobotSource> source;
   if (!arguments.recording.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(recording,
-                              record::load_recording(arguments.recording, arguments.load));
+                              exchange::load_recording(arguments.recording, arguments.load));
     RAVENCAL_ASSIGN_OR_RETURN(source, host::make_recording_source(recording, model.features));
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(source, make_twin(arguments));
@@ -148,7 +148,7 @@ void add_host(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--homing-seed", arguments->twin.homing_seed, "With --plant: homing")
       ->capture_default_str();
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   command
       ->add_option("--rate-hz", arguments->loop.rate_hz,
                    "Wake-ups per second; each is 1 ms of the robot's time. 0: as fast as possible")

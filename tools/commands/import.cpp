@@ -6,7 +6,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/origin_options.hpp"
-#include "record/load.hpp"
+#include "exchange/load.hpp"
 #include "record/recording_writer.hpp"
 
 namespace ravencal::commands {
@@ -22,7 +22,7 @@ struct ImportArguments {
 
 core::Status run(const ImportArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording,
-                            record::load_recording(arguments.source, arguments.load));
+                            exchange::load_recording(arguments.source, arguments.load));
   const std::pair<const char*, const std::string*> said[] = {
       {"robot", &arguments.origin.robot},
       {"controller", &arguments.origin.controller},
@@ -61,7 +61,7 @@ void add_import(CLI::App& app, int& exit_code) {
       "import", "Import a CSV file, a bag or a damaged recording as a recording");
   command->add_option("source", arguments->source, "File to read (.csv, .bag or .db)")->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   add_origin_options(*command, arguments->origin);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
   command->footer(

@@ -8,11 +8,11 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "exchange/load.hpp"
 #include "learn/model_description.hpp"
 #include "learn/onnx_file.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
-#include "record/load.hpp"
 #include "record/summary.hpp"
 
 namespace ravencal::commands {
@@ -26,7 +26,7 @@ struct InfoArguments {
 
 core::Result<std::string> describe_recording(const InfoArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(arguments.file, arguments.load));
+                            exchange::load_recording(arguments.file, arguments.load));
   const record::Summary summary = record::summarise(recording);
   return arguments.json ? record::describe_in_json(recording, summary) + "\n"
                         : record::describe_in_words(recording, summary);
@@ -79,7 +79,7 @@ void add_info(CLI::App& app, int& exit_code) {
       app.add_subcommand("info", "Describe a recording, model, weights or plant in words");
   command->add_option("file", arguments->file, "File to describe")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   command->footer(
       "Files: recording, model (.onnx), weights (.blob), plant (.toml), robot model (.xml, "
       ".urdf).\n"

@@ -10,8 +10,8 @@
 #include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "exchange/load.hpp"
 #include "quadrature_reader/alignment.hpp"
-#include "record/load.hpp"
 #include "record/recording_writer.hpp"
 
 namespace ravencal::commands {
@@ -93,13 +93,14 @@ void print_words(const MergeArguments& arguments, const qr::Merged& merged) {
 
 core::Status run(const MergeArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording robot,
-                            record::load_recording(arguments.robot, arguments.load));
+                            exchange::load_recording(arguments.robot, arguments.load));
   record::LoadOptions truth_load = arguments.load;
   truth_load.profile = arguments.truth_profile;
+  truth_load.range = {};  // of the robot's rows; those of the truth follow from them
   if (truth_load.profile.empty() && std::filesystem::path(arguments.truth).extension() == ".bag")
     truth_load.profile = "raven2-bag-truth";
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording truth,
-                            record::load_recording(arguments.truth, truth_load));
+                            exchange::load_recording(arguments.truth, truth_load));
   RAVENCAL_ASSIGN_OR_RETURN(const qr::Merged merged,
                             qr::merge_truth(robot, truth, options_of(arguments)));
   RAVENCAL_RETURN_IF_ERROR(
@@ -142,7 +143,7 @@ void add_merge(CLI::App& app, int& exit_code) {
                    "Truth is not interpolated across more than this")
       ->check(cli::positive())
       ->capture_default_str();
-  add_load_options(*command, arguments->load);
+  (void)add_load_options(*command, arguments->load);
   command->add_option("--truth-profile", arguments->truth_profile,
                       "For a TRUTH that is no recording yet, as --profile is for ROBOT");
   command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");

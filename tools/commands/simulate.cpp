@@ -12,8 +12,8 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/simulated_motion.hpp"
+#include "exchange/load.hpp"
 #include "physics/plant.hpp"
-#include "record/load.hpp"
 #include "record/recording_writer.hpp"
 #include "simulation/follow.hpp"
 #include "simulation/session.hpp"
@@ -25,7 +25,6 @@ struct SimulateArguments {
   std::string plant;
   std::string trajectory;
   std::string follow;
-  std::string profile;
   std::string out;
   std::string edges;
   double payload_g = -1.0;  // negative: as the plant says
@@ -33,6 +32,7 @@ struct SimulateArguments {
   bool json = false;
   simulation::SessionOptions session;
   simulation::FollowOptions following;
+  record::LoadOptions load;
 };
 
 void print_followed(const simulation::Followed& followed, const SimulateArguments& arguments) {
@@ -64,10 +64,8 @@ core::Status follow(const SimulateArguments& arguments, const physics::Plant& pl
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("{}: exists already; use --force to replace it", arguments.out)};
   }
-  record::LoadOptions load;
-  load.profile = arguments.profile;
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            record::load_recording(arguments.follow, load));
+                            exchange::load_recording(arguments.follow, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const simulation::Followed followed,
                             simulation::follow_recording(plant, recording, arguments.following));
   RAVENCAL_RETURN_IF_ERROR(
@@ -155,8 +153,8 @@ void add_simulate(CLI::App& app, int& exit_code) {
                                                "efforts, believed positions, loads) go into any "
                                                "plant; OUT has the same channels, simulated");
   recording->excludes(trajectory);
-  command->add_option("--profile", arguments->profile, "Which column of a .csv is which channel")
-      ->needs(recording);
+  for (CLI::Option* const option : add_load_options(*command, arguments->load))
+    option->needs(recording);
   command
       ->add_option(
           "--restart-s", arguments->following.restart_s,

@@ -23,7 +23,7 @@
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
-#include "record/load.hpp"
+#include "exchange/load.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 struct SuggestArguments {
   std::string source;
   std::string plant;
-  std::string profile;
+  record::LoadOptions load;
   std::string out;
   bool force = false;
   int repetitions = 3;
@@ -57,11 +57,10 @@ core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
   if (arguments.plant.empty()) return no_plant(arguments.source);
   Diagnosis out;
   RAVENCAL_ASSIGN_OR_RETURN(out.nominal, physics::load_plant(arguments.plant));
-  record::LoadOptions load;
-  load.profile = arguments.profile;
+  record::LoadOptions load = arguments.load;
   load.keep = [&out](const record::Channel& c) { return diagnose::looks_at(c, *out.nominal); };
   std::vector<record::Recording> recordings(1);
-  RAVENCAL_ASSIGN_OR_RETURN(recordings.front(), record::load_recording(arguments.source, load));
+  RAVENCAL_ASSIGN_OR_RETURN(recordings.front(), exchange::load_recording(arguments.source, load));
   diagnose::Options options;
   options.seed = arguments.seed;
   cli::Progress progress("diagnose");
@@ -279,7 +278,7 @@ void add_suggest(CLI::App& app, int& exit_code) {
   command->add_option("--plant", arguments->plant,
                       "The plant that was diagnosed. With it and plant_improved.toml beside the "
                       "report, the twin simulates how likely the first suggestions give an answer");
-  command->add_option("--profile", arguments->profile, "Profile of a recording that is no .db");
+  (void)add_load_options(*command, arguments->load);
   command->add_option("--try", arguments->tried, "Suggestions to try on the twin")
       ->check(CLI::Range(0, 20))
       ->capture_default_str();

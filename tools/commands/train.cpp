@@ -284,7 +284,7 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
                   "units; network: one network of --hidden. Default: auto, or network where an "
                   "option of the network is given")
       ->check(CLI::IsMember({kAuto, "linear", "units", kNetwork}));
-  add_load_options(command, arguments.load);
+  (void)add_load_options(command, arguments.load);
   add_origin_options(command, arguments.origin);
   add_joints_option(command, arguments.train.joints);
 }

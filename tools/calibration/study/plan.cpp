@@ -159,6 +159,14 @@ core::Status check(const Plan& plan) {
   return {};
 }
 
+/// How rows were chosen: another choice gives other results.
+std::string words_of(const record::LoadOptions& load) {
+  std::string words = load.skip_bad ? "skip-bad" : "";
+  if (load.range.from_s) words += fmt::format(" from {}", *load.range.from_s);
+  if (load.range.to_s) words += fmt::format(" to {}", *load.range.to_s);
+  return words;
+}
+
 }  // namespace
 
 bool includes(const Plan& plan, std::string_view study) {
@@ -172,7 +180,7 @@ std::string description_of(const Plan& plan, const Job& job) {
       "ravencal ablation 1; train {}; test {}; load {} {} {}; features {}; seed {}; hidden {}; "
       "epochs {}; batch {}; kernels {}; tests {}",
       hashes_of(plan, condition.train), hashes_of(plan, condition.test), plan.load.profile,
-      plan.load.profile_options.arm, plan.load.skip_bad ? "skip-bad" : "", job.features, job.seed,
+      plan.load.profile_options.arm, words_of(plan.load), job.features, job.seed,
       fmt::join(s.hidden, ","), s.epochs, s.batch, learn::name_of(s.isa), name_of(job.tests));
 }
 

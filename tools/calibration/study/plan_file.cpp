@@ -38,6 +38,13 @@ Settings settings_from(const Json& json) {
   return s;
 }
 
+Json json_of(const std::optional<double>& time_s) { return time_s ? Json(*time_s) : Json(); }
+
+std::optional<double> time_from(const Json& load, const char* key) {
+  const Json time_s = load.value(key, Json());
+  return time_s.is_null() ? std::nullopt : std::optional(time_s.get<double>());
+}
+
 TestSet tests_from(const std::string& name) {
   for (const TestSet set : {TestSet::kPlain, TestSet::kFull, TestSet::kEncoder}) {
     if (name_of(set) == name) return set;
@@ -52,7 +59,9 @@ Json json_of(const Plan& plan) {
                {"load",
                 {{"profile", plan.load.profile},
                  {"arm", plan.load.profile_options.arm},
-                 {"skip_bad", plan.load.skip_bad}}},
+                 {"skip_bad", plan.load.skip_bad},
+                 {"from_s", json_of(plan.load.range.from_s)},
+                 {"to_s", json_of(plan.load.range.to_s)}}},
                {"conditions", Json::array()},
                {"inputs", Json::array()},
                {"jobs", Json::array()},
@@ -90,6 +99,7 @@ Plan plan_from(const Json& json) {
   plan.load.profile = json.at("load").at("profile");
   plan.load.profile_options.arm = json.at("load").at("arm");
   plan.load.skip_bad = json.at("load").at("skip_bad");
+  plan.load.range = {time_from(json.at("load"), "from_s"), time_from(json.at("load"), "to_s")};
   for (const Json& c : json.at("conditions")) {
     plan.conditions.push_back({c.at("title"), c.at("train").get<std::vector<std::string>>(),
                                c.at("test").get<std::vector<std::string>>(), c.at("homing"),

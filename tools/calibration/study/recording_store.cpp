@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/recording_store.hpp"
 
+#include "exchange/load.hpp"
+
 namespace ravencal::study {
 
 core::Result<const record::Recording*> RecordingStore::get(const std::string& path) {
@@ -13,7 +15,7 @@ core::Result<const record::Recording*> RecordingStore::get(const std::string& pa
   }
   const std::lock_guard<std::mutex> lock(entry->mutex);
   if (!entry->recording) {
-    RAVENCAL_ASSIGN_OR_RETURN(entry->recording, record::load_recording(path, load_));
+    RAVENCAL_ASSIGN_OR_RETURN(entry->recording, exchange::load_recording(path, load_));
   }
   return &*entry->recording;
 }

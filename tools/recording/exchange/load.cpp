@@ -10,7 +10,10 @@ core::Result<record::Recording> load_recording(const std::filesystem::path& path
   if (path.extension() == ".csv" || !is_table(path)) return record::load_recording(path, options);
   RAVENCAL_ASSIGN_OR_RETURN(record::Profile profile, record::profile_for(path, options));
   RAVENCAL_ASSIGN_OR_RETURN(const record::Table table, read_table(path, options));
-  return record::load_table(table, std::move(profile), options);
+  RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording,
+                            record::load_table(table, std::move(profile), options));
+  RAVENCAL_RETURN_IF_ERROR(record::cut_to(recording, options.range));
+  return recording;
 }
 
 }  // namespace ravencal::exchange
