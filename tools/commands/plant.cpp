@@ -42,13 +42,10 @@ core::Status export_robot(const PlantArguments& arguments) {
     return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::WrittenRobot written,
-                            write_robot_files(plant, arguments.robot, arguments.out));
+                            physics::write_robot(plant, arguments.robot, arguments.out));
+  RAVENCAL_RETURN_IF_ERROR(save_robot(written, arguments.out));
   for (const std::string& line : written.changed) fmt::print("{}\n", line);
-  for (const std::string& line : written.not_expressed) fmt::print("not expressed: {}\n", line);
-  fmt::print("{}: {} changes\n", arguments.out, written.changed.size());
-  if (!written.callback.empty())
-    fmt::print("{}: {}", physics::callback_path(arguments.out).string(),
-               written.callback.substr(0, written.callback.find('\n') + 1));
+  print_model(written, arguments.out);
   return {};
 }
 

@@ -8,9 +8,9 @@
 
 namespace ravencal::commands {
 
-/// Writes `plant` into `model` as `out` and, where a callback adds to it, its source beside it.
-core::Result<physics::WrittenRobot> write_robot_files(const physics::Plant& plant,
-                                                      const std::filesystem::path& model,
-                                                      const std::filesystem::path& out);
+/// Writes the model as `out` and, where a callback adds to it, its source beside it.
+core::Status save_robot(const physics::WrittenRobot& written, const std::filesystem::path& out);
+/// Says what was written, what it lacks, and how the callback is built.
+void print_model(const physics::WrittenRobot& written, const std::filesystem::path& out);
 
 }  // namespace ravencal::commands
