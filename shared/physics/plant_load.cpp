@@ -8,6 +8,7 @@
 #include "physics/plant_writer.hpp"
 #include "physics/robot_model/plant_of_model.hpp"
 #include "physics/robot_model/robot_file.hpp"
+#include "physics/robot_model/robot_writer.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -25,7 +26,7 @@ core::Result<Plant> plant_of_robot(const std::filesystem::path& path) {
 }  // namespace
 
 core::Result<Plant> load_plant(const std::filesystem::path& path) {
-  if (path.extension() == ".xml" || path.extension() == ".urdf") return plant_of_robot(path);
+  if (is_robot_model(path)) return plant_of_robot(path);
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
   return parse_plant(text, path.string());
 }

@@ -15,3 +15,8 @@ ravencal_test(NAME trajectory_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/trajectory_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/simulation_test.cpp
   LIBS ravencal_simulation ravencal_trajectory ravencal::record LABELS unit)
+ravencal_test(NAME robot_improved_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_improved_test.cpp
+  LIBS ravencal::physics nlohmann_json::nlohmann_json fmt::fmt ${MUJOCO} LABELS unit promise SLOW)
+target_include_directories(robot_improved_test SYSTEM PRIVATE ${MUJOCO_INCLUDE_DIR})
+target_compile_definitions(robot_improved_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
+add_dependencies(robot_improved_test ravencal)

@@ -4,6 +4,7 @@
 #include "diagnose/track/input.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/robot_out.hpp"
 #include "core/version.hpp"
 #include "core/whole_file.hpp"
 #include "exchange/load.hpp"
@@ -148,6 +150,32 @@ core::Status profiles_are_read(const DiagnoseArguments& a) {
   return {};
 }
 
+std::filesystem::path model_path(const DiagnoseArguments& arguments) {
+  const std::filesystem::path plant = arguments.plant;
+  return std::filesystem::path(arguments.out) / ("robot_improved" + plant.extension().string());
+}
+
+/// The improved plant in the user's own model; the report says what it is. A model that cannot be
+/// written leaves the report whole.
+std::optional<physics::WrittenRobot> improved_model(const DiagnoseArguments& arguments,
+                                                    diagnose::Report& report) {
+  if (!physics::is_robot_model(arguments.plant)) return std::nullopt;
+  const std::string name = model_path(arguments).filename().string();
+  const auto note = [&report](const std::string& text) {
+    report.verdict.text += " Note: " + text + ".";
+  };
+  auto written = physics::write_robot(report.improved, arguments.plant, model_path(arguments));
+  if (!written.ok()) {
+    note(fmt::format("{} was not written: {}", name, written.error().message));
+    return std::nullopt;
+  }
+  const std::vector<std::string>& missing = written->not_expressed;
+  note(fmt::format(
+      "{} is {} with what was found{}", name, names_of({arguments.plant}),
+      missing.empty() ? "" : fmt::format("; it does not say {}", fmt::join(missing, "; "))));
+  return std::move(*written);
+}
+
 core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.recordings));
   RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.held_out));
@@ -170,11 +198,14 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
                             diagnose::diagnose(training, held_out, plant, options));
   add_provenance(arguments, plant, report);
+  const std::optional<physics::WrittenRobot> model = improved_model(arguments, report);
   RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, arguments.out));
+  if (model) RAVENCAL_RETURN_IF_ERROR(save_robot(*model, model_path(arguments)));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, diagnose::report_json(report)));
   }
   print_summary(report, arguments.out);
+  if (model) print_model(*model, model_path(arguments));
   return report.verdict.kind != "nothing_left_out" && report.verdict.kind != "not_testable";
 }
 
@@ -188,11 +219,16 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   command
       ->add_option("recordings", arguments->recordings, "Recordings (.db, or .csv with --profile)")
       ->required();
-  command->add_option("--plant", arguments->plant, "The simulation (.toml)")->required();
+  command
+      ->add_option("--plant", arguments->plant,
+                   "The simulation (.toml, or a robot model: .xml, .urdf)")
+      ->required();
   (void)add_load_options(*command, arguments->load);
   command
-      ->add_option("--out", arguments->out,
-                   "Folder for report.json, report.html, plant_improved.toml")
+      ->add_option(
+          "--out", arguments->out,
+          "Folder for report.json, report.html, plant_improved.toml and, of a robot model, "
+          "robot_improved.xml or .urdf")
       ->required();
   command->add_option("--json", arguments->json, "Also write report.json here");
   CLI::Option* held_out = command->add_option(

@@ -8,6 +8,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/robot_out.hpp"
 #include "core/whole_file.hpp"
 #include "physics/plant_writer.hpp"
 
@@ -15,7 +16,7 @@ namespace ravencal::commands {
 namespace {
 
 struct PlantArguments {
-  std::string robot, out;
+  std::string robot, plant, out;
   bool force = false;
 };
 
@@ -33,11 +34,27 @@ core::Status import_robot(const PlantArguments& arguments) {
   return {};
 }
 
+core::Status export_robot(const PlantArguments& arguments) {
+  if (!physics::is_robot_model(arguments.robot))
+    return core::usage_error(
+        fmt::format("--model {}: is neither .xml (MJCF) nor .urdf", arguments.robot));
+  if (std::filesystem::exists(arguments.out) && !arguments.force)
+    return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::WrittenRobot written,
+                            physics::write_robot(plant, arguments.robot, arguments.out));
+  RAVENCAL_RETURN_IF_ERROR(save_robot(written, arguments.out));
+  for (const std::string& line : written.changed) fmt::print("{}\n", line);
+  print_model(written, arguments.out);
+  return {};
+}
+
 }  // namespace
 
 void add_plant(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<PlantArguments>();
-  CLI::App* command = app.add_subcommand("plant", "Make a plant from a robot model of others");
+  CLI::App* command = app.add_subcommand(
+      "plant", "Make a plant from a robot model of others, and write one back into it");
   command->require_subcommand(1);
   CLI::App* from = command->add_subcommand("from", "From MJCF (.xml) or URDF (.urdf)");
   from->add_option("robot", arguments->robot, "The model; files that it includes are read as well")
@@ -47,6 +64,18 @@ void add_plant(CLI::App& app, int& exit_code) {
   from->footer("Example: ravencal plant from so_arm100.xml --out so_arm100.toml");
   on_call(*from, exit_code, {.read = {"robot"}, .written = {"--out"}},
           [arguments] { return import_robot(*arguments); });
+  CLI::App* to = command->add_subcommand("to", "Write a plant into the model it was made from");
+  to->add_option("plant", arguments->plant, "The plant (.toml), e.g. plant_improved.toml")
+      ->required();
+  to->add_option("--model", arguments->robot, "The model that the plant was made from")->required();
+  to->add_option("--out", arguments->out, "Model to write (.xml, .urdf as --model)")->required();
+  to->add_flag("--force", arguments->force, "Replace an existing file");
+  to->footer(
+      "Example: ravencal plant to why/plant_improved.toml --model so_arm100.xml --out "
+      "so_arm100_improved.xml\n"
+      "What the format cannot say is listed; OUT_effects.cpp holds what a callback of MuJoCo can.");
+  on_call(*to, exit_code, {.read = {"plant", "--model"}, .written = {"--out"}},
+          [arguments] { return export_robot(*arguments); });
   command->footer("Example: ravencal plant from so_arm100.xml --out so_arm100.toml");
 }
 

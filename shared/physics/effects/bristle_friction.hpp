@@ -23,6 +23,8 @@ class BristleFriction {
   BristleFriction() = default;
   explicit BristleFriction(const Parameters& parameters) : parameters_(parameters) {}
 
+  [[nodiscard]] const Parameters& parameters() const { return parameters_; }
+
   /// Effort against the motion for one step of `dt_s`; `scale` multiplies the level (load, wear),
   /// `stiffening` the bristle's stiffness.
   double step(double velocity, double dt_s, double scale = 1.0, double stiffening = 1.0) {

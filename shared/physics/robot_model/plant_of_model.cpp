@@ -7,7 +7,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
+
+#include "physics/robot_model/series_joints.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -77,10 +80,11 @@ class Importer {
         return core::data_error(fmt::format(
             "{}: joint '{}' is neither a hinge nor a slide; a plant stands on the ground and has "
             "joints of one degree of freedom",
-            plant_.source, name_of(mjOBJ_JOINT, j)));
+            plant_.source, joint_name(m_, j)));
     if (m_.njnt == 0) return core::data_error(fmt::format("{}: has no joint", plant_.source));
     walk();
     for (std::size_t k = 0; k < links_.size(); ++k) add_joint(k);
+    add_series();
     plant_.coupling.assign(links_.size(), std::vector<double>(links_.size(), 0.0));
     add_couplings();
     add_actuators();
@@ -89,9 +93,15 @@ class Importer {
   }
 
  private:
-  [[nodiscard]] std::string name_of(mjtObj kind, int id) const {
-    const char* name = mj_id2name(&m_, kind, id);
-    return name != nullptr && *name != '\0' ? std::string(name) : fmt::format("joint{}", id);
+  [[nodiscard]] std::string actuator_name(int id) const {
+    const char* name = mj_id2name(&m_, mjOBJ_ACTUATOR, id);
+    return name != nullptr && *name != '\0' ? std::string(name) : fmt::format("{}", id);
+  }
+  /// Place of the model's joint in the plant; -1: it is none of its joints.
+  [[nodiscard]] int place_of(int joint) const {
+    const auto at = std::find_if(links_.begin(), links_.end(),
+                                 [&](const RawLink& link) { return link.joint == joint; });
+    return at == links_.end() ? -1 : static_cast<int>(at - links_.begin());
   }
   void note(std::string text) { plant_.notes.push_back(std::move(text)); }
 
@@ -105,6 +115,7 @@ class Importer {
       int link = carrier[parent];
       for (int n = 0; n < m_.body_jntnum[b]; ++n) {
         const int j = m_.body_jntadr[b] + n;
+        if (series_joint(m_, j)) continue;
         const Vector3d anchor = vector_at(m_.jnt_pos, j);
         const Vector3d axis = vector_at(m_.jnt_axis, j);
         const double zero = m_.qpos0[m_.jnt_qposadr[j]];
@@ -143,7 +154,7 @@ class Importer {
     const int j = raw.joint;
     const int dof = m_.jnt_dofadr[j];
     Joint joint;
-    joint.name = name_of(mjOBJ_JOINT, j);
+    joint.name = joint_name(m_, j);
     joint.kind = m_.jnt_type[j] == mjJNT_SLIDE ? JointKind::kPrismatic : JointKind::kRevolute;
     joint.motor_inertia_kg_m2 = std::max(kNoInertia_kg_m2, m_.dof_armature[dof]);
     joint.joint_encoder_resolution_ji = kResolution_ji;
@@ -175,13 +186,36 @@ class Importer {
     plant_.joints.push_back(std::move(joint));
   }
 
+  void add_series() {
+    for (int j = 0; j < m_.njnt; ++j) {
+      const std::optional<SeriesJoint> series = series_joint(m_, j);
+      if (!series) continue;
+      const int dof = m_.jnt_dofadr[j];
+      Joint& joint = plant_.joints[static_cast<std::size_t>(place_of(series->of))];
+      const bool is_cable = series->kind == Series::kCable;
+      if (is_cable)
+        joint.effects.push_back(
+            {"compliance",
+             "",
+             {{"stiffness", m_.jnt_stiffness[j]}, {"damping", m_.dof_damping[dof]}}});
+      else
+        joint.effects.push_back(
+            {"backlash", "", {{"half_width", m_.jnt_range[2 * static_cast<Index>(j) + 1]}}});
+      const bool resists =
+          m_.dof_frictionloss[dof] > 0.0 || (!is_cable && m_.dof_damping[dof] > 0.0);
+      if (resists)
+        note(fmt::format("what joint {} resists by friction is left out", joint_name(m_, j)));
+    }
+  }
+
   /// A joint that an equality makes a multiple of one before it.
   void add_couplings() {
     for (int e = 0; e < m_.neq; ++e) {
       const mjtNum* c = m_.eq_data + static_cast<Index>(e) * mjNEQDATA;
-      const int to = m_.eq_obj1id[e], from = m_.eq_obj2id[e];
-      const bool linear = m_.eq_type[e] == mjEQ_JOINT && from >= 0 && c[2] == 0.0 && c[3] == 0.0 &&
-                          c[4] == 0.0 && to > from;
+      const bool of_joints = m_.eq_type[e] == mjEQ_JOINT && m_.eq_obj2id[e] >= 0;
+      const int to = of_joints ? place_of(m_.eq_obj1id[e]) : -1;
+      const int from = of_joints ? place_of(m_.eq_obj2id[e]) : -1;
+      const bool linear = from >= 0 && c[2] == 0.0 && c[3] == 0.0 && c[4] == 0.0 && to > from;
       if (linear)
         plant_.coupling[static_cast<std::size_t>(to)][static_cast<std::size_t>(from)] = c[1];
       else
@@ -195,14 +229,14 @@ class Importer {
   void add_actuators() {
     std::vector<char> driven(links_.size(), 0);
     for (int a = 0; a < m_.nu; ++a) {
-      const std::string name = name_of(mjOBJ_ACTUATOR, a);
+      const std::string name = actuator_name(a);
       const bool on_joint = m_.actuator_trntype[a] == mjTRN_JOINT;
       const bool fixed = m_.actuator_gaintype[a] == mjGAIN_FIXED;
       if (!on_joint || !fixed) {
         note(fmt::format("actuator {} is left out: it acts on no joint, or its gain varies", name));
         continue;
       }
-      const auto j = static_cast<std::size_t>(m_.actuator_trnid[2 * a]);
+      const auto j = static_cast<std::size_t>(place_of(m_.actuator_trnid[2 * a]));
       Joint& joint = plant_.joints[j];
       if (driven[j] != 0) {
         note(fmt::format("actuator {} is left out: joint {} has another one", name, joint.name));
@@ -212,7 +246,9 @@ class Importer {
       const double gear = m_.actuator_gear[6 * static_cast<Index>(a)];
       const double gain = m_.actuator_gainprm[static_cast<Index>(a) * mjNGAIN];
       const mjtNum* bias = m_.actuator_biasprm + static_cast<Index>(a) * mjNBIAS;
-      if (m_.actuator_biastype[a] == mjBIAS_NONE) {
+      const double pushed = m_.actuator_biastype[a] == mjBIAS_AFFINE ? bias[0] : 0.0;
+      if (m_.actuator_biastype[a] == mjBIAS_NONE ||
+          (m_.actuator_biastype[a] == mjBIAS_AFFINE && bias[1] == 0.0 && bias[2] == 0.0)) {
         joint.drive.input = joint.kind == JointKind::kPrismatic ? "force_n" : "torque_n_m";
         joint.drive.gain = gain * gear;
       } else if (bias[1] != 0.0) {
@@ -221,8 +257,11 @@ class Importer {
         note(fmt::format("actuator {} is left out: it follows a velocity", name));
       }
       const mjtNum* range = m_.actuator_forcerange + 2 * static_cast<Index>(a);
-      if (m_.actuator_forcelimited[a] != 0 && range[1] > 0.0)
-        joint.effects.push_back({"saturation", "", {{"limit", std::abs(gear) * range[1]}}});
+      if (m_.actuator_forcelimited[a] != 0 && range[1] > pushed)
+        joint.effects.push_back(
+            {"saturation", "", {{"limit", std::abs(gear) * (range[1] - pushed)}}});
+      if (pushed != 0.0)
+        joint.effects.push_back({"effort_offset", "", {{"offset", -gear * pushed}}});
     }
   }
 

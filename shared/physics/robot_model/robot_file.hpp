@@ -12,6 +12,8 @@
 
 namespace ravencal::physics {
 
+struct RobotDocument;
+
 struct RobotFile {
   ModelPointer model;
   std::vector<std::string> notes;  ///< what was left out of it to be read, one each
@@ -22,5 +24,8 @@ struct RobotFile {
 /// the library does not know are removed from a copy in memory. Errors: kIo; kData with the
 /// library's reason where the rest is no model.
 core::Result<RobotFile> read_robot_file(const std::filesystem::path& path);
+/// The same of a document that stands in memory: it loses what is left out. `path` stands in
+/// messages.
+core::Result<RobotFile> compile_robot(RobotDocument& document, const std::filesystem::path& path);
 
 }  // namespace ravencal::physics

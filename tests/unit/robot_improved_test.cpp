@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Models out: MuJoCo moves a robot that differs from its model, `ravencal diagnose` compares, and
+// MuJoCo alone finds in the model that was written what the report states.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+
+#include "physics/mujoco_model.hpp"
+#include "physics/predict/smoother.hpp"
+#include "unit/run_command.hpp"
+
+namespace ravencal {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Index;
+using Eigen::VectorXd;
+using physics::ModelPointer;
+
+/// What the robot has beyond its model, by joint.
+struct Concealed {
+  double frictionloss = 0.0, damping = 0.0, armature = 0.0, mass = 0.0;
+};
+
+std::string arm(const Concealed& shoulder, const Concealed& elbow) {
+  return fmt::format(
+      R"(<mujoco model="arm">
+  <compiler angle="radian"/>
+  <option timestep="0.001" gravity="0 0 -9.81"/>
+  <!-- my arm -->
+  <default><joint damping="0.05" armature="0.02"/></default>
+  <worldbody>
+    <body name="upper">
+      <joint name="shoulder" axis="0 1 0" frictionloss="{}" damping="{}" armature="{}"/>
+      <inertial pos="0 0 -0.15" mass="{}" diaginertia="0.01 0.01 0.001"/>
+      <body name="fore" pos="0 0 -0.3">
+        <joint name="elbow" axis="0 1 0" frictionloss="{}" damping="{}" armature="{}"/>
+        <inertial pos="0 0 -0.1" mass="{}" diaginertia="0.003 0.003 0.0005"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor name="m1" joint="shoulder"/><motor name="m2" joint="elbow" gear="2"/></actuator>
+</mujoco>)",
+      0.1 + shoulder.frictionloss, 0.05 + shoulder.damping, 0.02 + shoulder.armature,
+      1.0 + shoulder.mass, 0.05 + elbow.frictionloss, 0.05 + elbow.damping, 0.02 + elbow.armature,
+      0.5 + elbow.mass);
+}
+
+constexpr Index kJoints = 2;
+/// Below, what MuJoCo's friction does depends on the acceleration, which no encoder shows.
+constexpr double kMoves_rad_per_s = 0.05;
+/// Of the efforts' RMS: the report counts slower rows as well.
+constexpr double kSameError_percent = 1.5;
+
+/// Rows of a recording: [rows][joints].
+struct Recorded {
+  VectorXd t_s;
+  Eigen::MatrixXd position_rad, effort_n_m;
+};
+
+/// Sums of sines of other periods for each seed.
+double desired_rad(double t_s, Index joint, double seed) {
+  const double slow = 0.11 + 0.015 * seed + 0.04 * static_cast<double>(joint);
+  return 0.7 * std::sin(2.0 * M_PI * slow * t_s) +
+         0.4 * std::sin(2.0 * M_PI * 1.7 * slow * t_s + seed);
+}
+
+Recorded record(const mjModel& model, double seed, double duration_s) {
+  constexpr double kRowPeriod_s = 0.01;
+  constexpr double kEncoder_rad = 2e-5, kTorque_n_m = 5e-3;
+  std::mt19937 random(static_cast<unsigned>(seed * 100.0));
+  std::normal_distribution<double> normal;
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(&model), &mj_deleteData);
+  const auto rows = static_cast<Index>(duration_s / kRowPeriod_s);
+  const auto steps = static_cast<int>(std::lround(kRowPeriod_s / model.opt.timestep));
+  Recorded out{VectorXd(rows), Eigen::MatrixXd(rows, kJoints), Eigen::MatrixXd(rows, kJoints)};
+  for (Index j = 0; j < kJoints; ++j) {
+    constexpr double kInstant_s = 1e-4;
+    data->qpos[j] = desired_rad(0.0, j, seed);
+    data->qvel[j] = (desired_rad(kInstant_s, j, seed) - data->qpos[j]) / kInstant_s;
+  }
+  for (Index row = 0; row < rows; ++row) {
+    for (int step = 0; step < steps; ++step) {
+      for (Index j = 0; j < kJoints; ++j) {
+        const double gear = model.actuator_gear[6 * j];
+        const double wanted =
+            60.0 * (desired_rad(data->time, j, seed) - data->qpos[j]) - 3.0 * data->qvel[j];
+        data->ctrl[j] = wanted / gear;
+      }
+      if (step == 0) {
+        mj_forward(&model, data.get());
+        out.t_s[row] = data->time;
+        for (Index j = 0; j < kJoints; ++j) {
+          out.position_rad(row, j) = data->qpos[j] + kEncoder_rad * normal(random);
+          out.effort_n_m(row, j) = data->qfrc_actuator[j] + kTorque_n_m * normal(random);
+        }
+      }
+      mj_step(&model, data.get());
+    }
+  }
+  return out;
+}
+
+/// Effort that the model's actuator is asked for where it gives `force`, in units of `given`'s.
+double asked_n_m(const mjModel& model, const mjModel& given, Index actuator, double force) {
+  const double bias = model.actuator_biasprm[mjNBIAS * actuator];
+  const double control = (force / model.actuator_gear[6 * actuator] - bias) /
+                         model.actuator_gainprm[mjNGAIN * actuator];
+  return control * given.actuator_gainprm[mjNGAIN * actuator] * given.actuator_gear[6 * actuator];
+}
+
+/// What a model's inverse dynamics leave of the recorded efforts, of these: RMS in per cent,
+/// [joints].
+VectorXd effort_error(const mjModel& model, const mjModel& given, const Recorded& recorded) {
+  const std::vector<char> fresh(static_cast<std::size_t>(recorded.t_s.size()), 0);
+  std::vector<physics::Motion> motions;
+  for (Index j = 0; j < kJoints; ++j)
+    motions.push_back(physics::smooth_motion(recorded.t_s, recorded.position_rad.col(j), fresh));
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(&model), &mj_deleteData);
+  VectorXd squares = VectorXd::Zero(kJoints), whole = squares;
+  for (Index row = 0; row < recorded.t_s.size(); ++row) {
+    for (Index j = 0; j < kJoints; ++j) {
+      const physics::Motion& motion = motions[static_cast<std::size_t>(j)];
+      data->qpos[j] = motion.q[row];
+      data->qvel[j] = motion.v[row];
+      data->qacc[j] = motion.a[row];
+    }
+    mj_inverse(&model, data.get());
+    for (Index j = 0; j < kJoints; ++j) {
+      if (std::abs(data->qvel[j]) < kMoves_rad_per_s) continue;
+      const double recorded_n_m = recorded.effort_n_m(row, j);
+      squares[j] += std::pow(recorded_n_m - asked_n_m(model, given, j, data->qfrc_inverse[j]), 2);
+      whole[j] += std::pow(recorded_n_m, 2);
+    }
+  }
+  return 100.0 * (squares.array() / whole.array()).sqrt();
+}
+
+ModelPointer loaded(const fs::path& path) {
+  std::array<char, 1000> error{};
+  ModelPointer model(
+      mj_loadXML(path.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
+  EXPECT_TRUE(model) << error.data();
+  return model;
+}
+
+TEST(RobotImproved, HasInMujocoAloneTheErrorThatTheReportStates) {
+  const fs::path folder = fs::path(::testing::TempDir()) / "robot_improved";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  std::ofstream(folder / "arm.xml") << arm({}, {});
+  const auto real =
+      physics::compile_model(arm({0.4, 0.3, 0.005, 0.0}, {0.3, 0.2, 0.0, 0.2}), "real.xml");
+  ASSERT_TRUE(real.model) << real.refusal;
+  const auto write = [&](const char* name, const Recorded& r) {
+    std::ofstream file(folder / name);
+    file << "t_s,shoulder_rad,shoulder_n_m,elbow_rad,elbow_n_m\n";
+    for (Index i = 0; i < r.t_s.size(); ++i)
+      file << fmt::format("{},{},{},{},{}\n", r.t_s[i], r.position_rad(i, 0), r.effort_n_m(i, 0),
+                          r.position_rad(i, 1), r.effort_n_m(i, 1));
+  };
+  const Recorded held_out = record(*real.model, 2.0, 40.0);
+  write("train.csv", record(*real.model, 1.0, 60.0));
+  write("held_out.csv", held_out);
+  std::string profile = "[source]\nrobot = \"arm\"\nformat = \"csv\"\ntime = \"t_s\"\n";
+  for (const char* joint : {"shoulder", "elbow"})
+    for (const auto& [role, suffix, unit] :
+         {std::tuple{"motor_position", "rad", "rad"}, std::tuple{"drive_torque", "n_m", "N_m"}})
+      profile += fmt::format(
+          "\n[[channel]]\nname = \"{0}.{1}\"\ncolumn = \"{0}_{2}\"\nunit = \"{3}\"\nrole = "
+          "\"{1}\"\njoint = \"{0}\"\n",
+          joint, role, suffix, unit);
+  std::ofstream(folder / "profile.toml") << profile;
+  const test::Outcome outcome = test::run_command(fmt::format(
+      "cd {} && {} diagnose train.csv --held-out held_out.csv --profile profile.toml --plant "
+      "arm.xml --out why --placebo 0 2>&1",
+      folder.string(), RAVENCAL_PROGRAM));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
+  EXPECT_NE(outcome.text.find("why/robot_improved.xml: "), std::string::npos) << outcome.text;
+  const auto report = nlohmann::json::parse(std::ifstream(folder / "why/report.json"));
+  EXPECT_NE(report["verdict"]["text"].get<std::string>().find("robot_improved.xml is arm.xml with"),
+            std::string::npos);
+  const ModelPointer given = loaded(folder / "arm.xml");
+  const ModelPointer improved = loaded(folder / "why/robot_improved.xml");
+  ASSERT_TRUE(given && improved);
+  const VectorXd before = effort_error(*given, *given, held_out);
+  const VectorXd after = effort_error(*improved, *given, held_out);
+  int compared = 0;
+  for (const auto& figure : report["held_out"]) {
+    if (figure["metric"] != "effort_relative_error_unfiltered") continue;
+    const Index j = figure["joint"] == "shoulder" ? 0 : 1;
+    EXPECT_NEAR(before[j], figure["before"].get<double>(), kSameError_percent) << j;
+    EXPECT_NEAR(after[j], figure["after"].get<double>(), kSameError_percent) << j;
+    EXPECT_LT(after[j], 0.2 * before[j]) << j;
+    ++compared;
+  }
+  EXPECT_EQ(compared, kJoints);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace ravencal
