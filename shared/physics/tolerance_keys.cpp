@@ -18,10 +18,14 @@ struct Number {
 };
 
 /// Numbers that a joint has as such, with the effect that would change them.
-constexpr std::array<Number, 3> kOfEveryJoint = {{
+constexpr std::array<Number, 7> kOfEveryJoint = {{
     {"inertia_error", "inertia"},
     {"gravity", "weight_scale"},
     {"controller_gain", ""},
+    {"link_length", ""},
+    {"link_axial", ""},
+    {"link_across", ""},
+    {"joint_zero", ""},
 }};
 
 void add_keys(const Number& number, std::vector<std::string>& keys) {

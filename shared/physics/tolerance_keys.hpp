@@ -13,7 +13,8 @@ namespace ravencal::physics {
 
 /// Every key that a tolerance may have: an effect's id, a parameter, "id.parameter" or
 /// "id_parameter". What a joint has without naming an effect counts as one: `inertia_error`,
-/// `gravity`, `controller_gain`.
+/// `gravity`, `controller_gain`; where its carrier holds it: `link_length`, `link_axial`,
+/// `link_across`, `joint_zero`.
 std::vector<std::string> tolerance_keys();
 
 /// Where a plant states none.

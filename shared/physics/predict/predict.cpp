@@ -196,20 +196,10 @@ class Step {
   VectorXd homed_;
 };
 
-/// The plant with none of its masses, or with its masses but no moments.
-Plant stripped(Plant plant, bool keep_moments) {
-  for (Joint& joint : plant.joints) {
-    joint.link.mass_kg = 0.0;
-    if (!keep_moments) joint.link.inertia_kg_m2 = {};
-  }
-  plant.payload.mass_kg = 0.0;
-  return plant;
-}
-
 }  // namespace
 
 Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
-    : nominal_(plant), forced_(std::move(forced)), masses_(masses) {
+    : forced_(std::move(forced)), loads_(plant, masses) {
   const auto joints = static_cast<Index>(plant.joints.size());
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
     believed_.push_back(forced_.motors[j].q);
@@ -233,35 +223,16 @@ Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
       link.a += through(j, k) * motor.a;
     }
   }
-  weigh_links();
+  loads_.move(links_);
 }
 
 void Predictor::move_links(const std::vector<VectorXd>& positions) {
   for (std::size_t j = 0; j < links_.size(); ++j) links_[j].q = positions[j];
-  weigh_links();
-}
-
-/// Efforts are linear in the masses.
-void Predictor::weigh_links() {
-  const bool vary = masses_ == Masses::kVary;
-  of_links_ = link_efforts(vary ? stripped(nominal_, true) : nominal_, links_);
-  if (!vary) return;
-  per_kg_.clear();
-  const Plant weightless = stripped(nominal_, false);
-  for (std::size_t body = 0; body <= nominal_.joints.size(); ++body) {
-    Plant one = weightless;
-    (body < nominal_.joints.size() ? one.joints[body].link.mass_kg : one.payload.mass_kg) = 1.0;
-    per_kg_.push_back(link_efforts(one, links_));
-  }
+  loads_.move(links_);
 }
 
 VectorXd Predictor::link_load(const Plant& plant, std::size_t joint) const {
-  VectorXd load = of_links_[joint];
-  for (std::size_t body = 0; body < per_kg_.size(); ++body) {
-    const double mass_kg =
-        body < plant.joints.size() ? plant.joints[body].link.mass_kg : plant.payload.mass_kg;
-    if (mass_kg != 0.0) load += mass_kg * per_kg_[body][joint];
-  }
+  VectorXd load = loads_.of(plant, joint);
   if (!forced_.external_loads.empty())
     add_external_load(plant.joints[joint], forced_.external_loads[joint], load);
   return load;

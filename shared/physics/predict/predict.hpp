@@ -15,6 +15,7 @@
 #include "core/result.hpp"
 #include "physics/motion.hpp"
 #include "physics/plant.hpp"
+#include "physics/predict/link_loads.hpp"
 
 namespace ravencal::physics {
 
@@ -68,10 +69,6 @@ enum class Reach {
   kEverything,
 };
 
-/// Whether plants that are predicted have other masses than the predictor's own: what a kilogram of
-/// each body adds is then found beforehand.
-enum class Masses { kFixed, kVary };
-
 class Predictor {
  public:
   /// Links are where the plant without stretch holds them, until they are moved.
@@ -80,8 +77,8 @@ class Predictor {
   /// Links weigh where they are: [joints], rad or m.
   void move_links(const std::vector<Eigen::VectorXd>& positions);
 
-  /// `plant` may differ from the constructor's in numbers and effects, not in geometry (centres of
-  /// mass and moments of the links). `circumstances`: [joints], or empty.
+  /// `plant` may differ from the constructor's in numbers and effects, not in the
+  /// centres of mass and the moments of its links. `circumstances`: [joints], or empty.
   [[nodiscard]] Prediction predict(const Plant& plant,
                                    const std::vector<JointCircumstances>& circumstances = {}) const;
 
@@ -97,17 +94,10 @@ class Predictor {
   [[nodiscard]] Eigen::VectorXd link_load(const Plant& plant, std::size_t joint) const;
 
  private:
-  void weigh_links();
-
-  Plant nominal_;
   ForcedMotion forced_;
   std::vector<Eigen::VectorXd> believed_;
   std::vector<Motion> links_;
-  Masses masses_;
-  /// Efforts of the links as they are or, where masses vary, of their moments alone and per kg of
-  /// each link and of the payload last: [joints].
-  std::vector<Eigen::VectorXd> of_links_;
-  std::vector<std::vector<Eigen::VectorXd>> per_kg_;
+  LinkLoads loads_;
 };
 
 /// The plant's prediction with its links where it holds them. Errors (kData): an effect names a

@@ -84,6 +84,7 @@ class Importer {
     if (m_.njnt == 0) return core::data_error(fmt::format("{}: has no joint", plant_.source));
     walk();
     for (std::size_t k = 0; k < links_.size(); ++k) add_joint(k);
+    place_payload();
     add_series();
     plant_.coupling.assign(links_.size(), std::vector<double>(links_.size(), 0.0));
     add_couplings();
@@ -132,6 +133,11 @@ class Importer {
       carrier[static_cast<std::size_t>(b)] = link;
       place[static_cast<std::size_t>(b)] = at;
       if (link < 0) continue;
+      // Each new link starts without a tool; the last one keeps its own.
+      if (m_.body_jntnum[b] > 0)
+        tool_.setZero();
+      else if (at.translation().norm() > tool_.norm())
+        tool_ = at.translation();
       const Matrix3d turn = (at.linear() * turn_at(m_.body_iquat, b).toRotationMatrix());
       const Matrix3d about_com =
           turn * vector_at(m_.body_inertia, b).asDiagonal() * turn.transpose();
@@ -143,6 +149,14 @@ class Importer {
       link.axes = solver.eigenvectors();
       if (link.axes.determinant() < 0.0) link.axes.col(0) *= -1.0;
     }
+  }
+
+  /// On what the last link carries farthest from its joint; without such a body, in the link's
+  /// middle.
+  void place_payload() {
+    const Link& link = plant_.joints.back().link;
+    const bool far = tool_.norm() > 0.0;
+    plant_.payload.com_m = far ? array_of(links_.back().axes.transpose() * tool_) : link.com_m;
   }
 
   static Isometry3d pose(const Vector3d& position, const Quaterniond& turn) {
@@ -272,6 +286,7 @@ class Importer {
 
   const mjModel& m_;
   std::vector<RawLink> links_;
+  Vector3d tool_ = Vector3d::Zero();  ///< of the last link, in its raw frame
   Plant plant_;
 };
 

@@ -66,7 +66,7 @@ class ReportedEffects {
       fit(m_.training, less);
       judge(m_.training, 0.0, less);
       if (candidate.unnamed())
-        report.unexplained.push_back(unexplained(candidate, less));
+        add_unexplained(unexplained(candidate, less), report);
       else
         report.effects.push_back(effect(c, less));
     }
@@ -258,6 +258,11 @@ class ReportedEffects {
     out.share_of_excess = taken.before > 0.0 ? std::pow(out.size / taken.before, 2) : 0.0;
     out.depends_on = {candidate.circumstance};
     return out;
+  }
+
+  /// A shape that takes nothing of the rows that are shown is of the fitted ones alone.
+  static void add_unexplained(Unexplained found, Report& report) {
+    if (found.size > 0.0) report.unexplained.push_back(std::move(found));
   }
 
   /// Numbers of the plant that moved within their tolerance.

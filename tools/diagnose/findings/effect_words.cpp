@@ -19,6 +19,10 @@ constexpr std::string_view kRecordTheJump =
     "record the drive's command at that moment: lost counts make the servo jump, a slipping cable "
     "does not";
 
+constexpr std::string_view kMeasureTheLink =
+    "measure the distance of the two axes: a longer lever and a greater mass weigh alike in one "
+    "posture, not in all";
+
 /// A drive that is not fitted at rest has one constant for both.
 constexpr std::array<std::string_view, 1> kAsConstantEffort = {"effort_offset"};
 constexpr std::array<std::string_view, 1> kAsWeight = {"payload"};
@@ -27,7 +31,7 @@ constexpr std::array<std::string_view, 1> kAsLink = {"gravity"};
 constexpr std::array<std::string_view, 1> kAsSlip = {"slip"};
 constexpr std::array<std::string_view, 1> kAsLostCounts = {"lost_counts"};
 
-constexpr std::array<EffectWords, 31> kVocabulary = {{
+constexpr std::array<EffectWords, 35> kVocabulary = {{
     {.id = "homing_offset",
      .stage = kTransmission,
      .abscissa = Abscissa::kTime,
@@ -178,6 +182,33 @@ constexpr std::array<EffectWords, 31> kVocabulary = {{
      .look_alikes_on_one_joint = kAsLink,
      .separate_by = "the same motion with the tool taken off, or with a known weight added",
      .on_tool = true},
+    {.id = "link_length",
+     .stage = kDrive,
+     .origin = Origin::kArmLoad,
+     .probes = Probe::kLoaded | Probe::kSpeeds,
+     .own_sentence =
+         "the link from the joint that carries this one is longer or shorter than the plant's",
+     .separate_by = kMeasureTheLink},
+    {.id = "link_axial",
+     .stage = kDrive,
+     .origin = Origin::kArmLoad,
+     .probes = Probe::kLoaded | Probe::kSpeeds,
+     .own_sentence = "the joint stands to the side, along the axis of the joint that carries it",
+     .separate_by = kMeasureTheLink},
+    {.id = "link_across",
+     .stage = kDrive,
+     .origin = Origin::kArmLoad,
+     .probes = Probe::kLoaded | Probe::kSpeeds,
+     .own_sentence =
+         "the joint stands off the line of its link, across the axis of the joint that carries it",
+     .separate_by = kMeasureTheLink},
+    {.id = "joint_zero",
+     .stage = kDrive,
+     .origin = Origin::kArmLoad,
+     .probes = Probe::kLoaded | Probe::kWholeRange,
+     .own_sentence = "the joint reads zero elsewhere than the plant says",
+     .separate_by = "hold the joint where a spirit level or a stop says its angle, and compare the "
+                    "reading"},
     {.id = "flexible_mode",
      .stage = kDrive,
      .probes = Probe::kPulses,

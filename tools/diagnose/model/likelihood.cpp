@@ -27,8 +27,10 @@ constexpr double kLeftOutOfFloor = 0.02;
 /// friction, which turns with the motion. A constant effort is no noise.
 constexpr double kSlowestEncoderNoise_s = 20.0;
 constexpr double kSlowestEffortNoise_s = 1.5;
-/// Of a signal, what no recording resolves: 20 bits.
+/// Of a signal, what no recording resolves: 20 bits. Of an effort, what the same equations give in
+/// another integrator: a step of 2 ms, an effort recorded half a step beside its motion.
 constexpr double kLeastNoise = 1e-6;
+constexpr double kLeastEffortNoise = 1e-3;
 /// The scale of the noise is at least this share of the innovations' RMS; a law is no physics.
 constexpr double kLeastScale = 0.5;
 constexpr double kLeastLawScale = 0.9;
@@ -317,7 +319,8 @@ void Likelihood::estimate_noise(const State& state) {
         rows, values, channel.kind == ChannelKind::kLaw ? kLeastLawScale : kLeastScale,
         channel.kind == ChannelKind::kPosition ? kSlowestEncoderNoise_s : kSlowestEffortNoise_s);
     // Recordings of simulations may hold a law to the last bit.
-    const double least = kLeastNoise * floor_of(channel.rows, channel.measured);
+    const double share = channel.kind == ChannelKind::kDrive ? kLeastEffortNoise : kLeastNoise;
+    const double least = share * floor_of(channel.rows, channel.measured);
     channel.noise.deviation = std::max(channel.noise.deviation, least);
     channel.floor = std::max(floor_of(channel.rows, left[c]), least);
     for (std::size_t r = 0; r < tracks_.size(); ++r)

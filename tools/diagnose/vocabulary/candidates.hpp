@@ -19,6 +19,10 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
                  std::size_t recordings, std::vector<Candidate>& candidates);
 void add_wrong_numbers(const physics::Plant& plant, const Scales& scales,
                        const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
+/// Where the joint stands in its carrier and where it reads zero: numbers where the plant states a
+/// tolerance, else candidates.
+void add_geometry(const physics::Plant& plant, const Scales& scales,
+                  std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
 /// A mass on the tool, which all joints feel.
 void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
                  std::vector<Candidate>& candidates);

@@ -21,6 +21,9 @@ bool no_load(const Scales& s, const physics::Plant& plant) {
 }
 bool no_known_load(const Scales& s, const physics::Plant&) { return s.weight_load <= 0.0; }
 bool no_weight(const Scales& s, const physics::Plant&) { return !s.weight; }
+bool no_frame(const Scales& s, const physics::Plant& plant) {
+  return !plant.joints[s.joint].frame.has_value();
+}
 bool no_law(const Scales& s, const physics::Plant&) { return !s.law; }
 bool no_period(const Scales& s, const physics::Plant& plant) {
   return plant.joints[s.joint].reduction * s.range < 2.0 * std::numbers::pi;
@@ -35,6 +38,11 @@ bool no_friction(const Scales& s, const physics::Plant& plant) {
 }
 bool always(const Scales&, const physics::Plant&) { return true; }
 
+constexpr std::string_view kNoFrame =
+    "the plant does not state where its joints stand ([joint.frame])";
+constexpr std::string_view kNoLever =
+    "no effort that was recorded depends on it: record the place of the tool's tip";
+
 constexpr std::array kLacks = {
     Lack{"compliance", no_load, "the load on this joint never changes"},
     Lack{"creep", no_load, "the load on this joint never changes"},
@@ -45,6 +53,14 @@ constexpr std::array kLacks = {
     Lack{"eccentricity", no_period, "not one period of any pulley was passed"},
     Lack{"torque_ripple", no_period, "not one period of any pulley was passed"},
     Lack{"payload", no_weight, "the plant does not say where a payload would hang", false},
+    Lack{"link_length", no_frame, kNoFrame, false},
+    Lack{"link_axial", no_frame, kNoFrame, false},
+    Lack{"link_across", no_frame, kNoFrame, false},
+    Lack{"joint_zero", no_frame, kNoFrame, false},
+    Lack{"link_length", always, kNoLever, false},
+    Lack{"link_axial", always, kNoLever, false},
+    Lack{"link_across", always, kNoLever, false},
+    Lack{"joint_zero", always, kNoLever, false},
     Lack{"saturation", no_law,
          "record the desired position, and state the controller in the plant: a limit shows where "
          "less is delivered than was asked for"},

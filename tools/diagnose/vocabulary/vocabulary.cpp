@@ -15,6 +15,7 @@ Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Like
   for (const Scales& s : scales) add_numbers(plant, s, training.tracks().size(), out.numbers);
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
     add_effects(plant, scales, j, training.tracks().size(), out.candidates);
+    add_geometry(plant, scales[j], out.numbers, out.candidates);
     add_wrong_numbers(plant, scales[j], out.numbers, out.candidates);
     add_shapes(scales[j], training, held_out, out.candidates);
   }
