@@ -20,6 +20,15 @@ constexpr double kStopTimeConstant = 2.0;
 /// Of the drive's inertia: what moves between a gap and a spring behind it. No plant has it.
 constexpr double kBetweenShare = 0.01;
 
+/// The degrees that the library reads as just this angle, where there are any.
+double degrees(double angle_rad) {
+  constexpr double kRadPerDegree = std::numbers::pi / 180.0;
+  const double near = angle_rad / kRadPerDegree;
+  for (const double beside : {near, std::nextafter(near, 0.0), std::nextafter(near, 1e9)})
+    if (beside * kRadPerDegree == angle_rad) return beside;
+  return near;
+}
+
 struct AddedJoint {
   int position = 0, velocity = 0;  ///< places before which the document's states get a zero
 };
@@ -78,8 +87,8 @@ class MjcfJoints {
     };
     const bool is_turned = edit_.model.jnt_type[joint] == mjJNT_HINGE;
     if (XMLElement* gap = place(Series::kBacklash, given.half_width != wanted.half_width)) {
-      const double unit = is_turned && in_degrees_ ? 180.0 / std::numbers::pi : 1.0;
-      const double reach = wanted.half_width * unit;
+      const double reach =
+          is_turned && in_degrees_ ? degrees(wanted.half_width) : wanted.half_width;
       edit_.set(*gap, "range", numbers_text(-reach, reach), gap->Attribute("name"));
       // A spring follows: without an inertia between them the two would have no motion of their
       // own.

@@ -156,7 +156,7 @@ void say_at_top(ModelEdit& edit, const WrittenRobot& written, const fs::path& mo
       "\n  {} with what a plant states otherwise, written by `ravencal plant to` or `diagnose`.\n",
       model.filename().string());
   if (edit.document.included > 0)
-    text += fmt::format("  {} included files stand in it.\n", edit.document.included);
+    text += fmt::format("  The {} files that it includes stand in it.\n", edit.document.included);
   for (const Joint& joint : edit.wanted.joints) {
     if (joint_numbers(joint).rigid() || edit.document.is_urdf()) continue;
     text += fmt::format(
