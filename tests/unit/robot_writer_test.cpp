@@ -152,7 +152,6 @@ TEST_F(RobotWriter, PutsPlayAndStretchBehindTheJointOfTheDrive) {
   const WrittenRobot changed = written(plant);
   EXPECT_TRUE(has(changed.text, "qpos=\"0.1 0 0.2 0 0.3\" qvel=\"1 0 2 0 3\"")) << changed.text;
   EXPECT_TRUE(has(changed.text, "Joint pan is where its drive is")) << changed.text;
-  std::ofstream(folder_ / "out/column.xml") << kColumn;
   const auto again = load_plant(folder_ / "out/robot.xml");
   ASSERT_TRUE(again.ok()) << again.error().message;
   ASSERT_EQ(again->joints.size(), 3U);
@@ -166,6 +165,55 @@ TEST_F(RobotWriter, PutsPlayAndStretchBehindTheJointOfTheDrive) {
   const auto wider = write_robot(plant, folder_ / "out/robot.xml", folder_ / "out/wider.xml");
   ASSERT_TRUE(wider.ok()) << wider.error().message;
   EXPECT_EQ(wider->changed.size(), 1U) << joined(wider->changed);
+}
+
+/// Drives and the shoulder's link, where springs that hold the drives let them come to rest: rad.
+struct AtRest {
+  double pan = 0.0, behind_pan = 0.0, elbow = 0.0;
+};
+
+AtRest at_rest(mjModel& model) {
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(&model), &mj_deleteData);
+  const int pan = mj_name2id(&model, mjOBJ_JOINT, "pan");
+  const int elbow = mj_name2id(&model, mjOBJ_JOINT, "elbow");
+  constexpr double kHold_n_m_per_rad = 400.0, kPan_rad = 1.0, kElbow_rad = -0.2;
+  model.dof_damping[pan] = model.dof_damping[elbow] = 40.0;
+  data->qpos[pan] = kPan_rad;
+  for (int step = 0; step < 10'000; ++step) {
+    data->qfrc_applied[pan] = kHold_n_m_per_rad * (kPan_rad - data->qpos[pan]);
+    data->qfrc_applied[elbow] = kHold_n_m_per_rad * (kElbow_rad - data->qpos[elbow]);
+    mj_step(&model, data.get());
+  }
+  return {data->qpos[pan], Eigen::Map<VectorXd>(data->qpos + pan + 1, elbow - pan - 1).sum(),
+          data->qpos[elbow]};
+}
+
+TEST_F(RobotWriter, ComesToRestWhereGapAndSpringLetItHang) {
+  const Effect gap{"backlash", "", {{"half_width", 0.02}}};
+  const Effect spring{"compliance", "", {{"stiffness", 200.0}, {"damping", 0.5}}};
+  for (const auto& effects : {std::vector{gap}, {spring}, {gap, spring}}) {
+    Plant plant = given();
+    for (const Effect& effect : effects) add(plant, 0, effect);
+    const WrittenRobot changed = written(plant);
+    const auto robot = read_robot_file(folder_ / "out/robot.xml");
+    ASSERT_TRUE(robot.ok()) << robot.error().message;
+    const AtRest rest = at_rest(*robot->model);
+    ForcedMotion forced;
+    constexpr Index kRows = 50;
+    forced.t_s = VectorXd::LinSpaced(kRows, 0.0, 5.0);
+    forced.fresh.assign(kRows, 0);
+    for (const double position : {rest.pan, rest.elbow, 0.0})
+      forced.motors.push_back(
+          {VectorXd::Constant(kRows, position), VectorXd::Zero(kRows), VectorXd::Zero(kRows), 0.0});
+    const auto predicted = predict(plant, forced);
+    ASSERT_TRUE(predicted.ok());
+    const double wanted_rad = predicted->hanging[0][kRows - 1] - rest.pan;
+    EXPECT_NEAR(rest.behind_pan, wanted_rad, 0.02 * std::abs(wanted_rad)) << changed.text;
+  }
+  Plant plant = given();
+  plant.joints[0].motor_inertia_kg_m2 = 1e-12;
+  add(plant, 0, gap);
+  EXPECT_TRUE(has(joined(written(plant).not_expressed), "pan: an inertia of its drive"));
 }
 
 TEST_F(RobotWriter, WritesUrdfAndListsWhatItCannotSay) {
@@ -231,7 +279,6 @@ TEST_F(RobotWriter, DoesWithEachEffectWhatTheTableSays) {
     EXPECT_EQ(mjcf.changed.empty(), row.mjcf.empty()) << row.id << joined(mjcf.changed);
     EXPECT_EQ(mjcf.not_expressed.empty(), !row.mjcf.empty()) << row.id;
     EXPECT_EQ(mjcf.callback.empty(), !row.in_callback) << row.id;
-    std::ofstream(folder_ / "out/column.xml") << kColumn;
     const auto again = load_plant(folder_ / "out/robot.xml");
     ASSERT_TRUE(again.ok()) << again.error().message;
     EXPECT_EQ(again->joints[joint].find_effect(spec.id) != nullptr, !row.read_from.empty())

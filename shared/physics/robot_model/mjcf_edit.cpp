@@ -17,8 +17,11 @@ using tinyxml2::XMLElement;
 
 /// Of the time step: the stiffest stop that the library's solver takes.
 constexpr double kStopTimeConstant = 2.0;
-/// Of the drive's inertia: what moves between a gap and a spring behind it. No plant has it.
-constexpr double kBetweenShare = 0.01;
+/// Impedance of a stop: that of the library's own joints. Beyond, it rings at this time constant.
+constexpr double kStopImpedance = 0.95;
+/// Of the inertia of drive and link: what moves between a gap and a spring behind it. No plant has
+/// it.
+constexpr double kBetweenShare = 0.05;
 
 /// The degrees that the library reads as just this angle, where there are any.
 double degrees(double angle_rad) {
@@ -85,23 +88,30 @@ class MjcfJoints {
       if (element != nullptr) last = element;
       return differs ? element : nullptr;
     };
+    const bool other_spring =
+        given.stiffness != wanted.stiffness || given.cable_damping != wanted.cable_damping;
+    const bool other_gap = given.half_width != wanted.half_width ||
+                           (wanted.half_width > 0.0 && given.stiffness != wanted.stiffness);
     const bool is_turned = edit_.model.jnt_type[joint] == mjJNT_HINGE;
-    if (XMLElement* gap = place(Series::kBacklash, given.half_width != wanted.half_width)) {
+    if (XMLElement* gap = place(Series::kBacklash, other_gap)) {
       const double reach =
           is_turned && in_degrees_ ? degrees(wanted.half_width) : wanted.half_width;
       edit_.set(*gap, "range", numbers_text(-reach, reach), gap->Attribute("name"));
-      // A spring follows: without an inertia between them the two would have no motion of their
-      // own.
-      if (wanted.stiffness > 0.0)
-        edit_.set(*gap, "armature", numbers_text(kBetweenShare * wanted.armature),
-                  gap->Attribute("name"));
+      if (wanted.stiffness > 0.0) write_between(*gap, joint, wanted);
     }
-    const bool other_spring =
-        given.stiffness != wanted.stiffness || given.cable_damping != wanted.cable_damping;
     if (XMLElement* cable = place(Series::kCable, other_spring)) {
       edit_.set(*cable, "stiffness", numbers_text(wanted.stiffness), cable->Attribute("name"));
       edit_.set(*cable, "damping", numbers_text(wanted.cable_damping), cable->Attribute("name"));
     }
+  }
+
+  /// An inertia that resists the motion of this joint alone: without one, what lies between stop
+  /// and spring has no motion of its own. The time step resolves the spring.
+  void write_between(XMLElement& series, int joint, const JointNumbers& wanted) {
+    const double step_s = edit_.model.opt.timestep;
+    const double least = std::max(kBetweenShare * edit_.model.dof_M0[edit_.model.jnt_dofadr[joint]],
+                                  wanted.stiffness * step_s * step_s);
+    edit_.set(series, "armature", numbers_text(least), series.Attribute("name"));
   }
 
   /// States all that a class of defaults might say otherwise.
@@ -119,8 +129,10 @@ class MjcfJoints {
     for (const char* none : {"armature", "damping", "frictionloss", "stiffness", "margin"})
       e->SetAttribute(none, "0");
     e->SetAttribute("limited", kind == Series::kBacklash ? "true" : "false");
-    if (kind == Series::kBacklash)
+    if (kind == Series::kBacklash) {
       e->SetAttribute("solreflimit", numbers_text(kStopTimeConstant * m.opt.timestep, 1.0).c_str());
+      e->SetAttribute("solimplimit", numbers_text(kStopImpedance, kStopImpedance, 0.001).c_str());
+    }
     after.Parent()->InsertAfterChild(&after, e);
     added_.push_back({m.jnt_qposadr[of] + 1, m.jnt_dofadr[of] + 1});
     return e;

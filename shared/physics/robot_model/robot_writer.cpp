@@ -23,6 +23,9 @@ using tinyxml2::XMLElement;
 /// Relative, of lengths in metres: what decimals, degrees and principal axes round.
 constexpr double kSameNumber = 1e-9;
 
+/// Of the joint's inertia: a drive that has less makes the model's motion behind it singular.
+constexpr double kLeastDrive = 1e-3;
+
 template <std::size_t N>
 bool alike(const std::array<double, N>& one, const std::array<double, N>& other) {
   return std::equal(one.begin(), one.end(), other.begin(),
@@ -119,6 +122,13 @@ class Missing {
     if ((before.kp != after.kp || before.kd != after.kd) && !has_actuator(j))
       out_.push_back(fmt::format("{}: gains of the controller ({})", wanted.name,
                                  "where the joint has an actuator"));
+    const double inertia = edit_.model.dof_M0[edit_.model.jnt_dofadr[joints_[j]]];
+    const JointNumbers drive = joint_numbers(wanted);
+    if (!edit_.document.is_urdf() && !drive.rigid() && drive.armature < kLeastDrive * inertia)
+      out_.push_back(
+          fmt::format("{}: an inertia of its drive (before a gap or a spring MuJoCo needs an "
+                      "armature; the plant has {} kg m^2)",
+                      wanted.name, numbers_text(drive.armature)));
     const int body = edit_.model.jnt_bodyid[joints_[j]];
     const bool shares = j + 1 < joints_.size() && edit_.model.jnt_bodyid[joints_[j + 1]] == body;
     if (shares && !(given.link == wanted.link))
