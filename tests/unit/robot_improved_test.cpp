@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "core/whole_file.hpp"
 #include "physics/mujoco_model.hpp"
 #include "physics/predict/smoother.hpp"
 #include "unit/run_command.hpp"
@@ -239,6 +240,21 @@ TEST_F(RobotImproved, HasInMujocoAloneTheEffortErrorThatTheReportStates) {
     ++compared;
   }
   EXPECT_EQ(compared, kJoints);
+
+  const auto write_again = [this] {
+    return test::run_command(
+        fmt::format("cd {} && {} plant to why/plant_improved.toml --model arm.xml --out "
+                    "robot_improved.xml 2>&1",
+                    folder_.string(), RAVENCAL_PROGRAM));
+  };
+  const test::Outcome again = write_again();
+  EXPECT_EQ(again.exit_code, 0) << again.text;
+  EXPECT_NE(again.text.find("shoulder: frictionloss 0.1 -> "), std::string::npos) << again.text;
+  EXPECT_EQ(*core::read_whole_file(folder_ / "robot_improved.xml"),
+            *core::read_whole_file(folder_ / "why/robot_improved.xml"));
+  const test::Outcome exists = write_again();
+  EXPECT_EQ(exists.exit_code, 2) << exists.text;
+  EXPECT_NE(exists.text.find("--force"), std::string::npos) << exists.text;
 }
 
 /// The robot has its gap on a body of its own, as nothing that this project writes.

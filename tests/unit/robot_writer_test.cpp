@@ -306,9 +306,8 @@ TEST_F(RobotWriter, IsDocumentedEffectByEffect) {
   }
 }
 
-/// What the callback adds is what the predictor has, all effects at once.
-TEST_F(RobotWriter, BuildsACallbackThatIsThePredictor) {
-  Plant plant = given();
+/// Shoulder and elbow with all effects that a callback adds.
+Plant with_callback_effects(Plant plant) {
   for (std::size_t j : {0U, 1U}) {
     std::erase_if(plant.joints[j].effects,
                   [](const Effect& e) { return e.id == "coulomb_friction"; });
@@ -321,12 +320,28 @@ TEST_F(RobotWriter, BuildsACallbackThatIsThePredictor) {
     add(plant, j, {"torque_ripple", "", {{"amplitude", 0.05}, {"order", 9.0}, {"phase", 0.4}}});
     add(plant, j, {"gravity", "", {{"amplitude", 0.3}, {"phase", 0.2}}});
   }
-  plant.coupling.assign(3, std::vector<double>(3, 0.0));
-  std::string uncoupled = kMjcf;
-  const auto equality = uncoupled.find("  <equality>");
-  uncoupled.erase(equality, uncoupled.find("</equality>") + 12 - equality);
-  uncoupled = std::regex_replace(uncoupled, std::regex("<geom[^>]*>|<asset.*</asset>"), "");
-  std::ofstream(folder_ / "robot.xml") << uncoupled;
+  return plant;
+}
+
+ForcedMotion swinging() {
+  constexpr Index kRows = 2000;
+  ForcedMotion forced;
+  forced.t_s = VectorXd::LinSpaced(kRows, 0.0, 2.0);
+  forced.fresh.assign(kRows, 0);
+  for (const double rate : {4.0, 7.0, 2.0}) {
+    const Eigen::ArrayXd phase = rate * forced.t_s.array();
+    forced.motors.push_back(
+        {0.4 * phase.sin(), 0.4 * rate * phase.cos(), -0.4 * rate * rate * phase.sin(), 0.0});
+  }
+  return forced;
+}
+
+/// What the callback adds is what the predictor has, all effects at once.
+TEST_F(RobotWriter, BuildsACallbackThatIsThePredictor) {
+  const std::string coupled = kMjcf;
+  std::ofstream(folder_ / "robot.xml")
+      << std::regex_replace(coupled, std::regex("<equality>.*</equality>"), "");
+  const Plant plant = with_callback_effects(given());
   const WrittenRobot robot = written(plant);
   std::ofstream(folder_ / "robot_effects.cpp") << robot.callback;
   const std::string command = robot.callback.substr(3, robot.callback.find('\n') - 3);
@@ -343,19 +358,11 @@ TEST_F(RobotWriter, BuildsACallbackThatIsThePredictor) {
   ASSERT_NE(install, nullptr);
   ASSERT_EQ(install(model), 0);
 
-  constexpr Index kRows = 2000;
-  ForcedMotion forced;
-  forced.t_s = VectorXd::LinSpaced(kRows, 0.0, 2.0);
-  forced.fresh.assign(kRows, 0);
-  for (const double rate : {4.0, 7.0, 2.0}) {
-    const Eigen::ArrayXd phase = rate * forced.t_s.array();
-    forced.motors.push_back(
-        {0.4 * phase.sin(), 0.4 * rate * phase.cos(), -0.4 * rate * rate * phase.sin(), 0.0});
-  }
+  const ForcedMotion forced = swinging();
   const auto predicted = predict(plant, forced);
   ASSERT_TRUE(predicted.ok());
   mjData* data = mj_makeData(model);
-  for (Index i = 0; i < kRows; ++i) {
+  for (Index i = 0; i < forced.t_s.size(); ++i) {
     data->time = forced.t_s[i];
     for (Index j = 0; j < 3; ++j) {
       const Motion& motion = forced.motors[static_cast<std::size_t>(j)];

@@ -50,6 +50,9 @@ class MjcfJoints {
       const JointNumbers wanted = joint_numbers(edit_.wanted.joints[j]);
       const std::string name = edit_.given.joints[j].name;
       XMLElement& element = *tree_.joints[static_cast<std::size_t>(joints[j])];
+      // What stands behind it and the callback find a joint by its name.
+      if (!(edit_.given.joints[j] == edit_.wanted.joints[j]))
+        element.SetAttribute("name", name.c_str());
       const auto write = [&](const char* attribute, double before, double after) {
         if (before != after) edit_.set(element, attribute, numbers_text(after), name);
       };
