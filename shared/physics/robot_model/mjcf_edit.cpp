@@ -39,8 +39,10 @@ struct AddedJoint {
 class MjcfJoints {
  public:
   MjcfJoints(ModelEdit& edit, const Tree& tree) : edit_(edit), tree_(tree) {
-    for (const XMLElement* c : children_with_angle())
-      in_degrees_ = c->Attribute("angle", "radian") == nullptr;
+    for (const XMLElement* c = edit.document.root().FirstChildElement("compiler"); c != nullptr;
+         c = c->NextSiblingElement("compiler"))
+      if (c->Attribute("angle") != nullptr)
+        in_degrees_ = c->Attribute("angle", "radian") == nullptr;
   }
 
   void edit() {
@@ -65,14 +67,6 @@ class MjcfJoints {
   }
 
  private:
-  [[nodiscard]] std::vector<XMLElement*> children_with_angle() const {
-    std::vector<XMLElement*> found;
-    for (XMLElement* c = edit_.document.root().FirstChildElement("compiler"); c != nullptr;
-         c = c->NextSiblingElement("compiler"))
-      if (c->Attribute("angle") != nullptr) found.push_back(c);
-    return found;
-  }
-
   [[nodiscard]] XMLElement* existing(int of, Series kind) const {
     for (int j = of + 1; j < edit_.model.njnt; ++j) {
       const std::optional<SeriesJoint> series = series_joint(edit_.model, j);
