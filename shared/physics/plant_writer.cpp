@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/toml_table.hpp"
 #include "physics/effects/effect_spec.hpp"
 
 namespace ravencal::physics {

@@ -12,8 +12,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <sstream>
 
+#include "core/whole_file.hpp"
 #include "physics/mujoco_model.hpp"
 #include "physics/predict/smoother.hpp"
 #include "unit/run_command.hpp"
@@ -64,7 +64,8 @@ constexpr double kSameError_percent = 1.5;
 /// Rows of a recording: [rows][joints].
 struct Recorded {
   VectorXd t_s;
-  Eigen::MatrixXd position_rad, effort_n_m;
+  Eigen::MatrixXd position_rad, effort_n_m;  ///< of the drives
+  Eigen::MatrixXd truth_rad;                 ///< of the links
 };
 
 /// Sums of sines of other periods for each seed.
@@ -74,38 +75,49 @@ double desired_rad(double t_s, Index joint, double seed) {
          0.4 * std::sin(2.0 * M_PI * 1.7 * slow * t_s + seed);
 }
 
+/// Places of the drives' joints; all joints are hinges, so that they count states, too.
+std::array<Index, kJoints> drives_of(const mjModel& model) {
+  return {mj_name2id(&model, mjOBJ_JOINT, "shoulder"), mj_name2id(&model, mjOBJ_JOINT, "elbow")};
+}
+
 Recorded record(const mjModel& model, double seed, double duration_s) {
-  constexpr double kRowPeriod_s = 0.01;
+  constexpr double kRowPeriod_s = 0.01, kInstant_s = 1e-4;
   constexpr double kEncoder_rad = 2e-5, kTorque_n_m = 5e-3;
   std::mt19937 random(static_cast<unsigned>(seed * 100.0));
   std::normal_distribution<double> normal;
   const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(&model), &mj_deleteData);
   const auto rows = static_cast<Index>(duration_s / kRowPeriod_s);
   const auto steps = static_cast<int>(std::lround(kRowPeriod_s / model.opt.timestep));
-  Recorded out{VectorXd(rows), Eigen::MatrixXd(rows, kJoints), Eigen::MatrixXd(rows, kJoints)};
+  const Eigen::MatrixXd empty(rows, kJoints);
+  Recorded out{VectorXd(rows), empty, empty, empty};
+  const std::array<Index, kJoints> drives = drives_of(model);
   for (Index j = 0; j < kJoints; ++j) {
-    constexpr double kInstant_s = 1e-4;
-    data->qpos[j] = desired_rad(0.0, j, seed);
-    data->qvel[j] = (desired_rad(kInstant_s, j, seed) - data->qpos[j]) / kInstant_s;
+    const Index at = drives.at(static_cast<std::size_t>(j));
+    data->qpos[at] = desired_rad(0.0, j, seed);
+    data->qvel[at] = (desired_rad(kInstant_s, j, seed) - data->qpos[at]) / kInstant_s;
   }
-  for (Index row = 0; row < rows; ++row) {
-    for (int step = 0; step < steps; ++step) {
-      for (Index j = 0; j < kJoints; ++j) {
-        const double gear = model.actuator_gear[6 * j];
-        const double wanted =
-            60.0 * (desired_rad(data->time, j, seed) - data->qpos[j]) - 3.0 * data->qvel[j];
-        data->ctrl[j] = wanted / gear;
-      }
-      if (step == 0) {
-        mj_forward(&model, data.get());
-        out.t_s[row] = data->time;
-        for (Index j = 0; j < kJoints; ++j) {
-          out.position_rad(row, j) = data->qpos[j] + kEncoder_rad * normal(random);
-          out.effort_n_m(row, j) = data->qfrc_actuator[j] + kTorque_n_m * normal(random);
-        }
-      }
-      mj_step(&model, data.get());
+  for (Index step = 0; step < rows * steps; ++step) {
+    for (Index j = 0; j < kJoints; ++j) {
+      const Index at = drives.at(static_cast<std::size_t>(j));
+      const double asked =
+          60.0 * (desired_rad(data->time, j, seed) - data->qpos[at]) - 3.0 * data->qvel[at];
+      data->ctrl[j] = asked / model.actuator_gear[6 * j];
     }
+    if (step % steps == 0) {
+      mj_forward(&model, data.get());
+      const Index row = step / steps;
+      out.t_s[row] = data->time;
+      for (Index j = 0; j < kJoints; ++j) {
+        const Index at = drives.at(static_cast<std::size_t>(j));
+        // Behind the drive's joint come those that a gap or a cable moves.
+        const Index end = j + 1 < kJoints ? drives.back() : model.njnt;
+        const double link_rad = Eigen::Map<VectorXd>(data->qpos + at, end - at).sum();
+        out.position_rad(row, j) = data->qpos[at] + kEncoder_rad * normal(random);
+        out.truth_rad(row, j) = link_rad + kEncoder_rad * normal(random);
+        out.effort_n_m(row, j) = data->qfrc_actuator[at] + kTorque_n_m * normal(random);
+      }
+    }
+    mj_step(&model, data.get());
   }
   return out;
 }
@@ -153,44 +165,68 @@ ModelPointer loaded(const fs::path& path) {
   return model;
 }
 
-TEST(RobotImproved, HasInMujocoAloneTheErrorThatTheReportStates) {
-  const fs::path folder = fs::path(::testing::TempDir()) / "robot_improved";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  std::ofstream(folder / "arm.xml") << arm({}, {});
+class RobotImproved : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "arm.xml") << arm({}, {});
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const char* name, const Recorded& r) const {
+    std::ofstream file(folder_ / name);
+    file
+        << "t_s,shoulder_rad,shoulder_n_m,shoulder_truth_rad,elbow_rad,elbow_n_m,elbow_truth_rad\n";
+    for (Index i = 0; i < r.t_s.size(); ++i) {
+      file << r.t_s[i];
+      for (Index j = 0; j < kJoints; ++j)
+        file << fmt::format(",{},{},{}", r.position_rad(i, j), r.effort_n_m(i, j),
+                            r.truth_rad(i, j));
+      file << "\n";
+    }
+  }
+
+  /// report.json of the arm's model as the plant; `with_truth`: the joints' own encoders count.
+  [[nodiscard]] nlohmann::json diagnose(bool with_truth) const {
+    std::string profile = "[source]\nrobot = \"arm\"\nformat = \"csv\"\ntime = \"t_s\"\n";
+    for (const char* joint : {"shoulder", "elbow"})
+      for (const auto& [role, suffix, unit] :
+           {std::tuple{"motor_position", "rad", "rad"}, std::tuple{"drive_torque", "n_m", "N_m"},
+            std::tuple{"joint_truth", "truth_rad", "rad"}})
+        if (with_truth || std::string_view(role) != "joint_truth")
+          profile += fmt::format(
+              "\n[[channel]]\nname = \"{0}.{1}\"\ncolumn = \"{0}_{2}\"\nunit = \"{3}\"\nrole = "
+              "\"{1}\"\njoint = \"{0}\"\n",
+              joint, role, suffix, unit);
+    std::ofstream(folder_ / "profile.toml") << profile;
+    const test::Outcome outcome = test::run_command(fmt::format(
+        "cd {} && {} diagnose train.csv --held-out held_out.csv --profile profile.toml --plant "
+        "arm.xml --out why --placebo 0 2>&1",
+        folder_.string(), RAVENCAL_PROGRAM));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+    EXPECT_TRUE(outcome.text.find("why/robot_improved.xml: ") != std::string::npos) << outcome.text;
+    const auto report = nlohmann::json::parse(std::ifstream(folder_ / "why/report.json"));
+    EXPECT_TRUE(report["verdict"]["text"].get<std::string>().find(
+                    "robot_improved.xml is arm.xml with") != std::string::npos);
+    return report;
+  }
+
+  fs::path folder_ = fs::path(::testing::TempDir()) /
+                     (std::string("robot_improved_") +
+                      ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(RobotImproved, HasInMujocoAloneTheEffortErrorThatTheReportStates) {
   const auto real =
       physics::compile_model(arm({0.4, 0.3, 0.005, 0.0}, {0.3, 0.2, 0.0, 0.2}), "real.xml");
   ASSERT_TRUE(real.model) << real.refusal;
-  const auto write = [&](const char* name, const Recorded& r) {
-    std::ofstream file(folder / name);
-    file << "t_s,shoulder_rad,shoulder_n_m,elbow_rad,elbow_n_m\n";
-    for (Index i = 0; i < r.t_s.size(); ++i)
-      file << fmt::format("{},{},{},{},{}\n", r.t_s[i], r.position_rad(i, 0), r.effort_n_m(i, 0),
-                          r.position_rad(i, 1), r.effort_n_m(i, 1));
-  };
   const Recorded held_out = record(*real.model, 2.0, 40.0);
   write("train.csv", record(*real.model, 1.0, 60.0));
   write("held_out.csv", held_out);
-  std::string profile = "[source]\nrobot = \"arm\"\nformat = \"csv\"\ntime = \"t_s\"\n";
-  for (const char* joint : {"shoulder", "elbow"})
-    for (const auto& [role, suffix, unit] :
-         {std::tuple{"motor_position", "rad", "rad"}, std::tuple{"drive_torque", "n_m", "N_m"}})
-      profile += fmt::format(
-          "\n[[channel]]\nname = \"{0}.{1}\"\ncolumn = \"{0}_{2}\"\nunit = \"{3}\"\nrole = "
-          "\"{1}\"\njoint = \"{0}\"\n",
-          joint, role, suffix, unit);
-  std::ofstream(folder / "profile.toml") << profile;
-  const test::Outcome outcome = test::run_command(fmt::format(
-      "cd {} && {} diagnose train.csv --held-out held_out.csv --profile profile.toml --plant "
-      "arm.xml --out why --placebo 0 2>&1",
-      folder.string(), RAVENCAL_PROGRAM));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
-  EXPECT_NE(outcome.text.find("why/robot_improved.xml: "), std::string::npos) << outcome.text;
-  const auto report = nlohmann::json::parse(std::ifstream(folder / "why/report.json"));
-  EXPECT_NE(report["verdict"]["text"].get<std::string>().find("robot_improved.xml is arm.xml with"),
-            std::string::npos);
-  const ModelPointer given = loaded(folder / "arm.xml");
-  const ModelPointer improved = loaded(folder / "why/robot_improved.xml");
+  const nlohmann::json report = diagnose(false);
+  const ModelPointer given = loaded(folder_ / "arm.xml");
+  const ModelPointer improved = loaded(folder_ / "why/robot_improved.xml");
   ASSERT_TRUE(given && improved);
   const VectorXd before = effort_error(*given, *given, held_out);
   const VectorXd after = effort_error(*improved, *given, held_out);
@@ -204,7 +240,66 @@ TEST(RobotImproved, HasInMujocoAloneTheErrorThatTheReportStates) {
     ++compared;
   }
   EXPECT_EQ(compared, kJoints);
-  fs::remove_all(folder);
+
+  const auto write_again = [this] {
+    return test::run_command(
+        fmt::format("cd {} && {} plant to why/plant_improved.toml --model arm.xml --out "
+                    "robot_improved.xml 2>&1",
+                    folder_.string(), RAVENCAL_PROGRAM));
+  };
+  const test::Outcome again = write_again();
+  EXPECT_EQ(again.exit_code, 0) << again.text;
+  EXPECT_NE(again.text.find("shoulder: frictionloss 0.1 -> "), std::string::npos) << again.text;
+  EXPECT_EQ(*core::read_whole_file(folder_ / "robot_improved.xml"),
+            *core::read_whole_file(folder_ / "why/robot_improved.xml"));
+  const test::Outcome exists = write_again();
+  EXPECT_EQ(exists.exit_code, 2) << exists.text;
+  EXPECT_NE(exists.text.find("--force"), std::string::npos) << exists.text;
+}
+
+/// The robot has its gap on a body of its own, as nothing that this project writes.
+std::string arm_with_gap(double half_width_rad) {
+  std::string text = arm({}, {});
+  const std::string_view inertial = "<inertial pos=\"0 0 -0.15\"";
+  text.insert(text.find(inertial),
+              fmt::format("<inertial pos=\"0 0 0\" mass=\"1e-4\" diaginertia=\"1e-6 1e-6 1e-6\"/>"
+                          "<body><joint name=\"gap\" axis=\"0 1 0\" damping=\"0\" armature=\"0\" "
+                          "limited=\"true\" range=\"-{0} {0}\" solreflimit=\"0.002 1\"/>",
+                          half_width_rad));
+  text.insert(text.find("</worldbody>"), "</body>");
+  return text;
+}
+
+/// RMS of the link's position where a model moves by itself as the robot was commanded.
+double position_error_rad(const mjModel& model, const Recorded& recorded, double seed) {
+  const Recorded moved = record(model, seed, 40.0);
+  return std::sqrt((moved.truth_rad.col(0) - recorded.truth_rad.col(0)).squaredNorm() /
+                   static_cast<double>(recorded.t_s.size()));
+}
+
+TEST_F(RobotImproved, MovesByItselfWithTheGapOfTheRobot) {
+  constexpr double kHalfWidth_rad = 0.003;
+  const auto real = physics::compile_model(arm_with_gap(kHalfWidth_rad), "real.xml");
+  ASSERT_TRUE(real.model) << real.refusal;
+  const Recorded held_out = record(*real.model, 2.0, 40.0);
+  write("train.csv", record(*real.model, 1.0, 60.0));
+  write("held_out.csv", held_out);
+  const nlohmann::json report = diagnose(true);
+  const ModelPointer given = loaded(folder_ / "arm.xml");
+  const ModelPointer improved = loaded(folder_ / "why/robot_improved.xml");
+  ASSERT_TRUE(given && improved);
+  const double before_rad = position_error_rad(*given, held_out, 2.0);
+  const double after_rad = position_error_rad(*improved, held_out, 2.0);
+  EXPECT_LT(after_rad, 0.1 * before_rad);
+  int compared = 0;
+  for (const auto& figure : report["held_out"]) {
+    if (figure["metric"] != "position_rmse" || figure["joint"] != "shoulder") continue;
+    EXPECT_NEAR(before_rad, figure["before"].get<double>(), 0.1 * before_rad);
+    // The prediction crosses a gap at once, the link in the time that its weight needs.
+    EXPECT_LT(after_rad, figure["after"].get<double>());
+    ++compared;
+  }
+  EXPECT_EQ(compared, 1);
 }
 
 }  // namespace

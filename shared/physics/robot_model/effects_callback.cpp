@@ -14,9 +14,9 @@ namespace {
 
 /// After the command: what the file is, and how it is used.
 constexpr const char* kHead = R"(//
-// Effects of a robot that MJCF cannot state, written by ravencal. After the model is loaded, call
-// ravencal_effects_install(model): it sets mjcb_passive, and takes over the dry friction of the joints below, whose
-// frictionloss it sets to 0. From Python: ctypes.CDLL("./FILE.so").ravencal_effects_install(ctypes.c_void_p(model._address)),
+// Effects of a robot that MJCF cannot state, written by ravencal. Once the model is loaded, call
+// ravencal_effects_install(model), once: it sets mjcb_passive, and takes `level` below from the joints' frictionloss,
+// whose dry friction it takes over. From Python: ctypes.CDLL("./FILE.so").ravencal_effects_install(ctypes.c_void_p(model._address)),
 // linked to the libmujoco of the Python package (-L FOLDER -l:libmujoco.so.VERSION in the place of -lmujoco).
 // One simulation at a time: the deflection of the friction is kept here, and starts anew when time runs back. While a
 // joint sticks, its friction is a spring of level / presliding: the time step must resolve it. The load on which
@@ -95,7 +95,8 @@ extern "C" int ravencal_effects_install(mjModel* m) {
   for (const Effects& e : kEffects) {
     const int joint = mj_name2id(m, mjOBJ_JOINT, e.joint);
     if (joint < 0) return static_cast<int>(states.size()) + 1;
-    if (e.level > 0.0) m->dof_frictionloss[m->jnt_dofadr[joint]] = 0.0;
+    mjtNum& frictionloss = m->dof_frictionloss[m->jnt_dofadr[joint]];
+    frictionloss = std::max(0.0, frictionloss - e.level);
     states.push_back({m->jnt_qposadr[joint], m->jnt_dofadr[joint]});
   }
   mjcb_passive = add_effects;
@@ -116,12 +117,17 @@ bool has_other_friction(const Joint& joint) {
          joint.parameter("asymmetric_friction", "level_difference") != 0.0;
 }
 
-/// Text of a name within quotes.
+/// A name as a literal of C++.
 std::string quoted(const std::string& name) {
   std::string text;
   for (const char c : name) {
-    if (c == '"' || c == '\\') text += '\\';
-    text += c;
+    const auto sign = static_cast<unsigned char>(c);
+    if (sign < 0x20)
+      text += fmt::format("\\{:03o}", sign);
+    else if (c == '"' || c == '\\')
+      text += std::string("\\") + c;
+    else
+      text += c;
   }
   return "\"" + text + "\"";
 }

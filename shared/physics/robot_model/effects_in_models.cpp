@@ -39,9 +39,10 @@ constexpr std::array<EffectInModels, 22> kInModels = {{
 }};
 
 /// Of a parameter that shapes an effect and has no size itself.
-bool is_form(const ParameterSpec& p) {
-  return p.dimension == Dimension::kTime || p.dimension == Dimension::kAngle ||
-         p.dimension == Dimension::kOrder || p.dimension == Dimension::kVelocity;
+bool is_form(const EffectSpec& spec, const ParameterSpec& p) {
+  return &p != &spec.parameters.front() &&
+         (p.dimension == Dimension::kTime || p.dimension == Dimension::kAngle ||
+          p.dimension == Dimension::kOrder || p.dimension == Dimension::kVelocity);
 }
 
 }  // namespace
@@ -57,7 +58,7 @@ bool acts(const Effect& effect) {
   const EffectSpec* spec = find_effect_spec(effect.id);
   return std::any_of(spec->parameters.begin(), spec->parameters.end(), [&](const ParameterSpec& p) {
     const auto at = effect.parameters.find(p.name);
-    return !is_form(p) && at != effect.parameters.end() && at->second != 0.0;
+    return !is_form(*spec, p) && at != effect.parameters.end() && at->second != 0.0;
   });
 }
 

@@ -17,8 +17,20 @@ using tinyxml2::XMLElement;
 
 /// Of the time step: the stiffest stop that the library's solver takes.
 constexpr double kStopTimeConstant = 2.0;
-/// Of the drive's inertia: what moves between a gap and a spring behind it. No plant has it.
-constexpr double kBetweenShare = 0.01;
+/// Impedance of a stop: that of the library's own joints. Beyond, it rings at this time constant.
+constexpr double kStopImpedance = 0.95;
+/// Of the inertia of drive and link: what moves between a gap and a spring behind it. No plant has
+/// it.
+constexpr double kBetweenShare = 0.05;
+
+/// The degrees that the library reads as just this angle, where there are any.
+double degrees(double angle_rad) {
+  constexpr double kRadPerDegree = std::numbers::pi / 180.0;
+  const double near = angle_rad / kRadPerDegree;
+  for (const double beside : {near, std::nextafter(near, 0.0), std::nextafter(near, 1e9)})
+    if (beside * kRadPerDegree == angle_rad) return beside;
+  return near;
+}
 
 struct AddedJoint {
   int position = 0, velocity = 0;  ///< places before which the document's states get a zero
@@ -27,8 +39,10 @@ struct AddedJoint {
 class MjcfJoints {
  public:
   MjcfJoints(ModelEdit& edit, const Tree& tree) : edit_(edit), tree_(tree) {
-    for (const XMLElement* c : children_with_angle())
-      in_degrees_ = c->Attribute("angle", "radian") == nullptr;
+    for (const XMLElement* c = edit.document.root().FirstChildElement("compiler"); c != nullptr;
+         c = c->NextSiblingElement("compiler"))
+      if (c->Attribute("angle") != nullptr)
+        in_degrees_ = c->Attribute("angle", "radian") == nullptr;
   }
 
   void edit() {
@@ -38,6 +52,9 @@ class MjcfJoints {
       const JointNumbers wanted = joint_numbers(edit_.wanted.joints[j]);
       const std::string name = edit_.given.joints[j].name;
       XMLElement& element = *tree_.joints[static_cast<std::size_t>(joints[j])];
+      // What stands behind it and the callback find a joint by its name.
+      if (!(edit_.given.joints[j] == edit_.wanted.joints[j]))
+        element.SetAttribute("name", name.c_str());
       const auto write = [&](const char* attribute, double before, double after) {
         if (before != after) edit_.set(element, attribute, numbers_text(after), name);
       };
@@ -50,14 +67,6 @@ class MjcfJoints {
   }
 
  private:
-  [[nodiscard]] std::vector<XMLElement*> children_with_angle() const {
-    std::vector<XMLElement*> found;
-    for (XMLElement* c = edit_.document.root().FirstChildElement("compiler"); c != nullptr;
-         c = c->NextSiblingElement("compiler"))
-      if (c->Attribute("angle") != nullptr) found.push_back(c);
-    return found;
-  }
-
   [[nodiscard]] XMLElement* existing(int of, Series kind) const {
     for (int j = of + 1; j < edit_.model.njnt; ++j) {
       const std::optional<SeriesJoint> series = series_joint(edit_.model, j);
@@ -76,23 +85,30 @@ class MjcfJoints {
       if (element != nullptr) last = element;
       return differs ? element : nullptr;
     };
-    const bool is_turned = edit_.model.jnt_type[joint] == mjJNT_HINGE;
-    if (XMLElement* gap = place(Series::kBacklash, given.half_width != wanted.half_width)) {
-      const double unit = is_turned && in_degrees_ ? 180.0 / std::numbers::pi : 1.0;
-      const double reach = wanted.half_width * unit;
-      edit_.set(*gap, "range", numbers_text(-reach, reach), gap->Attribute("name"));
-      // A spring follows: without an inertia between them the two would have no motion of their
-      // own.
-      if (wanted.stiffness > 0.0)
-        edit_.set(*gap, "armature", numbers_text(kBetweenShare * wanted.armature),
-                  gap->Attribute("name"));
-    }
     const bool other_spring =
         given.stiffness != wanted.stiffness || given.cable_damping != wanted.cable_damping;
+    const bool other_gap = given.half_width != wanted.half_width ||
+                           (wanted.half_width > 0.0 && given.stiffness != wanted.stiffness);
+    const bool is_turned = edit_.model.jnt_type[joint] == mjJNT_HINGE;
+    if (XMLElement* gap = place(Series::kBacklash, other_gap)) {
+      const double reach =
+          is_turned && in_degrees_ ? degrees(wanted.half_width) : wanted.half_width;
+      edit_.set(*gap, "range", numbers_text(-reach, reach), gap->Attribute("name"));
+      if (wanted.stiffness > 0.0) write_between(*gap, joint, wanted);
+    }
     if (XMLElement* cable = place(Series::kCable, other_spring)) {
       edit_.set(*cable, "stiffness", numbers_text(wanted.stiffness), cable->Attribute("name"));
       edit_.set(*cable, "damping", numbers_text(wanted.cable_damping), cable->Attribute("name"));
     }
+  }
+
+  /// An inertia that resists the motion of this joint alone: without one, what lies between stop
+  /// and spring has no motion of its own. The time step resolves the spring.
+  void write_between(XMLElement& series, int joint, const JointNumbers& wanted) {
+    const double step_s = edit_.model.opt.timestep;
+    const double least = std::max(kBetweenShare * edit_.model.dof_M0[edit_.model.jnt_dofadr[joint]],
+                                  wanted.stiffness * step_s * step_s);
+    edit_.set(series, "armature", numbers_text(least), series.Attribute("name"));
   }
 
   /// States all that a class of defaults might say otherwise.
@@ -110,8 +126,10 @@ class MjcfJoints {
     for (const char* none : {"armature", "damping", "frictionloss", "stiffness", "margin"})
       e->SetAttribute(none, "0");
     e->SetAttribute("limited", kind == Series::kBacklash ? "true" : "false");
-    if (kind == Series::kBacklash)
+    if (kind == Series::kBacklash) {
       e->SetAttribute("solreflimit", numbers_text(kStopTimeConstant * m.opt.timestep, 1.0).c_str());
+      e->SetAttribute("solimplimit", numbers_text(kStopImpedance, kStopImpedance, 0.001).c_str());
+    }
     after.Parent()->InsertAfterChild(&after, e);
     added_.push_back({m.jnt_qposadr[of] + 1, m.jnt_dofadr[of] + 1});
     return e;

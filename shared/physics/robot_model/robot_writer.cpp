@@ -20,8 +20,24 @@ namespace fs = std::filesystem;
 using Eigen::VectorXd;
 using tinyxml2::XMLElement;
 
-/// Relative: what decimals, degrees and principal axes round.
+/// Relative, of lengths in metres: what decimals, degrees and principal axes round.
 constexpr double kSameNumber = 1e-9;
+
+/// Of the joint's inertia: a drive that has less makes the model's motion behind it singular.
+constexpr double kLeastDrive = 1e-3;
+
+template <std::size_t N>
+bool alike(const std::array<double, N>& one, const std::array<double, N>& other) {
+  return std::equal(one.begin(), one.end(), other.begin(),
+                    [](double a, double b) { return std::abs(a - b) <= kSameNumber; });
+}
+
+/// Rotations and axes are made units as often as they are read.
+bool same_frame(const std::optional<Frame>& one, const std::optional<Frame>& other) {
+  return one && other && one->carried_by == other->carried_by &&
+         alike(one->position_m, other->position_m) && alike(one->rotation, other->rotation) &&
+         alike(one->axis, other->axis);
+}
 
 core::Status is_of_model(const Plant& plant, const Plant& given) {
   const auto refuse = [&](const std::string& what) {
@@ -33,7 +49,7 @@ core::Status is_of_model(const Plant& plant, const Plant& given) {
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
     const Joint& own = plant.joints[j];
     const Joint& other = given.joints[j];
-    if (own.name != other.name || own.kind != other.kind || own.frame != other.frame)
+    if (own.name != other.name || own.kind != other.kind || !same_frame(own.frame, other.frame))
       return refuse(fmt::format("has another joint or frame at '{}'", own.name));
   }
   if (plant.coupling != given.coupling) return refuse("couples joints otherwise");
@@ -106,6 +122,13 @@ class Missing {
     if ((before.kp != after.kp || before.kd != after.kd) && !has_actuator(j))
       out_.push_back(fmt::format("{}: gains of the controller ({})", wanted.name,
                                  "where the joint has an actuator"));
+    const double inertia = edit_.model.dof_M0[edit_.model.jnt_dofadr[joints_[j]]];
+    const JointNumbers drive = joint_numbers(wanted);
+    if (!edit_.document.is_urdf() && !drive.rigid() && drive.armature < kLeastDrive * inertia)
+      out_.push_back(
+          fmt::format("{}: an inertia of its drive (before a gap or a spring MuJoCo needs an "
+                      "armature; the plant has {} kg m^2)",
+                      wanted.name, numbers_text(drive.armature)));
     const int body = edit_.model.jnt_bodyid[joints_[j]];
     const bool shares = j + 1 < joints_.size() && edit_.model.jnt_bodyid[joints_[j + 1]] == body;
     if (shares && !(given.link == wanted.link))
@@ -119,12 +142,13 @@ class Missing {
   std::vector<std::string> out_;
 };
 
-bool names_files(const RobotDocument& document) {
+/// True if assets of textures, or of all other kinds, name files.
+bool names_files(const RobotDocument& document, bool textures) {
   for (const XMLElement* asset = document.root().FirstChildElement("asset"); asset != nullptr;
        asset = asset->NextSiblingElement("asset"))
     for (const XMLElement* e = asset->FirstChildElement(); e != nullptr;
          e = e->NextSiblingElement())
-      if (e->Attribute("file") != nullptr) return true;
+      if (e->Attribute("file") != nullptr && is_named(*e, "texture") == textures) return true;
   return false;
 }
 
@@ -132,11 +156,13 @@ bool names_files(const RobotDocument& document) {
 void keep_assets(RobotDocument& document, const fs::path& from, const fs::path& to) {
   std::error_code error;
   const fs::path back = fs::relative(from, to, error);
-  if (error || back.empty() || back == "." || !names_files(document)) return;
-  XMLElement* compiler = document.root().FirstChildElement("compiler");
-  if (compiler == nullptr)
-    compiler = document.root().InsertFirstChild(document.xml.NewElement("compiler"))->ToElement();
-  for (const char* kind : {"meshdir", "texturedir"}) {
+  if (error || back.empty() || back == ".") return;
+  for (const bool textures : {false, true}) {
+    if (!names_files(document, textures)) continue;
+    XMLElement* compiler = document.root().FirstChildElement("compiler");
+    if (compiler == nullptr)
+      compiler = document.root().InsertFirstChild(document.xml.NewElement("compiler"))->ToElement();
+    const char* kind = textures ? "texturedir" : "meshdir";
     const char* own = compiler->Attribute(kind);
     if (own == nullptr) own = compiler->Attribute("assetdir");
     const fs::path folder = own != nullptr ? own : "";
@@ -156,7 +182,7 @@ void say_at_top(ModelEdit& edit, const WrittenRobot& written, const fs::path& mo
       "\n  {} with what a plant states otherwise, written by `ravencal plant to` or `diagnose`.\n",
       model.filename().string());
   if (edit.document.included > 0)
-    text += fmt::format("  {} included files stand in it.\n", edit.document.included);
+    text += fmt::format("  The {} files that it includes stand in it.\n", edit.document.included);
   for (const Joint& joint : edit.wanted.joints) {
     if (joint_numbers(joint).rigid() || edit.document.is_urdf()) continue;
     text += fmt::format(
@@ -164,7 +190,7 @@ void say_at_top(ModelEdit& edit, const WrittenRobot& written, const fs::path& mo
         "stands behind it ({0}_backlash, {0}_cable).\n",
         joint.name);
   }
-  text += "  Changed:\n";
+  text += written.changed.empty() ? "  Nothing was changed.\n" : "  Changed:\n";
   for (const std::string& line : written.changed) text += "    " + line + "\n";
   if (!written.not_expressed.empty()) text += "  Not expressed:\n";
   for (const std::string& line : written.not_expressed) text += "    " + line + "\n";
