@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,13 +14,17 @@
 
 namespace ravencal::exchange {
 
+/// Deflate, which compresses all these files, makes at most this of a byte (zlib's documentation):
+/// an array that claims more is none.
+inline constexpr std::uintmax_t kMostPerStoredByte = 1032;
+
 struct NamedArray {
   std::string name;
-  std::vector<std::size_t> shape;  ///< empty: a single value
-  bool is_column_major = false;    ///< the first index runs fastest
-  std::vector<double> values;
-  std::vector<std::string> texts;  ///< instead of values
-  std::string unreadable;          ///< why there are neither; else empty
+  std::vector<std::size_t> shape{};  ///< empty: a single value
+  bool is_column_major = false;      ///< the first index runs fastest
+  std::vector<double> values{};
+  std::vector<std::string> texts{};  ///< instead of values
+  std::string unreadable{};          ///< why there are neither; else empty
 };
 
 /// Appends the array's columns: one called as the array, or NAME[0], NAME[1], ... of an array

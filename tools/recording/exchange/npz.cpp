@@ -17,9 +17,6 @@
 namespace ravencal::exchange {
 namespace {
 
-/// Deflate makes at most this of a byte (zlib's documentation): an entry that claims more is none.
-constexpr std::uint64_t kMostPerByte = 1032;
-
 /// What numpy wrote before the values.
 struct ArrayHeader {
   std::string type;  ///< '<f8'
@@ -179,7 +176,7 @@ core::Result<std::string> bytes_of(zip_t* archive, zip_int64_t index) {
   const bool is_known = zip_stat_index(archive, at, 0, &about) == 0;
   const bool is_numpys =
       is_known && (about.comp_method == ZIP_CM_STORE || about.comp_method == ZIP_CM_DEFLATE);
-  if (!is_numpys || about.size / kMostPerByte > about.comp_size) {
+  if (!is_numpys || about.size / kMostPerStoredByte > about.comp_size) {
     return core::data_error(fmt::format("entry {} of the archive is damaged", index));
   }
   std::string bytes(about.size, '\0');
