@@ -9,3 +9,8 @@ ravencal_test(NAME exchange_table_test
   LIBS ravencal_exchange ravencal::record fmt::fmt LABELS unit)
 target_compile_definitions(exchange_table_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
 add_dependencies(exchange_table_test ravencal)
+
+find_package(SQLite3 REQUIRED)
+ravencal_test(NAME exchange_ros2_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/exchange_ros2_test.cpp
+  LIBS ravencal_exchange ravencal::record SQLite::SQLite3 fmt::fmt LABELS unit)

@@ -60,7 +60,8 @@ void add_import(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("import", "Import a table, a bag or a damaged recording as a recording");
   command
-      ->add_option("source", arguments->source, "File to read (.csv, .npz, .mat, .h5, .bag, .db)")
+      ->add_option("source", arguments->source,
+                   "File to read (.csv, .npz, .mat, .h5, .mcap, .db3, .bag, .db)")
       ->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   (void)add_load_options(*command, arguments->load);

@@ -12,8 +12,6 @@
 namespace ravencal::exchange {
 namespace {
 
-constexpr std::size_t kMostColumns = 1999;  // channels of a recording (FORMATS.md)
-
 /// Rows and columns, or nothing for an array of more dimensions. One row of several columns is a
 /// vector that lies.
 std::optional<std::pair<std::size_t, std::size_t>> rows_and_columns(

@@ -8,7 +8,9 @@
 
 #include "exchange/hdf5_read.hpp"
 #include "exchange/mat_read.hpp"
+#include "exchange/mcap.hpp"
 #include "exchange/npz.hpp"
+#include "exchange/rosbag2.hpp"
 #include "record/csv_load.hpp"
 
 namespace ravencal::exchange {
@@ -53,6 +55,8 @@ constexpr std::array kTableKinds = {
     TableKind{".mat", array_table<read_mat>},
     TableKind{".h5", array_table<read_hdf5>},
     TableKind{".hdf5", array_table<read_hdf5>},
+    TableKind{".mcap", read_mcap},
+    TableKind{".db3", read_rosbag2},
 };
 
 const TableKind* kind_of(const std::filesystem::path& path) {
