@@ -92,9 +92,9 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "Print JSON");
   (void)add_load_options(*command, arguments->load);
   command->footer(
-      "Files: recording, table (.csv, .npz, .npy, .mat, .h5), model (.onnx), weights (.blob), "
-      "plant\n"
-      "(.toml), robot model (.xml, .urdf). Of a table without --profile: its columns.\n"
+      "Files: recording, table (.csv, .npz, .npy, .mat, .h5, .mcap, .db3), model (.onnx), weights\n"
+      "(.blob), plant (.toml), robot model (.xml, .urdf). Of a table without --profile: its "
+      "columns.\n"
       "Examples: ravencal info run3.db\n"
       "          ravencal info run3.npz");
   on_call(*command, exit_code, {}, [arguments]() -> core::Status {
