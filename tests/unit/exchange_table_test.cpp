@@ -1,61 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Foreign tables in: files that NumPy, SciPy and h5py write, through profiles.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
-#include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
-#include "unit/run_command.hpp"
+#include "unit/exchange_rig.hpp"
 
 namespace ravencal::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class ExchangeTable : public ::testing::Test {
- protected:
-  ExchangeTable() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~ExchangeTable() override { fs::remove_all(folder_); }
-
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
-  }
-  /// Runs a script of Python with numpy as np; false where the module is not installed.
-  [[nodiscard]] bool python(const std::string& module, const std::string& script) const {
-    const auto run = [&](const std::string& command) {
-      return run_command(fmt::format("cd '{}' && {} 2>&1", folder_.string(), command));
-    };
-    if (run("/usr/bin/python3 -c 'import numpy, " + module + "'").exit_code != 0) return false;
-    write("script.py", "import numpy as np\n" + script);
-    const Outcome outcome = run("/usr/bin/python3 script.py");
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
-    return true;
-  }
-  /// Arguments of ravencal; output and errors together.
-  [[nodiscard]] Outcome ravencal(const std::string& arguments) const {
-    return run_command(
-        fmt::format("cd '{}' && '{}' {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments));
-  }
-  [[nodiscard]] core::Result<record::Recording> load(const std::string& name,
-                                                     const std::string& profile) const {
-    record::LoadOptions options;
-    options.profile = write("p.toml", profile).string();
-    return exchange::load_recording(folder_ / name, options);
-  }
-
-  fs::path folder_ =
-      fs::temp_directory_path() / fmt::format("ravencal_exchange_table_test_{}", ::getpid());
-};
+using ExchangeTable = ExchangeRig;
 
 const record::TableColumn* column_of(const record::Table& table, const std::string& name) {
   for (const record::TableColumn& column : table.columns) {

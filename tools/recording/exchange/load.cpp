@@ -2,8 +2,8 @@
 #include "exchange/load.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include "core/known_words.hpp"
 #include "exchange/hdf5_read.hpp"
 #include "exchange/mat_read.hpp"
 #include "exchange/table_file.hpp"
@@ -29,6 +29,24 @@ core::Result<record::Recording> load_through_profile(const std::filesystem::path
   return record::load_table(table, std::move(profile), options);
 }
 
+core::Error no_recording(const std::filesystem::path& path) {
+  std::error_code unknown;
+  const std::string extension = path.extension().string();
+  if (std::filesystem::is_directory(path, unknown)) {
+    return core::usage_error(fmt::format(
+        "{}: is a folder; of a bag of ROS 2 give the .mcap or .db3 in it", path.string()));
+  }
+  if (extension == ".zstd") {
+    return core::usage_error(fmt::format(
+        "{}: is compressed as a whole; `zstd -d` makes a file that can be read", path.string()));
+  }
+  std::vector<std::string> known = table_extensions();
+  known.insert(known.end(), {".db", ".bag"});
+  return core::usage_error(fmt::format("{}: not a recording: no recording ends in '{}'{}",
+                                       path.string(), extension,
+                                       core::instead_of(extension, known)));
+}
+
 }  // namespace
 
 core::Result<MaybeRecording> load_if_described(const std::filesystem::path& path,
@@ -38,10 +56,8 @@ core::Result<MaybeRecording> load_if_described(const std::filesystem::path& path
     RAVENCAL_ASSIGN_OR_RETURN(record::Recording read, record::load_recording(path, options));
     return MaybeRecording(std::move(read));
   }
-  if (!is_table(path)) {
-    return core::usage_error(fmt::format("{}: not a recording: its name must end in .db, .bag, {}",
-                                         path.string(), fmt::join(table_extensions(), ", ")));
-  }
+  if (!is_table(path)) return no_recording(path);
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   MaybeRecording recording;
   if (record::profile_name(path, options).empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(recording, read_export(path));
