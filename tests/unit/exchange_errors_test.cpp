@@ -84,7 +84,7 @@ TEST_F(ExchangeErrors, OfRenamedAndCutFilesSayWhatWasExpected) {
   ASSERT_TRUE(exchange::export_hdf5(recording, folder_ / "whole.h5").ok());
   ASSERT_TRUE(exchange::export_mat(recording, folder_ / "whole.mat").ok());
   cut(folder_ / "whole.h5", "cut.h5", 0.5);
-  cut(folder_ / "whole.mat", "cut.mat", 0.1);
+  cut(folder_ / "whole.mat", "cut.mat", 0.5);
   cut(kGolden / "models/scaling_compressed.npz", "cut.npz", 0.5);
   cut(kGolden / "ros2/joint_states_lz4.mcap", "cut.mcap", 0.5);
   cut(kGolden / "ros2/joint_states.db3", "cut.db3", 0.5);
@@ -96,7 +96,7 @@ TEST_F(ExchangeErrors, OfRenamedAndCutFilesSayWhatWasExpected) {
   write("renamed.mat", "t,q\n0,1\n");
   expect({
       {"cut.h5", "", {"not a whole HDF5 file", "cut short"}},
-      {"cut.mat", "generic", {}},
+      {"cut.mat", "generic", {"the variable at byte ", "is cut short"}},
       {"cut.npz", "generic", {"not a whole .npz file", "cut short"}},
       {"cut.mcap", "generic", {"ends without a footer, in the record at byte ", "--skip-bad"}},
       {"cut.db3", "generic", {"malformed"}},
@@ -137,6 +137,40 @@ np.save("one.npy", np.zeros((4, 2)))
        "[source]\nheader = false\n[[channel]]\nname = 'q'\nindex = 5\nunit = 'rad'\n",
        {"2 columns, but profile p reads column 6"}},
   });
+}
+
+TEST_F(ExchangeErrors, OfNumpyFilesWithAWrongByteNameTheEntry) {
+  if (!python("numpy", "np.savez('whole.npz', t=np.arange(500.0), q=np.arange(500.0))\n"))
+    GTEST_SKIP() << "/usr/bin/python3 has no numpy";
+  auto bytes = *core::read_whole_file(folder_ / "whole.npz");
+  bytes[2000] = static_cast<char>(bytes[2000] ^ 1);
+  write("hurt.npz", bytes);
+  expect({{"hurt.npz", of("q"), {"entry 0 of the archive cannot be read"}}});
+}
+
+/// matio itself reads on, and gives numbers that are in no file.
+TEST_F(ExchangeErrors, OfMatFilesThatAreCutOrDamagedSayWhere) {
+  if (!python("scipy.io", R"(
+import scipy.io
+t = np.arange(500.0)
+scipy.io.savemat("plain.mat", {"t": t, "q": np.sin(t)})
+scipy.io.savemat("packed.mat", {"t": t, "q": np.sin(t)}, do_compression=True)
+)"))
+    GTEST_SKIP() << "/usr/bin/python3 has no scipy";
+  for (const char* name : {"plain.mat", "packed.mat"}) {
+    const auto whole = core::read_whole_file(folder_ / name);
+    ASSERT_TRUE(whole.ok());
+    ASSERT_TRUE(load(name, of("q")).ok());
+    for (std::size_t size = 150; size < whole->size(); size += 37) {
+      write("cut.mat", whole->substr(0, size));
+      const auto read = load("cut.mat", of("q"));
+      EXPECT_FALSE(read.ok()) << size;
+    }
+  }
+  auto damaged = *core::read_whole_file(folder_ / "packed.mat");
+  damaged[damaged.size() - 40] = static_cast<char>(damaged[damaged.size() - 40] ^ 1);
+  write("hurt.mat", damaged);
+  expect({{"hurt.mat", of("q"), {"the variable at byte ", "is damaged"}}});
 }
 
 TEST_F(ExchangeErrors, OfBagsSayWhichTopicsThereAre) {

@@ -52,10 +52,8 @@ herr_t note_dataset(hid_t, const char* name, const H5O_info_t* info, void* names
 
 core::Result<Hdf5File> Hdf5File::open(const std::filesystem::path& path) {
   hdf5_quiet();
-  std::error_code failure;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
-  if (failure)
-    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
+  const std::uintmax_t bytes = std::filesystem::file_size(path);
   Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.ok()) {
     return core::data_error(

@@ -57,7 +57,6 @@ core::Result<MaybeRecording> load_if_described(const std::filesystem::path& path
     return MaybeRecording(std::move(read));
   }
   if (!is_table(path)) return no_recording(path);
-  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   MaybeRecording recording;
   if (record::profile_name(path, options).empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(recording, read_export(path));

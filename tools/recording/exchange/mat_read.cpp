@@ -10,6 +10,7 @@
 
 #include "exchange/exported.hpp"
 #include "exchange/hdf5_handle.hpp"
+#include "exchange/mat_check.hpp"
 
 namespace ravencal::exchange {
 namespace {
@@ -22,16 +23,16 @@ constexpr int kDeepestStruct =
 
 core::Result<MatFile> open_mat(const std::filesystem::path& path) {
   hdf5_quiet();
-  std::error_code failure;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
-  if (failure)
-    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), Mat_Close);
-  if (file) return file;
-  return core::data_error(
-      fmt::format("{}: is not a whole MAT-file of {} bytes (level 5 or 7.3); was it cut short or "
-                  "renamed?",
-                  path.string(), bytes));
+  if (!file || Mat_GetVersion(file.get()) == MAT_FT_MAT4) {
+    return core::data_error(fmt::format(
+        "{}: is not a whole MAT-file of level 5 or 7.3; was it cut short or renamed? MATLAB writes "
+        "level 5 with save(..., '-v7')",
+        path.string()));
+  }
+  if (Mat_GetVersion(file.get()) == MAT_FT_MAT5) RAVENCAL_RETURN_IF_ERROR(check_mat5(path));
+  return file;
 }
 
 template <typename T>

@@ -222,11 +222,8 @@ class McapReader {
 
 core::Result<record::Table> read_mcap(const std::filesystem::path& path,
                                       const record::LoadOptions& options) {
-  std::error_code failure;
-  const std::uintmax_t size = std::filesystem::file_size(path, failure);
-  if (failure)
-    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
-  return McapReader(path, size, options.skip_bad).read();
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
+  return McapReader(path, std::filesystem::file_size(path), options.skip_bad).read();
 }
 
 }  // namespace ravencal::exchange

@@ -64,4 +64,13 @@ core::Status check_names(const record::Table& table) {
   return {};
 }
 
+core::Status check_is_there(const std::filesystem::path& path) {
+  std::error_code failure;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
+  if (failure)
+    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
+  return bytes > 0 ? core::Status()
+                   : core::data_error(fmt::format("{}: the file is empty", path.string()));
+}
+
 }  // namespace ravencal::exchange

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,9 @@ struct NamedArray {
 /// Appends the array's columns: one called as the array, or NAME[0], NAME[1], ... of an array
 /// [rows, k]. What can be no column goes into table.left_out with the reason.
 void add_columns(record::Table& table, NamedArray array);
+
+/// That there is such a file, and that it is not empty. Errors: kIo, kData.
+core::Status check_is_there(const std::filesystem::path& path);
 
 /// Refuses a name that two arrays have.
 core::Status check_names(const record::Table& table);

@@ -41,11 +41,8 @@ class Rosbag2Reader {
 
  private:
   core::Status open() {
-    std::error_code failure;
-    const std::uintmax_t bytes = std::filesystem::file_size(path_, failure);
-    if (failure)
-      return core::io_error(fmt::format("{}: cannot open: {}", path_.string(), failure.message()));
-    operations_left_ = sqlite::operations_for(bytes);
+    RAVENCAL_RETURN_IF_ERROR(check_is_there(path_));
+    operations_left_ = sqlite::operations_for(std::filesystem::file_size(path_));
     sqlite3* handle = nullptr;
     const int code = sqlite3_open_v2(path_.c_str(), &handle, SQLITE_OPEN_READONLY, nullptr);
     database_.reset(handle);

@@ -77,20 +77,8 @@ std::vector<std::string> table_extensions() {
   return extensions;
 }
 
-core::Status check_is_there(const std::filesystem::path& path) {
-  std::error_code failure;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
-  if (failure)
-    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
-  return bytes > 0 ? core::Status()
-                   : core::data_error(fmt::format("{}: the file is empty", path.string()));
-}
-
 core::Result<Table> read_table(const std::filesystem::path& path, const LoadOptions& options) {
-  if (const TableKind* const kind = kind_of(path)) {
-    RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
-    return kind->read(path, options);
-  }
+  if (const TableKind* const kind = kind_of(path)) return kind->read(path, options);
   return core::usage_error(fmt::format("{}: unknown kind of table; known: {}", path.string(),
                                        fmt::join(table_extensions(), ", ")));
 }

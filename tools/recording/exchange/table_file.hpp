@@ -18,9 +18,6 @@ bool is_table(const std::filesystem::path& path);
 /// These endings.
 std::vector<std::string> table_extensions();
 
-/// That there is such a file, and that it is not empty.
-core::Status check_is_there(const std::filesystem::path& path);
-
 /// Every column of a foreign file, in the file's units: a CSV's columns; arrays of NumPy, MATLAB
 /// and HDF5, where an array [rows, k] is k columns NAME[0] .. NAME[k-1], and one of one dimension,
 /// [rows, 1] or [1, rows] is one column NAME; TOPIC/JOINT/position, velocity and effort of a bag of
