@@ -52,7 +52,6 @@ herr_t note_dataset(hid_t, const char* name, const H5O_info_t* info, void* names
 
 core::Result<Hdf5File> Hdf5File::open(const std::filesystem::path& path) {
   hdf5_quiet();
-  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   const std::uintmax_t bytes = std::filesystem::file_size(path);
   Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.ok()) {

@@ -8,6 +8,7 @@
 
 #include "exchange/exported.hpp"
 #include "exchange/hdf5_file.hpp"
+#include "exchange/isolated_read.hpp"
 
 namespace ravencal::exchange {
 namespace {
@@ -24,7 +25,7 @@ class ExportedHdf5 {
     recording_.t_ns = std::move(*t_ns);
     RAVENCAL_RETURN_IF_ERROR(read_channels());
     RAVENCAL_RETURN_IF_ERROR(read_events());
-    return checked(std::move(recording_), file_.path());
+    return std::move(recording_);
   }
 
  private:
@@ -74,24 +75,32 @@ class ExportedHdf5 {
   record::Recording recording_;
 };
 
-}  // namespace
-
-core::Result<std::vector<NamedArray>> read_hdf5(const std::filesystem::path& path) {
+core::Result<Arrays> read_hdf5_here(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const Hdf5File file, Hdf5File::open(path));
   const auto names = file.datasets();
   if (!names) return core::data_error(fmt::format("{}: its groups are damaged", path.string()));
-  std::vector<NamedArray> arrays;
+  Arrays arrays;
   for (const std::string& name : *names) arrays.push_back(file.array(name));
   return arrays;
 }
 
-core::Result<std::optional<record::Recording>> read_exported_hdf5(
-    const std::filesystem::path& path) {
+core::Result<MaybeRecording> read_export_here(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const Hdf5File file, Hdf5File::open(path));
   const bool is_export = file.has("t_ns") && file.has("channels") && file.has("channel_order");
-  if (!is_export) return std::optional<record::Recording>();
+  if (!is_export) return MaybeRecording();
   RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, ExportedHdf5(file).read());
-  return std::optional(std::move(recording));
+  return MaybeRecording(std::move(recording));
+}
+
+}  // namespace
+
+core::Result<std::vector<NamedArray>> read_hdf5(const std::filesystem::path& path) {
+  return in_child(path, "HDF5", read_hdf5_here);
+}
+
+core::Result<std::optional<record::Recording>> read_exported_hdf5(
+    const std::filesystem::path& path) {
+  return in_child(path, "HDF5", read_export_here);
 }
 
 }  // namespace ravencal::exchange

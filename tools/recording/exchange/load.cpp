@@ -12,13 +12,13 @@
 namespace ravencal::exchange {
 namespace {
 
-using MaybeRecording = std::optional<record::Recording>;
+using FoundRecording = std::optional<record::Recording>;
 
 /// What `ravencal export` wrote says itself which channel is what.
-core::Result<MaybeRecording> read_export(const std::filesystem::path& path) {
+core::Result<FoundRecording> read_export(const std::filesystem::path& path) {
   if (path.extension() == ".h5") return read_exported_hdf5(path);
   if (path.extension() == ".mat") return read_exported_mat(path);
-  return MaybeRecording();
+  return FoundRecording();
 }
 
 core::Result<record::Recording> load_through_profile(const std::filesystem::path& path,
@@ -49,15 +49,15 @@ core::Error no_recording(const std::filesystem::path& path) {
 
 }  // namespace
 
-core::Result<MaybeRecording> load_if_described(const std::filesystem::path& path,
+core::Result<FoundRecording> load_if_described(const std::filesystem::path& path,
                                                const record::LoadOptions& options) {
   const std::string extension = path.extension().string();
   if (extension == ".db" || extension == ".bag") {
     RAVENCAL_ASSIGN_OR_RETURN(record::Recording read, record::load_recording(path, options));
-    return MaybeRecording(std::move(read));
+    return FoundRecording(std::move(read));
   }
   if (!is_table(path)) return no_recording(path);
-  MaybeRecording recording;
+  FoundRecording recording;
   if (record::profile_name(path, options).empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(recording, read_export(path));
   } else {
@@ -69,7 +69,7 @@ core::Result<MaybeRecording> load_if_described(const std::filesystem::path& path
 
 core::Result<record::Recording> load_recording(const std::filesystem::path& path,
                                                const record::LoadOptions& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(MaybeRecording recording, load_if_described(path, options));
+  RAVENCAL_ASSIGN_OR_RETURN(FoundRecording recording, load_if_described(path, options));
   if (recording) return std::move(*recording);
   return record::profile_for(path, options).error();
 }

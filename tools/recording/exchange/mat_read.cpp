@@ -10,6 +10,7 @@
 
 #include "exchange/exported.hpp"
 #include "exchange/hdf5_handle.hpp"
+#include "exchange/isolated_read.hpp"
 #include "exchange/mat_check.hpp"
 
 namespace ravencal::exchange {
@@ -23,7 +24,6 @@ constexpr int kDeepestStruct =
 
 core::Result<MatFile> open_mat(const std::filesystem::path& path) {
   hdf5_quiet();
-  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), Mat_Close);
   if (!file || Mat_GetVersion(file.get()) == MAT_FT_MAT4) {
     return core::data_error(fmt::format(
@@ -193,7 +193,7 @@ class ExportedMat {
       std::memcpy(&event.t_ns, stamp->data, sizeof(event.t_ns));
       recording_.events.push_back(std::move(event));
     }
-    return checked(std::move(recording_), path_);
+    return std::move(recording_);
   }
 
  private:
@@ -240,13 +240,11 @@ class ExportedMat {
   record::Recording recording_;
 };
 
-}  // namespace
-
-core::Result<std::vector<NamedArray>> read_mat(const std::filesystem::path& path) {
+core::Result<Arrays> read_mat_here(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const MatFile file, open_mat(path));
   std::error_code unknown;
   const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
-  std::vector<NamedArray> arrays;
+  Arrays arrays;
   for (;;) {
     const MatVariable variable(Mat_VarReadNextInfo(file.get()), Mat_VarFree);
     if (!variable) break;
@@ -263,15 +261,25 @@ core::Result<std::vector<NamedArray>> read_mat(const std::filesystem::path& path
   return arrays;
 }
 
-core::Result<std::optional<record::Recording>> read_exported_mat(
-    const std::filesystem::path& path) {
+core::Result<MaybeRecording> read_mat_export_here(const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const MatFile file, open_mat(path));
   for (const char* name : {"t_ns", "samples", "channels", "meta", "events"}) {
     const MatVariable info(Mat_VarReadInfo(file.get(), name), Mat_VarFree);
-    if (!info) return std::optional<record::Recording>();
+    if (!info) return MaybeRecording();
   }
   RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, ExportedMat(path, file.get()).read());
   return std::optional(std::move(recording));
+}
+
+}  // namespace
+
+core::Result<std::vector<NamedArray>> read_mat(const std::filesystem::path& path) {
+  return in_child(path, "MAT", read_mat_here);
+}
+
+core::Result<std::optional<record::Recording>> read_exported_mat(
+    const std::filesystem::path& path) {
+  return in_child(path, "MAT", read_mat_export_here);
 }
 
 }  // namespace ravencal::exchange

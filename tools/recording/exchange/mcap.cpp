@@ -11,8 +11,10 @@
 #include <optional>
 #include <span>
 
+#include "exchange/byte_fields.hpp"
 #include "exchange/decompress.hpp"
 #include "exchange/joint_states.hpp"
+#include "exchange/named_array.hpp"
 
 namespace ravencal::exchange {
 namespace {
@@ -23,31 +25,6 @@ constexpr std::size_t kRecordHead = 9;  // opcode and u64 of the content's bytes
 constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 30U;
 
 enum Opcode : std::uint8_t { kFooter = 2, kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6 };
-
-/// Little-endian fields of a record; false where it ends before.
-class FieldReader {
- public:
-  explicit FieldReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-
-  template <typename T>
-  bool number(T& value) {
-    if (bytes_.size() < sizeof(T)) return false;
-    std::memcpy(&value, bytes_.data(), sizeof(T));
-    bytes_ = bytes_.subspan(sizeof(T));
-    return true;
-  }
-  bool text(std::string& value) {
-    std::uint32_t size = 0;
-    if (!number(size) || size > bytes_.size()) return false;
-    value.assign(bytes_.begin(), bytes_.begin() + size);
-    bytes_ = bytes_.subspan(size);
-    return true;
-  }
-  [[nodiscard]] std::span<const std::uint8_t> rest() const { return bytes_; }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-};
 
 struct McapRecord {
   std::uint8_t opcode = 0;

@@ -9,6 +9,7 @@
 #include <atomic>
 
 #include "exchange/joint_states.hpp"
+#include "exchange/named_array.hpp"
 #include "record/sqlite.hpp"
 
 namespace ravencal::exchange {
