@@ -9,18 +9,21 @@
 
 namespace ravencal::record {
 
+std::string profile_name(const std::filesystem::path& path, const LoadOptions& options) {
+  const bool is_bag = path.extension() == ".bag";
+  // An exported CSV has a profile beside it that says more than its header can.
+  std::error_code unknown;
+  const std::filesystem::path beside = profile_beside(path);
+  const bool is_plain = !is_bag && (options.profile.empty() || options.profile == "generic");
+  if (is_plain && std::filesystem::is_regular_file(beside, unknown)) return beside.string();
+  return is_bag && options.profile.empty() ? "raven2-bag" : options.profile;
+}
+
 core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadOptions& options) {
   const auto refuse = [&](std::string_view why) {
     return core::usage_error(fmt::format("{}: {}", path.string(), why));
   };
-  const bool is_bag = path.extension() == ".bag";
-  std::string name = options.profile;
-  if (name.empty() && is_bag) name = "raven2-bag";
-  // An exported CSV has a profile beside it that says more than its header can.
-  std::error_code unknown;
-  const std::filesystem::path beside = profile_beside(path);
-  const bool is_plain = !is_bag && (name.empty() || name == "generic");
-  if (is_plain && std::filesystem::is_regular_file(beside, unknown)) name = beside.string();
+  const std::string name = profile_name(path, options);
   if (name.empty()) {
     return refuse(
         fmt::format("a {} needs --profile (raven2, generic or a profile file); "
@@ -28,6 +31,7 @@ core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadO
                     path.extension().string()));
   }
   RAVENCAL_ASSIGN_OR_RETURN(Profile profile, load_profile(name, options.profile_options));
+  const bool is_bag = path.extension() == ".bag";
   if ((profile.format == "bag") != is_bag) {
     return refuse(fmt::format("profile {} is for {}", profile.name,
                               is_bag ? "tables of named columns, such as .csv" : ".bag files"));

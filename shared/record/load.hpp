@@ -23,8 +23,11 @@ struct LoadOptions {
   unsigned threads = 0;     ///< 0 = all cores
 };
 
-/// The profile that reads a file: that of the options, FILE.toml beside a table (instead of none or
-/// of generic), raven2-bag for a bag. Errors: there is none, or it is for another kind of file.
+/// Name or path of the profile that reads a file: that of the options, FILE.toml beside a table
+/// (instead of none or of generic), raven2-bag for a bag. Empty if there is none.
+std::string profile_name(const std::filesystem::path& path, const LoadOptions& options);
+
+/// That profile. Errors: there is none, or it is for another kind of file.
 core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadOptions& options);
 
 /// Reads a recording: `.db` as it is, `.csv` and `.bag` through a profile. Errors name file, line,

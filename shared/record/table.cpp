@@ -94,6 +94,12 @@ core::Result<Recording> load_table(const Table& table, Profile profile,
                                    const LoadOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(Recording recording,
                             load_source(ArraySource(table), std::move(profile), options));
+  if (!table.events.empty()) {
+    const auto dropped = recording.meta.find("dropped_rows");
+    const double rows = dropped == recording.meta.end() ? 0.0 : *number_of(dropped->second);
+    recording.meta["dropped_rows"] =
+        fmt::format("{}", rows + static_cast<double>(table.events.size()));
+  }
   recording.events.insert(recording.events.end(), table.events.begin(), table.events.end());
   std::stable_sort(recording.events.begin(), recording.events.end(),
                    [](const Event& a, const Event& b) { return a.t_ns < b.t_ns; });

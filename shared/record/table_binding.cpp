@@ -11,6 +11,8 @@
 namespace ravencal::record {
 namespace {
 
+constexpr std::size_t kMostNamesListed = 40;  // of an error; no source: a choice
+
 class Binder {
  public:
   Binder(const Profile& profile, const TableSource& source)
@@ -45,8 +47,13 @@ core::Result<std::size_t> Binder::find(const std::string& name,
   if (it != names_.end()) return static_cast<std::size_t>(it - names_.begin());
   const std::string why = source_.why_left_out(name);
   if (!why.empty()) return wrong(fmt::format("'{}' cannot be a column: {}", name, why));
-  return wrong(fmt::format("no column '{}', which profile {} needs{}", name, profile_.name,
-                           core::instead_of(name, names_)));
+  const auto meant = core::likely_meant(name, names_);
+  return wrong(fmt::format(
+      "no column '{}', which profile {} needs{}", name, profile_.name,
+      names_.size() <= kMostNamesListed
+          ? core::instead_of(name, names_)
+          : fmt::format("; {}`ravencal info` lists the {} that there are",
+                        meant ? fmt::format("did you mean '{}'? ", *meant) : "", names_.size())));
 }
 
 core::Status Binder::bind_number(const std::string& column_name, std::optional<std::size_t> index,

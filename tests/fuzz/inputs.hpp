@@ -26,6 +26,7 @@ void try_csv(Bytes bytes);
 void try_encoder(Bytes bytes);
 void try_json(Bytes bytes);
 void try_keras(Bytes bytes);
+void try_mcap(Bytes bytes);
 void try_npz(Bytes bytes);
 void try_onnx(Bytes bytes);
 void try_plant(Bytes bytes);

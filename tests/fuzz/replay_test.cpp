@@ -42,6 +42,7 @@ constexpr Parser kParsers[] = {
     {"encoder", try_encoder, 50'000},
     {"json", try_json, 20'000, "tests/golden/models", ".json"},
     {"keras", try_keras, 200, "tests/golden/models", ".h5"},
+    {"mcap", try_mcap, 20'000, "tests/golden/ros2", ".mcap"},
     {"npz", try_npz, 20'000, "tests/golden/models", ".npz"},
     {"onnx", try_onnx, 5'000, "tests/golden/models", ".onnx"},
     {"plant", try_plant, 2'000, "tools/plants", ".toml"},

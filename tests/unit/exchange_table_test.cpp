@@ -1,61 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Foreign tables in: files that NumPy, SciPy and h5py write, through profiles.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
-#include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
-#include "unit/run_command.hpp"
+#include "unit/exchange_rig.hpp"
 
 namespace ravencal::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class ExchangeTable : public ::testing::Test {
- protected:
-  ExchangeTable() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~ExchangeTable() override { fs::remove_all(folder_); }
-
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
-  }
-  /// Runs a script of Python with numpy as np; false where the module is not installed.
-  [[nodiscard]] bool python(const std::string& module, const std::string& script) const {
-    const auto run = [&](const std::string& command) {
-      return run_command(fmt::format("cd '{}' && {} 2>&1", folder_.string(), command));
-    };
-    if (run("/usr/bin/python3 -c 'import numpy, " + module + "'").exit_code != 0) return false;
-    write("script.py", "import numpy as np\n" + script);
-    const Outcome outcome = run("/usr/bin/python3 script.py");
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
-    return true;
-  }
-  /// Arguments of ravencal; output and errors together.
-  [[nodiscard]] Outcome ravencal(const std::string& arguments) const {
-    return run_command(
-        fmt::format("cd '{}' && '{}' {} 2>&1", folder_.string(), RAVENCAL_PROGRAM, arguments));
-  }
-  [[nodiscard]] core::Result<record::Recording> load(const std::string& name,
-                                                     const std::string& profile) const {
-    record::LoadOptions options;
-    options.profile = write("p.toml", profile).string();
-    return exchange::load_recording(folder_ / name, options);
-  }
-
-  fs::path folder_ =
-      fs::temp_directory_path() / fmt::format("ravencal_exchange_table_test_{}", ::getpid());
-};
+using ExchangeTable = ExchangeRig;
 
 const record::TableColumn* column_of(const record::Table& table, const std::string& name) {
   for (const record::TableColumn& column : table.columns) {
@@ -109,6 +65,20 @@ TEST_F(ExchangeTable, IsCutToATimeRangeByTheCommandsThatReadIt) {
   EXPECT_EQ(empty.exit_code, 2);
   EXPECT_NE(empty.text.find("the recording is 2 s long"), std::string::npos) << empty.text;
   EXPECT_EQ(ravencal("info a.db --from-s nan").exit_code, 2);
+}
+
+TEST_F(ExchangeTable, IsDescribedColumnByColumnWhereNoProfileReadsIt) {
+  write("a.csv", "t,axis,q\n0,x,1\n0.01,y,nan\n0.02,x,-3\n");
+  const std::string words = ravencal("info a.csv").text;
+  for (const char* part : {"a table of 3 columns", "rises by 0.01 (100 Hz if it is in s)",
+                           "words: x, y, 3 without a number", "-3 .. 1 ", ", 1 without a number"})
+    EXPECT_NE(words.find(part), std::string::npos) << part << " in " << words;
+  const std::string json = ravencal("info a.csv --json").text;
+  EXPECT_NE(json.find("\"kind\": \"table\""), std::string::npos) << json;
+  EXPECT_NE(json.find("\"step\": 0.01"), std::string::npos) << json;
+  write("g.csv", "t_s,q_rad\n0,1\n1,2\n");
+  EXPECT_NE(ravencal("info g.csv --profile generic").text.find("a recording of"),
+            std::string::npos);
 }
 
 constexpr const char* kArrays = R"(
@@ -171,6 +141,87 @@ np.save("d.npy", np.column_stack([t, q]))
   ASSERT_TRUE(plain.ok()) << plain.error().message;
   EXPECT_EQ(plain->t_ns[1], 10'010'000'000);
   EXPECT_EQ(plain->samples(4, 0), 9.0);
+}
+
+TEST_F(ExchangeTable, OfMatlabIsReadThroughAProfile) {
+  if (!python("scipy.io", std::string(kArrays) + R"(
+import scipy.io
+scipy.io.savemat("a.mat", {"t": t, "q": q, "ok": np.array([1, 1, 1, 1, 0], dtype=bool)})
+scipy.io.savemat("b.mat", {"t": t.reshape(5, 1), "q": q, "ok": np.array([[1, 1, 1, 1, 0]], dtype="i1")},
+                 do_compression=True)
+scipy.io.savemat("s.mat", {"log": {"left": {"t": t, "q": q}, "fs": 100.0}, "note": "of a run",
+                           "many": np.array([{"a": 1}, {"a": 2}]), "z": 1j * t})
+)"))
+    GTEST_SKIP() << "/usr/bin/python3 has no scipy";
+  for (const char* name : {"a.mat", "b.mat"}) {
+    SCOPED_TRACE(name);
+    expect_arrays(load(name, kProfile));
+  }
+  const auto nested = load("s.mat",
+                           "[source]\ntime = 'log.left.t'\n[[channel]]\nname = 'a'\n"
+                           "column = 'log.left.q[0]'\nunit = 'rad'\n");
+  ASSERT_TRUE(nested.ok()) << nested.error().message;
+  EXPECT_EQ(nested->samples(4, 0), 9.0);
+  const auto table = exchange::read_table(folder_ / "s.mat");
+  ASSERT_TRUE(table.ok()) << table.error().message;
+  EXPECT_EQ(table->left_out.at("note"), "it is the text 'of a run'");
+  EXPECT_NE(table->left_out.at("z").find("complex"), std::string::npos);
+  EXPECT_NE(table->left_out.at("many").find("cell array"), std::string::npos);
+}
+
+/// MATLAB's level 7.3 is HDF5 behind 512 bytes of its own, with matrices the other way round and
+/// their class in an attribute (MathWorks, MAT-File Versions); h5py writes one as MATLAB does.
+TEST_F(ExchangeTable, OfMatlab73IsReadThroughAProfile) {
+  if (!python("h5py", std::string(kArrays) + R"(
+import h5py
+with h5py.File("a.mat", "w", userblock_size=512) as f:
+    for name, values, kind in (("t", t.reshape(5, 1), "double"), ("q", q, "double"),
+                               ("ok", np.array([[1], [1], [1], [1], [0]], dtype="u1"), "logical")):
+        d = f.create_dataset(name, data=values.T, chunks=True, compression="gzip")
+        text = h5py.h5t.C_S1.copy()
+        text.set_size(len(kind))
+        space = h5py.h5s.create(h5py.h5s.SCALAR)
+        h5py.h5a.create(d.id, b"MATLAB_class", text, space).write(np.array(kind, "S"), mtype=text)
+        if kind == "logical": d.attrs["MATLAB_int_decode"] = np.int32(1)
+with open("a.mat", "r+b") as f:
+    f.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
+)"))
+    GTEST_SKIP() << "/usr/bin/python3 has no h5py";
+  expect_arrays(load("a.mat", kProfile));
+}
+
+TEST_F(ExchangeTable, OfHdf5IsReadThroughAProfile) {
+  if (!python("h5py", std::string(kArrays) + R"(
+import h5py
+with h5py.File("a.h5", "w") as f:
+    f["t"] = t
+    f.create_dataset("q", data=q, chunks=(2, 1), compression="gzip", shuffle=True)
+    f["ok"] = np.array([1, 1, 1, 1, 0], dtype=bool)
+with h5py.File("g.hdf5", "w") as f:
+    f["run/left/time"] = (1e9 * t).astype("u8")
+    f["run/left/q"] = q.astype(">f4")
+    f["run/axis"] = ["x", "y", "x", "x", "x"]
+    f["run/fixed"] = np.array([b"x", b"y", b"x", b"x", b"x"])
+    f["run/both"] = np.zeros(5, dtype=[("a", "f8"), ("b", "f8")])
+    f.create_dataset("run/never", shape=(10**15,), dtype="f8", chunks=(1000,))
+    f["loop"] = h5py.SoftLink("/")
+    f["run/again"] = f["run"]
+)"))
+    GTEST_SKIP() << "/usr/bin/python3 has no h5py";
+  expect_arrays(load("a.h5", kProfile));
+  const auto grouped = load("g.hdf5",
+                            "[source]\ntime = 'run/left/time'\ntime_unit = 'ns'\n"
+                            "[[filter]]\ncolumn = 'run/axis'\nkeep = 'x'\n"
+                            "[[filter]]\ncolumn = 'run/fixed'\nkeep = 'x'\n"
+                            "[[channel]]\nname = 'a'\ncolumn = 'run/left/q[0]'\nunit = 'rad'\n");
+  ASSERT_TRUE(grouped.ok()) << grouped.error().message;
+  ASSERT_EQ(grouped->rows(), 4);
+  EXPECT_EQ(grouped->samples(1, 0), 5.0);
+  EXPECT_EQ(grouped->t_ns[1], 10'020'000'000);
+  const auto table = exchange::read_table(folder_ / "g.hdf5");
+  ASSERT_TRUE(table.ok()) << table.error().message;
+  EXPECT_NE(table->left_out.at("run/both").find("neither numbers nor texts"), std::string::npos);
+  EXPECT_NE(table->left_out.at("run/never").find("never written"), std::string::npos);
 }
 
 TEST_F(ExchangeTable, OfNumpySaysWhatCanBeNoColumn) {

@@ -19,6 +19,7 @@
 #include "core/catalogue.hpp"
 #include "exchange/hdf5_export.hpp"
 #include "exchange/hdf5_handle.hpp"
+#include "exchange/load.hpp"
 #include "exchange/mat_export.hpp"
 #include "record/load.hpp"
 #include "record/recording_writer.hpp"
@@ -171,6 +172,66 @@ assert m["events"]["kind"][1] == "edges_lost" and int(m["events"]["t_ns"][0]) ==
 assert m["events"]["detail"][1] == "elbow \u00b5"
 assert scipy.io.loadmat("empty.mat")["samples"].shape == (0, 3)
 print("ok"))");
+}
+
+void expect_same(const record::Recording& read, const record::Recording& given) {
+  EXPECT_EQ(read.meta, given.meta);
+  EXPECT_EQ(read.t_ns, given.t_ns);
+  ASSERT_EQ(read.channels.size(), given.channels.size());
+  for (std::size_t c = 0; c < given.channels.size(); ++c) {
+    EXPECT_EQ(read.channels[c].name, given.channels[c].name);
+    EXPECT_EQ(read.channels[c].unit, given.channels[c].unit);
+    EXPECT_EQ(read.channels[c].role, given.channels[c].role);
+    EXPECT_EQ(read.channels[c].joint, given.channels[c].joint);
+  }
+  ASSERT_EQ(read.rows(), given.rows());
+  EXPECT_EQ(std::memcmp(read.samples.data(), given.samples.data(),
+                        sizeof(double) * static_cast<std::size_t>(given.samples.size())),
+            0);
+  ASSERT_EQ(read.events.size(), given.events.size());
+  for (std::size_t e = 0; e < given.events.size(); ++e) {
+    EXPECT_EQ(read.events[e].t_ns, given.events[e].t_ns);
+    EXPECT_EQ(read.events[e].kind, given.events[e].kind);
+    EXPECT_EQ(read.events[e].detail, given.events[e].detail);
+  }
+}
+
+TEST_F(Exchange, AnExportIsReadAsTheRecordingThatItWas) {
+  record::Recording recording = sample_recording();
+  // Nanoseconds since 1970, which no double holds.
+  for (std::int64_t& t_ns : recording.t_ns) t_ns += 1'700'000'000'123'456'789;
+  recording.channels[1].joint = "";
+  ASSERT_TRUE(exchange::export_hdf5(recording, folder_ / "r.h5").ok());
+  ASSERT_TRUE(exchange::export_mat(recording, folder_ / "r.mat").ok());
+  const record::Recording bare = sample_recording(3);
+  ASSERT_TRUE(exchange::export_hdf5(bare, folder_ / "bare.h5").ok());
+  ASSERT_TRUE(exchange::export_mat(bare, folder_ / "bare.mat").ok());
+  for (const char* kind : {"h5", "mat"}) {
+    SCOPED_TRACE(kind);
+    const auto read = exchange::load_recording(folder_ / fmt::format("r.{}", kind), {});
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    expect_same(*read, recording);
+    record::LoadOptions options;
+    options.range = {0.0, 1.5e-3};
+    const auto part = exchange::load_recording(folder_ / fmt::format("bare.{}", kind), options);
+    ASSERT_TRUE(part.ok()) << part.error().message;
+    EXPECT_EQ(part->rows(), 2);
+  }
+}
+
+TEST_F(Exchange, AnExportIsImportedWithoutAProfile) {
+  ASSERT_TRUE(record::write_recording(sample_recording(), folder_ / "r.db").ok());
+  for (const char* kind : {"h5", "mat"}) {
+    const Outcome out =
+        run(fmt::format("'{0}' export r.db --out r.{1} && '{0}' import r.{1} --out "
+                        "{1}.db && '{0}' export {1}.db --out {1}.csv",
+                        RAVENCAL_PROGRAM, kind));
+    ASSERT_EQ(out.exit_code, 0) << out.text;
+  }
+  ASSERT_EQ(run(fmt::format("'{}' export r.db --out r.csv", RAVENCAL_PROGRAM)).exit_code, 0);
+  for (const char* kind : {"h5", "mat"}) {
+    EXPECT_EQ(run(fmt::format("cmp r.csv {0}.csv && cmp r.csv.toml {0}.csv.toml", kind)).text, "");
+  }
 }
 
 TEST_F(Exchange, NothingIsLeftWhereItCannotWrite) {

@@ -217,7 +217,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "diagnose",
       "Find where simulation and recording differ, and which physics the simulation lacks");
   command
-      ->add_option("recordings", arguments->recordings, "Recordings (.db, or .csv with --profile)")
+      ->add_option("recordings", arguments->recordings,
+                   "Recordings (.db, or a .csv or another table with --profile)")
       ->required();
   command
       ->add_option("--plant", arguments->plant,

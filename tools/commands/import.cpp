@@ -57,9 +57,12 @@ core::Status run(const ImportArguments& arguments) {
 
 void add_import(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ImportArguments>();
-  CLI::App* command = app.add_subcommand(
-      "import", "Import a CSV file, a bag or a damaged recording as a recording");
-  command->add_option("source", arguments->source, "File to read (.csv, .bag or .db)")->required();
+  CLI::App* command =
+      app.add_subcommand("import", "Import a table, a bag or a damaged recording as a recording");
+  command
+      ->add_option("source", arguments->source,
+                   "File to read (.csv, .npz, .mat, .h5, .mcap, .db3, .bag, .db)")
+      ->required();
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   (void)add_load_options(*command, arguments->load);
   add_origin_options(*command, arguments->origin);
@@ -69,7 +72,8 @@ void add_import(CLI::App& app, int& exit_code) {
       "transport delay.\n"
       "Examples: ravencal import run3.csv --profile raven2 --arm gold --coordinates motor --out "
       "run3.db\n"
-      "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db");
+      "          ravencal import run3.bag --profile raven2-bag --arm gold --out run3.db\n"
+      "          ravencal import run3.npz --profile my_robot.toml --out run3.db");
   on_call(*command, exit_code, {.read = {"source", "--profile"}, .written = {"--out"}},
           [arguments] { return run(*arguments); });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,8 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "exchange/load.hpp"
+#include "exchange/table_file.hpp"
+#include "exchange/table_summary.hpp"
 #include "learn/model_description.hpp"
 #include "learn/onnx_file.hpp"
 #include "model/blob_writer.hpp"
@@ -25,11 +28,17 @@ struct InfoArguments {
 };
 
 core::Result<std::string> describe_recording(const InfoArguments& arguments) {
-  RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
-                            exchange::load_recording(arguments.file, arguments.load));
-  const record::Summary summary = record::summarise(recording);
-  return arguments.json ? record::describe_in_json(recording, summary) + "\n"
-                        : record::describe_in_words(recording, summary);
+  RAVENCAL_ASSIGN_OR_RETURN(const auto recording,
+                            exchange::load_if_described(arguments.file, arguments.load));
+  if (!recording) {
+    RAVENCAL_ASSIGN_OR_RETURN(const record::Table table,
+                              exchange::read_table(arguments.file, arguments.load));
+    return arguments.json ? exchange::describe_in_json(table) + "\n"
+                          : exchange::describe_in_words(table);
+  }
+  const record::Summary summary = record::summarise(*recording);
+  return arguments.json ? record::describe_in_json(*recording, summary) + "\n"
+                        : record::describe_in_words(*recording, summary);
 }
 
 core::Result<std::string> describe_plant_file(const InfoArguments& arguments) {
@@ -54,10 +63,9 @@ struct FileKind {
   core::Result<std::string> (*describe)(const InfoArguments&);
 };
 constexpr std::array kFileKinds = {
-    FileKind{".db", describe_recording},   FileKind{".csv", describe_recording},
-    FileKind{".bag", describe_recording},  FileKind{".onnx", describe_model},
-    FileKind{".blob", describe_weights},   FileKind{".toml", describe_plant_file},
-    FileKind{".xml", describe_plant_file}, FileKind{".urdf", describe_plant_file},
+    FileKind{".onnx", describe_model},      FileKind{".blob", describe_weights},
+    FileKind{".toml", describe_plant_file}, FileKind{".xml", describe_plant_file},
+    FileKind{".urdf", describe_plant_file},
 };
 
 core::Result<std::string> describe(const InfoArguments& arguments) {
@@ -65,10 +73,13 @@ core::Result<std::string> describe(const InfoArguments& arguments) {
   for (const FileKind& kind : kFileKinds) {
     if (kind.extension == extension) return kind.describe(arguments);
   }
+  if (extension == ".db" || extension == ".bag" || exchange::is_table(arguments.file))
+    return describe_recording(arguments);
   std::string known;
-  for (const FileKind& kind : kFileKinds) known += " " + std::string(kind.extension);
-  return core::Error{core::ErrorCode::kUsage,
-                     fmt::format("{}: unknown kind of file; known:{}", arguments.file, known)};
+  for (const FileKind& kind : kFileKinds) known += std::string(kind.extension) + ", ";
+  return core::usage_error(fmt::format("{}: unknown kind of file; known: {}.db, .bag, {}",
+                                       arguments.file, known,
+                                       fmt::join(exchange::table_extensions(), ", ")));
 }
 
 }  // namespace
@@ -81,9 +92,11 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "Print JSON");
   (void)add_load_options(*command, arguments->load);
   command->footer(
-      "Files: recording, model (.onnx), weights (.blob), plant (.toml), robot model (.xml, "
-      ".urdf).\n"
-      "Example: ravencal info run3.db");
+      "Files: recording, table (.csv, .npz, .npy, .mat, .h5, .mcap, .db3), model (.onnx), weights\n"
+      "(.blob), plant (.toml), robot model (.xml, .urdf). Of a table without --profile: its "
+      "columns.\n"
+      "Examples: ravencal info run3.db\n"
+      "          ravencal info run3.npz");
   on_call(*command, exit_code, {}, [arguments]() -> core::Status {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
     fmt::print("{}", text);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "core/result.hpp"
 #include "record/load.hpp"
@@ -11,9 +12,14 @@
 
 namespace ravencal::exchange {
 
-/// Reads a recording: what record::load_recording reads, and foreign tables (table_file.hpp)
-/// through a profile of format "csv". Errors name file, column, row and value.
+/// Reads a recording: what record::load_recording reads, ravencal's own exports .h5 and .mat as
+/// they are, and foreign tables (table_file.hpp) through a profile of format "csv". Errors name
+/// file, column, row and value.
 core::Result<record::Recording> load_recording(const std::filesystem::path& path,
                                                const record::LoadOptions& options);
+
+/// The same; none if the file is a table and nothing says which column is which channel.
+core::Result<std::optional<record::Recording>> load_if_described(
+    const std::filesystem::path& path, const record::LoadOptions& options);
 
 }  // namespace ravencal::exchange

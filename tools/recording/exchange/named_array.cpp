@@ -12,8 +12,6 @@
 namespace ravencal::exchange {
 namespace {
 
-constexpr std::size_t kMostColumns = 1999;  // channels of a recording (FORMATS.md)
-
 /// Rows and columns, or nothing for an array of more dimensions. One row of several columns is a
 /// vector that lies.
 std::optional<std::pair<std::size_t, std::size_t>> rows_and_columns(
@@ -64,6 +62,15 @@ core::Status check_names(const record::Table& table) {
         fmt::format("{}: two columns are called '{}'", table.path.string(), column.name));
   }
   return {};
+}
+
+core::Status check_is_there(const std::filesystem::path& path) {
+  std::error_code failure;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
+  if (failure)
+    return core::io_error(fmt::format("{}: cannot open: {}", path.string(), failure.message()));
+  return bytes > 0 ? core::Status()
+                   : core::data_error(fmt::format("{}: the file is empty", path.string()));
 }
 
 }  // namespace ravencal::exchange

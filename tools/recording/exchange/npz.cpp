@@ -17,9 +17,6 @@
 namespace ravencal::exchange {
 namespace {
 
-/// Deflate makes at most this of a byte (zlib's documentation): an entry that claims more is none.
-constexpr std::uint64_t kMostPerByte = 1032;
-
 /// What numpy wrote before the values.
 struct ArrayHeader {
   std::string type;  ///< '<f8'
@@ -179,14 +176,16 @@ core::Result<std::string> bytes_of(zip_t* archive, zip_int64_t index) {
   const bool is_known = zip_stat_index(archive, at, 0, &about) == 0;
   const bool is_numpys =
       is_known && (about.comp_method == ZIP_CM_STORE || about.comp_method == ZIP_CM_DEFLATE);
-  if (!is_numpys || about.size / kMostPerByte > about.comp_size) {
+  if (!is_numpys || about.size / kMostPerStoredByte > about.comp_size) {
     return core::data_error(fmt::format("entry {} of the archive is damaged", index));
   }
   std::string bytes(about.size, '\0');
   const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file(zip_fopen_index(archive, at, 0),
                                                                zip_fclose);
+  char behind = 0;  // libzip compares checksums where a read meets the end
   if (!file ||
-      zip_fread(file.get(), bytes.data(), bytes.size()) != static_cast<zip_int64_t>(bytes.size())) {
+      zip_fread(file.get(), bytes.data(), bytes.size()) != static_cast<zip_int64_t>(bytes.size()) ||
+      zip_fread(file.get(), &behind, 1) != 0) {
     return core::data_error(fmt::format("entry {} of the archive cannot be read", index));
   }
   return bytes;
@@ -199,10 +198,7 @@ core::Error with_file(const std::filesystem::path& path, const core::Error& erro
 }  // namespace
 
 core::Result<std::vector<NamedArray>> read_npz(const std::filesystem::path& path) {
-  std::error_code failure;
-  if (!std::filesystem::is_regular_file(path, failure)) {
-    return core::io_error(fmt::format("{}: no such file", path.string()));
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   int reason = 0;
   const std::unique_ptr<zip_t, void (*)(zip_t*)> archive(
       zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &reason), zip_discard);
@@ -225,6 +221,7 @@ core::Result<std::vector<NamedArray>> read_npz(const std::filesystem::path& path
 }
 
 core::Result<NamedArray> read_npy(const std::filesystem::path& path) {
+  RAVENCAL_RETURN_IF_ERROR(check_is_there(path));
   RAVENCAL_ASSIGN_OR_RETURN(const std::string bytes, core::read_whole_file(path));
   auto array = array_of("", bytes);
   if (!array.ok()) return with_file(path, array.error());

@@ -2,10 +2,15 @@
 #include "exchange/table_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 
+#include "exchange/hdf5_read.hpp"
+#include "exchange/mat_read.hpp"
+#include "exchange/mcap.hpp"
 #include "exchange/npz.hpp"
+#include "exchange/rosbag2.hpp"
 #include "record/csv_load.hpp"
 
 namespace ravencal::exchange {
@@ -22,8 +27,9 @@ core::Result<Table> table_of(const std::filesystem::path& path, std::vector<Name
   return table;
 }
 
-core::Result<Table> npz_table(const std::filesystem::path& path, const LoadOptions&) {
-  RAVENCAL_ASSIGN_OR_RETURN(std::vector<NamedArray> arrays, read_npz(path));
+template <auto read_arrays>
+core::Result<Table> array_table(const std::filesystem::path& path, const LoadOptions&) {
+  RAVENCAL_ASSIGN_OR_RETURN(std::vector<NamedArray> arrays, read_arrays(path));
   return table_of(path, std::move(arrays));
 }
 
@@ -44,8 +50,13 @@ struct TableKind {
 };
 constexpr std::array kTableKinds = {
     TableKind{".csv", record::read_csv_table},
-    TableKind{".npz", npz_table},
+    TableKind{".npz", array_table<read_npz>},
     TableKind{".npy", npy_table},
+    TableKind{".mat", array_table<read_mat>},
+    TableKind{".h5", array_table<read_hdf5>},
+    TableKind{".hdf5", array_table<read_hdf5>},
+    TableKind{".mcap", read_mcap},
+    TableKind{".db3", read_rosbag2},
 };
 
 const TableKind* kind_of(const std::filesystem::path& path) {
@@ -60,12 +71,16 @@ const TableKind* kind_of(const std::filesystem::path& path) {
 
 bool is_table(const std::filesystem::path& path) { return kind_of(path) != nullptr; }
 
+std::vector<std::string> table_extensions() {
+  std::vector<std::string> extensions;
+  for (const TableKind& kind : kTableKinds) extensions.emplace_back(kind.extension);
+  return extensions;
+}
+
 core::Result<Table> read_table(const std::filesystem::path& path, const LoadOptions& options) {
   if (const TableKind* const kind = kind_of(path)) return kind->read(path, options);
-  std::string known;
-  for (const TableKind& kind : kTableKinds) known += " " + std::string(kind.extension);
-  return core::usage_error(
-      fmt::format("{}: unknown kind of table; known:{}", path.string(), known));
+  return core::usage_error(fmt::format("{}: unknown kind of table; known: {}", path.string(),
+                                       fmt::join(table_extensions(), ", ")));
 }
 
 }  // namespace ravencal::exchange
