@@ -15,6 +15,7 @@
 #include "core/whole_file.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/predict/predict.hpp"
+#include "physics/robot_model/body_places.hpp"
 #include "physics/robot_model/effects_in_models.hpp"
 #include "physics/robot_model/robot_file.hpp"
 #include "physics/robot_model/robot_writer.hpp"
@@ -236,16 +237,31 @@ TEST_F(RobotWriter, WritesUrdfAndListsWhatItCannotSay) {
   EXPECT_NEAR(again->joints[0].link.mass_kg, 1.5 * 2.5 + 0.3, 1e-12);
 }
 
+TEST_F(RobotWriter, PutsAJointWhereThePlantHasIt) {
+  for (const char* model : {"robot.xml", "robot.urdf"}) {
+    Plant plant = given(model);
+    Frame& frame = *plant.joints.back().frame;
+    frame.position_m[0] += 0.03;
+    const Eigen::Quaterniond turn = Eigen::Quaterniond(pose_of(frame).linear()) *
+                                    Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY());
+    frame.rotation = {turn.w(), turn.x(), turn.y(), turn.z()};
+    EXPECT_EQ(written(plant, model).changed.size(), 1U) << model;
+    EXPECT_TRUE(
+        same_frame(*given(("out/" + std::string(model)).c_str()).joints.back().frame, frame))
+        << model;
+  }
+}
+
 TEST_F(RobotWriter, RefusesAPlantOfAnotherModel) {
   Plant renamed = given();
   renamed.joints[0].name = "tilt";
-  EXPECT_TRUE(has(refusal(renamed), "another joint or frame at 'tilt'")) << refusal(renamed);
+  EXPECT_TRUE(has(refusal(renamed), "another joint or axis at 'tilt'")) << refusal(renamed);
   Plant shorter = given();
   shorter.joints.pop_back();
   EXPECT_TRUE(has(refusal(shorter), "more or fewer joints")) << refusal(shorter);
-  Plant moved = given();
-  moved.joints[1].frame->position_m[0] = 1.0;
-  EXPECT_TRUE(has(refusal(moved), "another joint or frame at 'elbow'")) << refusal(moved);
+  Plant turned = given();
+  turned.joints[1].frame->axis = {0.6, 0.0, 0.8};
+  EXPECT_TRUE(has(refusal(turned), "another joint or axis at 'elbow'")) << refusal(turned);
   EXPECT_EQ(refusal(given()), "none");
 }
 

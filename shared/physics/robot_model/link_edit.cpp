@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "physics/robot_model/body_places.hpp"
 #include "physics/robot_model/model_edit.hpp"
 #include "physics/robot_model/series_joints.hpp"
 
@@ -18,33 +19,6 @@ using Eigen::Vector3d;
 using tinyxml2::XMLElement;
 
 Vector3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
-
-/// Frames of the plant's links in the world, joints at zero: [joints].
-std::vector<Isometry3d> link_frames(const Plant& plant) {
-  std::vector<Isometry3d> frames;
-  for (const Joint& joint : plant.joints) {
-    const Frame& f = *joint.frame;
-    const Quaterniond turn(f.rotation[0], f.rotation[1], f.rotation[2], f.rotation[3]);
-    const Isometry3d at = Eigen::Translation3d(vector_of(f.position_m)) * turn.normalized();
-    const auto carrier = plant.joint_index(f.carried_by);
-    frames.push_back(carrier ? frames[*carrier] * at : at);
-  }
-  return frames;
-}
-
-/// Frames of the model's bodies in the world, joints at zero: [bodies].
-std::vector<Isometry3d> body_frames(const mjModel& model) {
-  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(&model), &mj_deleteData);
-  std::fill_n(data->qpos, model.nq, 0.0);
-  mj_kinematics(&model, data.get());
-  std::vector<Isometry3d> frames;
-  for (Index b = 0; b < model.nbody; ++b) {
-    const mjtNum* q = data->xquat + 4 * b;
-    const Vector3d at = Eigen::Map<const Vector3d>(data->xpos + 3 * b);
-    frames.emplace_back(Eigen::Translation3d(at) * Quaterniond(q[0], q[1], q[2], q[3]));
-  }
-  return frames;
-}
 
 /// The body whose motion is the link's: that of the joint, if no other joint follows on it.
 std::optional<int> body_of_link(const mjModel& m, int joint) {
@@ -85,8 +59,6 @@ std::vector<ChangedLink> changed_links(const ModelEdit& edit) {
   }
   return out;
 }
-
-std::string text_of(const Vector3d& v) { return numbers_text(v[0], v[1], v[2]); }
 
 /// As the link's, or none.
 void state_inertial(ModelEdit& edit, XMLElement& body, const Isometry3d& frame, const Link& link) {

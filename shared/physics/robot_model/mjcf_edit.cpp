@@ -279,6 +279,7 @@ core::Status edit_mjcf(ModelEdit& edit) {
       edit_actuator(edit, j, static_cast<int>(place - actuators.begin()), *element);
   }
   RAVENCAL_RETURN_IF_ERROR(edit_couplings(edit));
+  edit_mjcf_frames(edit, tree);
   edit_mjcf_links(edit, tree);
   MjcfJoints(edit, tree).edit();
   return {};

@@ -34,6 +34,8 @@ std::string numbers_text(Numbers... values) {
   return fmt::format("{}", fmt::join({values...}, " "));
 }
 
+inline std::string text_of(const Eigen::Vector3d& v) { return numbers_text(v[0], v[1], v[2]); }
+
 tinyxml2::XMLElement& child_of(RobotDocument& document, tinyxml2::XMLElement& parent,
                                const char* name);
 
@@ -66,6 +68,11 @@ core::Status edit_urdf(ModelEdit& edit);
 /// Masses and inertias of MJCF bodies or URDF links, and the payload.
 void edit_mjcf_links(ModelEdit& edit, const Tree& tree);
 core::Status edit_urdf_links(ModelEdit& edit);
+
+/// Where joints stand. Of an MJCF body with several joints only the first can be moved.
+void edit_mjcf_frames(ModelEdit& edit, const Tree& tree);
+core::Status edit_urdf_frames(ModelEdit& edit);
+bool first_on_its_body(const mjModel& model, int joint);
 
 /// The actuator that drives the joint and that can be changed: its element; null without one.
 tinyxml2::XMLElement* actuator_of(RobotDocument& document, const mjModel& model, int joint);

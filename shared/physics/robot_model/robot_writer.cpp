@@ -7,6 +7,7 @@
 #include "core/whole_file.hpp"
 #include "physics/plant_writer.hpp"
 #include "physics/rigid_bodies.hpp"
+#include "physics/robot_model/body_places.hpp"
 #include "physics/robot_model/effects_callback.hpp"
 #include "physics/robot_model/effects_in_models.hpp"
 #include "physics/robot_model/model_edit.hpp"
@@ -21,23 +22,16 @@ namespace fs = std::filesystem;
 using Eigen::VectorXd;
 using tinyxml2::XMLElement;
 
-/// Relative, of lengths in metres: what decimals, degrees and principal axes round.
-constexpr double kSameNumber = 1e-9;
-
 /// Of the joint's inertia: a drive that has less makes the model's motion behind it singular.
 constexpr double kLeastDrive = 1e-3;
 
-template <std::size_t N>
-bool alike(const std::array<double, N>& one, const std::array<double, N>& other) {
-  return std::equal(one.begin(), one.end(), other.begin(),
-                    [](double a, double b) { return std::abs(a - b) <= kSameNumber; });
-}
-
-/// Rotations and axes are made units as often as they are read.
-bool same_frame(const std::optional<Frame>& one, const std::optional<Frame>& other) {
-  return one && other && one->carried_by == other->carried_by &&
-         alike(one->position_m, other->position_m) && alike(one->rotation, other->rotation) &&
-         alike(one->axis, other->axis);
+/// Same joint of the same kind, carried by the same one, about the same axis.
+bool same_joint(const Joint& own, const Joint& other) {
+  if (own.name != other.name || own.kind != other.kind || !own.frame) return false;
+  Frame placed = *own.frame;
+  placed.position_m = other.frame->position_m;
+  placed.rotation = other.frame->rotation;
+  return same_frame(placed, *other.frame);
 }
 
 core::Status is_of_model(const Plant& plant, const Plant& given) {
@@ -48,10 +42,8 @@ core::Status is_of_model(const Plant& plant, const Plant& given) {
   };
   if (plant.joints.size() != given.joints.size()) return refuse("has more or fewer joints");
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
-    const Joint& own = plant.joints[j];
-    const Joint& other = given.joints[j];
-    if (own.name != other.name || own.kind != other.kind || !same_frame(own.frame, other.frame))
-      return refuse(fmt::format("has another joint or frame at '{}'", own.name));
+    if (!same_joint(plant.joints[j], given.joints[j]))
+      return refuse(fmt::format("has another joint or axis at '{}'", plant.joints[j].name));
   }
   if (plant.coupling != given.coupling) return refuse("couples joints otherwise");
   return {};
@@ -130,6 +122,9 @@ class Missing {
           fmt::format("{}: an inertia of its drive (before a gap or a spring MuJoCo needs an "
                       "armature; the plant has {} kg m^2)",
                       wanted.name, numbers_text(drive.armature)));
+    if (!same_frame(*given.frame, *wanted.frame) && !first_on_its_body(edit_.model, joints_[j]))
+      out_.push_back(
+          fmt::format("{}: where it stands (its body has a joint before it)", wanted.name));
     const int body = edit_.model.jnt_bodyid[joints_[j]];
     const bool shares = j + 1 < joints_.size() && edit_.model.jnt_bodyid[joints_[j + 1]] == body;
     if (shares && !(given.link == wanted.link))

@@ -29,6 +29,7 @@ core::Status edit_urdf(ModelEdit& edit) {
     write("friction", given.frictionloss, wanted.frictionloss);
     write("damping", given.damping, wanted.damping);
   }
+  RAVENCAL_RETURN_IF_ERROR(edit_urdf_frames(edit));
   return edit_urdf_links(edit);
 }
 
