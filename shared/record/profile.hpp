@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -72,6 +73,11 @@ struct ProfileOptions {
 /// `generic` has no channels of its own: the reader takes them from a header of `name_unit` words.
 core::Result<Profile> load_profile(std::string_view name_or_path,
                                    const ProfileOptions& options = {});
+
+/// Fills the channels of a profile from names as `generic` reads them, `estimate.elbow_rad`; errors
+/// name `place` and the word. A column of time is needed unless rows have stamps.
+core::Status add_generic_channels(Profile& profile, std::span<const std::string> header,
+                                  const std::string& place, bool has_stamps);
 
 /// The profile that `export` writes beside a CSV of every channel: FILE.csv.toml.
 std::filesystem::path profile_beside(const std::filesystem::path& csv);

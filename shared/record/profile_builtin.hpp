@@ -3,7 +3,6 @@
 // Profiles that need no file. Private to record/.
 #pragma once
 
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -35,9 +34,5 @@ std::size_t raven2_column(std::size_t catalogue_index, bool gold);
 
 /// A header of `name_unit` words: one channel per word, roles by prefix (FORMATS.md).
 Profile generic_profile();
-
-/// Fills the channels of the generic profile from a header, whose place errors name, and the word.
-core::Status add_generic_channels(Profile& profile, std::span<const std::string> header,
-                                  const std::string& place);
 
 }  // namespace ravencal::record

@@ -84,7 +84,7 @@ Profile generic_profile() {
 }
 
 core::Status add_generic_channels(Profile& profile, std::span<const std::string> header,
-                                  const std::string& place) {
+                                  const std::string& place, bool has_stamps) {
   for (std::size_t i = 0; i < header.size(); ++i) {
     const std::string& word = header[i];
     if (take_time(profile, i, word)) continue;
@@ -101,7 +101,7 @@ core::Status add_generic_channels(Profile& profile, std::span<const std::string>
     channel.index = i;
     profile.channels.push_back(std::move(channel));
   }
-  if (profile.time_index) return {};
+  if (profile.time_index || has_stamps) return {};
   return core::Error{
       core::ErrorCode::kData,
       fmt::format("{}: no column of time; call it t_s (or t_ms, t_us, t_ns)", place)};

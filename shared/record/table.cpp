@@ -55,7 +55,13 @@ core::Result<std::size_t> ArraySource::rows(std::span<const BoundColumn> columns
                     table_.path.string(), first->name, first->values.size(), column.name,
                     column.values.size()));
   }
-  return first == nullptr ? 0 : first->values.size();
+  const std::size_t count = first == nullptr ? 0 : first->values.size();
+  if (first != nullptr && !table_.t_ns.empty() && table_.t_ns.size() != count) {
+    return core::data_error(fmt::format("{}: '{}' has {} values and there are {} stamps",
+                                        table_.path.string(), first->name, count,
+                                        table_.t_ns.size()));
+  }
+  return count;
 }
 
 core::Result<std::vector<BadRow>> ArraySource::parse(std::span<const BoundColumn> columns,

@@ -330,8 +330,8 @@ core::Result<Recording> TableLoader::load(std::size_t rows) {
 core::Result<Recording> load_source(const TableSource& source, Profile profile,
                                     const LoadOptions& options) {
   if (profile.name == "generic") {
-    RAVENCAL_RETURN_IF_ERROR(
-        add_generic_channels(profile, source.names(), source.place_of_names()));
+    RAVENCAL_RETURN_IF_ERROR(add_generic_channels(profile, source.names(), source.place_of_names(),
+                                                  !source.stamps_ns().empty()));
   }
   RAVENCAL_ASSIGN_OR_RETURN(TableBinding binding, bind_columns(profile, source));
   RAVENCAL_ASSIGN_OR_RETURN(const std::size_t rows, source.rows(binding.columns));

@@ -77,6 +77,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/calibration/methods",
      {"core", "record", "model", "physics", "learn", "choice", "methods"}},
     {"tools/deployment/monitor", {"core", "record", "ravencal", "host", "monitor"}},
+    // What Python sees of the libraries.
+    {"tools/python",
+     {"core", "record", "model", "physics", "exchange", "guess", "simulation", "trajectory",
+      "learn", "choice", "diagnose", "python"}},
     // The proof is not graded by its own author: the generator sees no physics but its own.
     {"tools/prove", {"core", "record", "report", "prove"}},
     {"tools/prove/generator", {"core", "record", "prove"}},

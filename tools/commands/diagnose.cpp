@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/diagnose.hpp"
-#include "diagnose/report/write_report.hpp"
-#include "diagnose/track/input.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -18,18 +15,17 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/robot_out.hpp"
-#include "core/version.hpp"
 #include "core/whole_file.hpp"
-#include "exchange/load.hpp"
+#include "diagnose/given.hpp"
+#include "diagnose/report/improved_robot.hpp"
+#include "diagnose/report/write_report.hpp"
+#include "diagnose/track/input.hpp"
 
 namespace ravencal::commands {
 namespace {
 
-/// Twins that measure this recording's false alarms: none named in 20 says less than 14 %.
-constexpr int kPlaceboTwins = 20;
-
 struct DiagnoseArguments {
-  DiagnoseArguments() { options.placebos = kPlaceboTwins; }
+  DiagnoseArguments() { options.placebos = diagnose::kUsualPlacebos; }
 
   std::vector<std::string> recordings;
   std::vector<std::string> held_out;
@@ -62,67 +58,12 @@ void print_summary(const diagnose::Report& report, const std::string& out) {
   fmt::print("report: {}/report.html\n", out);
 }
 
-/// File names only: the same recordings give the same report wherever they lie.
-std::string names_of(const std::vector<std::string>& paths) {
-  std::string names;
-  for (const std::string& path : paths)
-    names += (names.empty() ? "" : ", ") + std::filesystem::path(path).filename().string();
-  return names;
-}
-
-void add_provenance(const DiagnoseArguments& arguments, const physics::Plant& plant,
-                    diagnose::Report& report) {
-  auto& made_from = report.provenance;
-  made_from.emplace_back("recordings", names_of(arguments.recordings));
-  if (!arguments.held_out.empty()) made_from.emplace_back("held_out", names_of(arguments.held_out));
-  if (!arguments.simulated.empty())
-    made_from.emplace_back("simulated", names_of(arguments.simulated));
-  made_from.emplace_back(
-      "plant", fmt::format("{} ({:016x})", std::filesystem::path(plant.source).filename().string(),
-                           plant.hash));
-  const record::TimeRange& range = arguments.load.range;
-  if (range.from_s) made_from.emplace_back("from_s", fmt::format("{}", *range.from_s));
-  if (range.to_s) made_from.emplace_back("to_s", fmt::format("{}", *range.to_s));
-  made_from.emplace_back("seed", std::to_string(arguments.options.seed));
-  made_from.emplace_back("alpha", fmt::format("{:g}", arguments.options.alpha));
-  made_from.emplace_back("placebo_twins", std::to_string(arguments.options.placebos));
-  made_from.emplace_back("ravencal", core::kVersion);
-}
-
 /// Blocks and folds follow the order of the recordings. The verdict must not, so they are sorted by
 /// name. With --simulated the given order pairs the files and stays.
 void put_in_order(DiagnoseArguments& arguments) {
   if (!arguments.simulated.empty()) return;
   std::sort(arguments.recordings.begin(), arguments.recordings.end());
   std::sort(arguments.held_out.begin(), arguments.held_out.end());
-}
-
-/// Held-out figures need recordings that the fit did not see. Another profile may take other rows
-/// of the same file.
-core::Status held_out_is_unseen(const DiagnoseArguments& arguments) {
-  const bool same_rows =
-      arguments.held_out_profile.empty() || arguments.held_out_profile == arguments.load.profile;
-  if (!same_rows) return {};
-  for (const std::string& held_out : arguments.held_out) {
-    if (is_among(held_out, arguments.recordings))
-      return core::Error{core::ErrorCode::kUsage,
-                         fmt::format("{}: is among the recordings to fit; hold another one out, or "
-                                     "a part of each with --held-out-from",
-                                     held_out)};
-  }
-  return {};
-}
-
-/// A recording that is given twice would count as two that agree.
-core::Status none_is_given_twice(const std::vector<std::string>& paths) {
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    const std::vector<std::string> before(paths.begin(),
-                                          paths.begin() + static_cast<std::ptrdiff_t>(i));
-    if (is_among(paths[i], before))
-      return core::Error{core::ErrorCode::kUsage,
-                         fmt::format("{}: is given twice; it counts once", paths[i])};
-  }
-  return {};
 }
 
 /// True if a profile is read for any of them: a .db says itself which column is what.
@@ -150,36 +91,22 @@ core::Status profiles_are_read(const DiagnoseArguments& a) {
   return {};
 }
 
-std::filesystem::path model_path(const DiagnoseArguments& arguments) {
-  const std::filesystem::path plant = arguments.plant;
-  return std::filesystem::path(arguments.out) / ("robot_improved" + plant.extension().string());
-}
-
-/// The improved plant in the user's own model; the report says what it is. A model that cannot be
-/// written leaves the report whole.
-std::optional<physics::WrittenRobot> improved_model(const DiagnoseArguments& arguments,
-                                                    diagnose::Report& report) {
-  if (!physics::is_robot_model(arguments.plant)) return std::nullopt;
-  const std::string name = model_path(arguments).filename().string();
-  const auto note = [&report](const std::string& text) {
-    report.verdict.text += " Note: " + text + ".";
+diagnose::Given given_by(const DiagnoseArguments& a) {
+  const auto list = [&](const std::vector<std::string>& paths, const std::string& other_profile) {
+    std::vector<diagnose::GivenRecording> recordings;
+    for (const std::string& path : paths) {
+      recordings.push_back(
+          {path, other_profile.empty() ? a.load.profile : other_profile, a.load.range});
+    }
+    return recordings;
   };
-  auto written = physics::write_robot(report.improved, arguments.plant, model_path(arguments));
-  if (!written.ok()) {
-    note(fmt::format("{} was not written: {}", name, written.error().message));
-    return std::nullopt;
-  }
-  const std::vector<std::string>& missing = written->not_expressed;
-  note(fmt::format(
-      "{} is {} with what was found{}", name, names_of({arguments.plant}),
-      missing.empty() ? "" : fmt::format("; it does not say {}", fmt::join(missing, "; "))));
-  return std::move(*written);
+  return {list(a.recordings, {}), list(a.held_out, a.held_out_profile),
+          list(a.simulated, a.simulated_profile)};
 }
 
 core::Result<bool> run(const DiagnoseArguments& arguments) {
-  RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.recordings));
-  RAVENCAL_RETURN_IF_ERROR(none_is_given_twice(arguments.held_out));
-  RAVENCAL_RETURN_IF_ERROR(held_out_is_unseen(arguments));
+  const diagnose::Given given = given_by(arguments);
+  RAVENCAL_RETURN_IF_ERROR(diagnose::check_given(given));
   RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(auto training,
@@ -197,15 +124,14 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   };
   RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
                             diagnose::diagnose(training, held_out, plant, options));
-  add_provenance(arguments, plant, report);
-  const std::optional<physics::WrittenRobot> model = improved_model(arguments, report);
-  RAVENCAL_RETURN_IF_ERROR(diagnose::write_report(report, arguments.out));
-  if (model) RAVENCAL_RETURN_IF_ERROR(save_robot(*model, model_path(arguments)));
+  diagnose::add_provenance(given, plant, options, report);
+  RAVENCAL_ASSIGN_OR_RETURN(const std::optional<diagnose::ImprovedRobot> robot,
+                            diagnose::write_with_robot(report, arguments.plant, arguments.out));
   if (!arguments.json.empty()) {
     RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.json, diagnose::report_json(report)));
   }
   print_summary(report, arguments.out);
-  if (model) print_model(*model, model_path(arguments));
+  if (robot) print_model(robot->written, robot->path);
   return report.verdict.kind != "nothing_left_out" && report.verdict.kind != "not_testable";
 }
 
@@ -255,13 +181,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                     "Fit every row of long recordings, not only four minutes of three joints in "
                     "the stretches that move most");
   command->add_option("--alpha", arguments->options.alpha, "Chance of any false name in the report")
-      ->check(CLI::Range(1e-4, 0.5))
+      ->check(CLI::Range(diagnose::kLeastAlpha, diagnose::kMostAlpha))
       ->capture_default_str();
   command
       ->add_option("--placebo", arguments->options.placebos,
                    "Placebo recordings, with nothing left out, that measure this recording's false "
                    "alarms; 0: none, in a third of the time")
-      ->check(CLI::Range(0, 10000))
+      ->check(CLI::Range(0, diagnose::kMostPlacebos))
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "Seed of every random draw")
       ->capture_default_str();

@@ -15,7 +15,6 @@
 #include "host/replay.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/onnx_file.hpp"
-#include "learn/seen.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
 
@@ -67,17 +66,8 @@ core::Status run(const EvaluateArguments& arguments) {
                             load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
                             learn::evaluate(model, pointers_to(recordings)));
-  if (evaluation.rows_without_feature > 0) {
-    fmt::print(stderr, "ravencal: warning: {} of {} rows are left out because a feature is lost\n",
-               evaluation.rows_without_feature, evaluation.rows);
-  }
-  for (const std::string& warning : learn::warnings_of(evaluation))
+  for (const std::string& warning : learn::warnings_of(evaluation, model, pointers_to(recordings)))
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
-  for (const record::Recording& recording : recordings) {
-    if (!learn::was_trained_on(model, recording)) continue;
-    fmt::print(stderr, "ravencal: warning: {}: the model was trained on it, so this is no test\n",
-               recording.source);
-  }
   fmt::print("{}", learn::evaluation_table(evaluation));
   std::optional<host::Summary> applied;
   if (!arguments.plugin.empty()) {

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "commands/simulated_motion.hpp"
 #include "core/temporary_folder.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/findings/quantiles.hpp"

@@ -43,7 +43,7 @@ core::Status export_robot(const PlantArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::WrittenRobot written,
                             physics::write_robot(plant, arguments.robot, arguments.out));
-  RAVENCAL_RETURN_IF_ERROR(save_robot(written, arguments.out));
+  RAVENCAL_RETURN_IF_ERROR(physics::save_robot(written, arguments.out));
   for (const std::string& line : written.changed) fmt::print("{}\n", line);
   print_model(written, arguments.out);
   return {};

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <chrono>
 #include <memory>
@@ -11,7 +10,6 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
-#include "commands/simulated_motion.hpp"
 #include "exchange/load.hpp"
 #include "physics/plant.hpp"
 #include "record/recording_writer.hpp"
@@ -94,12 +92,6 @@ void print_summary(const simulation::SessionSummary& summary, const SimulateArgu
       summary.interrupted ? "; stopped early, as its last event says" : "");
 }
 
-std::string joint_names(const physics::Plant& plant) {
-  std::vector<std::string> names;
-  for (const physics::Joint& joint : plant.joints) names.push_back(joint.name);
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 core::Status run(const SimulateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.plant));
   if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
@@ -108,12 +100,7 @@ core::Status run(const SimulateArguments& arguments) {
     return core::Error{core::ErrorCode::kUsage,
                        "give --trajectory (RAVEN arms) or --follow (any robot's recording)"};
   }
-  if (!simulation_runs(plant)) {
-    return core::usage_error(fmt::format(
-        "{}: --trajectory moves the three joints of a RAVEN arm, each with controller and homing, "
-        "and this plant has others ({}); give --follow with a recording of this robot",
-        arguments.plant, joint_names(plant)));
-  }
+  RAVENCAL_RETURN_IF_ERROR(simulation::check_simulation_runs(plant));
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
                             trajectory::read_csv(arguments.trajectory));
   simulation::SessionOptions session = arguments.session;

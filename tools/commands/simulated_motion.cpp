@@ -22,12 +22,6 @@ constexpr double kRows = 20000.0;
 
 }  // namespace
 
-bool simulation_runs(const physics::Plant& plant) {
-  return plant.joints.size() == 3 &&
-         std::all_of(plant.joints.begin(), plant.joints.end(),
-                     [](const physics::Joint& j) { return j.controller && j.homing; });
-}
-
 core::Result<std::vector<record::Recording>> simulated_over_workspace(
     const physics::Plant& plant, double row_period_s,
     const simulation::ProgressFunction& progress) {

@@ -13,9 +13,6 @@
 
 namespace ravencal::commands {
 
-/// True if the digital twin can run the plant: three joints with servo and homing.
-bool simulation_runs(const physics::Plant& plant);
-
 /// One recording per load (0, 250, 500 g at the tool carriage), random motion, rows `row_period_s`
 /// apart, one session without re-homing. Errors: stopped by `progress` (kUsage), or those of the
 /// twin.

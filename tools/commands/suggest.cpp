@@ -18,12 +18,12 @@
 #include "commands/commands.hpp"
 #include "commands/experiment.hpp"
 #include "commands/experiment_motion.hpp"
-#include "commands/simulated_motion.hpp"
 #include "core/constants.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
 #include "exchange/load.hpp"
+#include "simulation/session.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -143,7 +143,7 @@ core::Status try_some(const SuggestArguments& arguments, const Diagnosis& diagno
   for (Entry& entry : entries) {
     const diagnose::Suggestion& s = entry.suggestion;
     if (tried == arguments.tried) break;
-    if (entry.motion.t_s.empty() || !simulation_runs(*diagnosis.nominal)) continue;
+    if (entry.motion.t_s.empty() || !simulation::simulation_runs(*diagnosis.nominal)) continue;
     progress.update(static_cast<double>(tried) / arguments.tried, s.experiment);
     RAVENCAL_ASSIGN_OR_RETURN(entry.power, predict_power(s, entry.motion, trial));
     if (entry.power->with_effect) entry.bits = entry.power->information_bits(prior_of(believed, s));
@@ -254,7 +254,8 @@ core::Status run(const SuggestArguments& arguments) {
     return {};
   }
   print(advice);
-  if (diagnosis.nominal && arguments.tried > 0 && !simulation_runs(*diagnosis.nominal)) {
+  if (diagnosis.nominal && arguments.tried > 0 &&
+      !simulation::simulation_runs(*diagnosis.nominal)) {
     fmt::print(
         "How likely these answer was not predicted: the twin runs arms of three joints with "
         "[joint.controller] and [joint.homing], which this plant lacks.\n");

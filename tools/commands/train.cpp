@@ -138,7 +138,7 @@ void print_origin(const model::Origin& origin) {
 core::Result<std::vector<record::Recording>> simulated(const std::string& plant_file,
                                                        double row_period_s) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(plant_file));
-  if (!simulation_runs(plant)) {
+  if (!simulation::simulation_runs(plant)) {
     return core::usage_error(fmt::format(
         "--physics {}: the twin cannot run this plant: it takes three joints, each with "
         "controller and homing",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/whole_file.hpp"
 #include "physics/plant_writer.hpp"
 #include "physics/rigid_bodies.hpp"
 #include "physics/robot_model/effects_callback.hpp"
@@ -228,6 +229,12 @@ bool is_robot_model(const fs::path& path) {
 
 fs::path callback_path(const fs::path& out) {
   return out.parent_path() / (out.stem().string() + "_effects.cpp");
+}
+
+core::Status save_robot(const WrittenRobot& written, const fs::path& out) {
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(out, written.text));
+  if (written.callback.empty()) return {};
+  return core::write_whole_file(callback_path(out), written.callback);
 }
 
 core::Result<WrittenRobot> write_robot(const Plant& plant, const fs::path& model,

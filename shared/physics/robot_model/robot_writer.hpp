@@ -27,6 +27,9 @@ struct WrittenRobot {
 core::Result<WrittenRobot> write_robot(const Plant& plant, const std::filesystem::path& model,
                                        const std::filesystem::path& out);
 
+/// Writes the model as `out` and, where a callback adds to it, its source beside it.
+core::Status save_robot(const WrittenRobot& written, const std::filesystem::path& out);
+
 /// True of a file that load_plant takes for a robot model.
 bool is_robot_model(const std::filesystem::path& path);
 /// Where the callback's source of a model goes: beside it.

@@ -9,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "learn/dataset.hpp"
+#include "learn/seen.hpp"
 #include "model/hook_view.hpp"
 
 namespace ravencal::learn {
@@ -155,6 +156,23 @@ std::vector<std::string> warnings_of(const Evaluation& evaluation) {
                     "model for it",
                     joint.joint, joint.calibrated.rmse * unit.per_si, unit.name,
                     joint.raw.rmse * unit.per_si, unit.name));
+  }
+  return sentences;
+}
+
+std::vector<std::string> warnings_of(const Evaluation& evaluation,
+                                     const model::CalibrationModel& model,
+                                     std::span<const Recording* const> recordings) {
+  std::vector<std::string> sentences;
+  if (evaluation.rows_without_feature > 0) {
+    sentences.push_back(fmt::format("{} of {} rows are left out because a feature is lost",
+                                    evaluation.rows_without_feature, evaluation.rows));
+  }
+  for (std::string& sentence : warnings_of(evaluation)) sentences.push_back(std::move(sentence));
+  for (const Recording* recording : recordings) {
+    if (!was_trained_on(model, *recording)) continue;
+    sentences.push_back(
+        fmt::format("{}: the model was trained on it, so this is no test", recording->source));
   }
   return sentences;
 }

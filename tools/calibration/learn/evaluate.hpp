@@ -51,6 +51,12 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
 /// Sentences on joints whose error the model makes larger.
 std::vector<std::string> warnings_of(const Evaluation& evaluation);
 
+/// The same, with what makes the evaluation less of a test: rows that lack a feature, recordings
+/// that the model was trained on.
+std::vector<std::string> warnings_of(const Evaluation& evaluation,
+                                     const model::CalibrationModel& model,
+                                     std::span<const record::Recording* const> recordings);
+
 /// The contract's JSON (deg, mm), and the table that the commands print.
 std::string evaluation_json(const Evaluation& evaluation);
 std::string evaluation_table(const Evaluation& evaluation);

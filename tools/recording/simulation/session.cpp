@@ -2,7 +2,9 @@
 #include "simulation/session.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -281,6 +283,22 @@ core::Result<SessionSummary> run(Session& session, const trajectory::Trajectory&
 }
 
 }  // namespace
+
+bool simulation_runs(const physics::Plant& plant) {
+  return plant.joints.size() == 3 &&
+         std::all_of(plant.joints.begin(), plant.joints.end(),
+                     [](const physics::Joint& j) { return j.controller && j.homing; });
+}
+
+core::Status check_simulation_runs(const physics::Plant& plant) {
+  if (simulation_runs(plant)) return {};
+  std::vector<std::string> names;
+  for (const physics::Joint& joint : plant.joints) names.push_back(joint.name);
+  return core::usage_error(fmt::format(
+      "{}: --trajectory moves the three joints of a RAVEN arm, each with controller and homing, "
+      "and this plant has others ({}); give --follow with a recording of this robot",
+      plant.source, fmt::join(names, ", ")));
+}
 
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const trajectory::Trajectory& trajectory,

@@ -40,6 +40,11 @@ struct SessionSummary {
   bool interrupted = false;
 };
 
+/// True if the digital twin can run the plant: three joints with servo and homing.
+bool simulation_runs(const physics::Plant& plant);
+/// kUsage with what the twin runs and what else simulates the plant, where it cannot.
+core::Status check_simulation_runs(const physics::Plant& plant);
+
 /// Told the share done, in [0, 1]; returns false to stop early.
 using ProgressFunction = std::function<bool(double)>;
 
