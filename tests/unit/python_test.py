@@ -232,6 +232,12 @@ class Program(Test):
                      "--held-out-from", 12, "--out", "program")
         self.same_files("module", "program")
 
+    def test_another_simulator_replaces_the_plant(self):
+        other = ravencal.simulate(self.plant, follow=self.one, payload_g=300, out="s.db")
+        ravencal.diagnose(self.one, plant=self.plant, simulated=other, placebos=0).write("module")
+        self.program("diagnose", "1.db", "--plant", PLANT, "--simulated", "s.db", "--placebo", 0, "--out", "program")
+        self.same_files("module", "program")
+
     def test_a_robot_model_is_written_back(self):
         pathlib.Path("robot.xml").write_text(ROBOT_MODEL, encoding="utf-8")
         t_s = 0.01 * np.arange(3000)
