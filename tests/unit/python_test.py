@@ -148,8 +148,8 @@ class Plants(Test):
         plant.save("plant.toml")
         self.assertEqual(ravencal.Plant.load("plant.toml").text(), plant.text())
         self.refused(ravencal.UsageError, lambda: plant.save("plant.toml"), "exists already")
-        pathlib.Path("wrong.toml").write_text("[robot]\nname = 'r'\nnam = 1\n", encoding="utf-8")
-        self.refused(ravencal.DataError, lambda: ravencal.Plant.load("wrong.toml"), "wrong.toml:3", "did you mean 'name'?")
+        pathlib.Path("wrong.toml").write_text(plant.text().replace("mass_kg", "mas_kg", 1), encoding="utf-8")
+        self.refused(ravencal.DataError, lambda: ravencal.Plant.load("wrong.toml"), "wrong.toml:", "mass_kg is missing")
 
     def test_a_robot_model_is_a_plant(self):
         pathlib.Path("robot.xml").write_text(ROBOT_MODEL, encoding="utf-8")
@@ -230,6 +230,12 @@ class Program(Test):
         ravencal.diagnose(tables, plant=self.plant, placebos=0, held_out_from_s=12).write("module")
         self.program("diagnose", "1.csv", "2.csv", "--profile", "1.csv.toml", "--plant", PLANT, "--placebo", 0,
                      "--held-out-from", 12, "--out", "program")
+        self.same_files("module", "program")
+
+    def test_another_simulator_replaces_the_plant(self):
+        other = ravencal.simulate(self.plant, follow=self.one, payload_g=300, out="s.db")
+        ravencal.diagnose(self.one, plant=self.plant, simulated=other, placebos=0).write("module")
+        self.program("diagnose", "1.db", "--plant", PLANT, "--simulated", "s.db", "--placebo", 0, "--out", "program")
         self.same_files("module", "program")
 
     def test_a_robot_model_is_written_back(self):
