@@ -256,6 +256,8 @@ class Program(Test):
         same = ravencal.load("./1.db")
         self.refused(ravencal.UsageError, lambda: diagnose([self.one, same], plant=self.plant), "1.db: is given twice")
         self.refused(ravencal.UsageError, lambda: diagnose(self.one, same, plant=self.plant), "is among the recordings to fit")
+        arrays = two_channels()
+        self.refused(ravencal.UsageError, lambda: diagnose(arrays, arrays, plant=self.plant), "arrays: is given twice")
         self.refused(ravencal.UsageError, lambda: diagnose([], plant=self.plant), "at least one")
         self.refused(ravencal.UsageError, lambda: diagnose(self.one, plant=self.plant, alpha=0.9), "alpha: 0.9 is not in")
         self.refused(TypeError, lambda: diagnose("1.db", plant=self.plant), "ravencal.load reads a file")

@@ -47,6 +47,7 @@ Value meant(const char* what, const std::string& word, const std::map<std::strin
   const auto it = known.find(word);
   if (it != known.end()) return it->second;
   std::vector<std::string> words;
+  words.reserve(known.size());
   for (const auto& [name, value] : known) words.push_back(name);
   throw Failure(
       core::usage_error(fmt::format("{}: '{}'{}", what, word, core::instead_of(word, words))));
@@ -56,6 +57,7 @@ Value meant(const char* what, const std::string& word, const std::map<std::strin
 std::vector<const record::Recording*> pointers_to(const std::vector<RecordingPointer>& recordings) {
   if (recordings.empty()) throw Failure(core::usage_error("give at least one recording"));
   std::vector<const record::Recording*> pointers;
+  pointers.reserve(recordings.size());
   for (const RecordingPointer& held : recordings) pointers.push_back(&held->recording);
   return pointers;
 }

@@ -64,6 +64,17 @@ void put_in_order(Held& recordings) {
   });
 }
 
+/// What lies in no file is told apart by the object alone.
+void check_once(const Held& training, const Held& held_out) {
+  Held all = training;
+  all.insert(all.end(), held_out.begin(), held_out.end());
+  std::sort(all.begin(), all.end());
+  const auto twice = std::adjacent_find(all.begin(), all.end());
+  if (twice == all.end()) return;
+  throw Failure(core::usage_error(
+      fmt::format("{}: is given twice; it counts once", (*twice)->recording.source)));
+}
+
 void check(const diagnose::Options& options) {
   const auto refuse = [](std::string why) { return Failure(core::usage_error(std::move(why))); };
   if (!(options.alpha >= diagnose::kLeastAlpha && options.alpha <= diagnose::kMostAlpha)) {
@@ -90,6 +101,7 @@ MadeReport diagnose_recordings(const py::object& training, const py::object& hel
   }
   const diagnose::Given given{given_of(to_fit), given_of(unseen), given_of(other)};
   succeed(diagnose::check_given(given));
+  check_once(to_fit, unseen);
   const auto work = [&](Watch& watch) -> core::Result<MadeReport> {
     options.simulated = as_read(other, plant);
     options.look = [&](double share, std::string_view what) { return watch.go_on(share, what); };

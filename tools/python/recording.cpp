@@ -49,6 +49,7 @@ record::Profile profile_of_channels(const std::vector<record::Channel>& channels
 }
 
 constexpr const char* kTime = "t_s";
+constexpr const char* kProfile = "arrays";
 
 HeldPointer from_arrays(const py::dict& values, const py::object& t_s, const py::object& t_ns,
                         const std::optional<std::vector<record::Channel>>& channels,
@@ -68,7 +69,7 @@ HeldPointer from_arrays(const py::dict& values, const py::object& t_s, const py:
   } else {
     succeed(record::add_generic_channels(profile, names, name, !t_ns.is_none()));
   }
-  profile.name = name;
+  profile.name = kProfile;
   profile.meta = meta;
   for (record::ProfileChannel& channel : profile.channels) channel.may_be_missing = true;
   return std::make_shared<HeldRecording>(
