@@ -41,7 +41,7 @@ std::vector<std::string> shipped_plants() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(
            std::filesystem::path(RAVENCAL_SOURCE_DIR) / "tools/plants"))
-    names.push_back(entry.path().stem().string());
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
