@@ -102,6 +102,9 @@ struct Homing {
   bool operator==(const Homing&) const = default;
 };
 
+/// Of a drive whose plant states no inertia: too small to matter, and not zero.
+inline constexpr double kNoInertia_kg_m2 = 1e-12;
+
 struct Joint {
   std::string name;
   JointKind kind = JointKind::kRevolute;

@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 
+#include "core/known_words.hpp"
 #include "core/toml_table.hpp"
 #include "physics/effects/effect_spec.hpp"
 #include "physics/plant.hpp"
+#include "physics/plant_checks.hpp"
 #include "physics/plant_ranges.hpp"
 #include "physics/tolerance_keys.hpp"
 
@@ -33,7 +35,7 @@ std::uint64_t fnv1a(std::string_view bytes) {
   return hash;
 }
 
-core::Status read_robot(TomlTable& root, Robot& robot) {
+core::Status read_robot(TomlTable& root, Robot& robot, bool& gravity_stated) {
   auto table = root.table("robot");
   if (!table) {
     root.fail_missing("[robot]");
@@ -52,8 +54,11 @@ core::Status read_robot(TomlTable& root, Robot& robot) {
   }
   robot.control_rate_hz = table->number_or("control_rate_hz", 1000.0, kControlRateRange);
   robot.inner_rate_hz = table->number_or("inner_rate_hz", 10000.0, kInnerRateRange);
-  robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3, kGravityRange));
-  robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4, kPositionRange));
+  gravity_stated = table->has("gravity_m_per_s2");
+  if (gravity_stated)
+    robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3, kGravityRange));
+  if (table->has("tool_joints_rad"))
+    robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4, kPositionRange));
   const double steps = robot.inner_rate_hz / robot.control_rate_hz;
   if (!(robot.control_rate_hz > 0.0) || !(steps >= 1.0) || steps != std::floor(steps)) {
     table->fail("inner_rate_hz", "inner_rate_hz must be a whole multiple of control_rate_hz");
@@ -188,12 +193,9 @@ std::optional<Through> read_through(TomlTable& joint) {
   return std::nullopt;
 }
 
-std::string known_effect_ids() {
-  std::string ids;
-  for (const EffectSpec& spec : effect_specs()) {
-    ids += ids.empty() ? "" : ", ";
-    ids += spec.id;
-  }
+std::vector<std::string> known_effect_ids() {
+  std::vector<std::string> ids;
+  for (const EffectSpec& spec : effect_specs()) ids.emplace_back(spec.id);
   return ids;
 }
 
@@ -202,7 +204,8 @@ core::Result<Effect> read_effect(TomlTable& table, const Joint& joint) {
   effect.id = table.text("id");
   const EffectSpec* spec = find_effect_spec(effect.id);
   if (spec == nullptr) {
-    table.fail("id", fmt::format("unknown effect '{}'; known: {}", effect.id, known_effect_ids()));
+    table.fail("id", fmt::format("unknown effect '{}'{}", effect.id,
+                                 core::instead_of(effect.id, known_effect_ids())));
     return table.finish().error();
   }
   if (effect.id == "coupling") effect.from = table.text("from");
@@ -247,13 +250,14 @@ core::Result<Joint> read_joint(TomlTable& table) {
   if (table.failed()) return table.finish().error();  // the kind decides the other keys' names
   joint.kind = kind == "prismatic" ? JointKind::kPrismatic : JointKind::kRevolute;
   const bool revolute = joint.kind == JointKind::kRevolute;
-  joint.motor_inertia_kg_m2 = table.number("motor_inertia_kg_m2", kRotorRange);
-  joint.gearbox_ratio = table.number("gearbox_ratio", kTransmissionRange);
+  joint.motor_inertia_kg_m2 = table.number_or("motor_inertia_kg_m2", kNoInertia_kg_m2, kRotorRange);
+  joint.gearbox_ratio = table.number_or("gearbox_ratio", 1.0, kTransmissionRange);
   joint.reduction =
-      table.number(revolute ? "reduction" : "reduction_rad_per_m", kTransmissionRange);
+      table.number_or(revolute ? "reduction" : "reduction_rad_per_m", 1.0, kTransmissionRange);
   joint.encoder_sign = table.number_or("encoder_sign", 1.0, kSignRange);
-  joint.joint_encoder_resolution_ji = table.number(
-      revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m", kResolutionRange);
+  joint.joint_encoder_resolution_ji =
+      table.number_or(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m", 0.0,
+                      kResolutionRange);
   joint.coupling_through = read_through(table);
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
   RAVENCAL_RETURN_IF_ERROR(read_frame(table, joint.frame));
@@ -285,54 +289,6 @@ core::Status read_coupling(TomlTable& root, Plant& plant) {
         root.fail("coupling",
                   "coupling must be zero on and above the diagonal: a joint is moved by "
                   "those before it");
-      }
-    }
-  }
-  return {};
-}
-
-core::Status check_routing(const Plant& plant) {
-  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
-    if (!plant.joints[i].coupling_through || coupled(plant, i)) continue;
-    return core::Error{
-        core::ErrorCode::kData,
-        fmt::format("{}: joint '{}' has coupling_through, but by `coupling` no joint moves it",
-                    plant.source, plant.joints[i].name)};
-  }
-  return {};
-}
-
-/// The geometry is whole, and a joint is carried by one before it.
-core::Status check_frames(const Plant& plant) {
-  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
-    const Joint& joint = plant.joints[i];
-    if (joint.frame.has_value() != plant.joints.front().frame.has_value())
-      return core::data_error(fmt::format(
-          "{}: joint '{}' {} a [joint.frame] and joint '{}' {}: all joints need one, or "
-          "none",
-          plant.source, joint.name, joint.frame ? "has" : "lacks", plant.joints.front().name,
-          joint.frame ? "lacks it" : "has it"));
-    if (!joint.frame || joint.frame->carried_by.empty()) continue;
-    if (plant.joint_index(joint.frame->carried_by).value_or(i) >= i)
-      return core::data_error(fmt::format("{}: joint '{}': carried_by '{}' is no joint before it",
-                                          plant.source, joint.name, joint.frame->carried_by));
-  }
-  return {};
-}
-
-core::Status check_names(const Plant& plant) {
-  for (std::size_t i = 0; i < plant.joints.size(); ++i) {
-    const Joint& joint = plant.joints[i];
-    if (plant.joint_index(joint.name) != i) {
-      return core::Error{core::ErrorCode::kData,
-                         fmt::format("{}: two joints are called '{}'", plant.source, joint.name)};
-    }
-    for (const Effect& effect : joint.effects) {
-      const bool of_joint = effect.id == "coupling" || effect.id == "hysteresis";
-      if (of_joint && !effect.from.empty() && plant.joint_index(effect.from).value_or(i) == i) {
-        return core::Error{core::ErrorCode::kData,
-                           fmt::format("{}: joint '{}': {} from '{}': name another joint",
-                                       plant.source, joint.name, effect.id, effect.from)};
       }
     }
   }
@@ -376,7 +332,8 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   Plant plant;
   plant.source = source;
   plant.hash = fnv1a(text);
-  RAVENCAL_RETURN_IF_ERROR(read_robot(root, plant.robot));
+  bool gravity_stated = false;
+  RAVENCAL_RETURN_IF_ERROR(read_robot(root, plant.robot, gravity_stated));
   RAVENCAL_RETURN_IF_ERROR(read_environment(root, plant));
   for (TomlTable& table : root.tables("joint")) {
     RAVENCAL_ASSIGN_OR_RETURN(Joint joint, read_joint(table));
@@ -385,9 +342,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   if (plant.joints.empty()) root.fail("joint", "a plant needs at least one [[joint]]");
   RAVENCAL_RETURN_IF_ERROR(read_coupling(root, plant));
   RAVENCAL_RETURN_IF_ERROR(root.finish());
-  RAVENCAL_RETURN_IF_ERROR(check_routing(plant));
-  RAVENCAL_RETURN_IF_ERROR(check_names(plant));
-  RAVENCAL_RETURN_IF_ERROR(check_frames(plant));
+  RAVENCAL_RETURN_IF_ERROR(check_plant(plant, gravity_stated));
   return plant;
 }
 

@@ -174,12 +174,13 @@ void write_joint(PlantText& out, const Joint& joint) {
   out.table("[[joint]]", false);
   out.value("name", joint.name);
   out.value("kind", std::string_view(revolute ? "revolute" : "prismatic"));
-  out.value("motor_inertia_kg_m2", joint.motor_inertia_kg_m2);
+  if (joint.motor_inertia_kg_m2 > kNoInertia_kg_m2) out.value("motor_inertia_kg_m2", joint.motor_inertia_kg_m2);
   out.value("gearbox_ratio", joint.gearbox_ratio);
   out.value(revolute ? "reduction" : "reduction_rad_per_m", joint.reduction);
   out.unless(1.0, "encoder_sign", joint.encoder_sign);
-  out.value(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m",
-            joint.joint_encoder_resolution_ji);
+  if (joint.joint_encoder_resolution_ji > 0.0)
+    out.value(revolute ? "joint_encoder_resolution_rad" : "joint_encoder_resolution_m",
+              joint.joint_encoder_resolution_ji);
   if (joint.coupling_through) out.value("coupling_through", through_word(*joint.coupling_through));
   write_link_and_drive(out, joint);
   write_servo(out, joint);

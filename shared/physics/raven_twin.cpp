@@ -69,10 +69,11 @@ core::Status check_plant(const Plant& plant) {
                         joint.name, effect.id));
       }
     }
-    if (!(joint.link.mass_kg > 0.0) || !(joint.joint_encoder_resolution_ji > 0.0)) {
+    if (!(joint.link.mass_kg > 0.0) || !(joint.joint_encoder_resolution_ji > 0.0) ||
+        !(joint.motor_inertia_kg_m2 > kNoInertia_kg_m2)) {
       return fail(
-          fmt::format("joint '{}': link.mass_kg and the joint encoder's resolution must be "
-                      "above zero",
+          fmt::format("joint '{}': link.mass_kg, motor_inertia_kg_m2 and the joint encoder's "
+                      "resolution must be above zero",
                       joint.name));
     }
   }

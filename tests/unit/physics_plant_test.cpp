@@ -173,6 +173,8 @@ TEST(Plant, RefusesAnEffectOutsideTheVocabularyAndSaysWhichExist) {
       << error;
   EXPECT_NE(error.find("unknown effect 'gremlins'"), std::string::npos) << error;
   EXPECT_NE(error.find("compliance"), std::string::npos) << error;
+  const std::string typed = error_of(changed("id = \"backlash\"", "id = \"backlsh\""));
+  EXPECT_NE(typed.find("did you mean 'backlash'?"), std::string::npos) << typed;
 }
 
 TEST(Plant, RefusesValuesThatMakeNoSense) {
@@ -193,6 +195,20 @@ TEST(Plant, RefusesValuesThatMakeNoSense) {
   EXPECT_NE(error_of(changed("name = \"elbow\"", "name = \"shoulder\"")).find("two joints"),
             std::string::npos);
   EXPECT_NE(error_of("robot = [").find("p.toml:1"), std::string::npos);
+}
+
+TEST(Plant, NeedsNothingThatARobotMayNotHave) {
+  const std::string least = "[robot]\nname = \"r\"\n[[joint]]\nname = \"a\"\nkind = \"revolute\"\n";
+  const auto plant = parse_plant(least, "p.toml");
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  EXPECT_EQ(plant->joints[0].reduction, 1.0);
+  const auto again = parse_plant(plant_text(*plant), "p.toml");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->joints, plant->joints);
+  // A weight without gravity would weigh nothing in silence.
+  const std::string heavy =
+      least + "[joint.link]\nmass_kg = 1\ncom_m = [0, 0, 0]\ninertia_kg_m2 = [0, 0, 0]\n";
+  EXPECT_NE(error_of(heavy).find("states no gravity_m_per_s2"), std::string::npos);
 }
 
 TEST(Plant, SaysThatAFileCannotBeOpened) {

@@ -42,10 +42,9 @@ struct DiagnoseArguments {
 
 core::Result<std::vector<record::Recording>> load_all(const std::vector<std::string>& paths,
                                                       record::LoadOptions load,
-                                                      const std::string& other_profile,
-                                                      const physics::Plant& plant) {
+                                                      const std::string& other_profile) {
   if (!other_profile.empty()) load.profile = other_profile;
-  load.keep = [&plant](const record::Channel& c) { return diagnose::looks_at(c, plant); };
+  load.keep = diagnose::looks_at;
   return load_recordings(paths, load);
 }
 
@@ -109,13 +108,12 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   RAVENCAL_RETURN_IF_ERROR(diagnose::check_given(given));
   RAVENCAL_RETURN_IF_ERROR(profiles_are_read(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
-  RAVENCAL_ASSIGN_OR_RETURN(auto training,
-                            load_all(arguments.recordings, arguments.load, {}, plant));
-  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_all(arguments.held_out, arguments.load,
-                                                    arguments.held_out_profile, plant));
+  RAVENCAL_ASSIGN_OR_RETURN(auto training, load_all(arguments.recordings, arguments.load, {}));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      auto held_out, load_all(arguments.held_out, arguments.load, arguments.held_out_profile));
   diagnose::Options options = arguments.options;
   RAVENCAL_ASSIGN_OR_RETURN(options.simulated, load_all(arguments.simulated, arguments.load,
-                                                        arguments.simulated_profile, plant));
+                                                        arguments.simulated_profile));
   cli::catch_interrupts_of_work();
   cli::Progress progress("diagnose");
   options.look = [&](double done, std::string_view what) {

@@ -58,7 +58,7 @@ core::Result<Diagnosis> diagnosed(const SuggestArguments& arguments) {
   Diagnosis out;
   RAVENCAL_ASSIGN_OR_RETURN(out.nominal, physics::load_plant(arguments.plant));
   record::LoadOptions load = arguments.load;
-  load.keep = [&out](const record::Channel& c) { return diagnose::looks_at(c, *out.nominal); };
+  load.keep = diagnose::looks_at;
   std::vector<record::Recording> recordings(1);
   RAVENCAL_ASSIGN_OR_RETURN(recordings.front(), exchange::load_recording(arguments.source, load));
   diagnose::Options options;

@@ -30,13 +30,13 @@ struct MadeReport {
 };
 
 /// As the program reads it: of a .db only the channels that a diagnosis looks at.
-record::Recording as_read(const record::Recording& recording, const physics::Plant& plant) {
+record::Recording as_read(const record::Recording& recording) {
   if (std::filesystem::path(recording.source).extension() != ".db") return recording;
   std::vector<Eigen::Index> columns;
   record::Recording kept{recording.meta,  {}, recording.t_ns, {}, recording.events,
                          recording.source};
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
-    if (!diagnose::looks_at(recording.channels[c], plant)) continue;
+    if (!diagnose::looks_at(recording.channels[c])) continue;
     columns.push_back(static_cast<Eigen::Index>(c));
     kept.channels.push_back(recording.channels[c]);
   }
@@ -44,9 +44,9 @@ record::Recording as_read(const record::Recording& recording, const physics::Pla
   return kept;
 }
 
-std::vector<record::Recording> as_read(const Held& recordings, const physics::Plant& plant) {
+std::vector<record::Recording> as_read(const Held& recordings) {
   std::vector<record::Recording> all;
-  for (const RecordingPointer& held : recordings) all.push_back(as_read(held->recording, plant));
+  for (const RecordingPointer& held : recordings) all.push_back(as_read(held->recording));
   return all;
 }
 
@@ -103,11 +103,10 @@ MadeReport diagnose_recordings(const py::object& training, const py::object& hel
   succeed(diagnose::check_given(given));
   check_once(to_fit, unseen);
   const auto work = [&](Watch& watch) -> core::Result<MadeReport> {
-    options.simulated = as_read(other, plant);
+    options.simulated = as_read(other);
     options.look = [&](double share, std::string_view what) { return watch.go_on(share, what); };
-    RAVENCAL_ASSIGN_OR_RETURN(
-        diagnose::Report report,
-        diagnose::diagnose(as_read(to_fit, plant), as_read(unseen, plant), plant, options));
+    RAVENCAL_ASSIGN_OR_RETURN(diagnose::Report report,
+                              diagnose::diagnose(as_read(to_fit), as_read(unseen), plant, options));
     diagnose::add_provenance(given, plant, options, report);
     return MadeReport{std::move(report), plant.source};
   };

@@ -21,11 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-/// The smallest inertia that a plant may state: models of ideal drives have none.
-constexpr double kNoInertia_kg_m2 = 1e-12;
-/// The library's default encoder: none. A plant needs one; it is finer than any.
-constexpr double kResolution_ji = 1e-9;
-
 Vector3d vector_at(const mjtNum* values, int place) {
   return Eigen::Map<const Vector3d>(values + 3 * static_cast<Index>(place));
 }
@@ -171,7 +166,6 @@ class Importer {
     joint.name = joint_name(m_, j);
     joint.kind = m_.jnt_type[j] == mjJNT_SLIDE ? JointKind::kPrismatic : JointKind::kRevolute;
     joint.motor_inertia_kg_m2 = std::max(kNoInertia_kg_m2, m_.dof_armature[dof]);
-    joint.joint_encoder_resolution_ji = kResolution_ji;
     Isometry3d at = raw.at;
     if (raw.carried_by >= 0) {
       const RawLink& carrier = links_[static_cast<std::size_t>(raw.carried_by)];

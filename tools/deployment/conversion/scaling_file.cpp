@@ -216,7 +216,14 @@ class Reader {
       const model::FeatureSpec& feature = file_.features[i];
       std::string name = is_listed ? (*units)[i] : "";
       for (const auto& channel : profile_.channels) {
-        if (!is_listed && channel.channel.name == feature.channel) name = channel.channel.unit;
+        if (is_listed || channel.channel.name != feature.channel) continue;
+        if (channel.scale != 1.0 || channel.offset != 0.0) {
+          return core::data_error(fmt::format(
+              "profile {} scales or shifts the column of '{}': give 'feature_units', \"si\" or one "
+              "for each feature, in which the network takes it",
+              profile_.name, feature.channel));
+        }
+        name = channel.channel.unit;
       }
       const auto unit = core::find_unit(name);
       if (!unit) {

@@ -187,19 +187,26 @@ void add_missing_sources(const Likelihood& fitted, const All& all, const physics
   }
 }
 
-/// Joints of the recordings that the plant does not have: mostly other names of its own.
+/// Joints of the plant that were not recorded, beside recorded ones that it does not have: mostly
+/// two names of one.
 void add_strangers(const All& all, const physics::Plant& plant, std::vector<std::string>& notes) {
-  std::vector<std::string> strangers, known;
-  for (const physics::Joint& joint : plant.joints) known.push_back(joint.name);
+  std::vector<std::string> strangers, unrecorded;
   for (const Recording* recording : all)
     for (const record::Channel& channel : recording->channels)
       if (!channel.joint.empty() && !plant.joint_index(channel.joint))
         add_once(strangers, channel.joint);
-  if (!strangers.empty())
-    notes.push_back(fmt::format(
-        "the plant has no joint {}, which the recordings have and which was not looked at; its "
-        "joints are {}: give them one name in the profile or in the plant",
-        fmt::join(strangers, ", "), fmt::join(known, ", ")));
+  for (const physics::Joint& joint : plant.joints) {
+    const bool recorded = std::any_of(all.begin(), all.end(), [&](const Recording* recording) {
+      return std::any_of(recording->channels.begin(), recording->channels.end(),
+                         [&](const record::Channel& c) { return c.joint == joint.name; });
+    });
+    if (!recorded) unrecorded.push_back(joint.name);
+  }
+  if (strangers.empty() || unrecorded.empty()) return;
+  notes.push_back(fmt::format(
+      "the plant has no joint {}, which the recordings have and which was not looked at, and they "
+      "have no {}: give them one name in the profile or in the plant",
+      fmt::join(strangers, ", "), fmt::join(unrecorded, ", ")));
 }
 
 }  // namespace

@@ -183,11 +183,9 @@ bool is_effort_of_no_joint(const record::Channel& channel) {
          (channel.unit == "N" || channel.unit == "N_m");
 }
 
-bool looks_at(const record::Channel& channel, const physics::Plant& plant) {
+bool looks_at(const record::Channel& channel) {
   if (channel.role == Role::kTruthReading) return false;
-  if (channel.role == Role::kFeature) return is_effort_of_no_joint(channel);
-  return channel.joint.empty() || channel.role == Role::kLoad ||
-         plant.joint_index(channel.joint).has_value();
+  return channel.role != Role::kFeature || is_effort_of_no_joint(channel);
 }
 
 std::string file_name(const Recording& recording) {

@@ -29,9 +29,9 @@ double recorded_s(const record::Recording& recording);
 /// A sensor's or another motor's effort, which may load any joint.
 bool is_effort_of_no_joint(const record::Channel& channel);
 
-/// True for what a diagnosis may use: channels of the plant's joints, loads and sensors' efforts.
+/// True for what a diagnosis may use: channels of joints, loads and sensors' efforts.
 /// A robot's recording has hundreds of others, which need not be read.
-bool looks_at(const record::Channel& channel, const physics::Plant& plant);
+bool looks_at(const record::Channel& channel);
 
 /// Every role in a unit in which the plant can take it, every load from outside that the plant
 /// names, and `held_out_from_s` within a recording. Errors: kUsage, kData.
