@@ -18,7 +18,8 @@ inline constexpr core::NumberRange kDampingRange{0.0, 1e9};     ///< N m s/rad o
 inline constexpr core::NumberRange kCountsRange{0.0, 1e9};
 inline constexpr core::NumberRange kMassRange{0.0, 1e4};     ///< kg
 inline constexpr core::NumberRange kInertiaRange{0.0, 1e4};  ///< kg m^2
-inline constexpr core::NumberRange kRotorRange{kNoInertia_kg_m2, 1e4};  ///< kg m^2; forces are divided by it
+inline constexpr core::NumberRange kRotorRange{kNoInertia_kg_m2,
+                                               1e4};  ///< kg m^2; forces are divided by it
 inline constexpr core::NumberRange kLengthRange{-100.0, 100.0};   ///< m
 inline constexpr core::NumberRange kGravityRange{-100.0, 100.0};  ///< m/s^2
 inline constexpr core::NumberRange kTransmissionRange{1e-6, 1e9};

@@ -174,7 +174,8 @@ void write_joint(PlantText& out, const Joint& joint) {
   out.table("[[joint]]", false);
   out.value("name", joint.name);
   out.value("kind", std::string_view(revolute ? "revolute" : "prismatic"));
-  if (joint.motor_inertia_kg_m2 > kNoInertia_kg_m2) out.value("motor_inertia_kg_m2", joint.motor_inertia_kg_m2);
+  if (joint.motor_inertia_kg_m2 > kNoInertia_kg_m2)
+    out.value("motor_inertia_kg_m2", joint.motor_inertia_kg_m2);
   out.value("gearbox_ratio", joint.gearbox_ratio);
   out.value(revolute ? "reduction" : "reduction_rad_per_m", joint.reduction);
   out.unless(1.0, "encoder_sign", joint.encoder_sign);
