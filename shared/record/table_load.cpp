@@ -47,6 +47,7 @@ class TableLoader {
   core::Status order_times();
   void apply_filters();
   core::Status drop_rows();
+  [[nodiscard]] std::string why_no_row_is_left() const;
   void blank_invalid();
   void make_relative();
   void mark_episodes();
@@ -186,14 +187,25 @@ core::Status TableLoader::order_times() {
   return {};
 }
 
+std::string TableLoader::why_no_row_is_left() const {
+  const std::string text =
+      fmt::format("{}: no row is left of {}", source_.path().string(), keep_.size());
+  if (dropped_.empty()) return text + ": none passes the profile's filters";
+  const auto same = std::count_if(dropped_.begin(), dropped_.end(), [&](const BadRow& bad) {
+    return bad.column == dropped_.front().column;
+  });
+  return fmt::format("{}: {}: {}; {} rows are bad there{}", text,
+                     source_.name_of(dropped_.front().row), dropped_.front().why, same,
+                     dropped_.front().column ? "; leave the column out of the profile, or state "
+                                               "may_be_missing for its channel"
+                                             : "");
+}
+
 core::Status TableLoader::drop_rows() {
   const auto kept = static_cast<std::size_t>(std::count(keep_.begin(), keep_.end(), 1));
-  if (kept == 0) {
-    return core::Error{core::ErrorCode::kData, fmt::format("{}: no row is left of {}",
-                                                           source_.path().string(), keep_.size())};
-  }
   std::sort(dropped_.begin(), dropped_.end(),
             [](const BadRow& a, const BadRow& b) { return a.row < b.row; });
+  if (kept == 0) return core::data_error(why_no_row_is_left());
   if (kept == keep_.size()) return {};
   std::vector<std::size_t> from;
   for (std::size_t row = 0; row < keep_.size(); ++row) {

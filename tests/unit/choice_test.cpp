@@ -86,6 +86,27 @@ std::string chosen(const JointChoice& joint) {
   return names;
 }
 
+TEST(Choice, CorrectsAJointThatNeverMovesByItsMeanAndTheOthersAsEver) {
+  Recording arm = elbow(3000, 1, kPlay);
+  for (const char* channel : {"estimate", "truth", "torque"}) {
+    record::Channel held = arm.channels[*arm.column("elbow." + std::string(channel))];
+    held.name = "wrist." + std::string(channel);
+    held.joint = "wrist";
+    arm.channels.push_back(held);
+  }
+  arm.samples.conservativeResize(Eigen::NoChange, 9);
+  arm.samples.col(6).setConstant(0.3);
+  arm.samples.col(7).setConstant(0.32);
+  arm.samples.col(8) = arm.samples.col(2);
+  const auto choice = choose({arm});
+  ASSERT_TRUE(choice.ok()) << choice.error().message;
+  ASSERT_EQ(choice->joints.size(), 2U);
+  EXPECT_EQ(choice->joints[1].tried.size(), 1U) << "bias alone";
+  ASSERT_EQ(choice->warnings.size(), 1U);
+  EXPECT_NE(choice->warnings[0].find("joint wrist never moves"), std::string::npos);
+  EXPECT_LT(rmse_on(choice->model, arm), 0.004);
+}
+
 TEST(Choice, OfALinearErrorIsLinearAndReachesTheNoise) {
   const auto choice = choose({elbow(3000, 1, kLinear), elbow(3000, 2, kLinear)});
   ASSERT_TRUE(choice.ok()) << choice.error().message;

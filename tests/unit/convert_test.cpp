@@ -164,6 +164,24 @@ TEST_F(Convert, Int8NeedsARecordingAndSaysWhichItUsed) {
   EXPECT_NE(both.text.find("calibrated on exact.db"), std::string::npos) << both.text;
 }
 
+TEST_F(Convert, SaysAtOnceWhatNoPluginCanLoad) {
+  model::CalibrationModel jaw = sample_model();
+  jaw.outputs[0].joint = "jaw";
+  model::CalibrationModel foreign = sample_model();
+  foreign.features[0].channel = "current.jaw";
+  const std::pair<const model::CalibrationModel*, const char*> cases[] = {
+      {&jaw, "it corrects 'jaw', and a plugin corrects shoulder, elbow, insertion"},
+      {&foreign, "no robot state has its inputs current.jaw"}};
+  for (const auto& [model, why] : cases) {
+    ASSERT_TRUE(learn::write_onnx(*model, folder_ / "m.onnx").ok());
+    const Outcome outcome = convert("");
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.text;
+    EXPECT_NE(outcome.text.find(why), std::string::npos) << outcome.text;
+    EXPECT_NE(outcome.text.find("Any ONNX runtime"), std::string::npos) << outcome.text;
+    EXPECT_FALSE(written());
+  }
+}
+
 TEST_F(Convert, NamesWhatARecordingLacks) {
   record::Recording recording = sample_recording(1e-3);
   recording.channels[0].role = record::Role::kFeature;

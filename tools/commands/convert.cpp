@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,8 @@
 #include "conversion/assemble.hpp"
 #include "conversion/kernel_check.hpp"
 #include "conversion/window.hpp"
+#include "core/catalogue.hpp"
+#include "core/joint_layout.hpp"
 #include "exchange/load.hpp"
 #include "learn/file_hash.hpp"
 #include "learn/onnx_file.hpp"
@@ -108,6 +112,32 @@ core::Status read_model(const Arguments& arguments, Outcome& outcome) {
       fmt::format("{} sha256:{}", std::filesystem::path(arguments.model).filename().string(), hash);
   outcome.foreign = std::move(foreign);
   return {};
+}
+
+/// Weights are for the plugin, which reads the robot state of a RAVEN-II and corrects its joints 1
+/// to 3: what no plugin can load is said before anything is converted.
+core::Status check_loadable(const std::string& file, const model::CalibrationModel& model) {
+  const auto refuse = [&](const std::string& why) {
+    return core::usage_error(fmt::format(
+        "{}: {}; weights are for the plugin of a RAVEN-II. Any ONNX runtime runs a model of "
+        "`ravencal train` as it is: its input and output are described in shared/FORMATS.md",
+        file, why));
+  };
+  const auto joints = std::span(core::kSlotNames).first(core::kCalibratedJointCount);
+  for (const model::OutputSpec& output : model.outputs) {
+    if (std::find(joints.begin(), joints.end(), output.joint) == joints.end())
+      return refuse(fmt::format("it corrects '{}', and a plugin corrects {}", output.joint,
+                                fmt::join(joints, ", ")));
+  }
+  std::vector<std::string> unknown;
+  for (const model::FeatureSpec& feature : model.features) {
+    const bool is_listed =
+        std::find(unknown.begin(), unknown.end(), feature.channel) != unknown.end();
+    if (!core::catalogue_index_of(feature.channel) && !is_listed)
+      unknown.push_back(feature.channel);
+  }
+  if (unknown.empty()) return {};
+  return refuse(fmt::format("no robot state has its inputs {}", fmt::join(unknown, ", ")));
 }
 
 /// Joins what the model, the options and the recordings of the training say of its origin.
@@ -224,6 +254,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(outcome.calibrate,
                             load_recordings(arguments.calibrate, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(read_model(arguments, outcome));
+  RAVENCAL_RETURN_IF_ERROR(check_loadable(arguments.model, outcome.model));
   RAVENCAL_RETURN_IF_ERROR(complete_origin(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(make_blob(arguments, outcome));
   RAVENCAL_RETURN_IF_ERROR(check_source(arguments, outcome));

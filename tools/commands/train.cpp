@@ -21,6 +21,7 @@
 #include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
 #include "commands/simulated_motion.hpp"
+#include "core/catalogue.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/distinct.hpp"
 #include "learn/ensemble.hpp"
@@ -124,8 +125,14 @@ void print_warnings(const std::vector<std::string>& warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
 }
 
-void print_origin(const model::Origin& origin) {
+void print_origin(const model::CalibrationModel& model) {
+  const model::Origin& origin = model.origin;
   fmt::print("origin: {}\n", describe(origin));
+  const bool is_raven =
+      std::all_of(model.outputs.begin(), model.outputs.end(), [](const model::OutputSpec& output) {
+        return core::catalogue_index_of(output.estimate_channel).has_value();
+      });
+  if (!is_raven) return;  // only a plugin asks which arm it was
   if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
     fmt::print(
         "        state what is unknown, so that no other arm loads these weights: --arm "
@@ -263,7 +270,7 @@ core::Status run(TrainArguments arguments) {
   fmt::print("{}{}: {} features, {} rows; {}:\n{}", trained.course, arguments.out,
              trained.model.features.size(), trained.rows, title,
              learn::evaluation_table(evaluation));
-  print_origin(trained.model.origin);
+  print_origin(trained.model);
   fmt::print("{}", model::loop_text(trained.model));
   if (margins) fmt::print("{}", loop::describe(*margins));
   if (arguments.report.empty()) return {};

@@ -136,7 +136,23 @@ TEST(SkipBad, SaysSoWhenNothingIsLeft) {
   LoadOptions options;
   options.profile = "generic";
   options.skip_bad = true;
-  EXPECT_EQ(load_recording(path, options).error().message, path.string() + ": no row is left of 1");
+  EXPECT_EQ(
+      load_recording(path, options).error().message,
+      path.string() +
+          ": no row is left of 1: line 2: column 1 (time): 'x' is not a number; 1 rows are bad "
+          "there; leave the column out of the profile, or state may_be_missing for its "
+          "channel");
+}
+
+TEST(SkipBad, NamesTheColumnThatSpoilsEveryRow) {
+  const Scratch scratch;
+  const auto path = scratch.write("a.csv", kHeader + "0,1,nan\n1,1,nan\n2,nan,nan\n");
+  LoadOptions options;
+  options.profile = "generic";
+  options.skip_bad = true;
+  const std::string why = load_recording(path, options).error().message;
+  EXPECT_NE(why.find("no row is left of 3: line 2: column 3"), std::string::npos) << why;
+  EXPECT_NE(why.find("2 rows are bad there"), std::string::npos) << why;
 }
 
 }  // namespace

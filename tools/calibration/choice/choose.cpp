@@ -192,7 +192,12 @@ core::Result<InputSets> input_sets(const ChoiceOptions& options,
   return given_inputs(std::move(features), *training.front(), outputs.size());
 }
 
-void describe(const Rows& rows, const ChoiceOptions& options, Choice& choice) {
+void describe(const Rows& rows, const ChoiceOptions& options, const InputSets& sets,
+              Choice& choice) {
+  for (const std::string& joint : sets.unmoved) {
+    choice.warnings.push_back(fmt::format(
+        "joint {} never moves in the training: it is corrected by its mean error alone", joint));
+  }
   auto& provenance = choice.model.provenance;
   provenance["ravencal_version"] = core::kVersion;
   provenance["features"] = options.features.empty() ? "(offered)" : options.features;
@@ -259,7 +264,7 @@ core::Result<Choice> choose_model(
   fit_frame(rows, columns, sets, choice);
   model.layers = layers_of(parts, scaled(Eigen::all, columns), model.output);
   model.loop_gains = model::loop_gains(model, choice.rows);
-  describe(rows, options, choice);
+  describe(rows, options, sets, choice);
   if (options.at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = learn::files_text(training);
   return choice;

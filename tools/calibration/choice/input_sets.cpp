@@ -105,8 +105,13 @@ class Collector {
   }
 
   [[nodiscard]] InputSets result() const {
-    InputSets sets{features_, positions_, {}};
+    InputSets sets{features_, positions_, {}, {}};
     for (const model::OutputSpec& output : outputs_) {
+      if (!(range_of(recordings_, output.estimate_channel).width() > 0.0)) {
+        sets.unmoved.push_back(output.joint);
+        sets.of_output.emplace_back();
+        continue;
+      }
       const auto own = [&](std::size_t i) {
         return joints_[i].empty() || joints_[i] == output.joint;
       };
@@ -160,6 +165,7 @@ class Collector {
   /// Means over the travel of the joint that the effort moves.
   void add_travel_means(const Channel& channel, const model::OutputSpec& output) {
     const double width = range_of(recordings_, output.estimate_channel).width();
+    if (!(width > 0.0)) return;
     const auto mean = [&](Transform transform, double share) {
       add({.channel = channel.name,
            .transform = transform,
@@ -226,8 +232,10 @@ InputSets given_inputs(std::vector<FeatureSpec> features, const Recording& recor
   std::vector<InputSet> sets;
   if (!plain.columns.empty()) sets.push_back(plain);
   if (plain.columns.size() < all.columns.size()) sets.push_back(all);
-  return {std::move(features), std::move(positions),
-          std::vector<OutputInputs>(outputs, {std::move(sets), {}, {}})};
+  return {std::move(features),
+          std::move(positions),
+          std::vector<OutputInputs>(outputs, {std::move(sets), {}, {}}),
+          {}};
 }
 
 }  // namespace ravencal::choice

@@ -31,6 +31,7 @@ struct InputSets {
   std::vector<model::FeatureSpec> features;
   std::vector<Eigen::Index> positions;  ///< columns of positions as they are
   std::vector<OutputInputs> of_output;  ///< [outputs]
+  std::vector<std::string> unmoved;     ///< joints that never move: they get no input
 };
 
 /// Positions: every joint estimate and motor position, and on a robot without RAVEN-II's channels
