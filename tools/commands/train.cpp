@@ -129,9 +129,7 @@ void print_origin(const model::CalibrationModel& model) {
   const model::Origin& origin = model.origin;
   fmt::print("origin: {}\n", describe(origin));
   const bool is_raven =
-      std::all_of(model.outputs.begin(), model.outputs.end(), [](const model::OutputSpec& output) {
-        return core::catalogue_index_of(output.estimate_channel).has_value();
-      });
+      core::catalogue_index_of(model.outputs.front().estimate_channel).has_value();
   if (!is_raven) return;  // only a plugin asks which arm it was
   if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
     fmt::print(

@@ -137,8 +137,11 @@ TEST(RecordingWriter, OneOfTwoThatCreateOneNameAtOnceOwnsIt) {
       while (ready < 2) std::this_thread::yield();
       auto writer = RecordingWriter::create(scratch / "r.db", {}, two_channels());
       if (!writer.ok()) {
-        EXPECT_NE(writer.error().message.find("exists already"), std::string::npos)
-            << writer.error().message;
+        // Who comes between the other's look and its first byte finds the file locked.
+        const std::string& why = writer.error().message;
+        EXPECT_TRUE(why.find("exists already") != std::string::npos ||
+                    why.find("another process writes") != std::string::npos)
+            << why;
         return;
       }
       ++created;
