@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "physics/plant_effort.hpp"
+
 namespace ravencal::physics {
 namespace {
 
@@ -37,9 +39,7 @@ core::Status check_frames(const Plant& plant) {
 
 /// Nothing weighs in silence nothing.
 core::Status check_gravity(const Plant& plant, bool stated) {
-  double mass_kg = plant.payload.mass_kg;
-  for (const Joint& joint : plant.joints) mass_kg += joint.link.mass_kg;
-  if (stated || !(mass_kg > 0.0)) return {};
+  if (stated || !(moved_mass_kg(plant) > 0.0)) return {};
   return core::data_error(fmt::format(
       "{}: links have masses and [robot] states no gravity_m_per_s2: three numbers in the frame of "
       "the base, such as [0.0, 0.0, -9.81], or zeros where nothing pulls at them",

@@ -48,10 +48,8 @@ std::vector<VectorXd> efforts_of_bodies(const Plant& plant, const std::vector<Mo
 bool is_raven(const Plant& plant) { return plant.joints.size() == 3 && !plant.robot.arm.empty(); }
 
 bool has_weight(const Plant& plant) {
-  double mass_kg = plant.payload.mass_kg;
-  for (const Joint& joint : plant.joints) mass_kg += joint.link.mass_kg;
   const auto& g = plant.robot.gravity_m_per_s2;
-  return mass_kg > 0.0 && std::hypot(g[0], g[1], g[2]) > 0.0;
+  return moved_mass_kg(plant) > 0.0 && std::hypot(g[0], g[1], g[2]) > 0.0;
 }
 
 /// A pendulum about z: effort = -(r x m g)_z with r turned by q.
@@ -75,6 +73,12 @@ VectorXd pendulum_effort(const Plant& plant, const VectorXd& q) {
 }
 
 }  // namespace
+
+double moved_mass_kg(const Plant& plant) {
+  double mass_kg = plant.payload.mass_kg;
+  for (const Joint& joint : plant.joints) mass_kg += joint.link.mass_kg;
+  return mass_kg;
+}
 
 bool lacks_geometry(const Plant& plant) {
   const bool turns = plant.joints.size() == 1 && plant.joints[0].kind == JointKind::kRevolute;

@@ -20,6 +20,9 @@ std::vector<Eigen::VectorXd> holding_efforts(const Plant& plant,
 /// pendulum have no weight, and each joint moves its own link only.
 std::vector<Eigen::VectorXd> link_efforts(const Plant& plant, const std::vector<Motion>& links);
 
+/// Of the links and the payload together.
+double moved_mass_kg(const Plant& plant);
+
 /// True if links that weigh something get no weight, since nothing says where they are.
 bool lacks_geometry(const Plant& plant);
 

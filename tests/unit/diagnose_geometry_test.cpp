@@ -69,6 +69,15 @@ double desired_rad(double t_s, int joint, double seed) {
                               0.35 * std::sin(2.0 * M_PI * 2.3 * slow_hz * t_s + seed));
 }
 
+/// The model; what a simulation states it has exactly.
+physics::Plant stated_exactly() {
+  physics::Plant plant = plant_of_mjcf(arm({}));
+  for (physics::Joint& joint : plant.joints)
+    for (const char* key : {"inertia", "weight_scale", "viscous_friction", "torque_constant"})
+      joint.tolerance[key] = 0.01;
+  return plant;
+}
+
 struct Named {
   std::vector<std::string> any_of;  ///< "joint id", of which one must be named
   double value;
@@ -117,11 +126,7 @@ class DiagnoseGeometry : public ::testing::TestWithParam<Case> {};
 TEST_P(DiagnoseGeometry, NamesTheFaultsWithTheirValuesAndNothingElse) {
   const Case& c = GetParam();
   constexpr double kTraining_s = 60.0, kHeldOut_s = 40.0;
-  physics::Plant plant = plant_of_mjcf(arm({}));
-  // What a simulation states it has exactly.
-  for (physics::Joint& joint : plant.joints)
-    for (const char* key : {"inertia", "weight_scale", "viscous_friction", "torque_constant"})
-      joint.tolerance[key] = 0.01;
+  const physics::Plant plant = stated_exactly();
   const auto report =
       diagnose({recording_of_mjcf(arm(c.fault), desired_rad, 1.0, kTraining_s)},
                {recording_of_mjcf(arm(c.fault), desired_rad, 2.0, kHeldOut_s)}, plant, {});
@@ -149,10 +154,7 @@ INSTANTIATE_TEST_SUITE_P(Faults, DiagnoseGeometry, ::testing::ValuesIn(cases()),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST(DiagnoseGeometryTolerance, HoldsALinkWithinWhatThePlantStates) {
-  physics::Plant plant = plant_of_mjcf(arm({}));
-  for (physics::Joint& joint : plant.joints)
-    for (const char* key : {"inertia", "weight_scale", "viscous_friction", "torque_constant"})
-      joint.tolerance[key] = 0.01;
+  physics::Plant plant = stated_exactly();
   plant.joints[2].tolerance["link_length"] = 0.05;
   const Fault fault{.length_m = 0.01};
   const auto report = diagnose({recording_of_mjcf(arm(fault), desired_rad, 1.0, 60.0)},

@@ -187,6 +187,16 @@ class RobotImproved : public ::testing::Test {
     }
   }
 
+  /// Moves the robot twice and writes both motions; the held-out one.
+  [[nodiscard]] Recorded held_out_of(const std::string& robot) const {
+    const auto real = physics::compile_model(robot, "real.xml");
+    EXPECT_TRUE(real.model) << real.refusal;
+    write("train.csv", record(*real.model, 1.0, 60.0));
+    const Recorded held_out = record(*real.model, 2.0, 40.0);
+    write("held_out.csv", held_out);
+    return held_out;
+  }
+
   /// report.json of the arm's model as the plant; `with_truth`: the joints' own encoders count.
   [[nodiscard]] nlohmann::json diagnose(bool with_truth) const {
     std::string profile = "[source]\nrobot = \"arm\"\nformat = \"csv\"\ntime = \"t_s\"\n";
@@ -218,12 +228,7 @@ class RobotImproved : public ::testing::Test {
 };
 
 TEST_F(RobotImproved, HasInMujocoAloneTheEffortErrorThatTheReportStates) {
-  const auto real =
-      physics::compile_model(arm({0.4, 0.3, 0.005, 0.0}, {0.3, 0.2, 0.0, 0.2}), "real.xml");
-  ASSERT_TRUE(real.model) << real.refusal;
-  const Recorded held_out = record(*real.model, 2.0, 40.0);
-  write("train.csv", record(*real.model, 1.0, 60.0));
-  write("held_out.csv", held_out);
+  const Recorded held_out = held_out_of(arm({0.4, 0.3, 0.005, 0.0}, {0.3, 0.2, 0.0, 0.2}));
   const nlohmann::json report = diagnose(false);
   const ModelPointer given = loaded(folder_ / "arm.xml");
   const ModelPointer improved = loaded(folder_ / "why/robot_improved.xml");
@@ -279,11 +284,7 @@ double position_error_rad(const mjModel& model, const Recorded& recorded, double
 
 TEST_F(RobotImproved, MovesByItselfWithTheGapOfTheRobot) {
   constexpr double kHalfWidth_rad = 0.003;
-  const auto real = physics::compile_model(arm_with_gap(kHalfWidth_rad), "real.xml");
-  ASSERT_TRUE(real.model) << real.refusal;
-  const Recorded held_out = record(*real.model, 2.0, 40.0);
-  write("train.csv", record(*real.model, 1.0, 60.0));
-  write("held_out.csv", held_out);
+  const Recorded held_out = held_out_of(arm_with_gap(kHalfWidth_rad));
   const nlohmann::json report = diagnose(true);
   const ModelPointer given = loaded(folder_ / "arm.xml");
   const ModelPointer improved = loaded(folder_ / "why/robot_improved.xml");

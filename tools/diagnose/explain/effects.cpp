@@ -65,10 +65,13 @@ class ReportedEffects {
       Model less = without(m_.written, m_.vocabulary, c);
       fit(m_.training, less);
       judge(m_.training, 0.0, less);
-      if (candidate.unnamed())
-        add_unexplained(unexplained(candidate, less), report);
-      else
+      if (!candidate.unnamed()) {
         report.effects.push_back(effect(c, less));
+        continue;
+      }
+      // A shape that takes nothing of the rows that are shown is of the fitted ones alone.
+      Unexplained found = unexplained(candidate, less);
+      if (found.size > 0.0) report.unexplained.push_back(std::move(found));
     }
     add_refitted(report);
     add_combinations(report);
@@ -258,11 +261,6 @@ class ReportedEffects {
     out.share_of_excess = taken.before > 0.0 ? std::pow(out.size / taken.before, 2) : 0.0;
     out.depends_on = {candidate.circumstance};
     return out;
-  }
-
-  /// A shape that takes nothing of the rows that are shown is of the fitted ones alone.
-  static void add_unexplained(Unexplained found, Report& report) {
-    if (found.size > 0.0) report.unexplained.push_back(std::move(found));
   }
 
   /// Numbers of the plant that moved within their tolerance.

@@ -138,6 +138,15 @@ void Columns::ask(const std::string& question) {
     questions.push_back(question);
 }
 
+std::vector<std::string> joints_of(const Columns& columns) {
+  std::vector<std::string> joints;
+  for (const Column& column : columns.all) {
+    const bool is_new = std::find(joints.begin(), joints.end(), column.said.joint) == joints.end();
+    if (column.is_usable_position() && is_new) joints.push_back(column.said.joint);
+  }
+  return joints;
+}
+
 Columns columns_of(const record::Table& table, Guess& guess) {
   std::map<std::size_t, std::size_t> count_of_length;
   for (const record::TableColumn& column : table.columns) ++count_of_length[column.values.size()];

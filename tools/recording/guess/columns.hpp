@@ -26,6 +26,7 @@ struct Column {
   [[nodiscard]] bool is(Quantity quantity) const { return said.quantity == quantity; }
   /// A position that moves, in a unit of length or angle.
   [[nodiscard]] bool is_usable_position() const;
+  [[nodiscard]] bool drives() const { return is(Quantity::kEffort) || is(Quantity::kDriveSignal); }
   /// Values in SI; needs a unit.
   [[nodiscard]] Eigen::VectorXd si() const;
 };
@@ -38,6 +39,9 @@ struct Columns {
 
   void ask(const std::string& question);
 };
+
+/// Joints in the order of their first usable position.
+std::vector<std::string> joints_of(const Columns& columns);
 
 /// The columns of numbers that have as many rows as most; the others are left out.
 Columns columns_of(const record::Table& table, Guess& guess);

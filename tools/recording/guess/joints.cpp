@@ -16,17 +16,6 @@ namespace {
 /// A column without a word for its joint moves as one of its joint's positions does.
 constexpr double kSameJointCorrelation = 0.9;
 
-/// Keys of joints in the order of their first position.
-std::vector<std::string> keys_of(const Columns& columns) {
-  std::vector<std::string> keys;
-  for (const Column& column : columns.all) {
-    if (!column.is_usable_position()) continue;
-    if (std::find(keys.begin(), keys.end(), column.said.joint) == keys.end())
-      keys.push_back(column.said.joint);
-  }
-  return keys;
-}
-
 std::vector<std::string> words_of(const std::string& key) {
   std::vector<std::string> words;
   std::istringstream text(key);
@@ -162,16 +151,15 @@ std::string plain_name(const std::string& key) {
 
 void find_joints(Columns& columns, const std::vector<std::string>& joints) {
   join_nameless_positions(columns);
-  const std::vector<std::string> keys = keys_of(columns);
+  const std::vector<std::string> keys = joints_of(columns);
   const auto is_joint = [&](const std::string& key) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   };
   for (Column& column : columns.all) {
     if (column.is(Quantity::kPosition) || is_joint(column.said.joint)) continue;
-    const bool drive = column.is(Quantity::kEffort) || column.is(Quantity::kDriveSignal);
     if (keys.size() == 1 && column.said.joint.empty())
       column.said.joint = keys.front();
-    else if (drive && !column.constant())
+    else if (column.drives() && !column.constant())
       find_joint_of_effort(columns, column);
   }
   std::map<std::string, std::string> names;

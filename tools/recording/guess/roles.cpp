@@ -36,12 +36,7 @@ class Roles {
   Roles(Columns& columns, Guess& guess) : columns_(columns), guess_(guess) {}
 
   void find() {
-    std::vector<std::string> joints;
-    for (const Column& column : columns_.all) {
-      const bool position = column.is_usable_position();
-      if (position && std::find(joints.begin(), joints.end(), column.said.joint) == joints.end())
-        joints.push_back(column.said.joint);
-    }
+    const std::vector<std::string> joints = joints_of(columns_);
     find_commands(joints);
     for (const std::string& joint : joints) joint_roles(joint);
     for (Column& column : columns_.all)
@@ -68,11 +63,11 @@ class Roles {
                  [&](const Column& c) { return c.is_usable_position() && c.said.side == side; });
   }
 
-  void add(Column& column, std::string_view role, std::string_view what) {
+  void put(Column& column, std::string_view role, std::string joint, std::string name) {
     GuessedChannel channel;
     channel.column = column.index;
-    channel.joint = column.said.joint;
-    channel.name = channel.joint.empty() ? column.name : fmt::format("{}.{}", channel.joint, what);
+    channel.joint = std::move(joint);
+    channel.name = std::move(name);
     channel.role = role;
     channel.unit = column.said.unit;
     channel.scale = column.said.scale;
@@ -81,18 +76,13 @@ class Roles {
     guess_.channels.push_back(std::move(channel));
     done_.push_back(&column);
   }
+  void add(Column& column, std::string_view role, std::string_view what) {
+    const std::string& joint = column.said.joint;
+    put(column, role, joint, joint.empty() ? column.name : fmt::format("{}.{}", joint, what));
+  }
   void feature(Column& column, std::string why) {
     column.because = std::move(why);
-    GuessedChannel channel;
-    channel.column = column.index;
-    channel.name = column.name;
-    channel.role = column.is(Quantity::kTemperature) ? "temperature" : "feature";
-    channel.unit = column.said.unit;
-    channel.scale = column.said.scale;
-    channel.may_be_missing = column.missing;
-    channel.because = column.because;
-    guess_.channels.push_back(std::move(channel));
-    done_.push_back(&column);
+    put(column, column.is(Quantity::kTemperature) ? "temperature" : "feature", "", column.name);
   }
 
   void joint_roles(const std::string& joint);
@@ -140,8 +130,7 @@ void Roles::turn_efforts(const std::string& joint) {
   });
   if (moved == nullptr) return;
   for (Column& column : columns_.all) {
-    const bool drive = column.is(Quantity::kEffort) || column.is(Quantity::kDriveSignal);
-    if (!drive || column.said.joint != joint || !has_sign(column)) continue;
+    if (!column.drives() || column.said.joint != joint || !has_sign(column)) continue;
     const auto fit = effort_of_motion(columns_.t_s, moved->si(), column.values);
     if (!fit || !fit->reversed || fit->share < kLeastExplained) continue;
     column.said.scale *= -1.0;

@@ -167,8 +167,7 @@ void find_position_units(Columns& columns) {
 void find_other_units(Columns& columns) {
   for (Column& column : columns.all) {
     if (column.is(Quantity::kVelocity)) find_velocity_unit(columns, column);
-    if (column.is(Quantity::kEffort) || column.is(Quantity::kDriveSignal))
-      find_effort_unit(columns, column);
+    if (column.drives()) find_effort_unit(columns, column);
     if (column.said.unit.empty()) column.said.unit = "1";
   }
 }
