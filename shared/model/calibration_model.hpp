@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "model/expected_error.hpp"
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
 #include "model/loop_gains.hpp"
@@ -61,6 +62,7 @@ struct CalibrationModel {
   std::vector<OutputSpec> outputs;
   Origin origin;
   std::optional<LoopGains> loop_gains;  ///< none: nobody computed them
+  std::vector<ExpectedError> expected;  ///< [outputs]; empty: unknown
   double row_period_s = 0.01;           ///< time between training rows: the unit of lagged features
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings

@@ -4,108 +4,17 @@
 // computes what the chosen candidates do.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-#include <limits>
 #include <random>
 
 #include "choice/assemble.hpp"
 #include "choice/choice_table.hpp"
-#include "choice/choose.hpp"
 #include "choice/input_sets.hpp"
-#include "choice/rows.hpp"
+#include "choice_sample.hpp"
 #include "core/catalogue.hpp"
 #include "learn/dataset.hpp"
-#include "learn/evaluate.hpp"
 
 namespace ravencal::choice {
 namespace {
-
-using record::Recording;
-using record::Role;
-
-constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
-
-/// Error of an elbow, from its position, its play of half-width 0.1 and its torque.
-using ErrorLaw = std::function<double(double position, double play, double torque)>;
-
-/// An elbow that moves to and fro with falling and rising amplitude at 100 Hz, a torque, and
-/// channels that must not become inputs. The law's noise is 0.001 rad.
-Recording elbow(int rows, unsigned seed, const ErrorLaw& law) {
-  Recording arm;
-  arm.source = "elbow.db";
-  arm.channels = {{"elbow.estimate", "rad", Role::kJointEstimate, "elbow"},
-                  {"elbow.truth", "rad", Role::kJointTruth, "elbow"},
-                  {"elbow.torque", "N_m", Role::kDriveTorque, "elbow"},
-                  {"elbow.sensor", "N_m", Role::kLoad, "elbow"},
-                  {"elbow.desired", "rad", Role::kDesiredPosition, "elbow"},
-                  {"elbow.speed", "rad_per_s", Role::kMotorVelocity, "elbow"}};
-  arm.samples.resize(rows, 6);
-  std::mt19937_64 generator(seed);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  double play = 0.0;
-  double torque = 0.0;
-  for (int row = 0; row < rows; ++row) {
-    const double t = 0.01 * row;
-    const double position = (0.6 + 0.3 * std::sin(0.11 * t + seed)) * std::sin(0.9 * t + seed);
-    play = row == 0 ? position : std::clamp(play, position - 0.1, position + 0.1);
-    torque += 0.02 * (unit(generator) - torque);
-    const double error = law(position, play, torque) + 0.001 * unit(generator);
-    arm.t_ns.push_back(row * 10'000'000LL);
-    arm.samples.row(row) << position, position + error, torque, error, position + 0.1 * error, 0.0;
-  }
-  return arm;
-}
-
-const ErrorLaw kLinear = [](double q, double, double) { return 0.05 + 0.1 * q; };
-const ErrorLaw kPlay = [](double q, double play, double) { return 0.05 + 0.4 * (play - q); };
-const ErrorLaw kCurve = [](double q, double, double) { return 0.2 * std::sin(3.0 * q); };
-
-bool go_on(double, const std::string&) { return true; }
-
-core::Result<Choice> choose(const std::vector<Recording>& recordings,
-                            const ChoiceOptions& options = {}) {
-  std::vector<const Recording*> pointers;
-  for (const Recording& recording : recordings) pointers.push_back(&recording);
-  return choose_model(pointers, options, go_on);
-}
-
-double rmse_on(const model::CalibrationModel& model, const Recording& recording) {
-  const Recording* const recordings[] = {&recording};
-  const auto evaluation = learn::evaluate(model, recordings);
-  EXPECT_TRUE(evaluation.ok()) << evaluation.error().message;
-  return evaluation->joints[0].calibrated.rmse;
-}
-
-/// Names of the chosen candidates.
-std::string chosen(const JointChoice& joint) {
-  std::string names;
-  for (const TriedModel& tried : joint.tried) {
-    if (tried.weight > 0.0) names += tried.name + ";";
-  }
-  return names;
-}
-
-TEST(Choice, CorrectsAJointThatNeverMovesByItsMeanAndTheOthersAsEver) {
-  Recording arm = elbow(3000, 1, kPlay);
-  for (const char* channel : {"estimate", "truth", "torque"}) {
-    record::Channel held = arm.channels[*arm.column("elbow." + std::string(channel))];
-    held.name = "wrist." + std::string(channel);
-    held.joint = "wrist";
-    arm.channels.push_back(held);
-  }
-  arm.samples.conservativeResize(Eigen::NoChange, 9);
-  arm.samples.col(6).setConstant(0.3);
-  arm.samples.col(7).setConstant(0.32);
-  arm.samples.col(8) = arm.samples.col(2);
-  const auto choice = choose({arm});
-  ASSERT_TRUE(choice.ok()) << choice.error().message;
-  ASSERT_EQ(choice->joints.size(), 2U);
-  EXPECT_EQ(choice->joints[1].tried.size(), 1U) << "bias alone";
-  ASSERT_EQ(choice->warnings.size(), 1U);
-  EXPECT_NE(choice->warnings[0].find("joint wrist never moves"), std::string::npos);
-  EXPECT_LT(rmse_on(choice->model, arm), 0.004);
-}
 
 TEST(Choice, OfALinearErrorIsLinearAndReachesTheNoise) {
   const auto choice = choose({elbow(3000, 1, kLinear), elbow(3000, 2, kLinear)});
@@ -257,43 +166,6 @@ TEST(OfferedInputs, OnARavenCloseNoLoop) {
   const auto sets = offered_inputs(recordings, {{{"elbow", "jpos.elbow", "rad"}}});
   ASSERT_TRUE(sets.ok());
   for (const model::FeatureSpec& feature : sets->features) EXPECT_EQ(feature.channel, "jpos.elbow");
-}
-
-TEST(HeldOut, PartsHoldEveryRowOnceAndTheOutermostHalfLast) {
-  std::vector<Recording> recordings;
-  for (unsigned seed = 1; seed <= 5; ++seed) recordings.push_back(elbow(200, seed, kLinear));
-  std::vector<const Recording*> pointers;
-  for (const Recording& recording : recordings) pointers.push_back(&recording);
-  const std::vector<model::FeatureSpec> features = {{"elbow.estimate"}};
-  const std::vector<model::OutputSpec> outputs = {{"elbow", "elbow.estimate", "rad"}};
-  const auto rows = make_rows(features, outputs, pointers, 0.01);
-  ASSERT_TRUE(rows.ok());
-  const HeldOut held_out = held_out_parts(rows->recording, rows->inputs.cast<double>());
-  EXPECT_TRUE(held_out.by_recording);
-  ASSERT_EQ(held_out.rows.size(), 6U);
-  std::vector<int> seen(1000, 0);
-  for (std::size_t part = 0; part < 5; ++part) {
-    EXPECT_EQ(held_out.rows[part].size(), 200U);
-    for (const Eigen::Index row : held_out.rows[part]) ++seen[static_cast<std::size_t>(row)];
-  }
-  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 1000);
-  const Eigen::VectorXf values = rows->inputs.col(0);
-  const float middle = 0.5F * (values.minCoeff() + values.maxCoeff());
-  std::vector<bool> is_outer(1000, false);
-  for (const Eigen::Index row : held_out.rows.back())
-    is_outer[static_cast<std::size_t>(row)] = true;
-  EXPECT_NEAR(static_cast<double>(held_out.rows.back().size()), 500.0, 2.0);
-  float nearest_outer = 10.0F;
-  float farthest_inner = 0.0F;
-  for (Eigen::Index row = 0; row < 1000; ++row) {
-    const float distance = std::abs(values[row] - middle);
-    if (is_outer[static_cast<std::size_t>(row)]) {
-      nearest_outer = std::min(nearest_outer, distance);
-    } else {
-      farthest_inner = std::max(farthest_inner, distance);
-    }
-  }
-  EXPECT_GE(nearest_outer, farthest_inner);
 }
 
 TEST(Assemble, OneNetworkComputesTheSumOfItsParts) {

@@ -14,6 +14,7 @@
 #include "core/whole_file.hpp"
 #include "host/replay.hpp"
 #include "learn/calibration_report.hpp"
+#include "learn/expectation.hpp"
 #include "learn/onnx_file.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
@@ -68,7 +69,8 @@ core::Status run(const EvaluateArguments& arguments) {
                             learn::evaluate(model, pointers_to(recordings)));
   for (const std::string& warning : learn::warnings_of(evaluation, model, pointers_to(recordings)))
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
-  fmt::print("{}", learn::evaluation_table(evaluation));
+  fmt::print("{}{}", learn::evaluation_table(evaluation),
+             learn::expectation_table(evaluation, true));
   std::optional<host::Summary> applied;
   if (!arguments.plugin.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(applied, as_applied(arguments, model, recordings));

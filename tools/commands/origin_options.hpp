@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "model/origin.hpp"
+#include "model/calibration_model.hpp"
 
 namespace ravencal::commands {
 
@@ -21,5 +21,8 @@ void add_origin_options(CLI::App& command, OriginOptions& options);
 
 /// What the user said; the arm only if `command` was given --arm.
 model::Origin given_origin(const CLI::App& command, const OriginOptions& options);
+
+/// Prints the origin, and which options would state what is unknown and a plugin asks for.
+void print_origin(const model::CalibrationModel& model);
 
 }  // namespace ravencal::commands

@@ -20,12 +20,13 @@
 #include "commands/loop_margins.hpp"
 #include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
+#include "commands/session_option.hpp"
 #include "commands/simulated_motion.hpp"
-#include "core/catalogue.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/distinct.hpp"
 #include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
+#include "learn/expectation.hpp"
 #include "learn/onnx_file.hpp"
 #include "model/feature_matrix.hpp"
 #include "model/loop_text.hpp"
@@ -52,6 +53,7 @@ struct TrainArguments {
   OriginOptions origin;
   record::LoadOptions load;
   learn::TrainOptions train;
+  choice::SessionRule sessions = choice::SessionRule::kAuto;
 };
 
 /// Options that say how a network is made and trained.
@@ -125,20 +127,6 @@ void print_warnings(const std::vector<std::string>& warnings) {
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
 }
 
-void print_origin(const model::CalibrationModel& model) {
-  const model::Origin& origin = model.origin;
-  fmt::print("origin: {}\n", describe(origin));
-  const bool is_raven =
-      core::catalogue_index_of(model.outputs.front().estimate_channel).has_value();
-  if (!is_raven) return;  // only a plugin asks which arm it was
-  if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
-    fmt::print(
-        "        state what is unknown, so that no other arm loads these weights: --arm "
-        "gold|green, --coordinates motor (recorded without the plugin) or corrected (while it "
-        "corrected)\n");
-  }
-}
-
 /// What the plant knows: recordings of its simulation over the workspace.
 core::Result<std::vector<record::Recording>> simulated(const std::string& plant_file,
                                                        double row_period_s) {
@@ -210,6 +198,7 @@ core::Result<Trained> choose(const TrainArguments& arguments, const Recordings& 
   options.origin = arguments.train.origin;
   options.at_hook = learn::is_at_hook(arguments.train.latched, training.front());
   options.seed = arguments.train.trainer.seed;
+  options.sessions = arguments.sessions;
   cli::Progress progress("train");
   RAVENCAL_ASSIGN_OR_RETURN(choice::Choice chosen,
                             choice::choose_model(pointers_to(training), options,
@@ -265,9 +254,9 @@ core::Status run(TrainArguments arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
                             learn::evaluate(trained.model, pointers_to(shown)));
   print_warnings(learn::warnings_of(evaluation));
-  fmt::print("{}{}: {} features, {} rows; {}:\n{}", trained.course, arguments.out,
+  fmt::print("{}{}: {} features, {} rows; {}:\n{}{}", trained.course, arguments.out,
              trained.model.features.size(), trained.rows, title,
-             learn::evaluation_table(evaluation));
+             learn::evaluation_table(evaluation), learn::expectation_table(evaluation, false));
   print_origin(trained.model);
   fmt::print("{}", model::loop_text(trained.model));
   if (margins) fmt::print("{}", loop::describe(*margins));
@@ -292,6 +281,7 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
   (void)add_load_options(command, arguments.load);
   add_origin_options(command, arguments.origin);
   add_joints_option(command, arguments.train.joints);
+  add_session_option(command, arguments.sessions);
 }
 
 void add_physics_option(CLI::App& command, TrainArguments& arguments) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "core/students_t.hpp"
 #include "core/units.hpp"
 
 namespace ravencal::choice {
@@ -44,7 +45,10 @@ std::string joint_table(const JointChoice& joint) {
     const bool is_bias = tried->ridge == 0.0;
     if (shown >= kShown && tried->weight == 0.0 && !is_bias) continue;
     ++shown;
-    const double half = 1.96 * tried->inside_error;
+    const double half =
+        joint.parts > 1
+            ? core::students_t_975(static_cast<double>(joint.parts) - 1.0) * tried->inside_error
+            : 0.0;
     text += fmt::format(
         "  {:<42} {:>8} {:>10.4f} {:>8.4f} {:>8.4f} {:>10.4f} {:>7}\n", tried->name,
         is_bias ? "-" : fmt::format("{:g}", tried->ridge), tried->inside_rmse * unit.per_si,
@@ -61,7 +65,9 @@ std::string choice_table(const Choice& choice) {
   const JointChoice& first = choice.joints.front();
   std::string text = fmt::format(
       "candidates on rows of the training that they were not fitted to; inside: {} parts, {}; "
-      "outside: the outermost half of the motion, fitted to the inner half\n",
+      "outside: the halves of the motion that are farthest from its middle, faster, or under "
+      "larger "
+      "effort, fitted to the other halves\n",
       first.parts, first.parts_are_recordings ? "whole recordings" : "stretches of time");
   for (const JointChoice& joint : choice.joints) text += joint_table(joint);
   return text;

@@ -10,9 +10,11 @@
 #include <map>
 
 #include "choice/assemble.hpp"
+#include "choice/expected.hpp"
 #include "choice/input_sets.hpp"
 #include "choice/rows.hpp"
 #include "choice/selection.hpp"
+#include "choice/variety.hpp"
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
 #include "learn/recording_origin.hpp"
@@ -37,30 +39,24 @@ struct Kind {
 constexpr std::array<Kind, 3> kKinds = {
     {{"linear", 0.0}, {"gentle units", 0.3}, {"steep units", 1.0}}};
 
-/// A joint's rows, and how they are held out.
-struct JointData {
-  JointRows rows;
-  bool by_recording = false;
-};
-
-JointData joint_data(const Rows& rows, const Eigen::MatrixXd& scaled,
-                     const std::vector<Index>& positions, Index output) {
+JointRows joint_rows(const Rows& all, const Eigen::MatrixXd& scaled, const InputSets& sets,
+                     Index output, SessionRule sessions) {
   std::vector<Index> known;
   std::vector<int> recording;
-  JointData data;
-  for (Index row = 0; row < rows.errors.rows(); ++row) {
-    if (!std::isfinite(rows.errors(row, output))) continue;
+  for (Index row = 0; row < all.errors.rows(); ++row) {
+    if (!std::isfinite(all.errors(row, output))) continue;
     known.push_back(row);
-    recording.push_back(rows.recording[static_cast<std::size_t>(row)]);
-    data.rows.homing.push_back(rows.homing[static_cast<std::size_t>(row)]);
-    data.rows.homings = std::max(data.rows.homings, data.rows.homing.back() + 1);
+    recording.push_back(all.recording[static_cast<std::size_t>(row)]);
   }
-  data.rows.scaled = scaled(known, Eigen::all);
-  data.rows.errors = rows.errors(known, output);
-  HeldOut held_out = held_out_parts(recording, data.rows.scaled(Eigen::all, positions));
-  data.rows.held_out = std::move(held_out.rows);
-  data.by_recording = held_out.by_recording;
-  return data;
+  JointRows rows;
+  rows.scaled = scaled(known, Eigen::all);
+  rows.errors = all.errors(known, output);
+  rows.held_out =
+      held_out_parts(recording, {rows.scaled(Eigen::all, sets.positions),
+                                 all.speeds(known, Eigen::all), all.efforts(known, Eigen::all)});
+  const std::vector<InputSet>& own = sets.of_output[static_cast<std::size_t>(output)].own;
+  set_sessions(sessions, all, known, own.empty() ? std::vector<Index>{} : own.back().columns, rows);
+  return rows;
 }
 
 bool is_tried(const Kind& kind, Kinds kinds) {
@@ -68,15 +64,16 @@ bool is_tried(const Kind& kind, Kinds kinds) {
   return (kind.steepness > 0.0) == (kinds == Kinds::kUnits);
 }
 
-/// The sets of one joint, from few to many inputs, with the one that is selected among them.
+/// The sets of one joint, from few to many inputs, with those that are selected among them.
 std::vector<InputSet> sets_of(const OutputInputs& inputs, const JointRows& rows) {
-  std::vector<InputSet> sets = inputs.sets;
-  if (inputs.others.empty()) return sets;
-  InputSet selected = selected_inputs(inputs, rows);
-  const bool is_new = std::none_of(sets.begin(), sets.end(), [&](const InputSet& set) {
-    return set.columns == selected.columns;
-  });
-  if (is_new) sets.push_back(std::move(selected));
+  std::vector<InputSet> sets = inputs.own;
+  if (sets.empty() || inputs.others.empty()) return sets;
+  for (InputSet& selected : selected_inputs(inputs, rows)) {
+    const bool is_new = std::none_of(sets.begin(), sets.end(), [&](const InputSet& set) {
+      return set.columns == selected.columns;
+    });
+    if (is_new) sets.push_back(std::move(selected));
+  }
   return sets;
 }
 
@@ -103,25 +100,33 @@ std::vector<Trial> try_all(const std::vector<InputSet>& sets, const JointRows& r
 }
 
 JointChoice table_of(const model::OutputSpec& output, const std::vector<Trial>& trials,
-                     const std::vector<Member>& members) {
-  JointChoice choice{output.joint, output.unit, {}};
+                     const std::vector<Member>& members, const HeldOut& held_out) {
+  JointChoice choice{output.joint, output.unit, {}, held_out.parts, held_out.by_recording, {}};
   for (const Trial& trial : trials) {
     choice.tried.push_back(
-        {trial.name, trial.ridge, trial.inside_rmse, rmse_error(trial), trial.outside_rmse, 0.0});
+        {trial.name, trial.ridge, trial.inside_rmse, trial.inside_error, trial.outside_rmse, 0.0});
   }
   for (const Member& member : members) choice.tried[member.trial].weight = member.weight;
   return choice;
 }
 
-/// The chosen trials, fitted to all rows. A trial without inputs is the mean.
-void add_parts(Index output, const std::vector<Trial>& trials, const std::vector<Member>& members,
-               const JointRows& rows, std::vector<Part>& parts) {
+/// The chosen trials, fitted to all rows. A trial without inputs is the mean. Returns the constants
+/// of the sessions.
+std::vector<double> add_parts(Index output, const std::vector<Trial>& trials,
+                              const std::vector<Member>& members, const JointRows& rows,
+                              std::vector<Part>& parts) {
+  Eigen::VectorXd constants;
   for (const Member& member : members) {
     const Trial& trial = trials[member.trial];
     Basis basis = draw(trial.basis);
-    Eigen::VectorXd readout = member.weight * fit_readout(basis, trial.ridge, rows).weights;
-    parts.push_back({output, std::move(basis), std::move(readout)});
+    const Readout readout = fit_readout(basis, trial.ridge, rows);
+    const Eigen::Map<const Eigen::VectorXd> of_sessions(
+        readout.of_sessions.data(), static_cast<Index>(readout.of_sessions.size()));
+    if (constants.size() == 0) constants.setZero(of_sessions.size());
+    constants += member.weight * of_sessions;
+    parts.push_back({output, std::move(basis), member.weight * readout.weights});
   }
+  return {constants.begin(), constants.end()};
 }
 
 /// Offered inputs that some part uses, and the positions of means over travel among them, which the
@@ -194,10 +199,14 @@ core::Result<InputSets> input_sets(const ChoiceOptions& options,
 
 void describe(const Rows& rows, const ChoiceOptions& options, const InputSets& sets,
               Choice& choice) {
-  for (const std::string& joint : sets.unmoved) {
-    choice.warnings.push_back(fmt::format(
-        "joint {} never moves in the training: it is corrected by its mean error alone", joint));
+  for (const model::OutputSpec& output : choice.model.outputs) {
+    if (std::find(sets.held.begin(), sets.held.end(), output.joint) == sets.held.end()) continue;
+    choice.warnings.push_back(
+        fmt::format("joint {} hardly moves in the training: it is corrected by its mean error "
+                    "alone; record a motion of it",
+                    output.joint));
   }
+  for (std::string& warning : variety_warnings(rows)) choice.warnings.push_back(std::move(warning));
   auto& provenance = choice.model.provenance;
   provenance["ravencal_version"] = core::kVersion;
   provenance["features"] = options.features.empty() ? "(offered)" : options.features;
@@ -243,8 +252,7 @@ core::Result<Choice> choose_model(
   const auto outputs = static_cast<double>(model.outputs.size());
   for (std::size_t k = 0; k < model.outputs.size(); ++k) {
     const auto output = static_cast<Index>(k);
-    const JointData data = joint_data(rows, scaled, sets.positions, output);
-    const JointRows& of_joint = data.rows;
+    const JointRows of_joint = joint_rows(rows, scaled, sets, output, options.sessions);
     const auto trials =
         try_all(sets_of(sets.of_output[k], of_joint), of_joint, options,
                 [&](double share, const std::string& name) {
@@ -253,11 +261,11 @@ core::Result<Choice> choose_model(
                                                         model.outputs[k].joint + ": " + name);
                   return !choice.interrupted;
                 });
-    const std::vector<Member> members = combine(trials);
-    choice.joints.push_back(table_of(model.outputs[k], trials, members));
-    choice.joints.back().parts = of_joint.held_out.size() - 1;
-    choice.joints.back().parts_are_recordings = data.by_recording;
-    add_parts(output, trials, members, of_joint, parts);
+    const Combination chosen = combine(trials);
+    JointChoice& joint = choice.joints.emplace_back(
+        table_of(model.outputs[k], trials, chosen.members, of_joint.held_out));
+    joint.session_constants = add_parts(output, trials, chosen.members, of_joint, parts);
+    model.expected.push_back(expected_error(chosen.judged, joint.session_constants));
   }
   model.output = output_scaling(rows.errors);
   const std::vector<Index> columns = used_columns(sets.features, parts);

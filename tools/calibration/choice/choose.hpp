@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "choice/combination.hpp"
+#include "choice/sessions.hpp"
 #include "core/result.hpp"
 #include "model/calibration_model.hpp"
 #include "model/feature_matrix.hpp"
@@ -33,6 +34,7 @@ struct ChoiceOptions {
   std::vector<std::string> joints;  ///< outputs; empty: every joint that has a truth
   model::Origin origin;             ///< given by the user; the recordings add the rest
   bool at_hook = false;  ///< inputs as the plugin sees them at its hook (model/hook_view.hpp)
+  SessionRule sessions = SessionRule::kAuto;
   std::uint64_t seed = 3;
 };
 
@@ -42,7 +44,7 @@ struct TriedModel {
   double ridge = 0.0;         ///< 0: none
   double inside_rmse = 0.0;   ///< on parts that the fit did not see, SI
   double inside_error = 0.0;  ///< its standard error, SI
-  double outside_rmse = 0.0;  ///< on the outermost half, fitted to the inner one, SI; NaN: no such
+  double outside_rmse = 0.0;  ///< on farther, faster, more loaded halves, SI; NaN: none
   double weight = 0.0;        ///< in the joint's model; 0: not chosen
 };
 
@@ -50,8 +52,9 @@ struct JointChoice {
   std::string joint;
   std::string unit;  ///< SI
   std::vector<TriedModel> tried;
-  std::size_t parts = 0;  ///< held out in turn, the outermost rows apart
+  std::size_t parts = 0;  ///< held out in turn
   bool parts_are_recordings = false;
+  std::vector<double> session_constants;  ///< of the chosen model, SI
 };
 
 struct Choice {

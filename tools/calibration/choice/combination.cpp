@@ -2,7 +2,6 @@
 #include "choice/combination.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace ravencal::choice {
@@ -70,58 +69,67 @@ Eigen::VectorXd greedy_weights(const Products& products) {
   return votes / votes.sum();
 }
 
-/// Mean squared error per part of what the other parts chose: the best trial, and a mean.
-struct Judged {
-  std::vector<double> single;
-  std::vector<double> mean;
-};
-
 Products sum_of(const PartProducts& parts) {
   Products sum = parts.front();
   for (std::size_t p = 1; p < parts.size(); ++p) sum += parts[p];
   return sum;
 }
 
-Judged judge(const PartProducts& parts) {
-  Judged judged;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    PartProducts others = parts;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
-    const Eigen::VectorXd weights = greedy_weights(sum_of(others));
-    const Index best = best_of(others);
-    judged.single.push_back(parts[p](best, best));
-    judged.mean.push_back(weights.dot(parts[p] * weights));
-  }
-  return judged;
+/// [trials], 1 at the best.
+Eigen::VectorXd best_alone(const PartProducts& parts) {
+  return Eigen::VectorXd::Unit(parts.front().rows(), best_of(parts));
 }
 
-bool mean_is_better(const Judged& judged) {
+Eigen::VectorXd mean_weights(const PartProducts& parts) {
+  Eigen::VectorXd weights = greedy_weights(sum_of(parts));
+  weights = (weights.array() < kLeastWeight).select(0.0, weights);
+  return weights / weights.sum();
+}
+
+/// Whether a mean is better than the best alone, each chosen without the part that judges it.
+bool mean_is_better(const PartProducts& parts) {
   std::vector<double> gains;
-  for (std::size_t p = 0; p < judged.single.size(); ++p)
-    gains.push_back(judged.single[p] - judged.mean[p]);
+  for (std::size_t p = 0; p < parts.size() && parts.size() > 1; ++p) {
+    PartProducts others = parts;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
+    const auto squares = [&](const Eigen::VectorXd& weights) {
+      return weights.dot(parts[p] * weights);
+    };
+    gains.push_back(squares(best_alone(others)) - squares(mean_weights(others)));
+  }
   return mean_of(gains) > standard_error(gains);
+}
+
+Eigen::VectorXd chosen_weights(const PartProducts& parts) {
+  return mean_is_better(parts) ? mean_weights(parts) : best_alone(parts);
+}
+
+Eigen::VectorXd weighted_left(std::span<const Trial> trials, const Eigen::VectorXd& weights,
+                              std::size_t list) {
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(trials.front().left[list].size());
+  for (std::size_t t = 0; t < trials.size(); ++t)
+    left += weights[static_cast<Index>(t)] * trials[t].left[list];
+  return left;
 }
 
 }  // namespace
 
-std::vector<Member> combine(std::span<const Trial> trials) {
+Combination combine(std::span<const Trial> trials) {
   const PartProducts parts = products_of(trials);
-  if (!mean_is_better(judge(parts))) return {{static_cast<std::size_t>(best_of(parts)), 1.0}};
-  Eigen::VectorXd weights = greedy_weights(sum_of(parts));
-  weights = (weights.array() < kLeastWeight).select(0.0, weights);
-  weights /= weights.sum();
-  std::vector<Member> members;
+  const Eigen::VectorXd weights = chosen_weights(parts);
+  Combination combination;
   for (Index t = 0; t < weights.size(); ++t) {
-    if (weights[t] > 0.0) members.push_back({static_cast<std::size_t>(t), weights[t]});
+    if (weights[t] > 0.0) combination.members.push_back({static_cast<std::size_t>(t), weights[t]});
   }
-  return members;
-}
-
-double rmse_error(const Trial& trial) {
-  const std::span<const Eigen::VectorXd> lists(trial.left);
-  const std::vector<double> squares = mean_squares(lists.first(lists.size() - 1));
-  const double mean = mean_of(squares);
-  return mean > 0.0 ? standard_error(squares) / (2.0 * std::sqrt(mean)) : 0.0;
+  std::size_t part = 0;
+  for (std::size_t list = 0; list < trials.front().left.size(); ++list) {
+    if (trials.front().left[list].size() == 0) continue;
+    PartProducts others = parts;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(part++));
+    combination.judged.push_back(
+        weighted_left(trials, others.empty() ? weights : chosen_weights(others), list));
+  }
+  return combination;
 }
 
 }  // namespace ravencal::choice

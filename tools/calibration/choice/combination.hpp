@@ -20,12 +20,16 @@ struct Member {
   double weight = 1.0;  ///< > 0; those of a combination sum up to 1
 };
 
-/// The best trial, or a mean of trials where that lowers the squared error by more than the
-/// standard error of the difference over the parts. For this comparison trial and weights are
-/// chosen without the part that judges them. `trials` must not be empty.
-std::vector<Member> combine(std::span<const Trial> trials);
+struct Combination {
+  std::vector<Member> members;
+  /// [lists with rows], prediction - error of the list's rows, SI: of what was chosen without the
+  /// list that judges it.
+  std::vector<Eigen::VectorXd> judged;
+};
 
-/// Standard error of a trial's inside_rmse over the lists, SI.
-double rmse_error(const Trial& trial);
+/// The best trial, or a mean of trials where that lowers the squared error by more than the
+/// standard error of the difference over the lists. For this comparison trial and weights are
+/// chosen without the list that judges them. `trials` must not be empty.
+Combination combine(std::span<const Trial> trials);
 
 }  // namespace ravencal::choice

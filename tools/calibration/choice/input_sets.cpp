@@ -32,6 +32,11 @@ constexpr std::array kSizeShares = {1.0 / 3.0, 5.0 / 3.0};
 constexpr float kSmoothingS = 0.03F;
 /// Rows farther apart do not show a drive's dynamics.
 constexpr double kDynamicsPeriodS = 0.1;
+/// How long before a position was: from one cycle of a slow controller to the lag of a soft drive.
+constexpr std::array kEarlierS = {0.02, 0.04, 0.08, 0.16};
+/// A joint that moved by less was held: encoder noise, and the give of the brakes.
+constexpr double kHeldRad = 0.02;
+constexpr double kHeldM = 0.002;
 /// Messages with more channels are whole robot states, most of which say nothing about a cable.
 constexpr std::size_t kFewChannels = 60;
 
@@ -78,85 +83,127 @@ bool is_in_all(std::span<const Recording* const> recordings, const std::string& 
                      [&](const Recording* recording) { return recording->column(name); });
 }
 
-/// Collects inputs and, beside each, the joint that it belongs to and whether it is memory.
+std::vector<std::string> held_joints(std::span<const Recording* const> recordings) {
+  std::vector<std::string> held;
+  for (const Channel& channel : recordings.front()->channels) {
+    if (channel.role != Role::kJointEstimate) continue;
+    const double least = channel.unit == "m" ? kHeldM : kHeldRad;
+    if (!(range_of(recordings, channel.name).width() >= least)) held.push_back(channel.joint);
+  }
+  return held;
+}
+
+bool holds(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// What an input tells beside the present.
+enum class Tells { kNow, kMemory, kEarlier };
+
+/// Collects inputs and, beside each, the joint that it belongs to and what it tells.
 class Collector {
  public:
   Collector(std::span<const Recording* const> recordings,
             std::span<const model::OutputSpec> outputs)
       : recordings_(recordings),
         outputs_(outputs),
-        dynamic_(model::row_period_s(*recordings.front()) <= kDynamicsPeriodS) {
+        row_period_s_(model::row_period_s(*recordings.front())),
+        held_(held_joints(recordings)) {
     const bool raven = is_raven(outputs);
     const std::vector<Channel>& channels = recordings.front()->channels;
     for (const Channel& channel : channels) {
       const double width = range_of(recordings_, channel.name).width();
       if (!(width > 0.0) || !is_in_all(recordings_, channel.name)) continue;
+      if (holds(held_, channel.joint)) continue;
       if (raven ? channel.role == Role::kJointEstimate : is_position(channel)) {
         add_position(channel, width);
+        if (!raven) add_earlier(channel);
       } else if (raven) {
         continue;
       } else if (is_effort(channel)) {
         add_effort(channel);
       } else if (channel.role == Role::kTemperature ||
                  (channel.role == Role::kFeature && channels.size() <= kFewChannels)) {
-        add({channel.name}, channel.joint, false);
+        add({channel.name}, channel.joint, Tells::kNow);
       }
     }
   }
 
   [[nodiscard]] InputSets result() const {
-    InputSets sets{features_, positions_, {}, {}};
+    InputSets sets{features_, positions_, {}, held_};
     for (const model::OutputSpec& output : outputs_) {
-      if (!(range_of(recordings_, output.estimate_channel).width() > 0.0)) {
-        sets.unmoved.push_back(output.joint);
-        sets.of_output.emplace_back();
-        continue;
-      }
+      OutputInputs& inputs = sets.of_output.emplace_back();
+      if (holds(held_, output.joint)) continue;
       const auto own = [&](std::size_t i) {
         return joints_[i].empty() || joints_[i] == output.joint;
       };
-      OutputInputs& inputs = sets.of_output.emplace_back();
-      add_set(inputs.sets, "own inputs as they are",
-              [&](std::size_t i) { return !memory_[i] && own(i); });
-      add_set(inputs.sets, "own inputs and their memory", own);
-      inputs.own = set_of("selected inputs", own);
-      const std::set<std::string> joints(joints_.begin(), joints_.end());
-      for (const std::string& joint : joints) {
-        if (joint.empty() || joint == output.joint) continue;
-        for (const bool memory : {false, true}) {
-          add_set(inputs.others, joint,
-                  [&](std::size_t i) { return joints_[i] == joint && memory_[i] == memory; });
-        }
-      }
+      const auto own_without = [&](auto... left_out) {
+        return [=, this](std::size_t i) { return own(i) && (... && (tells_[i] != left_out)); };
+      };
+      add_set(inputs.own, "own inputs as they are", own_without(Tells::kMemory, Tells::kEarlier));
+      add_set(inputs.own, "own inputs and their memory", own_without(Tells::kEarlier));
+      add_set(inputs.own, "own and earlier inputs", own_without(Tells::kMemory));
+      add_set(inputs.own, "own and earlier inputs and their memory", own);
+      add_blocks(output, inputs.others);
     }
     return sets;
   }
 
  private:
-  void add(FeatureSpec feature, const std::string& joint, bool memory) {
+  void add(FeatureSpec feature, const std::string& joint, Tells tells) {
     features_.push_back(std::move(feature));
     joints_.push_back(joint);
-    memory_.push_back(memory);
+    tells_.push_back(tells);
+  }
+
+  void add_blocks(const model::OutputSpec& output, std::vector<InputSet>& blocks) const {
+    const std::set<std::string> joints(joints_.begin(), joints_.end());
+    for (const std::string& joint : joints) {
+      if (joint.empty() || joint == output.joint) continue;
+      const auto of_joint = [&](bool now, bool memory) {
+        add_set(blocks, joint, [&](std::size_t i) {
+          return joints_[i] == joint &&
+                 ((now && tells_[i] == Tells::kNow) || (memory && tells_[i] == Tells::kMemory));
+        });
+      };
+      of_joint(true, false);
+      of_joint(false, true);
+      of_joint(true, true);
+    }
   }
 
   void add_position(const Channel& channel, double width) {
     positions_.push_back(static_cast<Eigen::Index>(features_.size()));
-    add({channel.name}, channel.joint, false);
+    add({channel.name}, channel.joint, Tells::kNow);
     for (const double share : kPlayShares) {
       add({.channel = channel.name,
            .transform = Transform::kPlay,
            .play_half_width = static_cast<float>(share * width)},
-          channel.joint, true);
+          channel.joint, Tells::kMemory);
     }
   }
 
+  /// As many rows back as there are; none where rows are farther apart.
+  void add_earlier(const Channel& channel) {
+    std::uint32_t last = 0;
+    for (const double before_s : kEarlierS) {
+      const auto rows = static_cast<std::uint32_t>(std::lround(before_s / row_period_s_));
+      if (rows <= last || !is_dynamic()) continue;
+      last = rows;
+      add({.channel = channel.name, .transform = Transform::kLag, .lag_rows = rows}, channel.joint,
+          Tells::kEarlier);
+    }
+  }
+
+  [[nodiscard]] bool is_dynamic() const { return row_period_s_ <= kDynamicsPeriodS; }
+
   void add_effort(const Channel& channel) {
-    if (!dynamic_) {
-      add({channel.name}, channel.joint, false);
+    if (!is_dynamic()) {
+      add({channel.name}, channel.joint, Tells::kNow);
       return;
     }
     add({.channel = channel.name, .transform = Transform::kMean, .time_constant_s = kSmoothingS},
-        channel.joint, false);
+        channel.joint, Tells::kNow);
     for (const model::OutputSpec& output : outputs_) {
       if (channel.joint.empty() || channel.joint == output.joint) add_travel_means(channel, output);
     }
@@ -164,14 +211,14 @@ class Collector {
 
   /// Means over the travel of the joint that the effort moves.
   void add_travel_means(const Channel& channel, const model::OutputSpec& output) {
+    if (holds(held_, output.joint)) return;
     const double width = range_of(recordings_, output.estimate_channel).width();
-    if (!(width > 0.0)) return;
     const auto mean = [&](Transform transform, double share) {
       add({.channel = channel.name,
            .transform = transform,
            .travel_si = static_cast<float>(share * width),
            .along = output.estimate_channel},
-          output.joint, true);
+          output.joint, Tells::kMemory);
     };
     for (const double share : kTravelShares) mean(Transform::kTravelMean, share);
     for (const double share : kSizeShares) mean(Transform::kTravelMeanOfAbs, share);
@@ -197,10 +244,11 @@ class Collector {
 
   std::span<const Recording* const> recordings_;
   std::span<const model::OutputSpec> outputs_;
-  bool dynamic_;
+  double row_period_s_;
+  std::vector<std::string> held_;
   std::vector<FeatureSpec> features_;
   std::vector<std::string> joints_;  ///< of each feature; empty: of no joint
-  std::vector<bool> memory_;         ///< of each feature
+  std::vector<Tells> tells_;         ///< of each feature
   std::vector<Eigen::Index> positions_;
 };
 
@@ -210,9 +258,11 @@ core::Result<InputSets> offered_inputs(std::span<const Recording* const> recordi
                                        std::span<const model::OutputSpec> outputs) {
   InputSets sets = Collector(recordings, outputs).result();
   if (!sets.features.empty()) return sets;
-  return core::data_error(fmt::format(
-      "{}: no joint estimate, motor position, effort or other input changes in the training",
-      recordings.front()->source));
+  return core::data_error(
+      fmt::format("{}: no joint moves by more than {} rad or {} mm in the training, and no effort "
+                  "or other input "
+                  "changes",
+                  recordings.front()->source, kHeldRad, 1e3 * kHeldM));
 }
 
 InputSets given_inputs(std::vector<FeatureSpec> features, const Recording& recording,
@@ -234,7 +284,7 @@ InputSets given_inputs(std::vector<FeatureSpec> features, const Recording& recor
   if (plain.columns.size() < all.columns.size()) sets.push_back(all);
   return {std::move(features),
           std::move(positions),
-          std::vector<OutputInputs>(outputs, {std::move(sets), {}, {}}),
+          std::vector<OutputInputs>(outputs, {std::move(sets), {}}),
           {}};
 }
 

@@ -4,66 +4,39 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "learn/dataset.hpp"
+#include "learn/motion_range.hpp"
 
 namespace ravencal::choice {
 namespace {
 
 using record::Recording;
 
-/// Fewer recordings are cut in time.
-constexpr std::size_t kFewestRecordings = 4;
-constexpr std::size_t kMostParts = 8;
-constexpr std::size_t kTimeParts = 5;
-
-/// Share of the rows that are outermost.
-constexpr double kOutermostShare = 0.5;
-
-std::vector<Eigen::Index> outermost(const Eigen::MatrixXd& positions) {
-  if (positions.size() == 0) return {};
-  Eigen::VectorXd distance = Eigen::VectorXd::Zero(positions.rows());
-  for (const auto& values : positions.colwise()) {
-    const double low = values.minCoeff();
-    const double high = values.maxCoeff();
-    if (!(high > low)) continue;
-    const auto from_middle = (values.array() - 0.5 * (low + high)).abs() / (0.5 * (high - low));
-    distance = distance.cwiseMax(from_middle.matrix());
-  }
-  std::vector<double> sorted(distance.begin(), distance.end());
-  const auto inner = (1.0 - kOutermostShare) * static_cast<double>(sorted.size());
-  const auto limit = sorted.begin() + static_cast<std::ptrdiff_t>(inner);
-  std::nth_element(sorted.begin(), limit, sorted.end());
-  std::vector<Eigen::Index> outer;
-  for (Eigen::Index row = 0; row < distance.size(); ++row) {
-    if (distance[row] > *limit) outer.push_back(row);
-  }
-  return outer;
-}
-
-/// Numbers the homings: each event begins one, and so does a recording that has any.
-class Homings {
+/// Numbers the sessions: each homing begins one, and so does a recording that has any.
+class Sessions {
  public:
   void begin(const Recording& recording) {
     times_ns_.clear();
     for (const record::Event& event : recording.events) {
-      if (event.kind == "homing") times_ns_.push_back(event.t_ns);
+      if (event.kind == "homing" || event.kind == "rehoming") times_ns_.push_back(event.t_ns);
     }
     std::sort(times_ns_.begin(), times_ns_.end());
     first_ = next_;
-    next_ += times_ns_.empty() ? 0 : static_cast<int>(times_ns_.size()) + 1;
+    next_ += static_cast<int>(times_ns_.size()) + 1;
   }
-  [[nodiscard]] int at(std::int64_t t_ns) const {
-    if (times_ns_.empty()) return 0;
+  /// Counted alike whether or not the recording has a homing.
+  [[nodiscard]] int own_at(std::int64_t t_ns) const {
     const auto after = std::upper_bound(times_ns_.begin(), times_ns_.end(), t_ns);
     return first_ + static_cast<int>(after - times_ns_.begin());
   }
+  /// Recordings without a homing share session 0.
+  [[nodiscard]] int at(std::int64_t t_ns) const { return times_ns_.empty() ? 0 : own_at(t_ns); }
 
  private:
   std::vector<std::int64_t> times_ns_;
   int first_ = 0;
-  int next_ = 1;  ///< 0 is the one that is shared
+  int next_ = 1;
 };
 
 core::Status every_output_has_rows(const Rows& rows, std::span<const model::OutputSpec> outputs) {
@@ -95,13 +68,17 @@ core::Result<Rows> make_rows(std::span<const model::FeatureSpec> features,
                      static_cast<Eigen::Index>(features.size()));
   rows.errors.resize(rows.inputs.rows(), static_cast<Eigen::Index>(outputs.size()));
   Eigen::Index kept = 0;
-  Homings homings;
+  Sessions sessions;
+  rows.speeds.resizeLike(rows.errors);
+  rows.efforts.resizeLike(rows.errors);
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd errors,
                               learn::joint_errors(outputs, *recordings[r]));
     RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix inputs,
                               model::feature_matrix(features, *recordings[r], row_period_s));
-    homings.begin(*recordings[r]);
+    const Eigen::MatrixXd speeds = learn::joint_speeds(outputs, *recordings[r]);
+    const Eigen::MatrixXd efforts = learn::joint_efforts(outputs, *recordings[r]);
+    sessions.begin(*recordings[r]);
     for (Eigen::Index row = 0; row < inputs.rows(); row += stride) {
       if (!errors.row(row).array().isFinite().any()) {
         ++rows.without_truth;
@@ -109,33 +86,22 @@ core::Result<Rows> make_rows(std::span<const model::FeatureSpec> features,
         ++rows.without_input;
       } else {
         rows.inputs.row(kept) = inputs.row(row);
+        rows.speeds.row(kept) = speeds.row(row).cwiseAbs();
+        rows.efforts.row(kept) = efforts.row(row).cwiseAbs();
         rows.errors.row(kept++) = errors.row(row);
         rows.recording.push_back(static_cast<int>(r));
-        rows.homing.push_back(homings.at(recordings[r]->t_ns[static_cast<std::size_t>(row)]));
+        const std::int64_t t_ns = recordings[r]->t_ns[static_cast<std::size_t>(row)];
+        rows.session.push_back(sessions.at(t_ns));
+        rows.own_session.push_back(sessions.own_at(t_ns));
       }
     }
   }
   rows.inputs.conservativeResize(kept, Eigen::NoChange);
   rows.errors.conservativeResize(kept, Eigen::NoChange);
+  rows.speeds.conservativeResize(kept, Eigen::NoChange);
+  rows.efforts.conservativeResize(kept, Eigen::NoChange);
   RAVENCAL_RETURN_IF_ERROR(every_output_has_rows(rows, outputs));
   return rows;
-}
-
-HeldOut held_out_parts(std::span<const int> recording, const Eigen::MatrixXd& positions) {
-  const std::set<int> recordings(recording.begin(), recording.end());
-  const auto count = static_cast<Eigen::Index>(recording.size());
-  HeldOut parts;
-  parts.by_recording = recordings.size() >= kFewestRecordings;
-  parts.rows.resize(parts.by_recording ? std::min(recordings.size(), kMostParts) : kTimeParts);
-  const auto part_count = static_cast<Eigen::Index>(parts.rows.size());
-  for (Eigen::Index row = 0; row < count; ++row) {
-    const auto place = std::distance(recordings.begin(),
-                                     recordings.find(recording[static_cast<std::size_t>(row)]));
-    const Eigen::Index part = parts.by_recording ? place % part_count : row * part_count / count;
-    parts.rows[static_cast<std::size_t>(part)].push_back(row);
-  }
-  parts.rows.push_back(outermost(positions));
-  return parts;
 }
 
 }  // namespace ravencal::choice

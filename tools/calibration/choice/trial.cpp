@@ -17,30 +17,30 @@ using Eigen::Index;
 struct Moments {
   Eigen::MatrixXd gram;  ///< lower half
   Eigen::VectorXd cross;
-  Eigen::MatrixXd sums;        ///< of design rows, [functions x homings]
-  Eigen::VectorXd error_sums;  ///< [homings]
+  Eigen::MatrixXd sums;        ///< of design rows, [functions x sessions]
+  Eigen::VectorXd error_sums;  ///< [sessions]
 
-  Moments(Index size, int homings)
+  Moments(Index size, int sessions)
       : gram(Eigen::MatrixXd::Zero(size, size)),
         cross(Eigen::VectorXd::Zero(size)),
-        sums(Eigen::MatrixXd::Zero(size, homings)),
-        error_sums(Eigen::VectorXd::Zero(homings)) {}
+        sums(Eigen::MatrixXd::Zero(size, sessions)),
+        error_sums(Eigen::VectorXd::Zero(sessions)) {}
 
   /// Adds the rows (sign 1) or takes them away (-1).
   void add(const Eigen::MatrixXd& design, const Eigen::VectorXd& errors,
-           const std::vector<int>& homing, double sign) {
+           const std::vector<int>& session, double sign) {
     if (design.rows() == 0) return;
     gram.selfadjointView<Eigen::Lower>().rankUpdate(design.transpose(), sign);
     cross.noalias() += sign * (design.transpose() * errors);
     for (Index row = 0; row < design.rows(); ++row) {
-      const Index h = homing[static_cast<std::size_t>(row)];
+      const Index h = session[static_cast<std::size_t>(row)];
       sums.col(h) += sign * design.row(row).transpose();
       error_sums[h] += sign * errors[row];
     }
   }
-  /// Rows of a homing.
-  [[nodiscard]] double rows(Index homing) const { return sums(sums.rows() - 1, homing); }
-  [[nodiscard]] bool knows(Index homing) const { return rows(homing) > 0.5; }
+  /// Rows of a session.
+  [[nodiscard]] double rows(Index session) const { return sums(sums.rows() - 1, session); }
+  [[nodiscard]] bool knows(Index session) const { return rows(session) > 0.5; }
 };
 
 /// Weights of a fit, [functions]; the last is 0.
@@ -64,60 +64,76 @@ Eigen::VectorXd weights_of(const Moments& moments, double ridge) {
   return weights;
 }
 
-/// Constant of a homing that has rows.
-double constant_of(const Moments& moments, const Eigen::VectorXd& weights, Index homing) {
-  return (moments.error_sums[homing] - moments.sums.col(homing).dot(weights)) /
-         moments.rows(homing);
+/// Constant of a session that has rows.
+double constant_of(const Moments& moments, const Eigen::VectorXd& weights, Index session) {
+  return (moments.error_sums[session] - moments.sums.col(session).dot(weights)) /
+         moments.rows(session);
 }
 
 Readout readout_of(const Moments& moments, double ridge) {
   Readout readout{weights_of(moments, ridge), {}};
   for (Index h = 0; h < moments.sums.cols(); ++h) {
-    if (moments.knows(h)) readout.of_homings.push_back(constant_of(moments, readout.weights, h));
+    if (moments.knows(h)) readout.of_sessions.push_back(constant_of(moments, readout.weights, h));
   }
-  readout.weights[readout.weights.size() - 1] = mean_of(readout.of_homings);
+  readout.weights[readout.weights.size() - 1] = mean_of(readout.of_sessions);
   return readout;
 }
 
-std::vector<int> homings_of(const JointRows& rows, const std::vector<Index>& list) {
-  std::vector<int> homings;
-  homings.reserve(list.size());
-  for (const Index row : list) homings.push_back(rows.homing[static_cast<std::size_t>(row)]);
-  return homings;
+std::vector<int> sessions_of(const JointRows& rows, const std::vector<Index>& list) {
+  std::vector<int> sessions;
+  sessions.reserve(list.size());
+  for (const Index row : list) sessions.push_back(rows.session[static_cast<std::size_t>(row)]);
+  return sessions;
+}
+
+/// Constants that a fit to `others` gives the sessions of a list whose residuals without a constant
+/// are `left`.
+Eigen::VectorXd constants_for(const Moments& others, const Eigen::VectorXd& weights,
+                              const Eigen::VectorXd& left, const std::vector<int>& session,
+                              UnseenConstant unseen) {
+  const Index sessions = others.sums.cols();
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(sessions);
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(sessions);
+  for (Index row = 0; row < left.size(); ++row) {
+    const Index s = session[static_cast<std::size_t>(row)];
+    own[s] -= left[row];
+    counts[s] += 1.0;
+  }
+  std::vector<double> seen;
+  for (Index s = 0; s < sessions; ++s) {
+    if (others.knows(s)) seen.push_back(constant_of(others, weights, s));
+  }
+  Eigen::VectorXd constants = Eigen::VectorXd::Constant(sessions, mean_of(seen));
+  for (Index s = 0; s < sessions; ++s) {
+    if (others.knows(s)) {
+      constants[s] = constant_of(others, weights, s);
+    } else if (unseen == UnseenConstant::kLeftOut && counts[s] > 0.0) {
+      constants[s] = own[s] / counts[s];
+    }
+  }
+  return constants;
 }
 
 /// Prediction - error of a list's rows, by a fit to the rows of `others`.
 Eigen::VectorXd left_of(const Moments& others, double ridge, const Eigen::MatrixXd& design,
-                        const Eigen::VectorXd& errors, const std::vector<int>& homing) {
+                        const Eigen::VectorXd& errors, const std::vector<int>& session,
+                        UnseenConstant unseen) {
   if (design.rows() == 0) return {};
   const Eigen::VectorXd weights = weights_of(others, ridge);
   Eigen::VectorXd left = design * weights - errors;
-  const Index homings = others.sums.cols();
-  Eigen::VectorXd shift = Eigen::VectorXd::Zero(homings);
-  Eigen::VectorXd counts = Eigen::VectorXd::Zero(homings);
-  for (Index row = 0; row < left.size(); ++row) {
-    const Index h = homing[static_cast<std::size_t>(row)];
-    shift[h] -= left[row];
-    counts[h] += 1.0;
-  }
-  for (Index h = 0; h < homings; ++h) {
-    if (others.knows(h)) {
-      shift[h] = constant_of(others, weights, h);
-    } else if (counts[h] > 0.0) {
-      shift[h] /= counts[h];
-    }
-  }
-  for (Index row = 0; row < left.size(); ++row)
-    left[row] += shift[homing[static_cast<std::size_t>(row)]];
+  left += constants_for(others, weights, left, session, unseen)(session);
   return left;
 }
 
-void set_rmse(Trial& trial) {
+void set_rmse(Trial& trial, std::size_t parts) {
   const std::span<const Eigen::VectorXd> lists(trial.left);
-  trial.inside_rmse = std::sqrt(mean_of(mean_squares(lists.first(lists.size() - 1))));
-  const std::vector<double> outside = mean_squares(lists.last(1));
+  const std::vector<double> inside = mean_squares(lists.first(parts));
+  const std::vector<double> outside = mean_squares(lists.subspan(parts));
+  trial.inside_rmse = std::sqrt(mean_of(inside));
+  trial.inside_error =
+      trial.inside_rmse > 0.0 ? standard_error(inside) / (2.0 * trial.inside_rmse) : 0.0;
   trial.outside_rmse =
-      outside.empty() ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(outside.front());
+      outside.empty() ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(mean_of(outside));
 }
 
 /// Every list divided by its least value.
@@ -169,15 +185,16 @@ std::size_t simplest_of_best(const std::vector<std::vector<double>>& candidates)
   return static_cast<std::size_t>(best - squares.begin());
 }
 
-Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows) {
+Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows,
+                UnseenConstant unseen) {
   const Basis basis = draw(spec);
   const Eigen::MatrixXd design = basis.design(rows.scaled);
-  Moments all(basis.size(), rows.homings);
-  all.add(design, rows.errors, rows.homing, 1.0);
-  std::vector<Moments> others(rows.held_out.size(), all);
+  Moments all(basis.size(), rows.sessions);
+  all.add(design, rows.errors, rows.session, 1.0);
+  std::vector<Moments> others(rows.held_out.lists.size(), all);
   for (std::size_t p = 0; p < others.size(); ++p) {
-    const auto& list = rows.held_out[p];
-    others[p].add(design(list, Eigen::all), rows.errors(list), homings_of(rows, list), -1.0);
+    const auto& list = rows.held_out.lists[p];
+    others[p].add(design(list, Eigen::all), rows.errors(list), sessions_of(rows, list), -1.0);
   }
   std::vector<Trial> trials;
   std::vector<std::vector<double>> squares;
@@ -185,11 +202,11 @@ Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows) 
     Trial& trial = trials.emplace_back();
     trial.ridge = ridge;
     for (std::size_t p = 0; p < others.size(); ++p) {
-      const auto& list = rows.held_out[p];
+      const auto& list = rows.held_out.lists[p];
       trial.left.push_back(left_of(others[p], ridge, design(list, Eigen::all), rows.errors(list),
-                                   homings_of(rows, list)));
+                                   sessions_of(rows, list), unseen));
     }
-    set_rmse(trial);
+    set_rmse(trial, rows.held_out.parts);
     squares.push_back(mean_squares(trial.left));
   }
   Trial best = std::move(trials[simplest_of_best(squares)]);
@@ -205,8 +222,8 @@ Trial try_bias(const JointRows& rows) {
 }
 
 Readout fit_readout(const Basis& basis, double ridge, const JointRows& rows) {
-  Moments moments(basis.size(), rows.homings);
-  moments.add(basis.design(rows.scaled), rows.errors, rows.homing, 1.0);
+  Moments moments(basis.size(), rows.sessions);
+  moments.add(basis.design(rows.scaled), rows.errors, rows.session, 1.0);
   return readout_of(moments, ridge);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "choice/basis.hpp"
+#include "choice/held_out.hpp"
 
 namespace ravencal::choice {
 
@@ -21,29 +22,33 @@ inline constexpr double kRidges[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5};
 struct JointRows {
   Eigen::MatrixXd scaled;  ///< [rows x offered inputs]
   Eigen::VectorXd errors;  ///< [rows], SI
-  /// Rows that are held out in turn. The last list holds the outermost rows, which are in the
-  /// others as well; it may be empty.
-  std::vector<std::vector<Eigen::Index>> held_out;
-  std::vector<int> homing;  ///< [rows], from 0
-  int homings = 1;
+  HeldOut held_out;
+  std::vector<int> session;  ///< [rows], from 0; each has a constant of its own
+  int sessions = 1;
 };
 
-/// A fit. Every homing has a constant of its own, which no input tells: the weights are those of
-/// the motion within a homing, and the constant is the mean of the homings' constants.
+/// A fit. Every session has a constant of its own, which no input tells: the weights are those of
+/// the motion within a session, and the constant is the mean of the sessions' constants.
 struct Readout {
-  Eigen::VectorXd weights;         ///< [Basis::size()], SI; the last is the constant
-  std::vector<double> of_homings;  ///< constants of the homings that have rows, SI
+  Eigen::VectorXd weights;          ///< [Basis::size()], SI; the last is the constant
+  std::vector<double> of_sessions;  ///< constants of the sessions that have rows, SI
+};
+
+/// The constant of a session that a fit did not see.
+enum class UnseenConstant {
+  kLeftOut,  ///< taken from the list's own errors: motion is judged alone
+  kMean      ///< the mean of the sessions that were seen, as the model has it on a new day
 };
 
 struct Trial {
   std::string name;  ///< e.g. "linear on positions and their memory"
   BasisSpec basis;
   double ridge = 0.0;
-  /// [lists][rows of the list], prediction - error, SI: by the fit that did not see the list. A
-  /// homing with rows outside of the list keeps its constant; that of any other is left out.
+  /// [lists][rows of the list], prediction - error, SI: by the fit that did not see the list.
   std::vector<Eigen::VectorXd> left;
-  double inside_rmse = 0.0;   ///< over all lists but the outermost rows, SI
-  double outside_rmse = 0.0;  ///< of the outermost rows, SI; NaN if there are none
+  double inside_rmse = 0.0;   ///< over the parts, SI
+  double inside_error = 0.0;  ///< its standard error over the parts, SI
+  double outside_rmse = 0.0;  ///< over the lists beyond, SI; NaN if there are none
 };
 
 /// Mean squared error of every list that has rows, SI.
@@ -61,7 +66,8 @@ double mean_of(const std::vector<double>& values);
 double standard_error(const std::vector<double>& values);
 
 /// The trial of that rule's ridge, from the strongest on.
-Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows);
+Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows,
+                UnseenConstant unseen = UnseenConstant::kLeftOut);
 
 /// The mean of all other rows as prediction: what bias removal does.
 Trial try_bias(const JointRows& rows);

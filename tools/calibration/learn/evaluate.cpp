@@ -70,6 +70,23 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
   return {};
 }
 
+/// Of the corrected values; a recording begins where the time falls.
+double rmse_about_mean(const JointEvaluation& joint) {
+  const Eigen::Map<const Eigen::ArrayXd> corrected(joint.corrected.data(), std::ssize(joint.truth));
+  const Eigen::Map<const Eigen::ArrayXd> truth(joint.truth.data(), std::ssize(joint.truth));
+  const Eigen::ArrayXd errors = corrected - truth;
+  double squares = 0.0;
+  Eigen::Index first = 0;
+  for (Eigen::Index row = 1; row <= errors.size(); ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    if (row < errors.size() && joint.t_s[at] >= joint.t_s[at - 1]) continue;
+    const auto of_recording = errors.segment(first, row - first);
+    squares += (of_recording - of_recording.mean()).square().sum();
+    first = row;
+  }
+  return std::sqrt(squares / static_cast<double>(errors.size()));
+}
+
 /// By how much of the raw RMSE the calibrated one is smaller; where nothing was wrong, nothing.
 std::string fall_of(const JointEvaluation& joint) {
   if (!(joint.raw.rmse > 0.0)) return "-";
@@ -118,6 +135,13 @@ ErrorStatistics error_statistics(const std::vector<double>& values,
   return result;
 }
 
+void set_figures(JointEvaluation& joint) {
+  joint.raw = error_statistics(joint.estimate, joint.truth, 0.0);
+  joint.bias_removed = error_statistics(joint.estimate, joint.truth, joint.bias);
+  joint.calibrated = error_statistics(joint.corrected, joint.truth, 0.0);
+  joint.rmse_about_mean = rmse_about_mean(joint);
+}
+
 core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                   std::span<const Recording* const> recordings) {
   Evaluation evaluation;
@@ -126,6 +150,7 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
     joint.joint = model.outputs[k].joint;
     joint.unit = model.outputs[k].unit;
     joint.bias = model.output.mean(static_cast<Eigen::Index>(k));
+    if (!model.expected.empty()) joint.expected = model.expected[k];
     evaluation.joints.push_back(std::move(joint));
   }
   for (const Recording* recording : recordings) {
@@ -138,9 +163,7 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                      "feature",
                                      joint.joint, evaluation.rows)};
     }
-    joint.raw = error_statistics(joint.estimate, joint.truth, 0.0);
-    joint.bias_removed = error_statistics(joint.estimate, joint.truth, joint.bias);
-    joint.calibrated = error_statistics(joint.corrected, joint.truth, 0.0);
+    set_figures(joint);
   }
   return evaluation;
 }
@@ -186,7 +209,14 @@ std::string evaluation_json(const Evaluation& evaluation) {
                       {"samples", joint.truth.size()},
                       {"raw", figures(joint.raw, unit.per_si)},
                       {"bias_removed", figures(joint.bias_removed, unit.per_si)},
-                      {"calibrated", figures(joint.calibrated, unit.per_si)}});
+                      {"calibrated", figures(joint.calibrated, unit.per_si)},
+                      {"rmse_about_mean", joint.rmse_about_mean * unit.per_si}});
+    if (!joint.expected) continue;
+    const model::ExpectedError& expected = *joint.expected;
+    joints.back()["expected"] = {
+        {"rmse", expected.rmse * unit.per_si},
+        {"interval_95", {expected.low * unit.per_si, expected.high * unit.per_si}},
+        {"rmse_about_mean", expected.about_mean * unit.per_si}};
   }
   return nlohmann::ordered_json{{"joints", joints}}.dump(2) + "\n";
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,12 +32,17 @@ struct JointEvaluation {
   ErrorStatistics raw;
   ErrorStatistics bias_removed;
   ErrorStatistics calibrated;
-  std::vector<double> t_s;  ///< since the recording's start; falls where the next one begins
+  std::optional<model::ExpectedError> expected;
+  double rmse_about_mean = 0.0;  ///< calibrated, with each recording's mean error taken off
+  std::vector<double> t_s;       ///< since the recording's start; falls where the next one begins
   std::vector<double> truth;
   std::vector<double> estimate;
   std::vector<double> corrected;
   double bias = 0.0;  ///< mean of truth - estimate in training
 };
+
+/// Sets the figures from truth, estimate, corrected values, times and bias; NaN without rows.
+void set_figures(JointEvaluation& joint);
 
 struct Evaluation {
   std::vector<JointEvaluation> joints;

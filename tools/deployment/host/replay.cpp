@@ -39,9 +39,7 @@ void append(const Summary& more, Summary& all) {
     joint.truth.insert(joint.truth.end(), added.truth.begin(), added.truth.end());
     joint.estimate.insert(joint.estimate.end(), added.estimate.begin(), added.estimate.end());
     joint.corrected.insert(joint.corrected.end(), added.corrected.begin(), added.corrected.end());
-    joint.raw = learn::error_statistics(joint.estimate, joint.truth, 0.0);
-    joint.bias_removed = learn::error_statistics(joint.estimate, joint.truth, joint.bias);
-    joint.calibrated = learn::error_statistics(joint.corrected, joint.truth, 0.0);
+    learn::set_figures(joint);
   }
 }
 

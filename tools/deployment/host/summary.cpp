@@ -47,9 +47,7 @@ learn::JointEvaluation evaluate_joint(const std::vector<Tick>& ticks,
     joint.estimate.push_back(static_cast<double>(tick.raw_ji[slot]));
     joint.corrected.push_back(static_cast<double>(tick.corrected_ji[slot]));
   }
-  joint.raw = learn::error_statistics(joint.estimate, joint.truth, 0.0);
-  joint.bias_removed = learn::error_statistics(joint.estimate, joint.truth, bias);
-  joint.calibrated = learn::error_statistics(joint.corrected, joint.truth, 0.0);
+  learn::set_figures(joint);
   return joint;
 }
 

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choice/variety.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+namespace ravencal::choice {
+namespace {
+
+using Eigen::Index;
+
+/// Of a joint's speeds while it moves: the 90 % quantile over the 10 % quantile.
+constexpr double kSpeedsVary = 2.0;
+/// A joint that is slower than this share of its 95 % quantile rests or turns round.
+constexpr double kMoves = 0.1;
+/// Of a joint's mean effort in one recording over that in another.
+constexpr double kLoadsVary = 1.2;
+
+double quantile(std::vector<double>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+bool speed_varies(const Eigen::VectorXd& speeds) {
+  std::vector<double> known;
+  std::copy_if(speeds.begin(), speeds.end(), std::back_inserter(known),
+               [](double value) { return std::isfinite(value); });
+  if (known.empty()) return false;
+  const double moves = kMoves * quantile(known, 0.95);
+  std::erase_if(known, [&](double value) { return !(value > moves); });
+  return !known.empty() && quantile(known, 0.9) > kSpeedsVary * quantile(known, 0.1);
+}
+
+bool effort_varies(const Eigen::VectorXd& efforts, const std::vector<int>& recording) {
+  std::map<int, std::pair<double, double>> sums;  // effort and rows of each recording
+  for (Index row = 0; row < efforts.size(); ++row) {
+    if (!std::isfinite(efforts[row])) continue;
+    auto& [effort, rows] = sums[recording[static_cast<std::size_t>(row)]];
+    effort += efforts[row];
+    rows += 1.0;
+  }
+  std::vector<double> means;
+  for (const auto& [index, sum] : sums) means.push_back(sum.first / sum.second);
+  if (means.empty()) return false;
+  const auto [least, largest] = std::minmax_element(means.begin(), means.end());
+  return *largest > kLoadsVary * *least;
+}
+
+template <typename Varies>
+bool any_joint(const Eigen::MatrixXd& values, const Varies& varies) {
+  for (Index joint = 0; joint < values.cols(); ++joint) {
+    if (varies(values.col(joint))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::string> variety_warnings(const Rows& rows) {
+  std::vector<std::string> one;
+  const auto [first, last] = std::minmax_element(rows.own_session.begin(), rows.own_session.end());
+  if (*first == *last) one.emplace_back("session");
+  if (!any_joint(rows.speeds, speed_varies)) one.emplace_back("speed");
+  const bool knows_efforts = rows.efforts.array().isFinite().any();
+  const auto loads = [&](const Eigen::VectorXd& values) {
+    return effort_varies(values, rows.recording);
+  };
+  if (knows_efforts && !any_joint(rows.efforts, loads)) one.emplace_back("load");
+  if (one.empty()) return {};
+  return {fmt::format(
+      "the training has one {}: the expected error holds for no other; recordings with another {} "
+      "(homed anew, faster, loaded) teach the model and the expectation what they change",
+      fmt::join(one, ", one "), fmt::join(one, " or "))};
+}
+
+}  // namespace ravencal::choice

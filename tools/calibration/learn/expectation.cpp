@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/expectation.hpp"
+
+#include <fmt/format.h>
+
+#include "core/units.hpp"
+
+namespace ravencal::learn {
+namespace {
+
+std::string came_text(const JointEvaluation& joint, double per_si) {
+  const double came = joint.calibrated.rmse;
+  const bool is_inside = joint.expected->low <= came && came <= joint.expected->high;
+  return fmt::format("{:>11.4f}{:>12.4f}  {}", came * per_si, joint.rmse_about_mean * per_si,
+                     is_inside ? "inside" : "outside");
+}
+
+}  // namespace
+
+std::string expectation_table(const Evaluation& evaluation, bool came) {
+  std::string lines;
+  for (const JointEvaluation& joint : evaluation.joints) {
+    if (!joint.expected) continue;
+    const model::ExpectedError& expected = *joint.expected;
+    const core::DisplayUnit unit = core::display_unit(joint.unit);
+    lines += fmt::format("{:<12}{:<5}{:>9.4f}{:>11.4f}{:>9.4f}{:>12.4f}{}\n", joint.joint,
+                         unit.name, expected.rmse * unit.per_si, expected.low * unit.per_si,
+                         expected.high * unit.per_si, expected.about_mean * unit.per_si,
+                         came ? came_text(joint, unit.per_si) : "");
+  }
+  if (lines.empty()) return {};
+  return fmt::format(
+      "RMSE that training expects on another recording; \"about mean\" with the recording's mean "
+      "error taken off\n{:<12}{:<5}{:>9}{:>20}{:>12}{}\n{}",
+      "joint", "unit", "expected", "95 % interval", "about mean",
+      came ? fmt::format("{:>11}{:>12}", "came", "about mean") : "", lines);
+}
+
+}  // namespace ravencal::learn
