@@ -65,8 +65,9 @@ struct CalibrationModel {
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings
 
-  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features]. Rows are
-  /// apart: a GRU sees each held over its whole window.
+  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features], clamped
+  /// as the plugin clamps it (scaled_inputs.hpp). Rows are apart: a GRU sees each held over its
+  /// whole window.
   [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& features_si) const;
 };
 

@@ -15,6 +15,7 @@
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -25,10 +26,7 @@ using record::Recording;
 /// Scaled samples in the precision and with the arithmetic of the robot.
 Samples<float> scaled_samples(const CalibrationModel& model, const Dataset& data) {
   Samples<float> samples;
-  const Eigen::VectorXf mean = model.input.mean.cast<float>();
-  const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
-  samples.inputs.resize(data.features.cols(), data.features.rows());
-  model::standardise(mean, inverse_scale, data.features.transpose(), samples.inputs);
+  samples.inputs = model::scaled_inputs<float>(model, data.features.transpose());
   const Eigen::VectorXd inverse_output = model.output.scale.cwiseInverse();
   Eigen::MatrixXd targets(data.errors.cols(), data.errors.rows());
   model::standardise(model.output.mean, inverse_output, data.errors.transpose(), targets);
