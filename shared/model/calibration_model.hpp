@@ -16,6 +16,7 @@
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
 #include "model/loop_gains.hpp"
+#include "model/motion_range.hpp"
 #include "model/origin.hpp"
 #include "model/packed_network.hpp"
 #include "model/trust_region.hpp"
@@ -61,6 +62,7 @@ struct CalibrationModel {
   std::vector<OutputSpec> outputs;
   Origin origin;
   std::optional<LoopGains> loop_gains;  ///< none: nobody computed them
+  std::optional<MotionRange> motion;    ///< of the training; none: nobody computed it
   double row_period_s = 0.01;           ///< time between training rows: the unit of lagged features
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings

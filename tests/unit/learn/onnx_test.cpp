@@ -45,6 +45,7 @@ model::CalibrationModel sample_model() {
   trust.full_distance = 2.3F;
   trust.none_distance = 9.2F;
   model.trust = trust;
+  model.motion = {{{-0.5, 1.0 / 3.0}, "tau.elbow", {-2.0, 3.0}}, {{-0.01, 0.02}, "", {}}};
   model.row_period_s = 0.01;
   model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
   return model;
@@ -131,6 +132,14 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->trust->full_distance, model.trust->full_distance);
   EXPECT_EQ(read->trust->none_distance, model.trust->none_distance);
   EXPECT_EQ(read->row_period_s, model.row_period_s);
+  ASSERT_TRUE(read->motion.has_value());
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ((*read->motion)[k].speed.low, (*model.motion)[k].speed.low);
+    EXPECT_EQ((*read->motion)[k].speed.high, (*model.motion)[k].speed.high);
+    EXPECT_EQ((*read->motion)[k].load.low, (*model.motion)[k].load.low);
+    EXPECT_EQ((*read->motion)[k].load.high, (*model.motion)[k].load.high);
+    EXPECT_EQ((*read->motion)[k].load_channel, (*model.motion)[k].load_channel);
+  }
   EXPECT_EQ(read->provenance, model.provenance);
   ASSERT_EQ(read->layers.size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -286,7 +295,8 @@ TEST_F(OnnxFile, OfAnEarlierVersionHasNoTrustRegionAndSaysSo) {
 TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
   for (const auto& [key, value] : metadata_of(sample_model())) {
     // Models of earlier versions have none of these.
-    if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains") {
+    if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains" ||
+        key == "ravencal.motion") {
       continue;
     }
     const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {

@@ -215,6 +215,50 @@ core::Result<model::LoopGains> gains_from(const json& object, std::size_t output
   return gains;
 }
 
+/// An unknown range is null.
+json range_json(const model::Range& range) {
+  if (!std::isfinite(range.low) || !std::isfinite(range.high)) return nullptr;
+  return {range.low, range.high};
+}
+
+std::optional<model::Range> range_from(const json& pair) {
+  if (pair.is_null()) return model::Range{};
+  if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number())
+    return std::nullopt;
+  const model::Range range{pair[0].get<double>(), pair[1].get<double>()};
+  if (!std::isfinite(range.low) || !std::isfinite(range.high) || range.low > range.high)
+    return std::nullopt;
+  return range;
+}
+
+std::string motion_text(const model::MotionRange& motion) {
+  json joints = json::array();
+  for (const model::JointMotion& joint : motion) {
+    joints.push_back({{"speed", range_json(joint.speed)},
+                      {"load_channel", joint.load_channel},
+                      {"load", range_json(joint.load)}});
+  }
+  return joints.dump();
+}
+
+core::Result<model::MotionRange> motion_from(const json& joints, std::size_t outputs) {
+  const auto wrong = [] {
+    return core::data_error("metadata 'ravencal.motion' holds no speeds and loads");
+  };
+  if (!joints.is_array() || joints.size() != outputs) return wrong();
+  model::MotionRange motion;
+  for (const json& joint : joints) {
+    for (const char* key : {"speed", "load_channel", "load"}) {
+      if (!joint.is_object() || !joint.contains(key)) return wrong();
+    }
+    const auto speed = range_from(joint["speed"]);
+    const auto load = range_from(joint["load"]);
+    if (!speed || !load || !joint["load_channel"].is_string()) return wrong();
+    motion.push_back({*speed, joint["load_channel"].get<std::string>(), *load});
+  }
+  return motion;
+}
+
 core::Result<model::Origin> origin_from(const json& object) {
   const auto text = [&](const char* key) {
     return object.is_object() && object.contains(key) && object[key].is_string()
@@ -256,6 +300,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
                        {"ravencal.provenance", json(model.provenance).dump()}};
   if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
   if (model.loop_gains) metadata["ravencal.gains"] = gains_text(*model.loop_gains);
+  if (model.motion) metadata["ravencal.motion"] = motion_text(*model.motion);
   return metadata;
 }
 
@@ -281,7 +326,11 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
     RAVENCAL_ASSIGN_OR_RETURN(const json trust, reader.value("ravencal.input_trust"));
     RAVENCAL_ASSIGN_OR_RETURN(model.trust, trust_from(trust, n));
   }
-  // Older models have neither: unknown.
+  // Older models have none of these: unknown.
+  if (metadata.contains("ravencal.motion")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json motion, reader.value("ravencal.motion"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.motion, motion_from(motion, model.outputs.size()));
+  }
   if (metadata.contains("ravencal.gains")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json gains, reader.value("ravencal.gains"));
     RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_from(gains, model.outputs.size()));

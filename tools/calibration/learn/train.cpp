@@ -9,6 +9,7 @@
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
 #include "learn/linear.hpp"
+#include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
 #include "learn/seen.hpp"
 #include "learn/simulated.hpp"
@@ -285,6 +286,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   keep_constants(data, result);
   model.loop_gains = model::loop_gains(model, data.features);
   result.drawn_rows = model::evenly_drawn(data.features, model::kLoopGainRows);
+  model.motion = motion_range(model.outputs, training);
   describe(options, result);
   if (at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = files_text(training);
