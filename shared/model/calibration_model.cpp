@@ -2,13 +2,12 @@
 #include "model/calibration_model.hpp"
 
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::model {
 
 Eigen::MatrixXd CalibrationModel::predict(const Eigen::MatrixXd& features_si) const {
-  const Eigen::VectorXd inverse_scale = input.scale.cwiseInverse();
-  Eigen::MatrixXd values(features_si.cols(), features_si.rows());
-  standardise(input.mean, inverse_scale, features_si.transpose(), values);
+  Eigen::MatrixXd values = scaled_inputs<double>(*this, features_si.transpose());
   for (const DenseLayer& layer : layers) {
     if (layer.kind == packed::LayerKind::kGruInput) continue;  // with the next one
     if (layer.kind == packed::LayerKind::kGruRecurrent) {

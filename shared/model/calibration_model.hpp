@@ -17,6 +17,7 @@
 #include "model/feature_spec.hpp"
 #include "model/kinds.hpp"
 #include "model/loop_gains.hpp"
+#include "model/motion_range.hpp"
 #include "model/origin.hpp"
 #include "model/packed_network.hpp"
 #include "model/trust_region.hpp"
@@ -63,12 +64,14 @@ struct CalibrationModel {
   Origin origin;
   std::optional<LoopGains> loop_gains;  ///< none: nobody computed them
   std::vector<ExpectedError> expected;  ///< [outputs]; empty: unknown
+  std::optional<MotionRange> motion;    ///< of the training; none: nobody computed it
   double row_period_s = 0.01;           ///< time between training rows: the unit of lagged features
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings
 
-  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features]. Rows are
-  /// apart: a GRU sees each held over its whole window.
+  /// Joint errors to add, SI units, [rows x outputs]; `features_si` is [rows x features], clamped
+  /// as the plugin clamps it (scaled_inputs.hpp). Rows are apart: a GRU sees each held over its
+  /// whole window.
   [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& features_si) const;
 };
 

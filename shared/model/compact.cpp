@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 #include "model/trust_fit.hpp"
 #include "model/unit_reduction.hpp"
 
@@ -118,11 +119,8 @@ Eigen::MatrixXd scaled_sample(const CalibrationModel& model, const FeatureMatrix
   const Eigen::Index step =
       std::max<Eigen::Index>(1, (features_si.rows() + kMostRows - 1) / kMostRows);
   const Eigen::Index rows = (features_si.rows() + step - 1) / step;
-  const Eigen::MatrixXd sample =
-      features_si(Eigen::seqN(0, rows, step), Eigen::all).transpose().cast<double>();
-  Eigen::MatrixXd scaled(sample.rows(), sample.cols());
-  standardise(model.input.mean, model.input.scale.cwiseInverse().eval(), sample, scaled);
-  return scaled;
+  return scaled_inputs<double>(
+      model, features_si(Eigen::seqN(0, rows, step), Eigen::all).transpose().cast<double>());
 }
 
 core::Status check(const CalibrationModel& model, const FeatureMatrix& features_si,
@@ -172,7 +170,9 @@ core::Result<Compacted> compact(const CalibrationModel& model, const FeatureMatr
         layer_values(model, all_inputs).back());
     if (result.model.trust) {
       fit_distances(*result.model.trust, result.model.input,
-                    features_si(Eigen::all, result.kept_inputs));
+                    clamped_inputs<float>(result.model,
+                                          features_si(Eigen::all, result.kept_inputs).transpose())
+                        .transpose());
     }
   }
   result.weights_after = weight_count(result.model);

@@ -6,6 +6,7 @@
 #include "model/activation_slope.hpp"
 #include "model/layers.hpp"
 #include "model/loop_group.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -16,12 +17,15 @@ using Eigen::MatrixXd;
 constexpr Index kBatch = 256;             // columns whose activations stay in the cache
 constexpr double kDifferenceStep = 1e-4;  // of the input's scale
 
-/// Scaled inputs of `rows_si`, [features x rows].
-MatrixXd scaled(const CalibrationModel& model, const Eigen::Ref<const MatrixXd>& rows_si) {
-  const Eigen::VectorXd inverse_scale = model.input.scale.cwiseInverse();
-  MatrixXd values(rows_si.cols(), rows_si.rows());
-  standardise(model.input.mean, inverse_scale, rows_si.transpose(), values);
-  return values;
+/// Zeroes the derivatives by inputs that are clamped; `by_input` is [features x rows].
+void close_clamped(const ClampedRange& range, const Eigen::Ref<const MatrixXd>& rows_si,
+                   MatrixXd& by_input) {
+  for (Index i = 0; i < range.low.size(); ++i) {
+    const auto low = static_cast<double>(range.low[i]);
+    const auto high = static_cast<double>(range.high[i]);
+    const auto values = rows_si.col(i).transpose().array();
+    by_input.row(i).array() *= (values > low && values < high).cast<double>();
+  }
 }
 
 /// Values of every layer behind its activation, the first those of the inputs.
@@ -39,7 +43,9 @@ std::vector<MatrixXd> forward(const CalibrationModel& model, MatrixXd inputs) {
 /// Appends the derivatives of one batch of rows.
 void append_dense(const CalibrationModel& model, const Eigen::Ref<const MatrixXd>& rows_si,
                   std::vector<MatrixXd>& result) {
-  const std::vector<MatrixXd> values = forward(model, scaled(model, rows_si));
+  const std::vector<MatrixXd> values =
+      forward(model, scaled_inputs<double>(model, rows_si.transpose()));
+  const ClampedRange range = clamped_range(model);
   const auto outputs = static_cast<Index>(model.outputs.size());
   const std::size_t first = result.size();
   for (Index row = 0; row < rows_si.rows(); ++row) result.emplace_back(outputs, rows_si.cols());
@@ -53,6 +59,7 @@ void append_dense(const CalibrationModel& model, const Eigen::Ref<const MatrixXd
       back = layer.weights.cast<double>().transpose() * through;
     }
     back = model.input.scale.cwiseInverse().asDiagonal() * back;
+    close_clamped(range, rows_si, back);
     for (Index row = 0; row < rows_si.rows(); ++row) {
       result[first + static_cast<std::size_t>(row)].row(k) = back.col(row).transpose();
     }

@@ -14,7 +14,8 @@ namespace ravencal::model {
 
 /// d output / d feature of every row: [rows] matrices of [outputs x features], SI unit of the
 /// output per SI unit of the feature. Dense layers: exact, the chain rule in double precision from
-/// the output back to the scaled input. At the kink of relu the derivative is 0. A GRU sees each
+/// the output back to the scaled input. At the kink of relu, and by an input that is clamped
+/// (scaled_inputs.hpp), the derivative is 0. A GRU sees each
 /// row held over its window (as CalibrationModel::predict): central differences of that, steps of
 /// 1e-4 of the input's scale, so that the derivative is the sum over the window.
 std::vector<Eigen::MatrixXd> jacobians(const CalibrationModel& model, const FeatureMatrix& rows_si);

@@ -6,6 +6,7 @@
 
 #include "model/activation_slope.hpp"
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -27,11 +28,12 @@ double accumulated(Eigen::Index roundings) {
   return sum / (1.0 - sum);
 }
 
-Bounded scaled_inputs(const CalibrationModel& model, const Eigen::MatrixXf& features_si) {
+Bounded bounded_inputs(const CalibrationModel& model, const Eigen::MatrixXf& features_si) {
   // Difference, product and the inverse of the scale are rounded, and so is the mean.
   const Eigen::ArrayXd mean_error = model.input.mean.array().abs() * kUnitRoundoff;
   const Eigen::ArrayXd inverse_scale = model.input.scale.array().inverse();
-  const Eigen::MatrixXd from_mean = features_si.cast<double>().colwise() - model.input.mean;
+  const Eigen::MatrixXd from_mean =
+      clamped_inputs<double>(model, features_si.cast<double>()).colwise() - model.input.mean;
   Bounded x;
   x.value = (from_mean.array().colwise() * inverse_scale).matrix();
   x.error =
@@ -189,7 +191,7 @@ Eigen::Index roundings_of_sum(const DenseLayer& layer) {
 
 KernelPromise kernel_promise(const CalibrationModel& model, const Eigen::MatrixXf& features_si) {
   std::vector<Step> steps;
-  Bounded x = scaled_inputs(model, features_si);
+  Bounded x = bounded_inputs(model, features_si);
   for (const DenseLayer& layer : model.layers) {
     if (layer.kind == packed::LayerKind::kGruRecurrent) continue;  // went with the one before
     const bool is_rounded = layer.input_step > 0.0F;

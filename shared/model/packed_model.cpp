@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 
-#include "model/input_limits.hpp"
 #include "model/layers.hpp"
 #include "model/pack.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::model {
 namespace {
@@ -22,36 +22,23 @@ constexpr float kHeadroom = 2.0F;
 
 /// The largest magnitude of a scaled input that the plugin's clamping lets through.
 float scaled_limit(const CalibrationModel& model) {
-  double limit = 0.0;
-  for (Eigen::Index i = 0; i < model.input.mean.size(); ++i) {
-    const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
-    for (const float end : {limits.low, limits.high}) {
-      const double scaled = (static_cast<double>(end) - model.input.mean[i]) / model.input.scale[i];
-      limit = std::max(limit, std::abs(scaled));
-    }
-  }
-  return static_cast<float>(limit);
+  const ClampedRange range = clamped_range(model);
+  Eigen::MatrixXd ends(range.low.size(), 2);
+  ends << range.low.cast<double>(), range.high.cast<double>();
+  return static_cast<float>(scaled_inputs<double>(model, ends).cwiseAbs().maxCoeff());
 }
 
 bool is_bounded(Activation activation) {
   return activation == Activation::kSigmoid || activation == Activation::kTanh;
 }
 
-/// Scaled and clamped as in the plugin, [features x rows], rows with a lost value left out.
-Eigen::MatrixXf scaled_inputs(const CalibrationModel& model, const FeatureMatrix& features_si) {
-  Eigen::MatrixXf scaled(features_si.cols(), features_si.rows());
-  Eigen::Index kept = 0;
+/// [features x rows], rows with a lost value left out.
+Eigen::MatrixXf whole_inputs(const CalibrationModel& model, const FeatureMatrix& features_si) {
+  std::vector<Eigen::Index> whole;
   for (Eigen::Index row = 0; row < features_si.rows(); ++row) {
-    if (!features_si.row(row).allFinite()) continue;
-    for (Eigen::Index i = 0; i < features_si.cols(); ++i) {
-      const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
-      const double value =
-          static_cast<double>(std::clamp(features_si(row, i), limits.low, limits.high));
-      scaled(i, kept) = static_cast<float>((value - model.input.mean[i]) / model.input.scale[i]);
-    }
-    ++kept;
+    if (features_si.row(row).allFinite()) whole.push_back(row);
   }
-  return scaled.leftCols(kept);
+  return scaled_inputs<float>(model, features_si(whole, Eigen::all).transpose());
 }
 
 }  // namespace
@@ -71,7 +58,7 @@ core::Result<packed::Precision> precision_of(std::string_view name) {
 
 core::Result<std::vector<LayerInputs>> measure_layer_inputs(const CalibrationModel& model,
                                                             const FeatureMatrix& features_si) {
-  const Eigen::MatrixXf first = scaled_inputs(model, features_si);
+  const Eigen::MatrixXf first = whole_inputs(model, features_si);
   if (first.cols() == 0)
     return core::data_error("no row has every feature: int8 cannot be calibrated");
   std::vector<LayerInputs> result;

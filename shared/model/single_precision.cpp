@@ -1,25 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/single_precision.hpp"
 
-#include "model/input_limits.hpp"
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::model {
 
 Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::MatrixXf& features_si) {
-  Eigen::VectorXf low(model.input_min.size());
-  Eigen::VectorXf high(model.input_min.size());
-  for (Eigen::Index i = 0; i < low.size(); ++i) {
-    const InputLimits limits = input_limits(model.input_min[i], model.input_max[i]);
-    low[i] = limits.low;
-    high[i] = limits.high;
-  }
-  const Eigen::VectorXf mean = model.input.mean.cast<float>();
-  const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
-  const Eigen::Index samples = features_si.cols();
-  Eigen::MatrixXf x = features_si.cwiseMax(low.replicate(1, samples));
-  x = x.cwiseMin(high.replicate(1, samples)).eval();
-  standardise(mean, inverse_scale, x, x);
+  Eigen::MatrixXf x = scaled_inputs<float>(model, features_si);
   for (const DenseLayer& layer : model.layers) {
     // The kernels keep a GRU's state in f32.
     const bool rounds = layer.input_step > 0.0F && layer.kind != packed::LayerKind::kGruRecurrent;
@@ -34,7 +22,7 @@ Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::Matri
                           x);
       continue;
     }
-    Eigen::MatrixXf y(layer.weights.rows(), samples);
+    Eigen::MatrixXf y(layer.weights.rows(), x.cols());
     dense(layer.weights, layer.biases, layer.activation, x, y);
     x = std::move(y);
   }

@@ -8,7 +8,7 @@
 namespace ravencal::model {
 
 /// What the real-time plugin computes, in its precision and with its clamping of inputs
-/// (input_limits.hpp) and rounding of inputs (DenseLayer::input_step), for a model of any size.
+/// (scaled_inputs.hpp) and rounding of inputs (DenseLayer::input_step), for a model of any size.
 /// `features_si` is [features x samples]; the result is [outputs x samples], SI units. The
 /// reference for self-tests and for `convert --check`.
 Eigen::MatrixXf predict_single(const CalibrationModel& model, const Eigen::MatrixXf& features_si);

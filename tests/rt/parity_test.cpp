@@ -118,6 +118,22 @@ INSTANTIATE_TEST_SUITE_P(
         ::testing::Range(0, 7),
         ::testing::Values(Precision::kFloat32, Precision::kBfloat16, Precision::kInt8)));
 
+TEST(Clamping, OfThePluginIsThatOfTheModel) {
+  const model::CalibrationModel model = make_model({plain("jpos.elbow"), plain("mpos.elbow")}, {8});
+  for (const float moved : {-20.0F, -0.8F, 0.8F, 20.0F}) {
+    Rig rig;
+    rig.load(model);
+    rig.state.arm[0].jpos_ji[1] += moved;
+    rig.tick();
+    const Eigen::RowVector2d x(static_cast<double>(rig.state.arm[0].jpos_ji[1]),
+                               static_cast<double>(rig.state.arm[0].mpos_rad[1]));
+    const Eigen::RowVectorXd expected = model.predict(x);
+    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
+      EXPECT_NEAR(rig.output.predicted_ji[j], expected[j], 1e-5 * model.output.scale[j]) << moved;
+    }
+  }
+}
+
 // How far the rounding of weights moves the outputs of a random network (a trained one is measured
 // by `convert`): bf16 keeps 8 bits of a weight, int8 between 7 and 8 of a row's largest.
 TEST(Precision, RoundingOfWeightsMovesTheOutputsLittle) {

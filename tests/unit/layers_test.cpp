@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "model/scaled_inputs.hpp"
 #include "model/single_precision.hpp"
 
 namespace ravencal::model {
@@ -39,6 +40,27 @@ TEST(Layers, DenseIsTheSumOverInputsPlusBias) {
       EXPECT_NEAR(y(row, sample), sum, 1e-14);
     }
   }
+}
+
+TEST(ScaledInputs, AreClampedHalfAWidthBeyondTheTrainedRangeAndKeepWhatIsLost) {
+  CalibrationModel model;
+  model.input = {Eigen::Vector2d(1.0, 5.0), Eigen::Vector2d(2.0, 1.0)};
+  model.input_min = Eigen::Vector2d(-1.0, 5.0);
+  model.input_max = Eigen::Vector2d(3.0, 5.0);
+  Eigen::MatrixXd values(2, 5);
+  values << -100.0, -2.9, 4.9, 100.0, std::nan(""), 5.0, 6.0, 4.0, -1e9, 7.0;
+  Eigen::MatrixXd expected(2, 5);
+  expected << -2.0, -1.95, 1.95, 2.0, std::nan(""), 0.0, 0.0, 0.0, 0.0, 0.0;
+  const Eigen::MatrixXd scaled = scaled_inputs<double>(model, values);
+  EXPECT_TRUE(std::isnan(scaled(0, 4)));
+  EXPECT_LT((scaled - expected).leftCols(4).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(scaled(1, 4), 0.0);
+}
+
+TEST(ScaledInputs, AreNotClampedWithoutTrainedRanges) {
+  CalibrationModel model;
+  model.input = {Eigen::VectorXd::Constant(1, 1.0), Eigen::VectorXd::Constant(1, 2.0)};
+  EXPECT_EQ(scaled_inputs<float>(model, Eigen::MatrixXf::Constant(1, 1, 101.0F))(0, 0), 50.0F);
 }
 
 TEST(Layers, UnstandardiseUndoesStandardise) {

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 
 #include "learn/model_description.hpp"
 #include "learn/onnx_file.hpp"
 #include "learn/onnx_metadata.hpp"
+#include "model/single_precision.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -43,9 +45,36 @@ model::CalibrationModel sample_model() {
   trust.full_distance = 2.3F;
   trust.none_distance = 9.2F;
   model.trust = trust;
+  model.motion = {{{-0.5, 1.0 / 3.0}, "tau.elbow", {-2.0, 3.0}}, {{-0.01, 0.02}, "", {}}};
   model.row_period_s = 0.01;
   model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
   return model;
+}
+
+/// What a runtime computes, as the ONNX standard defines the operators; [outputs x samples].
+Eigen::MatrixXf run(const onnx::GraphProto& graph, const Eigen::MatrixXf& features) {
+  using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  std::map<std::string, Eigen::MatrixXf> values = {{"features", features}};
+  for (const onnx::TensorProto& tensor : graph.initializer()) {
+    const auto* const data = reinterpret_cast<const float*>(tensor.raw_data().data());
+    const Eigen::Index columns = tensor.dims_size() == 2 ? tensor.dims(1) : 1;
+    values[tensor.name()] = Eigen::Map<const RowMajor>(data, tensor.dims(0), columns);
+  }
+  for (const onnx::NodeProto& node : graph.node()) {
+    const std::string& op = node.op_type();
+    Eigen::ArrayXXf x = values[node.input(0)];
+    const Eigen::ArrayXXf y = values[node.input(node.input_size() - 1)].replicate(1, x.cols());
+    if (op == "Max") x = x.max(y);
+    if (op == "Min") x = x.min(y);
+    if (op == "Sub") x -= y;
+    if (op == "Add") x += y;
+    if (op == "Mul") x *= y;
+    if (op == "Relu") x = x.max(0.0F);
+    if (op == "Sigmoid") x = 1.0F / (1.0F + (-x).exp());
+    if (op == "Gemm") x = (values[node.input(1)] * x.matrix()).array() + y;
+    values[node.output(0)] = x;
+  }
+  return values[graph.output(0).name()];
 }
 
 class OnnxFile : public testing::Test {
@@ -103,6 +132,14 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->trust->full_distance, model.trust->full_distance);
   EXPECT_EQ(read->trust->none_distance, model.trust->none_distance);
   EXPECT_EQ(read->row_period_s, model.row_period_s);
+  ASSERT_TRUE(read->motion.has_value());
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ((*read->motion)[k].speed.low, (*model.motion)[k].speed.low);
+    EXPECT_EQ((*read->motion)[k].speed.high, (*model.motion)[k].speed.high);
+    EXPECT_EQ((*read->motion)[k].load.low, (*model.motion)[k].load.low);
+    EXPECT_EQ((*read->motion)[k].load.high, (*model.motion)[k].load.high);
+    EXPECT_EQ((*read->motion)[k].load_channel, (*model.motion)[k].load_channel);
+  }
   EXPECT_EQ(read->provenance, model.provenance);
   ASSERT_EQ(read->layers.size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -147,6 +184,42 @@ TEST_F(OnnxFile, PassesTheCheckerOfOnnx) {
   EXPECT_NO_THROW(onnx::checker::check_model(proto_of(write())));
 }
 
+TEST_F(OnnxFile, ItsGraphClampsInputsFarOutsideOfTheTrainedRangeAsTheModelDoes) {
+  const model::CalibrationModel model = sample_model();
+  Eigen::MatrixXf far = Eigen::MatrixXf::Random(4, 50);
+  far.rightCols(40) *= 30.0F;
+  const Eigen::MatrixXf by_graph = run(proto_of(write()).graph(), far);
+  const Eigen::MatrixXf by_plugin = model::predict_single(model, far);
+  const Eigen::MatrixXd by_model = model.predict(far.transpose().cast<double>()).transpose();
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const double tolerance = 1e-5 * model.output.scale[k];
+    EXPECT_LT((by_graph - by_plugin).row(k).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LT((by_model - by_plugin.cast<double>()).row(k).cwiseAbs().maxCoeff(), tolerance);
+  }
+}
+
+TEST_F(OnnxFile, OfAnEarlierVersionDoesNotClampInItsGraphAndIsTheSameModel) {
+  const std::filesystem::path path = write();
+  onnx::ModelProto proto = proto_of(path);
+  proto.mutable_graph()->mutable_node()->DeleteSubrange(0, 2);
+  proto.mutable_graph()->mutable_node(0)->set_input(0, "features");
+  std::ofstream(path, std::ios::binary) << proto.SerializeAsString();
+  const auto read = read_onnx(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  const Eigen::MatrixXd far = 30.0 * Eigen::MatrixXd::Random(50, 4);
+  EXPECT_EQ(read->predict(far), sample_model().predict(far));
+}
+
+TEST_F(OnnxFile, RefusesClampingThatContradictsTheMetadata) {
+  const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
+    for (auto& property : *proto.mutable_metadata_props()) {
+      if (property.key() == "ravencal.input_max") property.set_value("[1, 2, 3, 4]");
+    }
+  });
+  EXPECT_NE(refusal.find("contradicts the metadata's input_min and input_max"), std::string::npos)
+      << refusal;
+}
+
 TEST_F(OnnxFile, FailsTheCheckerOfOnnxWhenAnOperatorIsUnknown) {
   onnx::ModelProto proto = proto_of(write());
   proto.mutable_graph()->mutable_node(3)->set_op_type("Sigmoidal");
@@ -165,7 +238,7 @@ TEST_F(OnnxFile, DeclaresRawFeaturesInAndJointErrorOut) {
 
 TEST_F(OnnxFile, NamesAnOperatorThatItDoesNotSupport) {
   const std::string refusal = refusal_after([](onnx::ModelProto& proto) {
-    proto.mutable_graph()->mutable_node(3)->set_op_type("LeakyRelu");
+    proto.mutable_graph()->mutable_node(5)->set_op_type("LeakyRelu");
   });
   EXPECT_NE(refusal.find("LeakyRelu"), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("model.onnx"), std::string::npos) << refusal;
@@ -222,7 +295,8 @@ TEST_F(OnnxFile, OfAnEarlierVersionHasNoTrustRegionAndSaysSo) {
 TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
   for (const auto& [key, value] : metadata_of(sample_model())) {
     // Models of earlier versions have none of these.
-    if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains") {
+    if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains" ||
+        key == "ravencal.motion") {
       continue;
     }
     const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {

@@ -17,6 +17,7 @@
 #include "choice/variety.hpp"
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
+#include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
 #include "learn/seen.hpp"
 #include "model/hook_view.hpp"
@@ -267,6 +268,7 @@ core::Result<Choice> choose_model(
     joint.session_constants = add_parts(output, trials, chosen.members, of_joint, parts);
     model.expected.push_back(expected_error(chosen.judged, joint.session_constants));
   }
+  model.motion = learn::motion_range(model.outputs, training);
   model.output = output_scaling(rows.errors);
   const std::vector<Index> columns = used_columns(sets.features, parts);
   fit_frame(rows, columns, sets, choice);

@@ -33,6 +33,19 @@ report::JointSeries series_of(const JointEvaluation& joint, const core::DisplayU
   return series;
 }
 
+/// Appends to the table's note what the page shows no column of.
+void note_motion(const JointEvaluation& joint, const core::DisplayUnit& unit, std::string& note) {
+  if (!joint.motion || joint.motion->rows_beyond == 0) return;
+  note += fmt::format(
+      "{}{}: {:.1f} % of the rows are faster or under more load than in the training; calibrated "
+      "RMSE {:.3g} {} on them, {:.3g} {} on the others.",
+      note.empty() ? "" : " ", joint.joint,
+      100.0 * static_cast<double>(joint.motion->rows_beyond) /
+          static_cast<double>(joint.truth.size()),
+      joint.motion->beyond_rmse * unit.per_si, unit.name, joint.motion->within_rmse * unit.per_si,
+      unit.name);
+}
+
 /// Maps need two joints over the same rows.
 void choose_maps(const Evaluation& evaluation, report::CalibrationReport& page) {
   const auto& joints = evaluation.joints;
@@ -81,6 +94,7 @@ report::CalibrationReport make_report(const model::CalibrationModel& model,
     row.bias_removed = figure(joint.bias_removed, unit.per_si);
     row.calibrated = figure(joint.calibrated, unit.per_si);
     table.rows.push_back(row);
+    note_motion(joint, unit, table.note);
     page.series.push_back(series_of(joint, unit));
     words.push_back(fmt::format("{} from {:.3g} to {:.3g} {}", joint.joint, row.raw.rmse,
                                 row.calibrated.rmse, unit.name));

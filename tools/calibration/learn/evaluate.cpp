@@ -9,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "learn/dataset.hpp"
+#include "learn/motion_range.hpp"
 #include "learn/seen.hpp"
 #include "model/hook_view.hpp"
 
@@ -42,6 +43,8 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
   RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd correction,
                             corrections(model, recording, evaluation.rows_without_feature));
   evaluation.rows += static_cast<std::size_t>(recording.rows());
+  const RowFlags beyond =
+      model.motion ? beyond_motion(*model.motion, model.outputs, recording) : RowFlags();
   for (std::size_t k = 0; k < model.outputs.size(); ++k) {
     JointEvaluation& joint = evaluation.joints[k];
     const auto truth = recording.column(Role::kJointTruth, joint.joint);
@@ -65,6 +68,7 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
       joint.truth.push_back(true_value);
       joint.estimate.push_back(recording.samples(row, *estimate));
       joint.corrected.push_back(corrected);
+      if (model.motion) joint.beyond.push_back(beyond(row, static_cast<Eigen::Index>(k)));
     }
   }
   return {};
@@ -87,6 +91,20 @@ double rmse_about_mean(const JointEvaluation& joint) {
   return std::sqrt(squares / static_cast<double>(errors.size()));
 }
 
+MotionSplit split_of(const JointEvaluation& joint) {
+  MotionSplit split;
+  double squares[2] = {0.0, 0.0};
+  for (std::size_t i = 0; i < joint.truth.size(); ++i) {
+    const double error = joint.corrected[i] - joint.truth[i];
+    squares[joint.beyond[i] ? 1 : 0] += error * error;
+    split.rows_beyond += joint.beyond[i] ? 1 : 0;
+  }
+  const std::size_t rows_within = joint.truth.size() - split.rows_beyond;
+  split.within_rmse = std::sqrt(squares[0] / static_cast<double>(rows_within));
+  split.beyond_rmse = std::sqrt(squares[1] / static_cast<double>(split.rows_beyond));
+  return split;
+}
+
 /// By how much of the raw RMSE the calibrated one is smaller; where nothing was wrong, nothing.
 std::string fall_of(const JointEvaluation& joint) {
   if (!(joint.raw.rmse > 0.0)) return "-";
@@ -97,6 +115,7 @@ std::string fall_of(const JointEvaluation& joint) {
 /// may reach over the empty cell before it.
 std::string aligned(const std::vector<std::vector<std::string>>& lines) {
   std::vector<std::size_t> widths = {12, 5, 9, 11, 9, 11, 9, 11, 9, 10};
+  widths.resize(lines.front().size(), 9);
   for (const auto& line : lines) {
     for (std::size_t c = 0; c < widths.size(); ++c) {
       const bool reaches = c > 0 && line[c - 1].empty();
@@ -114,6 +133,21 @@ std::string aligned(const std::vector<std::vector<std::string>>& lines) {
     text += "\n";
   }
   return text;
+}
+
+/// RMSE within and beyond the training's motion and the share of the rows beyond; a dash where none
+/// are.
+std::vector<std::string> motion_cells(const JointEvaluation& joint, double per_si) {
+  if (!joint.motion) return {"-", "-", "-"};
+  const auto rows = joint.truth.size();
+  const auto beyond = joint.motion->rows_beyond;
+  const auto rmse = [&](double value_si, std::size_t count) {
+    return count > 0 ? fmt::format("{:.4f}", value_si * per_si) : "-";
+  };
+  return {rmse(joint.motion->within_rmse, rows - beyond), rmse(joint.motion->beyond_rmse, beyond),
+          beyond > 0 ? fmt::format("{:.1f} %",
+                                   100.0 * static_cast<double>(beyond) / static_cast<double>(rows))
+                     : "-"};
 }
 
 nlohmann::ordered_json figures(const ErrorStatistics& statistics, double per_si) {
@@ -164,6 +198,7 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                      joint.joint, evaluation.rows)};
     }
     set_figures(joint);
+    if (model.motion) joint.motion = split_of(joint);
   }
   return evaluation;
 }
@@ -211,6 +246,13 @@ std::string evaluation_json(const Evaluation& evaluation) {
                       {"bias_removed", figures(joint.bias_removed, unit.per_si)},
                       {"calibrated", figures(joint.calibrated, unit.per_si)},
                       {"rmse_about_mean", joint.rmse_about_mean * unit.per_si}});
+    if (joint.motion) {
+      joints.back()["within_trained_motion"] = {
+          {"samples", joint.truth.size() - joint.motion->rows_beyond},
+          {"rmse", joint.motion->within_rmse * unit.per_si}};
+      joints.back()["beyond_trained_motion"] = {{"samples", joint.motion->rows_beyond},
+                                                {"rmse", joint.motion->beyond_rmse * unit.per_si}};
+    }
     if (!joint.expected) continue;
     const model::ExpectedError& expected = *joint.expected;
     joints.back()["expected"] = {
@@ -225,6 +267,14 @@ std::string evaluation_table(const Evaluation& evaluation) {
   std::vector<std::vector<std::string>> lines = {
       {"joint", "unit", "samples", "", "raw", "", "bias removed", "", "calibrated", "fall"},
       {"", "", "", "RMSE", "peak", "RMSE", "peak", "RMSE", "peak", "of RMSE"}};
+  const bool has_motion =
+      std::any_of(evaluation.joints.begin(), evaluation.joints.end(),
+                  [](const JointEvaluation& joint) { return joint.motion.has_value(); });
+  const auto extend = [&](std::vector<std::string>& line, const std::vector<std::string>& cells) {
+    if (has_motion) line.insert(line.end(), cells.begin(), cells.end());
+  };
+  extend(lines[0], {"", "trained motion", "rows"});
+  extend(lines[1], {"within", "beyond", "beyond"});
   for (const JointEvaluation& joint : evaluation.joints) {
     const core::DisplayUnit unit = core::display_unit(joint.unit);
     const bool has_rows = !joint.truth.empty();  // a loop may know no truth
@@ -235,6 +285,7 @@ std::string evaluation_table(const Evaluation& evaluation) {
       line.push_back(has_rows ? fmt::format("{:.4f}", s.peak * unit.per_si) : "-");
     }
     line.push_back(fall_of(joint));
+    extend(line, motion_cells(joint, unit.per_si));
   }
   return aligned(lines);
 }

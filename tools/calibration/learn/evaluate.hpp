@@ -25,6 +25,14 @@ struct ErrorStatistics {
 ErrorStatistics error_statistics(const std::vector<double>& values,
                                  const std::vector<double>& truth, double shift);
 
+/// The corrected estimate on rows within and beyond the speeds and loads of the training
+/// (motion_range.hpp). RMSE: NaN without rows.
+struct MotionSplit {
+  double within_rmse = 0.0;
+  double beyond_rmse = 0.0;
+  std::size_t rows_beyond = 0;
+};
+
 /// One joint over all rows that have its truth, its estimate and every feature. SI units.
 struct JointEvaluation {
   std::string joint;
@@ -38,7 +46,9 @@ struct JointEvaluation {
   std::vector<double> truth;
   std::vector<double> estimate;
   std::vector<double> corrected;
-  double bias = 0.0;  ///< mean of truth - estimate in training
+  double bias = 0.0;                  ///< mean of truth - estimate in training
+  std::vector<bool> beyond;           ///< per row: beyond the training's motion; or empty
+  std::optional<MotionSplit> motion;  ///< none: the model does not say what its training showed
 };
 
 /// Sets the figures from truth, estimate, corrected values, times and bias; NaN without rows.

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/json_text.hpp"
+#include "learn/training_json.hpp"
 #include "model/blob_format.hpp"
 #include "model/origin_json.hpp"
 
@@ -215,36 +216,6 @@ core::Result<model::LoopGains> gains_from(const json& object, std::size_t output
   return gains;
 }
 
-std::string expected_text(const std::vector<model::ExpectedError>& expected) {
-  json list = json::array();
-  for (const model::ExpectedError& e : expected) {
-    list.push_back(
-        {{"rmse", e.rmse}, {"low", e.low}, {"high", e.high}, {"about_mean", e.about_mean}});
-  }
-  return list.dump();
-}
-
-core::Result<std::vector<model::ExpectedError>> expected_from(const json& list,
-                                                              std::size_t outputs) {
-  const auto wrong = [&] {
-    return core::data_error(
-        fmt::format("metadata 'ravencal.expected' is not a list of {} expected errors", outputs));
-  };
-  if (!list.is_array() || list.size() != outputs) return wrong();
-  std::vector<model::ExpectedError> expected;
-  for (const json& item : list) {
-    model::ExpectedError& error = expected.emplace_back();
-    for (const auto& [key, value] :
-         {std::pair{"rmse", &error.rmse}, std::pair{"low", &error.low},
-          std::pair{"high", &error.high}, std::pair{"about_mean", &error.about_mean}}) {
-      if (!item.is_object() || !item.contains(key) || !item[key].is_number()) return wrong();
-      *value = item[key].get<double>();
-      if (!(*value >= 0.0)) return wrong();
-    }
-  }
-  return expected;
-}
-
 core::Result<model::Origin> origin_from(const json& object) {
   const auto text = [&](const char* key) {
     return object.is_object() && object.contains(key) && object[key].is_string()
@@ -287,6 +258,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
   if (model.trust) metadata["ravencal.input_trust"] = trust_text(*model.trust);
   if (model.loop_gains) metadata["ravencal.gains"] = gains_text(*model.loop_gains);
   if (!model.expected.empty()) metadata["ravencal.expected"] = expected_text(model.expected);
+  if (model.motion) metadata["ravencal.motion"] = motion_text(*model.motion);
   return metadata;
 }
 
@@ -313,13 +285,17 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
     RAVENCAL_ASSIGN_OR_RETURN(model.trust, trust_from(trust, n));
   }
   // Not every model has these: unknown.
-  if (metadata.contains("ravencal.gains")) {
-    RAVENCAL_ASSIGN_OR_RETURN(const json gains, reader.value("ravencal.gains"));
-    RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_from(gains, model.outputs.size()));
+  if (metadata.contains("ravencal.motion")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json motion, reader.value("ravencal.motion"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.motion, motion_from(motion, model.outputs.size()));
   }
   if (metadata.contains("ravencal.expected")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json expected, reader.value("ravencal.expected"));
     RAVENCAL_ASSIGN_OR_RETURN(model.expected, expected_from(expected, model.outputs.size()));
+  }
+  if (metadata.contains("ravencal.gains")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json gains, reader.value("ravencal.gains"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_from(gains, model.outputs.size()));
   }
   if (metadata.contains("ravencal.origin")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json origin, reader.value("ravencal.origin"));

@@ -11,13 +11,18 @@
 
 #include "learn/onnx_file.hpp"
 #include "learn/onnx_metadata.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::learn {
 namespace {
 
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Walks the one chain that a calibration model is: Sub, Mul, (Gemm, activation?)+, Mul, Add.
+constexpr const char* kChain =
+    "a calibration model is Max, Min, Sub, Mul, Gemm with Sigmoid, Tanh or Relu, Mul, Add";
+
+/// Walks the one chain that a calibration model is: Max, Min, Sub, Mul, (Gemm, activation?)+, Mul,
+/// Add. Older files lack Max and Min.
 class GraphReader {
  public:
   explicit GraphReader(const onnx::GraphProto& graph) : graph_(graph) {}
@@ -27,6 +32,11 @@ class GraphReader {
       return core::data_error("the graph has no input 'features'");
     }
     value_ = "features";
+    if (next_is("Max")) {
+      const model::ClampedRange range = model::clamped_range(model);
+      RAVENCAL_RETURN_IF_ERROR(read_scaling("Max", "input_min and input_max", range.low));
+      RAVENCAL_RETURN_IF_ERROR(read_scaling("Min", "input_min and input_max", range.high));
+    }
     const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
     RAVENCAL_RETURN_IF_ERROR(read_scaling("Sub", "input_mean", model.input.mean.cast<float>()));
     RAVENCAL_RETURN_IF_ERROR(read_scaling("Mul", "input_scale", inverse_scale));
@@ -38,10 +48,7 @@ class GraphReader {
     }
     if (model.layers.empty() || !next_is("Mul")) {
       return core::data_error(
-          fmt::format("after {} layer(s) there is {}; a calibration model is Sub, Mul, Gemm with "
-                      "Sigmoid, Tanh or "
-                      "Relu, Mul, Add",
-                      model.layers.size(), here()));
+          fmt::format("after {} layer(s) there is {}; {}", model.layers.size(), here(), kChain));
     }
     if (model.layers.back().activation != model::Activation::kLinear) {
       return core::data_error("the last layer is not linear");
@@ -76,9 +83,7 @@ class GraphReader {
   core::Result<const onnx::NodeProto*> take(const std::string& op, int inputs) {
     if (!next_is(op)) {
       return core::data_error(
-          fmt::format("expected operator {}, found {}; a calibration model is Sub, Mul, Gemm "
-                      "with Sigmoid, Tanh or Relu, Mul, Add",
-                      op, here()));
+          fmt::format("expected operator {}, found {}; {}", op, here(), kChain));
     }
     const onnx::NodeProto& node = graph_.node(next_);
     if (node.input_size() != inputs || node.output_size() != 1 || node.input(0) != value_) {

@@ -8,6 +8,7 @@
 #include "core/whole_file.hpp"
 #include "learn/onnx_file.hpp"
 #include "learn/onnx_metadata.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -100,9 +101,16 @@ onnx::ModelProto to_proto(const model::CalibrationModel& model) {
   declare(*graph.add_output(), "joint_error", model.output.mean.size());
 
   GraphWriter writer(graph);
+  std::string value = "features";
+  if (const model::ClampedRange range = model::clamped_range(model); range.low.size() > 0) {
+    writer.add_vector("input_lowest", range.low);
+    writer.add_vector("input_highest", range.high);
+    value = writer.add_node("Max", {value, "input_lowest"}, "not_below");
+    value = writer.add_node("Min", {value, "input_highest"}, "clamped");
+  }
   writer.add_vector("input_mean", model.input.mean.cast<float>());
   writer.add_vector("input_inverse_scale", model.input.scale.cwiseInverse().cast<float>());
-  std::string value = writer.add_node("Sub", {"features", "input_mean"}, "centred");
+  value = writer.add_node("Sub", {value, "input_mean"}, "centred");
   value = writer.add_node("Mul", {value, "input_inverse_scale"}, "scaled");
   for (std::size_t k = 0; k < model.layers.size(); ++k) {
     const model::DenseLayer& layer = model.layers[k];

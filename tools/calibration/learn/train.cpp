@@ -9,12 +9,14 @@
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
 #include "learn/linear.hpp"
+#include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
 #include "learn/seen.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 #include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -25,10 +27,7 @@ using record::Recording;
 /// Scaled samples in the precision and with the arithmetic of the robot.
 Samples<float> scaled_samples(const CalibrationModel& model, const Dataset& data) {
   Samples<float> samples;
-  const Eigen::VectorXf mean = model.input.mean.cast<float>();
-  const Eigen::VectorXf inverse_scale = model.input.scale.cwiseInverse().cast<float>();
-  samples.inputs.resize(data.features.cols(), data.features.rows());
-  model::standardise(mean, inverse_scale, data.features.transpose(), samples.inputs);
+  samples.inputs = model::scaled_inputs<float>(model, data.features.transpose());
   const Eigen::VectorXd inverse_output = model.output.scale.cwiseInverse();
   Eigen::MatrixXd targets(data.errors.cols(), data.errors.rows());
   model::standardise(model.output.mean, inverse_output, data.errors.transpose(), targets);
@@ -287,6 +286,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   keep_constants(data, result);
   model.loop_gains = model::loop_gains(model, data.features);
   result.drawn_rows = model::evenly_drawn(data.features, model::kLoopGainRows);
+  model.motion = motion_range(model.outputs, training);
   describe(options, result);
   if (at_hook) model::set_trained_at_hook(model);
   model.provenance["recordings"] = files_text(training);

@@ -7,7 +7,7 @@
 #include "conversion/window.hpp"
 #include "learn/evaluate.hpp"
 #include "model/feature_matrix.hpp"
-#include "model/input_limits.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::conversion {
 namespace {
@@ -15,11 +15,7 @@ namespace {
 constexpr Eigen::Index kBlockRows = 4096;  ///< bounds the memory of the hidden layers
 
 bool is_clamped(const model::CalibrationModel& weights, const Eigen::RowVectorXf& features) {
-  for (Eigen::Index i = 0; i < features.size(); ++i) {
-    const auto limits = model::input_limits(weights.input_min[i], weights.input_max[i]);
-    if (features[i] < limits.low || features[i] > limits.high) return true;
-  }
-  return false;
+  return model::clamped_inputs<float>(weights, features.transpose()) != features.transpose();
 }
 
 /// How many rows of the recording each sample of a window lies back, oldest first.
@@ -76,24 +72,10 @@ Eigen::VectorXf confidences(const model::CalibrationModel& weights,
                             const model::FeatureMatrix& features) {
   Eigen::VectorXf result = Eigen::VectorXf::Ones(features.rows());
   if (!weights.trust) return result;
-  Eigen::VectorXf low(features.cols());
-  Eigen::VectorXf high(features.cols());
-  for (Eigen::Index i = 0; i < features.cols(); ++i) {
-    const auto limits = model::input_limits(weights.input_min[i], weights.input_max[i]);
-    low[i] = limits.low;
-    high[i] = limits.high;
-  }
-  const Eigen::VectorXf mean = weights.input.mean.cast<float>();
-  const Eigen::VectorXf inverse_scale = weights.input.scale.cwiseInverse().cast<float>();
   for (Eigen::Index row = 0; row < features.rows(); row += kBlockRows) {
     const Eigen::Index count = std::min(kBlockRows, features.rows() - row);
-    const Eigen::MatrixXf block = features.middleRows(row, count)
-                                      .transpose()
-                                      .cwiseMax(low.replicate(1, count))
-                                      .cwiseMin(high.replicate(1, count));
-    const Eigen::MatrixXf scaled =
-        ((block.colwise() - mean).array().colwise() * inverse_scale.array()).matrix();
-    const Eigen::VectorXf distances = weights.trust->distances(scaled);
+    const Eigen::VectorXf distances = weights.trust->distances(
+        model::scaled_inputs<float>(weights, features.middleRows(row, count).transpose()));
     for (Eigen::Index i = 0; i < count; ++i) {
       result[row + i] = weights.trust->confidence(distances[i]);
     }

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "conversion/window.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "model/input_limits.hpp"
-#include "model/layers.hpp"
+#include "model/scaled_inputs.hpp"
 #include "model/single_precision.hpp"
 
 namespace ravencal::conversion {
@@ -63,20 +59,10 @@ model::CalibrationModel behind_gru(const model::CalibrationModel& model) {
 /// [features x rows], as the network sees them.
 Eigen::MatrixXf scaled_in_single(const model::CalibrationModel& model,
                                  const Eigen::MatrixXf& sample) {
-  Eigen::MatrixXf scaled = sample.transpose();
+  const Eigen::MatrixXf scaled = model::scaled_inputs<float>(model, sample.transpose());
   const float step = model.layers.front().input_step;
-  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
-    const auto limits = model::input_limits(model.input_min[i], model.input_max[i]);
-    const auto mean = static_cast<float>(model.input.mean[i]);
-    const auto inverse_scale = static_cast<float>(1.0 / model.input.scale[i]);
-    for (float& value : scaled.row(i)) {
-      value = (std::clamp(value, limits.low, limits.high) - mean) * inverse_scale;
-      if (step > 0.0F) {
-        value = step * std::clamp(std::nearbyint(value / step), -kLargestInput, kLargestInput);
-      }
-    }
-  }
-  return scaled;
+  if (!(step > 0.0F)) return scaled;
+  return (scaled.array() / step).rint().max(-kLargestInput).min(kLargestInput) * step;
 }
 
 }  // namespace
@@ -88,12 +74,9 @@ std::size_t window_of(const model::CalibrationModel& model) {
 Eigen::MatrixXd predict_exact(const model::CalibrationModel& model,
                               std::span<const Eigen::MatrixXf> samples) {
   if (!has_gru(model)) return model.predict(samples.back().cast<double>());
-  const Eigen::VectorXd inverse_scale = model.input.scale.cwiseInverse();
   std::vector<Eigen::MatrixXd> scaled;
   for (const Eigen::MatrixXf& sample : samples) {
-    scaled.emplace_back(sample.cols(), sample.rows());
-    const Eigen::MatrixXd values = sample.cast<double>().transpose();
-    model::standardise(model.input.mean, inverse_scale, values, scaled.back());
+    scaled.push_back(model::scaled_inputs<double>(model, sample.transpose().cast<double>()));
   }
   return behind_gru(model).predict(state_behind<double>(model, scaled).transpose());
 }

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/training_json.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+namespace ravencal::learn {
+
+using nlohmann::json;
+
+namespace {
+
+/// An unknown range is null.
+json range_json(const model::Range& range) {
+  if (!std::isfinite(range.low) || !std::isfinite(range.high)) return nullptr;
+  return {range.low, range.high};
+}
+
+std::optional<model::Range> range_from(const json& pair) {
+  if (pair.is_null()) return model::Range{};
+  if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number())
+    return std::nullopt;
+  const model::Range range{pair[0].get<double>(), pair[1].get<double>()};
+  if (!std::isfinite(range.low) || !std::isfinite(range.high) || range.low > range.high)
+    return std::nullopt;
+  return range;
+}
+
+}  // namespace
+
+std::string expected_text(const std::vector<model::ExpectedError>& expected) {
+  json list = json::array();
+  for (const model::ExpectedError& e : expected) {
+    list.push_back(
+        {{"rmse", e.rmse}, {"low", e.low}, {"high", e.high}, {"about_mean", e.about_mean}});
+  }
+  return list.dump();
+}
+
+core::Result<std::vector<model::ExpectedError>> expected_from(const json& list,
+                                                              std::size_t outputs) {
+  const auto wrong = [&] {
+    return core::data_error(
+        fmt::format("metadata 'ravencal.expected' is not a list of {} expected errors", outputs));
+  };
+  if (!list.is_array() || list.size() != outputs) return wrong();
+  std::vector<model::ExpectedError> expected;
+  for (const json& item : list) {
+    model::ExpectedError& error = expected.emplace_back();
+    for (const auto& [key, value] :
+         {std::pair{"rmse", &error.rmse}, std::pair{"low", &error.low},
+          std::pair{"high", &error.high}, std::pair{"about_mean", &error.about_mean}}) {
+      if (!item.is_object() || !item.contains(key) || !item[key].is_number()) return wrong();
+      *value = item[key].get<double>();
+      if (!(*value >= 0.0)) return wrong();
+    }
+  }
+  return expected;
+}
+
+std::string motion_text(const model::MotionRange& motion) {
+  json joints = json::array();
+  for (const model::JointMotion& joint : motion) {
+    joints.push_back({{"speed", range_json(joint.speed)},
+                      {"load_channel", joint.load_channel},
+                      {"load", range_json(joint.load)}});
+  }
+  return joints.dump();
+}
+
+core::Result<model::MotionRange> motion_from(const json& joints, std::size_t outputs) {
+  const auto wrong = [] {
+    return core::data_error("metadata 'ravencal.motion' holds no speeds and loads");
+  };
+  if (!joints.is_array() || joints.size() != outputs) return wrong();
+  model::MotionRange motion;
+  for (const json& joint : joints) {
+    for (const char* key : {"speed", "load_channel", "load"}) {
+      if (!joint.is_object() || !joint.contains(key)) return wrong();
+    }
+    const auto speed = range_from(joint["speed"]);
+    const auto load = range_from(joint["load"]);
+    if (!speed || !load || !joint["load_channel"].is_string()) return wrong();
+    motion.push_back({*speed, joint["load_channel"].get<std::string>(), *load});
+  }
+  return motion;
+}
+
+}  // namespace ravencal::learn
