@@ -76,6 +76,18 @@ TEST(Jacobian, IsTheDifferenceOfPredictionsForEveryActivation) {
   }
 }
 
+TEST(Jacobian, IsZeroByAnInputThatThePluginClamps) {
+  model::CalibrationModel model =
+      network({{"tau.elbow"}, {"jpos.elbow"}}, {Activation::kTanh, Activation::kLinear});
+  model.input_min[1] = model.input_max[1] = 0.25;  // a constant of the training
+  model::FeatureMatrix rows(2, 2);
+  rows << 5.0F, 0.25F, 3.0F, 0.25F;
+  const auto slopes = model::jacobians(model, rows);
+  EXPECT_TRUE(slopes[0].isZero(0.0));
+  EXPECT_GT(slopes[1].col(0).cwiseAbs().minCoeff(), 0.0);
+  EXPECT_TRUE(slopes[1].col(1).isZero(0.0));
+}
+
 TEST(Jacobian, OfAGruIsThatOfARowHeldOverItsWindow) {
   std::srand(5);
   model::CalibrationModel model = network({{"tau.elbow"}, {"jpos.elbow"}}, {Activation::kLinear});

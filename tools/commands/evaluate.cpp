@@ -104,6 +104,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       "The table shows the network's own correction. With the pedal down the plugin lets it "
       "change\n"
       "by at most a tenth of a joint's commanded motion: --as-applied shows what is left then.\n"
+      "Trained motion: calibrated RMSE of rows within and beyond the speeds and efforts that the\n"
+      "training had of the joint.\n"
       "Example: ravencal evaluate arm.onnx test.db --json test.json");
   on_call(*command, exit_code,
           {.read = {"model", "recordings", "--profile"}, .written = {"--json", "--report"}},

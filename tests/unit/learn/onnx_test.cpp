@@ -293,7 +293,8 @@ TEST_F(OnnxFile, OfAnEarlierVersionHasNoTrustRegionAndSaysSo) {
 }
 
 TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
-  for (const auto& [key, value] : metadata_of(sample_model())) {
+  for (const auto& entry : metadata_of(sample_model())) {
+    const std::string& key = entry.first;
     // Models of earlier versions have none of these.
     if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains" ||
         key == "ravencal.motion") {
@@ -309,7 +310,8 @@ TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
 }
 
 TEST_F(OnnxFile, RefusesEveryWrongValueInTheMetadataWithoutCrashing) {
-  for (const auto& [key, value] : metadata_of(sample_model())) {
+  for (const auto& entry : metadata_of(sample_model())) {
+    const std::string& key = entry.first;
     for (const char* wrong : {"", "[", "[]", "{}", "null", "\"text\"", "[null]", "-1", "[1e999]"}) {
       if (key == "ravencal.provenance" && std::string(wrong) == "{}") continue;
       const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "learn/dataset.hpp"
+#include "learn/motion_range.hpp"
 #include "model/feature_matrix.hpp"
 
 namespace ravencal::methods {
@@ -16,11 +17,9 @@ using record::Role;
 
 constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
 
-/// Drive torque of a joint, else its drive input, else nothing.
 Eigen::VectorXd effort_of(const Recording& recording, const std::string& joint) {
-  for (const Role role : {Role::kDriveTorque, Role::kDriveInput}) {
-    if (const auto column = recording.column(role, joint)) return recording.samples.col(*column);
-  }
+  const auto column = learn::effort_column(recording, joint);
+  if (column) return recording.samples.col(*column);
   return Eigen::VectorXd::Constant(recording.rows(), kLost);
 }
 
