@@ -58,7 +58,8 @@ class Rows:
               f"  expected {expected['rmse']:7.3f} [{low:7.3f}, {high:7.3f}]"
               f" {'yes' if inside else 'no '}"
               f"  about the mean: came {joint['rmse_about_mean']:7.3f},"
-              f" expected {expected['rmse_about_mean']:7.3f}",
+              f" expected {expected['rmse_about_mean']:7.3f}"
+              f"  distance ranks errors {joint.get('distance_rank', float('nan')):5.2f}",
               flush=True)
 
     def summary(self):

@@ -9,9 +9,11 @@
 
 #include "core/units.hpp"
 #include "learn/dataset.hpp"
+#include "learn/distance_rank.hpp"
 #include "learn/motion_range.hpp"
 #include "learn/seen.hpp"
 #include "model/hook_view.hpp"
+#include "model/scaled_inputs.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -19,20 +21,32 @@ namespace {
 using record::Recording;
 using record::Role;
 
-/// Corrections of every row, NaN where a feature is lost; shape [rows x outputs].
-core::Result<Eigen::MatrixXd> corrections(const model::CalibrationModel& model,
-                                          const Recording& recording, std::size_t& lost) {
+/// Of every row, NaN where a feature is lost.
+struct Predicted {
+  Eigen::MatrixXd corrections;  ///< [rows x outputs]
+  Eigen::VectorXd distances;    ///< of the inputs from the training; empty: unknown
+};
+
+core::Result<Predicted> predict(const model::CalibrationModel& model, const Recording& recording,
+                                std::size_t& lost) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix features,
                             model::inputs_of(model, recording));
-  Eigen::MatrixXd result(features.rows(), static_cast<Eigen::Index>(model.outputs.size()));
+  Predicted result{
+      Eigen::MatrixXd(features.rows(), static_cast<Eigen::Index>(model.outputs.size())),
+      Eigen::VectorXd(model.trust ? features.rows() : 0)};
   constexpr Eigen::Index kRows = 4096;  // bounds the memory of the hidden layers
   for (Eigen::Index row = 0; row < features.rows(); row += kRows) {
     const Eigen::Index count = std::min(kRows, features.rows() - row);
-    result.middleRows(row, count) = model.predict(features.middleRows(row, count).cast<double>());
+    const Eigen::MatrixXd block = features.middleRows(row, count).cast<double>();
+    result.corrections.middleRows(row, count) = model.predict(block);
+    if (!model.trust) continue;
+    const Eigen::MatrixXf scaled =
+        model::scaled_inputs<float>(model, block.transpose().cast<float>());
+    result.distances.segment(row, count) = model.trust->distances(scaled).cast<double>();
   }
   for (Eigen::Index row = 0; row < features.rows(); ++row) {
     if (features.row(row).allFinite()) continue;
-    result.row(row).setConstant(std::nan(""));  // an activation may hide a NaN
+    result.corrections.row(row).setConstant(std::nan(""));  // an activation may hide a NaN
     ++lost;
   }
   return result;
@@ -40,8 +54,8 @@ core::Result<Eigen::MatrixXd> corrections(const model::CalibrationModel& model,
 
 core::Status append(const model::CalibrationModel& model, const Recording& recording,
                     Evaluation& evaluation) {
-  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd correction,
-                            corrections(model, recording, evaluation.rows_without_feature));
+  RAVENCAL_ASSIGN_OR_RETURN(const Predicted predicted,
+                            predict(model, recording, evaluation.rows_without_feature));
   evaluation.rows += static_cast<std::size_t>(recording.rows());
   const RowFlags beyond =
       model.motion ? beyond_motion(*model.motion, model.outputs, recording) : RowFlags();
@@ -59,8 +73,8 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
                       joints_with(recording, Role::kJointEstimate))};
     }
     for (Eigen::Index row = 0; row < recording.rows(); ++row) {
-      const double corrected =
-          recording.samples(row, *estimate) + correction(row, static_cast<Eigen::Index>(k));
+      const double corrected = recording.samples(row, *estimate) +
+                               predicted.corrections(row, static_cast<Eigen::Index>(k));
       const double true_value = recording.samples(row, *truth);
       if (!std::isfinite(corrected) || !std::isfinite(true_value)) continue;
       const auto t_ns = recording.t_ns[static_cast<std::size_t>(row)] - recording.t_ns.front();
@@ -68,6 +82,7 @@ core::Status append(const model::CalibrationModel& model, const Recording& recor
       joint.truth.push_back(true_value);
       joint.estimate.push_back(recording.samples(row, *estimate));
       joint.corrected.push_back(corrected);
+      if (model.trust) joint.distance.push_back(predicted.distances[row]);
       if (model.motion) joint.beyond.push_back(beyond(row, static_cast<Eigen::Index>(k)));
     }
   }
@@ -198,6 +213,7 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                      joint.joint, evaluation.rows)};
     }
     set_figures(joint);
+    joint.distance_rank = distance_rank(joint);
     if (model.motion) joint.motion = split_of(joint);
   }
   return evaluation;
@@ -246,6 +262,7 @@ std::string evaluation_json(const Evaluation& evaluation) {
                       {"bias_removed", figures(joint.bias_removed, unit.per_si)},
                       {"calibrated", figures(joint.calibrated, unit.per_si)},
                       {"rmse_about_mean", joint.rmse_about_mean * unit.per_si}});
+    if (std::isfinite(joint.distance_rank)) joints.back()["distance_rank"] = joint.distance_rank;
     if (joint.motion) {
       joints.back()["within_trained_motion"] = {
           {"samples", joint.truth.size() - joint.motion->rows_beyond},

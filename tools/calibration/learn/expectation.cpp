@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/units.hpp"
 
 namespace ravencal::learn {
@@ -11,8 +13,10 @@ namespace {
 std::string came_text(const JointEvaluation& joint, double per_si) {
   const double came = joint.calibrated.rmse;
   const bool is_inside = joint.expected->low <= came && came <= joint.expected->high;
-  return fmt::format("{:>11.4f}{:>12.4f}  {}", came * per_si, joint.rmse_about_mean * per_si,
-                     is_inside ? "inside" : "outside");
+  const std::string rank =
+      std::isfinite(joint.distance_rank) ? fmt::format("{:.2f}", joint.distance_rank) : "-";
+  return fmt::format("{:>11.4f}{:>12.4f}{:>6}  {}", came * per_si, joint.rmse_about_mean * per_si,
+                     rank, is_inside ? "inside" : "outside");
 }
 
 }  // namespace
@@ -31,9 +35,10 @@ std::string expectation_table(const Evaluation& evaluation, bool came) {
   if (lines.empty()) return {};
   return fmt::format(
       "RMSE that training expects on another recording; \"about mean\" with the recording's mean "
-      "error taken off\n{:<12}{:<5}{:>9}{:>20}{:>12}{}\n{}",
+      "error taken off{}\n{:<12}{:<5}{:>9}{:>20}{:>12}{}\n{}",
+      came ? "; rank: correlation of the error with the inputs' distance from the training" : "",
       "joint", "unit", "expected", "95 % interval", "about mean",
-      came ? fmt::format("{:>11}{:>12}", "came", "about mean") : "", lines);
+      came ? fmt::format("{:>11}{:>12}{:>6}", "came", "about mean", "rank") : "", lines);
 }
 
 }  // namespace ravencal::learn
