@@ -110,20 +110,22 @@ class Rows:
         """A recording of the twin."""
         motion, recording = self.out / f"{name}.csv", self.out / f"{name}.db"
         if not recording.exists():
-            call(self.ravencal, "trajectory", *trajectory, "--out", motion)
+            call(self.ravencal, "trajectory", *trajectory, "--out", motion, "--force")
             plant = pathlib.Path(__file__).resolve().parents[2] / "tools/plants/raven2.toml"
             call(self.ravencal, "simulate", "--plant", plant, "--trajectory", motion, "--seed", seed,
                  "--out", recording)
         return recording
 
     def twin(self):
-        """Every recording is homed anew."""
-        zigzags = [self.recorded(f"z{n}", ["zigzag", "--sparsity", f"1/{n}"], n)
-                   for n in range(2, 7)]
-        tests = {"random": [self.recorded(f"s{n}", ["sinusoid", "--duration-s", "120", "--seed", n],
-                                          100 + n) for n in range(1, 4)]}
-        self.add("twin_4min", zigzags[:1], tests)
-        self.add("twin_21min", zigzags, tests)
+        """A seed of the twin is a homing: one session, and five with tests that are homed anew."""
+        zigzag = {n: ["zigzag", "--sparsity", f"1/{n}"] for n in range(2, 7)}
+        one = [self.recorded(f"one_z{n}", zigzag[n], 2) for n in (2, 3)]
+        five = [self.recorded(f"z{n}", motion, n) for n, motion in zigzag.items()]
+        random = {n: ["sinusoid", "--duration-s", "120", "--seed", n] for n in range(1, 4)}
+        same = [self.recorded(f"s{n}", motion, 2) for n, motion in random.items()]
+        anew = [self.recorded(f"h{n}", motion, 100 + n) for n, motion in random.items()]
+        self.add("twin_4min", one, {"same_session": same})
+        self.add("twin_21min", five, {"homed_anew": anew})
 
 
 def main():

@@ -32,6 +32,9 @@ constexpr std::array kSizeShares = {1.0 / 3.0, 5.0 / 3.0};
 constexpr float kSmoothingS = 0.03F;
 /// Rows farther apart do not show a drive's dynamics.
 constexpr double kDynamicsPeriodS = 0.1;
+/// A position less its mean over so long is the way that the joint has just come: within a stroke
+/// it has the sign of the motion and fades in over it, as presliding friction does.
+constexpr float kRecentS = 1.0F;
 /// How long before a position was: from one cycle of a slow controller to the lag of a soft drive.
 constexpr std::array kEarlierS = {0.02, 0.04, 0.08, 0.16};
 /// A joint that moved by less was held: encoder noise, and the give of the brakes.
@@ -98,7 +101,7 @@ bool holds(const std::vector<std::string>& names, const std::string& name) {
 }
 
 /// What an input tells beside the present.
-enum class Tells { kNow, kMemory, kEarlier };
+enum class Tells { kNow, kMemory, kRecent };
 
 /// Collects inputs and, beside each, the joint that it belongs to and what it tells.
 class Collector {
@@ -117,7 +120,7 @@ class Collector {
       if (holds(held_, channel.joint)) continue;
       if (raven ? channel.role == Role::kJointEstimate : is_position(channel)) {
         add_position(channel, width);
-        if (!raven) add_earlier(channel);
+        if (is_dynamic()) add_recent(channel, !raven);
       } else if (raven) {
         continue;
       } else if (is_effort(channel)) {
@@ -140,10 +143,10 @@ class Collector {
       const auto own_without = [&](auto... left_out) {
         return [=, this](std::size_t i) { return own(i) && (... && (tells_[i] != left_out)); };
       };
-      add_set(inputs.own, "own inputs as they are", own_without(Tells::kMemory, Tells::kEarlier));
-      add_set(inputs.own, "own inputs and their memory", own_without(Tells::kEarlier));
-      add_set(inputs.own, "own and earlier inputs", own_without(Tells::kMemory));
-      add_set(inputs.own, "own and earlier inputs and their memory", own);
+      add_set(inputs.own, "own inputs as they are", own_without(Tells::kMemory, Tells::kRecent));
+      add_set(inputs.own, "own inputs and their memory", own_without(Tells::kRecent));
+      add_set(inputs.own, "own and recent inputs", own_without(Tells::kMemory));
+      add_set(inputs.own, "own and recent inputs and their memory", own);
       add_blocks(output, inputs.others);
     }
     return sets;
@@ -183,15 +186,16 @@ class Collector {
     }
   }
 
-  /// As many rows back as there are; none where rows are farther apart.
-  void add_earlier(const Channel& channel) {
+  void add_recent(const Channel& channel, bool earlier) {
+    add({.channel = channel.name, .transform = Transform::kMean, .time_constant_s = kRecentS},
+        channel.joint, Tells::kRecent);
     std::uint32_t last = 0;
     for (const double before_s : kEarlierS) {
       const auto rows = static_cast<std::uint32_t>(std::lround(before_s / row_period_s_));
-      if (rows <= last || !is_dynamic()) continue;
+      if (rows <= last || !earlier) continue;
       last = rows;
       add({.channel = channel.name, .transform = Transform::kLag, .lag_rows = rows}, channel.joint,
-          Tells::kEarlier);
+          Tells::kRecent);
     }
   }
 

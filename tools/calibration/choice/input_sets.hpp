@@ -37,10 +37,11 @@ struct InputSets {
 /// every temperature and other feature. Their memory: play operators of a ladder of half-widths, in
 /// shares of the range of motion, because friction, slack and stretch make the error depend on
 /// where a joint came from. Efforts: drive torques and inputs, smoothed, and their means over the
-/// joint's travel, which tell load and friction at every speed alike. Earlier positions, where rows
-/// are dense: by how much a drive lags in fast motion. On a RAVEN-II the measured joints are the
-/// only positions and there are no efforts: the rest answers to the motor command, and the plugin
-/// would close a loop through it; nor earlier positions, whose small differences int8 rounds away.
+/// joint's travel, which tell load and friction at every speed alike. Recent motion, where rows are
+/// dense: means of positions over a second, and earlier positions, by which a drive lags in fast
+/// motion. On a RAVEN-II the measured joints are the only positions and there are no efforts: the
+/// rest answers to the motor command, and the plugin would close a loop through it; nor earlier
+/// positions, whose small differences int8 rounds away.
 /// What a joint that was held still shows is noise, and is not offered. Truths, loads (sensors
 /// behind the cables), desired values and velocities are never offered. Errors (kData): nothing to
 /// offer.
