@@ -94,7 +94,7 @@ ChannelReader reader_of(std::size_t catalogue_index) noexcept {
   if (core::info_of(at.field).per_arm) {
     offset += offsetof(ravencal_state, arm) + at.arm * sizeof(ravencal_arm);
   }
-  return {place.kind, core::is_cycle_old_at_hook(at.field), static_cast<std::uint16_t>(offset),
+  return {place.kind, core::is_cycle_old_at_hook(at.field), static_cast<std::uint16_t>(offset), 1,
           place.to_si};
 }
 
@@ -104,27 +104,26 @@ bool is_position(std::size_t catalogue_index) noexcept {
 }
 
 void gather(std::span<const ChannelReader> readers, const ravencal_state& current,
-            const ravencal_state& latched, float time_s, std::span<float> values) noexcept {
-  for (std::size_t i = 0; i < readers.size(); ++i) {
-    const ChannelReader& reader = readers[i];
-    const auto* const from =
+            const ravencal_state& latched, float time_s, float* values) noexcept {
+  for (const ChannelReader& reader : readers) {
+    const auto* from =
         reinterpret_cast<const std::byte*>(reader.latched ? &latched : &current) + reader.offset;
-    std::int32_t integer = 0;
-    float real = 0.0F;
-    switch (reader.kind) {
-      case Kind::kFloat:
-        std::memcpy(&real, from, sizeof real);
-        values[i] = real;
-        break;
-      case Kind::kInt32:
+    float* const end = values + reader.count;
+    if (reader.kind == Kind::kTime) {
+      *values = time_s;
+    } else if (reader.kind == Kind::kFloat) {
+      for (; values != end; ++values, from += sizeof *values) {
+        std::memcpy(values, from, sizeof *values);
+      }
+    } else {
+      for (; values != end; ++values, from += sizeof *values) {
+        std::int32_t integer = 0;
         std::memcpy(&integer, from, sizeof integer);
         // In double precision, as a recording is read: the same bits.
-        values[i] = static_cast<float>(integer * reader.to_si);
-        break;
-      case Kind::kTime:
-        values[i] = time_s;
-        break;
+        *values = static_cast<float>(integer * reader.to_si);
+      }
     }
+    values = end;
   }
 }
 

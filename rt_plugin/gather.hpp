@@ -14,13 +14,20 @@
 
 namespace ravencal::rt {
 
-/// How to read one channel of a ravencal_state.
+/// How to read channels that lie side by side in a ravencal_state.
 struct ChannelReader {
   enum class Kind : std::uint8_t { kFloat, kInt32, kTime };
   Kind kind = Kind::kFloat;
   bool latched = false;      ///< read from the last published state
-  std::uint16_t offset = 0;  ///< bytes into ravencal_state
+  std::uint16_t offset = 0;  ///< bytes into ravencal_state, of the first
+  std::uint32_t count = 1;
   double to_si = 1.0;
+
+  /// Whether `next` reads what lies behind, in the same way.
+  [[nodiscard]] bool goes_on_with(const ChannelReader& next) const noexcept {
+    return kind != Kind::kTime && kind == next.kind && latched == next.latched &&
+           to_si == next.to_si && offset + count * sizeof(float) == next.offset;
+  }
 };
 
 /// Reader of the channel with that catalogue index (core/catalogue.hpp, below kCatalogueSize).
@@ -30,8 +37,8 @@ ChannelReader reader_of(std::size_t catalogue_index) noexcept;
 /// their trained range means leaving the trained workspace.
 bool is_position(std::size_t catalogue_index) noexcept;
 
-/// values[i] = channel readers[i]; `time_s` is the value of the time channel.
+/// The channels of the readers, one after another; `time_s` is the value of the time channel.
 void gather(std::span<const ChannelReader> readers, const ravencal_state& current,
-            const ravencal_state& latched, float time_s, std::span<float> values) noexcept;
+            const ravencal_state& latched, float time_s, float* values) noexcept;
 
 }  // namespace ravencal::rt

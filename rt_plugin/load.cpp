@@ -208,18 +208,34 @@ class ModelLoader {
 
   void fill() noexcept {
     LoadedModel& m = *model_;
-    bool needs_cycle_end = false;
-    for (std::size_t index = 0; index < core::kCatalogueSize; ++index) {
-      if (channel_of_[index] == 0) continue;
-      ChannelReader& reader = m.readers_[channel_of_[index] - std::size_t{1}];
-      reader = reader_of(index);
-      needs_cycle_end = needs_cycle_end || reader.latched;
-    }
+    const bool needs_cycle_end = fill_readers();
     for (std::size_t i = 0; i < view_.feature_count(); ++i) fill_input(i);
     m.feature_state_ = model::FeatureState(m.ops_, channel_count_, feature_memory_);
     fill_network();
     fill_trust();
     fill_info(needs_cycle_end);
+  }
+
+  /// One reader for channels that lie side by side. Returns whether one reads the cycle before.
+  bool fill_readers() noexcept {
+    std::array<std::uint16_t, core::kCatalogueSize> index_of{};
+    for (std::size_t index = 0; index < core::kCatalogueSize; ++index) {
+      if (channel_of_[index] != 0)
+        index_of[channel_of_[index] - std::size_t{1}] = static_cast<std::uint16_t>(index);
+    }
+    bool needs_cycle_end = false;
+    std::size_t used = 0;
+    for (std::size_t channel = 0; channel < channel_count_; ++channel) {
+      const ChannelReader reader = reader_of(index_of[channel]);
+      needs_cycle_end = needs_cycle_end || reader.latched;
+      if (used > 0 && model_->readers_[used - 1].goes_on_with(reader)) {
+        ++model_->readers_[used - 1].count;
+      } else {
+        model_->readers_[used++] = reader;
+      }
+    }
+    model_->readers_ = model_->readers_.first(used);
+    return needs_cycle_end;
   }
 
   /// Of the channels that the model reads.
@@ -329,6 +345,7 @@ class ModelLoader {
     const std::uint32_t passes = gru.window == 0 ? 1 : (gru.window - 1U) * gru.stride_rows + 1U;
     kernels::clear_memory(model_->network_, 1, model_->scratch_.data());
     std::array<float, RAVENCAL_JOINTS> outputs{};
+    model_->scale_inputs();
     for (std::uint32_t pass = 0; pass < passes; ++pass) model_->run_network(outputs);
     return outputs;
   }

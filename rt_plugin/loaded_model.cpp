@@ -28,17 +28,19 @@ float dot(const float* a, const float* b, std::size_t lines) noexcept {
 }  // namespace
 
 void LoadedModel::observe(const CycleView& cycle) noexcept {
-  gather(readers_, cycle.at_hook, cycle.published, cycle.time_s, channels_);
+  gather(readers_, cycle.at_hook, cycle.published, cycle.time_s, channels_.data());
   feature_state_.advance(channels_, features_);
   if (ticks_seen_ <= info_.longest_lag_ticks) ++ticks_seen_;
 }
 
 LoadedModel::Prediction LoadedModel::predict() noexcept {
   Prediction prediction;
-  prediction.doubts = inspect_inputs(prediction);
+  const Inspection inputs = scale_inputs();
+  const bool inputs_finite = !inputs.not_finite;
+  prediction.clamped_inputs = inputs.clamped;
+  if (inputs.not_finite) prediction.doubts |= RAVENCAL_DOUBT_NOT_FINITE;
+  if (inputs.far_out) prediction.doubts |= RAVENCAL_DOUBT_OUT_OF_RANGE;
   if (is_warming_up()) prediction.doubts |= RAVENCAL_DOUBT_WARMING_UP;
-
-  const bool inputs_finite = (prediction.doubts & RAVENCAL_DOUBT_NOT_FINITE) == 0;
   prediction.doubts |= fill_window(inputs_finite && !is_warming_up());
   // The network runs whatever the inputs are, so that its time does not depend on them.
   std::array<float, RAVENCAL_JOINTS> outputs{};
@@ -59,27 +61,33 @@ std::uint32_t LoadedModel::fill_window(bool inputs_whole) noexcept {
   return is_whole ? 0U : RAVENCAL_DOUBT_WARMING_UP;
 }
 
-std::uint32_t LoadedModel::inspect_inputs(Prediction& prediction) const noexcept {
+/// Without a branch and through pointers that do not overlap, so that the compiler uses vectors.
+LoadedModel::Inspection LoadedModel::scale_inputs() noexcept {
+  const float* const x = features_.data();
+  const float* const lowest = lowest_.data();
+  const float* const highest = highest_.data();
+  const float* const below = doubtful_below_.data();
+  const float* const above = doubtful_above_.data();
+  const float* const mean = mean_.data();
+  const float* const inverse_scale = inverse_scale_.data();
+  float* const __restrict scaled = scaled_.data();
   std::uint32_t not_finite = 0;
   std::uint32_t far_out = 0;
   std::uint32_t clamped = 0;
-  for (std::size_t i = 0; i < ops_.size(); ++i) {
-    const float x = features_[i];
-    not_finite += is_finite(x) ? 0U : 1U;
-    far_out += (x < doubtful_below_[i] || x > doubtful_above_[i]) ? 1U : 0U;
-    clamped += (x < lowest_[i] || x > highest_[i]) ? 1U : 0U;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    not_finite += is_finite(x[i]) ? 0U : 1U;
+    far_out +=
+        static_cast<std::uint32_t>(x[i] < below[i]) | static_cast<std::uint32_t>(x[i] > above[i]);
+    clamped += static_cast<std::uint32_t>(x[i] < lowest[i]) |
+               static_cast<std::uint32_t>(x[i] > highest[i]);
+    const float not_below = x[i] < lowest[i] ? lowest[i] : x[i];
+    const float inside = not_below > highest[i] ? highest[i] : not_below;
+    scaled[i] = (inside - mean[i]) * inverse_scale[i];
   }
-  prediction.clamped_inputs = clamped;
-  return (not_finite != 0 ? RAVENCAL_DOUBT_NOT_FINITE : 0U) |
-         (far_out != 0 ? RAVENCAL_DOUBT_OUT_OF_RANGE : 0U);
+  return {not_finite != 0, far_out != 0, clamped};
 }
 
 void LoadedModel::run_network(std::array<float, RAVENCAL_JOINTS>& outputs) noexcept {
-  for (std::size_t i = 0; i < features_.size(); ++i) {
-    const float above = features_[i] < lowest_[i] ? lowest_[i] : features_[i];
-    const float clamped = above > highest_[i] ? highest_[i] : above;
-    scaled_[i] = (clamped - mean_[i]) * inverse_scale_[i];
-  }
   forward_(network_, scaled_.data(), outputs.data(), scratch_.data());
   for (std::size_t j = 0; j < output_count_; ++j) {
     outputs[j] = outputs[j] * output_scale_[j] + output_mean_[j];

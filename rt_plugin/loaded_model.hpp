@@ -68,13 +68,21 @@ class LoadedModel {
   /// all there, without a gap.
   std::uint32_t fill_window(bool inputs_whole) noexcept;
 
-  [[nodiscard]] std::uint32_t inspect_inputs(Prediction& prediction) const noexcept;
+  /// What speaks against features_.
+  struct Inspection {
+    bool not_finite = false;
+    bool far_out = false;       ///< where the model does not know
+    std::uint32_t clamped = 0;  ///< inputs
+  };
+
+  /// Clamps and scales features_ into scaled_. Inputs are clamped (input_limits.hpp) so that the
+  /// network never extrapolates far.
+  Inspection scale_inputs() noexcept;
 
   /// Confidence by the distance of scaled_ from the training set.
   [[nodiscard]] float confidence() const noexcept;
 
-  /// Clamps and scales features_, runs the network, and gives its outputs in SI units. Inputs are
-  /// clamped (input_limits.hpp) so that the network never extrapolates far.
+  /// Runs the network on scaled_ and gives its outputs in SI units.
   void run_network(std::array<float, RAVENCAL_JOINTS>& outputs) noexcept;
 
   model::packed::PackedView network_;  ///< within blob_
@@ -86,7 +94,7 @@ class LoadedModel {
   std::size_t output_count_ = 0;
   JointVector constant_ji_{};
 
-  std::span<ChannelReader> readers_;  ///< one per channel used
+  std::span<ChannelReader> readers_;  ///< of channels_, in their order
   std::span<float> channels_;         ///< their values in this tick
   std::span<model::FeatureOp> ops_;   ///< one per input
   model::FeatureState feature_state_;

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
-#include "rt_plugin/telemetry_words.hpp"
+#include "rt_plugin/counter_words.hpp"
 
 namespace ravencal::rt {
 
@@ -16,7 +16,7 @@ class SharedCounters {
   /// [rt]
   void publish(const ravencal_counters& counters) noexcept {
     store_word(sequence_, sequence_ + 1);  // odd: being written
-    store_record(words_.data(), counters);
+    store_counted(words_.data(), counters);
     store_word(sequence_, sequence_ + 1);
   }
 

@@ -10,7 +10,7 @@
 
 #include "core/version.hpp"
 #include "ravencal/telemetry.h"
-#include "rt_plugin/telemetry_words.hpp"
+#include "rt_plugin/counter_words.hpp"
 
 namespace ravencal::rt {
 namespace {
@@ -85,40 +85,11 @@ void Telemetry::write(const ravencal_tick& tick, const ravencal_counters& counte
   store_record(slot + word_at(offsetof(Slot, tick)), tick);
   store_word(slot[0], 2 * written_ + 2);
   ++written_;
-  write_counters(words, counters);
-  store_word(words[word_at(offsetof(Header, written))], written_);
-}
-
-/// Of a kilobyte, only what a tick can have changed: what is counted, and the newest transition.
-void Telemetry::write_counters(std::uint64_t* words, const ravencal_counters& counters) noexcept {
   std::uint64_t& sequence = words[word_at(offsetof(Header, counters_sequence))];
-  std::uint64_t* const to = words + word_at(offsetof(Header, counters));
   store_word(sequence, 2 * written_ - 1);
-  const auto store = [&](std::size_t byte, std::uint64_t value) {
-    store_word(to[word_at(byte)], value);
-  };
-  store(offsetof(ravencal_counters, ticks), counters.ticks);
-  for (std::size_t i = 0; i < RAVENCAL_STATE_COUNT; ++i) {
-    store(offsetof(ravencal_counters, ticks_in_state) + i * sizeof(std::uint64_t),
-          counters.ticks_in_state[i]);
-  }
-  for (std::size_t i = 0; i < RAVENCAL_DOUBT_KINDS; ++i) {
-    store(offsetof(ravencal_counters, ticks_in_doubt) + i * sizeof(std::uint64_t),
-          counters.ticks_in_doubt[i]);
-  }
-  store(offsetof(ravencal_counters, clamped_inputs), counters.clamped_inputs);
-  store(offsetof(ravencal_counters, limited_rate), counters.limited_rate);
-  store(offsetof(ravencal_counters, swaps), counters.swaps);
-  store(offsetof(ravencal_counters, rollbacks), counters.rollbacks);
-  store(offsetof(ravencal_counters, overruns), counters.overruns);
-  store(offsetof(ravencal_counters, longest_step_ns), counters.longest_step_ns);
-  store(offsetof(ravencal_counters, transitions), counters.transitions);
-  const std::size_t newest =
-      (counters.transitions + RAVENCAL_TRANSITIONS_KEPT - 1) % RAVENCAL_TRANSITIONS_KEPT;
-  store_record(to + word_at(offsetof(ravencal_counters, last_transitions) +
-                            newest * sizeof(ravencal_transition)),
-               counters.last_transitions[newest]);
+  store_counted(words + word_at(offsetof(Header, counters)), counters);
   store_word(sequence, 2 * written_);
+  store_word(words[word_at(offsetof(Header, written))], written_);
 }
 
 }  // namespace ravencal::rt

@@ -30,7 +30,6 @@ class Telemetry {
 
  private:
   void close() noexcept;
-  void write_counters(std::uint64_t* words, const ravencal_counters& counters) noexcept;
 
   NamedMemory memory_;
   std::uint64_t written_ = 0;  ///< ticks

@@ -31,7 +31,6 @@ RAVENCAL_INLINE void fetch_ahead(const void* at) noexcept {
 struct Panel {
   std::size_t lanes;
   std::size_t inputs;
-  bool is_far;  ///< f32: worth asking ahead for, because the network is large
   const std::byte* weights;
   const float* biases;
   const float* row_scales;
@@ -42,7 +41,9 @@ struct Panel {
 };
 
 /// kVectors * kWidth outputs from lane `lane` on, f32 weights. Several sums run side by side where
-/// there are few vectors, to hide the latency of the multiplication.
+/// there are few vectors, to hide the latency of the multiplication. kFar: the network is so large
+/// that it is worth asking ahead.
+template <bool kFar>
 struct Float32Kernel {
   const float* x;
 
@@ -58,7 +59,7 @@ struct Float32Kernel {
     for (; i + kChains <= panel.inputs; i += kChains) {
       for (std::size_t c = 0; c < kChains; ++c, w += panel.lanes) {
         for (std::size_t v = 0; v < kVectors; ++v) {
-          if (panel.is_far) fetch_ahead(w + v * kWidth);
+          if constexpr (kFar) fetch_ahead(w + v * kWidth);
           sums[c][v] += load<Floats>(w + v * kWidth) * broadcast(x[i + c]);
         }
       }
@@ -153,7 +154,6 @@ template <std::size_t kMost, typename Kernel>
     Panel panel = {};
     panel.lanes = all_lanes - first < kPanelLanes ? all_lanes - first : kPanelLanes;
     panel.inputs = padded(layer.inputs, input_group);
-    panel.is_far = network.header().bytes > kNearBytes;
     panel.weights = base + layer.weights_at + first * bytes_per_lane;
     panel.biases = reinterpret_cast<const float*>(base + layer.biases_at) + first;
     panel.row_scales = reinterpret_cast<const float*>(base + layer.row_scales_at) + first;
@@ -166,8 +166,10 @@ template <std::size_t kMost, typename Kernel>
 }
 
 /// Quantises `count` (a multiple of 16) floats; returns NaN if one of them was NaN, else 0.
-[[gnu::noinline]] float quantise(const float* x, std::size_t count, float step, std::int16_t* value,
-                                 std::uint8_t* high, std::uint8_t* low) noexcept {
+[[gnu::noinline]] float quantise(const float* x, std::size_t count, float step,
+                                 [[maybe_unused]] std::int16_t* value,
+                                 [[maybe_unused]] std::uint8_t* high,
+                                 [[maybe_unused]] std::uint8_t* low) noexcept {
   const Floats inverse_step = broadcast(1.0F / step);
   Ints any_nan{};
   for (std::size_t i = 0; i < count; i += kWidth) {
@@ -176,9 +178,12 @@ template <std::size_t kMost, typename Kernel>
     const Floats units = clamp(input * inverse_step, -32767.0F, 32767.0F);
     const Ints q =
         same_bits<Ints>(units + broadcast(kRounder)) - same_bits<Ints>(broadcast(kRounder));
-    store(value + i, __builtin_convertvector(q, Shorts));
-    store(high + i, __builtin_convertvector(((q >> 8) + 128) & 255, Bytes));
-    store(low + i, __builtin_convertvector(q & 255, Bytes));
+    if constexpr (Int8Dot::kTakesBytes) {
+      store(high + i, __builtin_convertvector(((q >> 8) + 128) & 255, Bytes));
+      store(low + i, __builtin_convertvector(q & 255, Bytes));
+    } else {
+      store(value + i, __builtin_convertvector(q, Shorts));
+    }
   }
   std::int32_t mask = 0;
   for (std::size_t i = 0; i < kWidth; ++i) mask |= any_nan[i];
@@ -193,6 +198,19 @@ float nan_or_zero(const float* inputs, std::size_t count) noexcept {
   bool any = false;
   for (std::size_t i = 0; i < count; ++i) any |= inputs[i] != inputs[i];
   return any ? __builtin_nanf("") : 0.0F;
+}
+
+/// x = inputs, or zero where they are not wanted: in the same instructions, and without a product,
+/// which a NaN would survive.
+RAVENCAL_INLINE void take_inputs(const float* inputs, std::size_t count, bool wanted,
+                                 float* __restrict x) noexcept {
+  const std::uint32_t mask = wanted ? 0xFFFFFFFFU : 0U;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, inputs + i, sizeof bits);
+    bits &= mask;
+    std::memcpy(x + i, &bits, sizeof bits);
+  }
 }
 
 /// A layer of few outputs: one f32 row each.
@@ -228,8 +246,13 @@ void run_layer(const PackedView& network, const PackedLayer& layer, const float*
                std::byte* rest) noexcept {
   if (has_few_outputs(layer)) return run_rows(network, layer, x, y);
   switch (layer.precision) {
-    case Precision::kFloat32:
-      return run_panels<at_most(kAccumulators)>(network, layer, 1, Float32Kernel{x}, 0.0F, y);
+    case Precision::kFloat32: {
+      constexpr std::size_t kMost = at_most(kAccumulators);
+      if (network.header().bytes > kNearBytes) {
+        return run_panels<kMost>(network, layer, 1, Float32Kernel<true>{x}, 0.0F, y);
+      }
+      return run_panels<kMost>(network, layer, 1, Float32Kernel<false>{x}, 0.0F, y);
+    }
     case Precision::kBfloat16:
       return run_panels<at_most(kAccumulators)>(network, layer, 2, Bfloat16Kernel{x}, 0.0F, y);
     case Precision::kInt8: {
@@ -260,7 +283,7 @@ void RAVENCAL_FORWARD(const PackedView& network, const float* inputs, float* out
   const std::size_t count = network.layer(0).inputs;
   const bool is_recurrent = network.layer(0).kind == LayerKind::kGruInput;
   const float poison = is_recurrent ? nan_or_zero(inputs, count) : 0.0F;
-  for (std::size_t i = 0; i < count; ++i) x[i] = poison == 0.0F ? inputs[i] : 0.0F;
+  take_inputs(inputs, count, poison == 0.0F, x);
   for (std::size_t i = count; i < padded(count, kLineLanes); ++i) x[i] = 0.0F;
   for (std::size_t l = 0; l < header.layers; ++l) {
     const PackedLayer layer = network.layer(l);

@@ -15,7 +15,8 @@
 namespace ravencal::kernels {
 namespace {
 
-/// A layer's quantised inputs, padded with zeros to a multiple of 4.
+/// A layer's quantised inputs, padded with zeros to a multiple of 4: in bytes or whole, as
+/// Int8Dot::kTakesBytes says.
 struct QuantisedInputs {
   const std::int16_t* value;
   const std::uint8_t* high;  ///< upper byte + 128
@@ -29,6 +30,7 @@ struct QuantisedInputs {
 
 /// vpdpbusd multiplies unsigned by signed bytes: value = 256 (high - 128) + low.
 struct Int8Dot {
+  static constexpr bool kTakesBytes = true;
   struct Four {
     Words high;
     Words low;
@@ -67,6 +69,7 @@ struct Int8Dot {
 
 /// vpmaddwd: two products of 16 bits per 32-bit lane, so an output takes two lanes.
 struct Int8Dot {
+  static constexpr bool kTakesBytes = false;
   using Four = Ints;
   Ints first{};  ///< the lower half of the outputs, two lanes each
   Ints second{};
@@ -114,6 +117,7 @@ struct Int8Dot {
 #else
 
 struct Int8Dot {
+  static constexpr bool kTakesBytes = false;
   using Four = const std::int16_t*;
   Ints total{};
 

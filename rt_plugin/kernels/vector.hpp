@@ -45,7 +45,8 @@ RAVENCAL_INLINE void store(Element* at, const Vector& value) noexcept {
   std::memcpy(__builtin_assume_aligned(at, sizeof(Vector)), &value, sizeof(Vector));
 }
 
-RAVENCAL_INLINE Floats broadcast(float value) noexcept { return Floats{} + value; }
+/// Minus zero, which changes no value; plus zero would change -0, and so cost an instruction.
+RAVENCAL_INLINE Floats broadcast(float value) noexcept { return value - Floats{}; }
 
 template <typename To, typename From>
 RAVENCAL_INLINE To same_bits(const From& from) noexcept {

@@ -59,6 +59,7 @@ class FeatureState {
       : ops_(ops),
         source_count_(source_count),
         history_rows_(history_rows(ops)),
+        passed_on_(passed_on(ops)),
         states_(memory.first(ops.size())),
         rests_(memory.subspan(ops.size(), states_per_op(ops) > 1 ? ops.size() : 0)),
         followers_(memory.subspan(2 * rests_.size(), states_per_op(ops) > 2 ? ops.size() : 0)),
@@ -79,7 +80,8 @@ class FeatureState {
   /// operator or mean starts at its first value. A NaN passes through and does not disturb them.
   void advance(std::span<const float> sources, std::span<float> features) noexcept {
     remember(sources);
-    for (std::size_t i = 0; i < ops_.size(); ++i) {
+    for (std::size_t i = 0; i < passed_on_; ++i) features[i] = sources[i];
+    for (std::size_t i = passed_on_; i < ops_.size(); ++i) {
       const FeatureOp& op = ops_[i];
       const float now = sources[op.source];
       switch (op.transform) {
@@ -122,6 +124,13 @@ class FeatureState {
       }
     }
     return rows;
+  }
+
+  /// Leading ops that pass on the source of their own index, as those of plain channels do.
+  static constexpr std::size_t passed_on(std::span<const FeatureOp> ops) noexcept {
+    std::size_t i = 0;
+    while (i < ops.size() && ops[i].transform == Transform::kValue && ops[i].source == i) ++i;
+    return i;
   }
 
   static constexpr std::size_t states_per_op(std::span<const FeatureOp> ops) noexcept {
@@ -190,6 +199,7 @@ class FeatureState {
   std::span<const FeatureOp> ops_;
   std::size_t source_count_ = 0;
   std::size_t history_rows_ = 0;
+  std::size_t passed_on_ = 0;
   std::span<float> states_;     ///< of plays and means; one per op; kUnset before its first value
   std::span<float> rests_;      ///< what the states of means lack; one per op if any is a mean
   std::span<float> followers_;  ///< plays of positions; one per op if any is a mean over travel

@@ -2,7 +2,7 @@
 //
 // bench_step: the time of one step of the plugin, through its C ABI, at each precision and
 // instruction set, beside the peers that are installed: same weights, same inputs, same run.
-// Reports; judges nothing.
+// Times are reported, not judged; outputs of the plugin beyond their error bound are a finding.
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/step_calls.hpp"
+#include "bench/step_maximum.hpp"
 #include "bench/step_settings.hpp"
 #include "ravencal/plugin.h"
 
@@ -28,29 +29,20 @@ struct Options {
   std::string json;
   std::vector<std::uint32_t> compacted;  ///< inputs, units of each layer, outputs; empty: none
   unsigned core = 0;
+  std::uint64_t maximum_steps = 0;  ///< 0: the table of peers
   Effort effort;
 };
 
 struct Row {
   Peer peer;
   PeerTimes times{};
-  std::optional<double> max_error;  ///< against the double reference; nothing for the bound
+  std::optional<Deviation> deviation;
   double heap_calls = 0.0;
   std::optional<double> system_calls;
 };
 
 const std::vector<std::uint32_t> kPaperShape = {208, 600, 500, 400, 3};
 const std::vector<std::uint32_t> kLightShape = {112, 128, 64, 32, 3};
-
-Task make_task(const std::vector<std::uint32_t>& shape) {
-  std::mt19937 random(1);
-  Task task;
-  task.network = kernels_test::paper_like_network(shape, random);
-  std::uniform_real_distribution<float> uniform(-0.9F, 0.9F);
-  task.inputs.resize(task.network.front().inputs);
-  for (float& input : task.inputs) input = uniform(random);
-  return task;
-}
 
 std::vector<Peer> all_peers(const Task& task, bool paper) {
   std::vector<Peer> peers;
@@ -74,6 +66,7 @@ std::vector<Peer> all_peers(const Task& task, bool paper) {
   }
   for (const auto& make : {eigen_peer, onnx_runtime_peer, torch_peer, rtneural_peer}) {
     peers.push_back(make(task));
+    peers.back().reference = {kernels_test::reference_forward(task.network, task.inputs), {}};
   }
   return peers;
 }
@@ -83,28 +76,22 @@ std::vector<Peer> all_peers(const Task& task, bool paper) {
 Peer compacted_peer(const std::vector<std::uint32_t>& shape) {
   Peer peer = plugin_peer(make_task(shape), kernels::Precision::kFloat32, RAVENCAL_ISA_BEST);
   peer.name = fmt::format("ravencal f32 compacted {}", fmt::join(shape, "-"));
-  peer.runs_task = false;
   return peer;
 }
 
-double max_error(const Peer& peer, const std::vector<double>& expected) {
+Deviation deviation_of(const Peer& peer) {
   std::array<float, 16> outputs{};
   if (peer.prepare) peer.prepare();
   peer.step(outputs.data());
-  double worst = 0.0;
-  for (std::size_t j = 0; j < expected.size(); ++j) {
-    worst = std::max(worst, std::abs(static_cast<double>(outputs[j]) - expected[j]));
-  }
-  return worst;
+  return deviation(*peer.reference, outputs);
 }
 
 /// Counts first, because tracing forks: then times, all peers in turn.
-std::vector<Row> measure(const Task& task, std::vector<Peer> peers, const Effort& effort) {
-  const std::vector<double> expected = kernels_test::reference_forward(task.network, task.inputs);
+std::vector<Row> measure(std::vector<Peer> peers, const Effort& effort) {
   std::vector<Row> rows;
   for (Peer& peer : peers) {
     Row row;
-    if (peer.runs_task) row.max_error = max_error(peer, expected);
+    if (peer.reference) row.deviation = deviation_of(peer);
     row.heap_calls = heap_calls_per_step(peer);
     row.system_calls = system_calls_per_step(peer);
     rows.push_back(std::move(row));
@@ -143,21 +130,25 @@ const Row* eigen_row(const std::vector<Row>& rows) {
 }
 
 void print(const std::vector<Row>& rows) {
-  fmt::print("{:<36}{:>6} {:>8}{:>6}{:>6} {:<10}{:>8}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "peer",
-             "kB", "max|err|", "heap", "calls", "setting", "p50_us", "p99", "p99.9", "max", "GB/s",
-             "x bound", "x Eigen");
+  fmt::print("{:<36}{:>6} {:>8}{:>9}{:>6}{:>6} {:<10}{:>8}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "peer",
+             "kB", "max|err|", "allowed", "heap", "calls", "setting", "p50_us", "p99", "p99.9",
+             "max", "GB/s", "x bound", "x Eigen");
   for (const Row& row : rows) {
     const std::string calls = row.system_calls ? fmt::format("{:.1f}", *row.system_calls) : "?";
-    const std::string error = row.max_error ? fmt::format("{:.0e}", *row.max_error) : "-";
+    const auto number = [](std::optional<double> value) {
+      return value ? fmt::format("{:.1e}", *value) : "-";
+    };
+    const Deviation off = row.deviation.value_or(Deviation{});
+    const std::string error = row.deviation ? number(off.error) : "-";
     for (std::size_t s = 0; s < kSettingNames.size(); ++s) {
       const Quantiles& ns = row.times[s];
       const auto bytes = static_cast<double>(row.peer.weight_bytes);
       fmt::print(
-          "{:<36}{:>6.0f} {:>8}{:>6.1f}{:>6} "
+          "{:<36}{:>6.0f} {:>8}{:>9}{:>6.1f}{:>6} "
           "{:<10}{:>8.1f}{:>8.1f}{:>8.1f}{:>9.1f}{:>7.0f}{:>8.2f}{:>8.2f}\n",
-          s == 0 ? row.peer.name : "", bytes / 1e3, error, row.heap_calls, calls, kSettingNames[s],
-          ns.p50_ns / 1e3, ns.p99_ns / 1e3, ns.p999_ns / 1e3, ns.max_ns / 1e3, bytes / ns.p50_ns,
-          ratio(bound_of(rows, row), row, s), ratio(eigen_row(rows), row, s));
+          s == 0 ? row.peer.name : "", bytes / 1e3, error, number(off.bound), row.heap_calls, calls,
+          kSettingNames[s], ns.p50_ns / 1e3, ns.p99_ns / 1e3, ns.p999_ns / 1e3, ns.max_ns / 1e3,
+          bytes / ns.p50_ns, ratio(bound_of(rows, row), row, s), ratio(eigen_row(rows), row, s));
     }
   }
 }
@@ -168,7 +159,8 @@ nlohmann::json to_json(const std::vector<Row>& rows) {
     nlohmann::json entry = {{"peer", row.peer.name},
                             {"weight_bytes", row.peer.weight_bytes},
                             {"heap_calls_per_step", row.heap_calls}};
-    if (row.max_error) entry["max_abs_error"] = *row.max_error;
+    if (row.deviation) entry["max_abs_error"] = row.deviation->error;
+    if (row.deviation && row.deviation->bound) entry["error_bound"] = *row.deviation->bound;
     if (row.system_calls) entry["system_calls_per_step"] = *row.system_calls;
     for (std::size_t s = 0; s < kSettingNames.size(); ++s) {
       const Quantiles& ns = row.times[s];
@@ -194,7 +186,19 @@ std::string first_line_with(const char* path, std::string_view key) {
 
 std::string load_average() { return first_line_with("/proc/loadavg", "").substr(0, 14); }
 
-nlohmann::json run_network(bool paper, const Options& options) {
+/// Says which peers are beyond their bound; returns how many.
+int print_findings(const std::vector<Row>& rows) {
+  int findings = 0;
+  for (const Row& row : rows) {
+    if (!row.deviation || !row.deviation->is_beyond_bound()) continue;
+    fmt::print("{}: an output is off by {:.1e}, allowed {:.1e}\n", row.peer.name,
+               row.deviation->error, *row.deviation->bound);
+    ++findings;
+  }
+  return findings;
+}
+
+nlohmann::json compare_peers(bool paper, const Options& options, int& findings) {
   const Task task = make_task(paper ? kPaperShape : kLightShape);
   std::vector<Peer> peers = all_peers(task, paper);
   if (!options.compacted.empty()) peers.push_back(compacted_peer(options.compacted));
@@ -204,16 +208,47 @@ nlohmann::json run_network(bool paper, const Options& options) {
   fmt::print("\nnetwork {}, load average {} before\n", report["network"].get<std::string>(),
              load_average());
   for (const Peer& peer : peers) {
+    if (!peer.about.empty()) fmt::print("{}\n", peer.about);
+    if (!peer.about.empty()) report["about"][peer.name] = peer.about;
     if (peer.skipped.empty()) continue;
     fmt::print("skipped {}: {}\n", peer.name, peer.skipped);
     report["skipped"][peer.name] = peer.skipped;
   }
   std::erase_if(peers, [](const Peer& peer) { return !peer.skipped.empty(); });
-  const std::vector<Row> rows = measure(task, std::move(peers), options.effort);
+  const std::vector<Row> rows = measure(std::move(peers), options.effort);
   print(rows);
+  findings += print_findings(rows);
   fmt::print("load average {} after\n", load_average());
   report["load_average_after"] = load_average();
   report["peers"] = to_json(rows);
+  return report;
+}
+
+/// The longest of many steps, beside that of as many empty ones.
+nlohmann::json find_maximum(bool paper, const Options& options) {
+  const Task task = make_task(paper ? kPaperShape : kLightShape);
+  const std::string isolated = first_line_with("/sys/devices/system/cpu/isolated", "");
+  const std::string note = isolation_note(isolated, options.core);
+  std::vector<Peer> peers;
+  peers.push_back(plugin_peer(task, kernels::Precision::kFloat32, RAVENCAL_ISA_BEST));
+  peers.push_back(empty_peer());
+  nlohmann::json report = {{"steps", options.maximum_steps}, {"isolation", note}};
+  fmt::print("\nnetwork {}, {} steps back to back; {}\n",
+             fmt::join(paper ? kPaperShape : kLightShape, "-"), options.maximum_steps, note);
+  std::vector<Histogram> histograms;
+  for (Peer& peer : peers) {
+    histograms.push_back(time_back_to_back(peer, options.maximum_steps));
+    report["longest_ns"][peer.name] = histograms.back().longest_ns;
+    report["steps_from_2_to_k_ns"][peer.name] = histograms.back().steps;
+  }
+  fmt::print("{:>12} {:>24} {:>24}\n", "from ns", peers[0].name, peers[1].name);
+  for (std::size_t k = 0; k < Histogram::kBins; ++k) {
+    if (histograms[0].steps[k] + histograms[1].steps[k] == 0) continue;
+    fmt::print("{:>12} {:>24} {:>24}\n", k == 0 ? 0 : std::uint64_t{1} << k, histograms[0].steps[k],
+               histograms[1].steps[k]);
+  }
+  fmt::print("{:>12} {:>24} {:>24}\n", "longest ns", histograms[0].longest_ns,
+             histograms[1].longest_ns);
   return report;
 }
 
@@ -224,6 +259,14 @@ void settle(unsigned core) {
   CPU_SET(core, &cores);
   if (sched_setaffinity(0, sizeof cores, &cores) != 0) fmt::print("not pinned to a core\n");
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) fmt::print("memory is not locked\n");
+}
+
+bool write_json(const nlohmann::json& report, const std::string& path) {
+  std::ofstream file(path);
+  file << report.dump(1) << '\n';
+  file.close();
+  if (!file) fmt::print(stderr, "bench_step: {}: cannot be written\n", path);
+  return static_cast<bool>(file);
 }
 
 }  // namespace
@@ -245,21 +288,24 @@ int run(int argc, char** argv) {
   app.add_option("--ticks", options.effort.loop_ticks, "ticks of the 1 ms loop per burst and peer")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  app.add_option("--maximum", options.maximum_steps,
+                 "instead: the longest of so many steps back to back, with the plugin and empty")
+      ->check(CLI::PositiveNumber);
   app.footer("Example: bench_step --network paper --bursts 10 --json bench_step.json");
   CLI11_PARSE(app, argc, argv);
   settle(options.core);
   nlohmann::json report;
   report["processor"] = first_line_with("/proc/cpuinfo", "model name");
   fmt::print("processor: {}\n", report["processor"].get<std::string>());
-  if (options.network != "light") report["networks"].push_back(run_network(true, options));
-  if (options.network != "paper") report["networks"].push_back(run_network(false, options));
-  if (options.json.empty()) return 0;
-  std::ofstream file(options.json);
-  file << report.dump(1) << '\n';
-  file.close();
-  if (file) return 0;
-  fmt::print(stderr, "bench_step: {}: cannot be written\n", options.json);
-  return 3;
+  int findings = 0;
+  for (const bool paper : {true, false}) {
+    if (options.network == (paper ? "light" : "paper")) continue;
+    report["networks"].push_back(options.maximum_steps > 0
+                                     ? find_maximum(paper, options)
+                                     : compare_peers(paper, options, findings));
+  }
+  if (!options.json.empty() && !write_json(report, options.json)) return 3;
+  return findings == 0 ? 0 : 1;
 }
 
 }  // namespace ravencal::bench

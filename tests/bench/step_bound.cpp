@@ -49,7 +49,6 @@ Peer bound_peer(std::size_t bytes) {
   Peer peer;
   peer.name = "bound: reading alone";
   peer.weight_bytes = bytes;
-  peer.runs_task = false;
   peer.step = [block, whole](float* y) { y[0] = read_bytes(block.get(), whole); };
   return peer;
 }

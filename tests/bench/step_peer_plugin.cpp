@@ -5,6 +5,8 @@
 
 #include "bench/step_peers.hpp"
 #include "bench/step_settings.hpp"
+#include "core/run_level.hpp"
+#include "model/blob_writer.hpp"
 #include "rt/rig.hpp"
 #include "rt_plugin/fp_mode.hpp"
 #include "unit/kernels_gru.hpp"
@@ -12,11 +14,10 @@
 namespace ravencal::bench {
 namespace {
 
-/// Small enough for the plugin to accept it.
-constexpr double kOutputScale_ji = 1e-4;
+/// Small enough for the plugin to accept it; a power of two, so that taking it out rounds nothing.
+constexpr double kOutputScale_ji = 0x1p-13;
 
-/// The task's weights in a model that reads a robot's state, so centred that the state of
-/// test::healthy_state() arrives at the network as the task's inputs.
+/// The task's weights in a model that reads a robot's state.
 model::CalibrationModel model_of(const Task& task) {
   std::vector<std::uint32_t> hidden;
   for (const auto& layer : task.network) hidden.push_back(layer.outputs);
@@ -30,12 +31,26 @@ model::CalibrationModel model_of(const Task& task) {
     model.layers[l].biases = Eigen::Map<const Eigen::VectorXf>(layer.biases.data(), layer.outputs);
     model.layers[l].activation = layer.activation;
   }
-  const Eigen::VectorXf inputs = Eigen::Map<const Eigen::VectorXf>(
-      task.inputs.data(), static_cast<Eigen::Index>(task.inputs.size()));
-  model.input.mean.array() -= inputs.cast<double>().array() * model.input.scale.array();
   model.output.mean.setZero();
   model.output.scale.setConstant(kOutputScale_ji);
   return model;
+}
+
+/// Features of test::healthy_state(): the middle of the trained ranges, but for the pedal.
+Eigen::VectorXf healthy_features(const model::CalibrationModel& model) {
+  Eigen::VectorXf features_si = model.input.mean.cast<float>();
+  for (std::size_t i = 0; i < model.features.size(); ++i) {
+    if (model.features[i].channel != "runlevel") continue;
+    features_si[static_cast<Eigen::Index>(i)] = static_cast<float>(core::kPedalUp);
+  }
+  return features_si;
+}
+
+/// Centres the model so that `features_si` arrive at the network as the task's inputs.
+void centre(model::CalibrationModel& model, const Eigen::VectorXf& features_si, const Task& task) {
+  const Eigen::Map<const Eigen::VectorXf> inputs(task.inputs.data(), features_si.size());
+  model.input.mean =
+      features_si.cast<double>() - inputs.cast<double>().cwiseProduct(model.input.scale);
 }
 
 constexpr const char* kPrecisionNames[] = {"f32", "bf16", "int8"};
@@ -50,13 +65,21 @@ Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t i
   Peer peer;
   peer.name = name_of("ravencal ", precision, host::isa_name(isa));
   const auto rig = std::make_shared<test::Rig>(isa);
-  rig->load(model_of(task), precision);
+  model::CalibrationModel model = model_of(task);
+  const Eigen::VectorXf features_si = healthy_features(model);
+  centre(model, features_si, task);
+  const auto blob = test::write_weights(model, peer.name, precision);
+  if (const core::Status loaded = rig->instance.load(blob); !loaded.ok()) {
+    peer.skipped = loaded.error().message;
+    return peer;
+  }
   rig->enable();
   rig->tick_until(RAVENCAL_STATE_ACTIVE);
   if (isa != RAVENCAL_ISA_BEST && rig->instance.info().isa != isa) {
     peer.skipped = "this processor does not have it";
     return peer;
   }
+  peer.reference = stored_reference(model::read_blob(blob).value(), features_si);
   peer.weight_bytes = rig->instance.info().bytes_per_step;
   peer.prepare = [rig] {
     rig->api().observe_cycle_end(rig->instance.get(), &rig->state);
@@ -81,6 +104,7 @@ Peer kernel_peer(const Task& task, kernels::Precision precision) {
   Peer peer;
   peer.name = name_of("  its network alone, ", precision, kernels::name_of(isa));
   peer.weight_bytes = packed->bytes();
+  peer.reference = stored_reference({packed->block(), packed->bytes()}, task.inputs);
   peer.step = [packed, block, view, &task, forward = kernels::forward_for(isa)](float* outputs) {
     const rt::OwnFloatMode own_mode;
     forward(view, task.inputs.data(), outputs, packed->scratch());
@@ -104,7 +128,6 @@ Peer gru_peer(kernels::Precision precision) {
   Peer peer;
   peer.name = name_of("  GRU 300 x 8, ", precision, kernels::name_of(isa));
   peer.weight_bytes = bytes;
-  peer.runs_task = false;
   peer.step = [block, view, scratch, inputs = std::vector<float>(network.shape.inputs, 0.3F),
                forward = kernels::forward_for(isa)](float* outputs) {
     const rt::OwnFloatMode own_mode;

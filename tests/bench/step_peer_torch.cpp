@@ -2,12 +2,38 @@
 #include "bench/step_peers.hpp"
 
 #if defined(RAVENCAL_BENCH_TORCH)
+#include <dlfcn.h>
 #include <torch/torch.h>
+#include <torch/version.h>
+
+#include <filesystem>
 #endif
 
 namespace ravencal::bench {
 
+std::string blas_of(std::string_view torch_config) {
+  constexpr std::string_view kKey = "BLAS_INFO=";
+  const std::size_t at = torch_config.find(kKey);
+  if (at == std::string_view::npos) return "unknown";
+  const std::string_view value = torch_config.substr(at + kKey.size());
+  return std::string(value.substr(0, value.find_first_of(", \n")));
+}
+
 #if defined(RAVENCAL_BENCH_TORCH)
+
+namespace {
+
+/// The library whose matrix product runs. Debian's LibTorch asks for any BLAS, and the system's
+/// alternatives choose one.
+std::string blas_library() {
+  Dl_info found{};
+  void* const product = ::dlsym(RTLD_DEFAULT, "sgemm_");
+  if (product == nullptr || ::dladdr(product, &found) == 0) return "its own";
+  std::error_code error;
+  return std::filesystem::canonical(found.dli_fname, error).string();
+}
+
+}  // namespace
 
 Peer torch_peer(const Task& task) {
   const kernels_test::Network& network = task.network;
@@ -38,7 +64,10 @@ Peer torch_peer(const Task& task) {
     }
     std::copy_n(value->data_ptr<float>(), value->numel(), y);
   };
-  return {"LibTorch ATen f32", float32_bytes(network), step, {}, {}};
+  Peer peer{"LibTorch ATen f32", float32_bytes(network), step, {}, {}};
+  peer.about = "LibTorch " TORCH_VERSION ", configured with BLAS " + blas_of(at::show_config()) +
+               ", runs on " + blas_library();
+  return peer;
 }
 
 #else

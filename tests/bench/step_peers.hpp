@@ -6,9 +6,12 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "bench/step_reference.hpp"
 #include "unit/kernels_network.hpp"
 
 namespace ravencal::bench {
@@ -20,7 +23,9 @@ struct Peer {
   std::function<void(float* outputs)> step;
   std::function<void()> prepare;  ///< before every step, not timed; may be empty
   std::string skipped;            ///< why there is no step, if there is none
-  bool runs_task = true;          ///< false: another network, for its time alone
+  /// What the step ought to give; nothing where only its time matters.
+  std::optional<Reference> reference = std::nullopt;
+  std::string about = {};  ///< what the peer is made of, if its name does not say
 };
 
 /// One network and one sample for every peer.
@@ -28,6 +33,15 @@ struct Task {
   kernels_test::Network network;
   std::vector<float> inputs;  ///< scaled, within [-0.9, 0.9]: the middle of a trained range
 };
+
+/// Random weights and inputs of a fixed seed; `shape`: inputs, units of each layer, outputs.
+inline Task make_task(const std::vector<std::uint32_t>& shape) {
+  std::mt19937 random(1);
+  Task task{kernels_test::paper_like_network(shape, random), std::vector<float>(shape.front())};
+  std::uniform_real_distribution<float> uniform(-0.9F, 0.9F);
+  for (float& input : task.inputs) input = uniform(random);
+  return task;
+}
 
 /// ravencal_api::step of the loaded plugin, everything included (clock, checks, gather, network,
 /// envelope, telemetry), with config.max_isa = RAVENCAL_ISA_*.
@@ -43,6 +57,9 @@ Peer bound_peer(std::size_t bytes);
 Peer eigen_peer(const Task& task);
 Peer onnx_runtime_peer(const Task& task);
 Peer torch_peer(const Task& task);
+/// The BLAS that LibTorch was configured with, of at::show_config()'s text; "unknown" if it does
+/// not say.
+std::string blas_of(std::string_view torch_config);
 Peer rtneural_peer(const Task& task);
 
 inline std::size_t float32_bytes(const kernels_test::Network& network) {

@@ -5,6 +5,7 @@
 // channels as a recording has.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -152,29 +153,56 @@ TEST(Precision, RoundingOfWeightsMovesTheOutputsLittle) {
   }
 }
 
-// One input per catalogue entry, weight 1: the plugin must show the network exactly what a
-// recording in SI units says, for the value and for no other.
-TEST(Gather, ShowsTheNetworkEveryChannelOfTheCatalogueAsARecordingHasIt) {
+/// Output j is the scaled channel number j of a state with these values: 0 for the value that a
+/// recording in SI units says, at least 1/340 for any other.
+void expect_shown(const std::array<std::size_t, RAVENCAL_JOINTS>& channels,
+                  const host::CatalogueValues& si) {
+  std::vector<model::FeatureSpec> features;
+  for (const std::size_t channel : channels)
+    features.push_back(plain(core::catalogue()[channel].name));
+  model::CalibrationModel model = make_model(features, {});
+  for (Eigen::Index j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const double value = si[channels[static_cast<std::size_t>(j)]];
+    model.input.mean[j] = value;
+    model.input.scale[j] = std::abs(value);
+    model.input_min[j] = value - std::abs(value);
+    model.input_max[j] = value + std::abs(value);
+  }
+  model.layers[0].weights.setIdentity();
+  model.layers[0].biases.setZero();
+  model.output.mean.setZero();
+  model.output.scale.setOnes();
+  Rig rig(RAVENCAL_ISA_BASELINE);
+  rig.load(model);
+  host::fill_state(si, 1'000'000, true, rig.state);
+  rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
+  rig.tick();
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    EXPECT_NEAR(rig.output.predicted_ji[j], 0.0, 1e-6) << core::catalogue()[channels[j]].name;
+  }
+}
+
+host::CatalogueValues distinct_values() {
   host::CatalogueValues message{};
   for (std::size_t i = 0; i < message.size(); ++i) message[i] = 100.0 + static_cast<double>(i);
-  const host::CatalogueValues si = host::to_si(message);
-  for (std::size_t i = 1; i < core::kCatalogueSize; ++i) {
-    model::CalibrationModel model = make_model({plain(core::catalogue()[i].name)}, {});
-    model.input.mean[0] = si[i];
-    model.input.scale[0] = std::abs(si[i]);
-    model.input_min[0] = si[i] - std::abs(si[i]);
-    model.input_max[0] = si[i] + std::abs(si[i]);
-    model.layers[0].weights.setOnes();
-    model.layers[0].biases.setZero();
-    model.output.mean.setZero();
-    model.output.scale.setOnes();
-    Rig rig(RAVENCAL_ISA_BASELINE);
-    rig.load(model);
-    host::fill_state(si, 1'000'000, true, rig.state);
-    rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
-    rig.tick();
-    // (x - mean) / scale is 0 for the right value, and at least 1/340 for any other.
-    EXPECT_NEAR(rig.output.predicted_ji[0], 0.0, 1e-6) << core::catalogue()[i].name;
+  return host::to_si(message);
+}
+
+TEST(Gather, ShowsTheNetworkEveryChannelOfTheCatalogueAsARecordingHasIt) {
+  const host::CatalogueValues si = distinct_values();
+  for (std::size_t i = 1; i + 2 < core::kCatalogueSize; ++i) {
+    expect_shown({i, i + 1, i + 2}, si);
+    expect_shown({i + 2, i + 1, i}, si);
+  }
+}
+
+TEST(Gather, ShowsTheNetworkChannelsInAnyOrder) {
+  const host::CatalogueValues si = distinct_values();
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::size_t> any(1, core::kCatalogueSize - 1);
+  for (int i = 0; i < 200; ++i) {
+    const std::size_t first = any(random);
+    expect_shown({first, any(random), first}, si);
   }
 }
 
