@@ -54,6 +54,7 @@ struct Profile {
   ProfileFilter episode;         ///< a new value begins a new episode (an event); may be unset
   bool reference_first = false;  ///< truth - estimate becomes 0 at the start of each episode
   double truth_from_s = 0.0;     ///< the truth of the time before is lost: transient of a start
+  bool homed = false;            ///< the robot homed before the recording: an event at its start
   std::string state_topic;       ///< bag: topic of raven_2/raven_state; empty: the only one
   std::string truth_topic;       ///< bag: topic of the joint encoders; empty: ext_jpos
   std::string arm;  ///< calibrated arm ("gold" or "green"); never guessed from slot order

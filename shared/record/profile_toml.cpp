@@ -112,6 +112,7 @@ core::Status read_source(TomlTable& table, Profile& profile) {
     table.fail(fmt::format("format '{}'; known: csv, bag", profile.format));
   }
   profile.header = table.boolean_or("header", profile.header);
+  profile.homed = table.boolean_or("homed", profile.homed);
   take_time(table, profile);
   profile.column_count = take_index(table, "columns").value_or(0);
   if (profile.format == "bag") {

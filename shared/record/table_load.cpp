@@ -331,6 +331,8 @@ core::Result<Recording> TableLoader::load(std::size_t rows) {
   mark_episodes();
   if (profile_.reference_first) reference_first();
   blank_early_truth();
+  if (profile_.homed)
+    recording_.events.push_back({recording_.t_ns.front(), "homing", "the profile says so"});
   std::stable_sort(recording_.events.begin(), recording_.events.end(),
                    [](const Event& a, const Event& b) { return a.t_ns < b.t_ns; });
   if (!dropped_.empty()) recording_.meta["dropped_rows"] = std::to_string(dropped_.size());

@@ -167,6 +167,16 @@ TEST(ProfileCsv, LosesTheTruthOfATransientAndNothingElse) {
   EXPECT_TRUE(r.samples.col(0).allFinite());
 }
 
+TEST(ProfileCsv, SaysThatTheRobotHomedBefore) {
+  const Scratch scratch;
+  const auto csv = scratch.write("a.csv", "t,e,w\n5,1,1\n6,2,2\n");
+  const Recording homed = load(csv, profile(scratch, "time = 't'\nhomed = true").string());
+  ASSERT_EQ(homed.events.size(), 1U);
+  EXPECT_EQ(homed.events[0].kind, "homing");
+  EXPECT_EQ(homed.events[0].t_ns, homed.t_ns[0]);
+  EXPECT_TRUE(load(csv, profile(scratch, "time = 't'").string()).events.empty());
+}
+
 TEST(ProfileCsv, CountsRowsWhereTheTimeIsMissing) {
   const Scratch scratch;
   const auto p = profile(scratch, "time = 't'\ntime_missing = 'row_number'\nrow_period_s = 0.5");
