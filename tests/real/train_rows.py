@@ -59,7 +59,8 @@ class Rows:
               f" {'yes' if inside else 'no '}"
               f"  about the mean: came {joint['rmse_about_mean']:7.3f},"
               f" expected {expected['rmse_about_mean']:7.3f}"
-              f"  distance ranks errors {joint.get('distance_rank', float('nan')):5.2f}",
+              f"  confidence {joint['confidence']:4.2f}"
+              f", distance ranks errors {joint.get('distance_rank', float('nan')):5.2f}",
               flush=True)
 
     def summary(self):

@@ -14,7 +14,11 @@ namespace ravencal::choice {
 namespace {
 
 /// What is fast to try and has a memory.
-const ChoiceOptions kLines = {.kinds = Kinds::kLinear};
+const ChoiceOptions kLines = [] {
+  ChoiceOptions options;
+  options.kinds = Kinds::kLinear;
+  return options;
+}();
 
 std::string joined(const std::vector<std::string>& sentences) {
   std::string text;
@@ -200,7 +204,7 @@ TEST(Variety, OneOfAKindIsSaid) {
     return joined(choice->warnings);
   };
   const Recording arm = elbow(2000, 1, kLinear);
-  EXPECT_NE(said({arm}).find("one session, one load"), std::string::npos) << said({arm});
+  EXPECT_NE(said({arm}).find("one session and one load"), std::string::npos) << said({arm});
   Recording loaded = elbow(2000, 2, kLinear);
   loaded.samples.col(2) *= 2.0;
   EXPECT_EQ(said({arm, loaded}), "");

@@ -66,8 +66,13 @@ constexpr std::array kNetworkOptions = {
 core::Result<std::string> method_of(const CLI::App& command, const std::string& given) {
   const auto option = std::find_if(kNetworkOptions.begin(), kNetworkOptions.end(),
                                    [&](const char* name) { return command.count(name) > 0; });
+  const bool is_network = given == kNetwork || (given.empty() && option != kNetworkOptions.end());
+  if (is_network && command.count("--session") > 0) {
+    return core::usage_error(
+        "--session: a network of --hidden has one constant for all sessions; leave it out");
+  }
+  if (is_network) return std::string(kNetwork);
   if (option == kNetworkOptions.end()) return given.empty() ? kAuto : given;
-  if (given.empty() || given == kNetwork) return std::string(kNetwork);
   return core::usage_error(
       fmt::format("{}: --method {} has no such setting; leave it out, or give --method network",
                   *option, given));

@@ -70,18 +70,8 @@ core::Status check_distinct_files(const std::vector<const record::Recording*>& r
   return learn::check_distinct(files, {});
 }
 
-TrainedModel train(const py::object& training, const std::string& method,
-                   const std::string& features, const std::vector<std::string>& joints,
-                   std::uint64_t seed, const model::Origin& origin, const py::object& progress) {
-  choice::ChoiceOptions options;
-  options.kinds = meant<choice::Kinds>("method", method,
-                                       {{"auto", choice::Kinds::kAll},
-                                        {"linear", choice::Kinds::kLinear},
-                                        {"units", choice::Kinds::kUnits}});
-  options.features = features;
-  options.joints = joints;
-  options.origin = origin;
-  options.seed = seed;
+TrainedModel train(const py::object& training, choice::ChoiceOptions options,
+                   const py::object& progress) {
   const std::vector<RecordingPointer> held = recordings_of(training);
   const auto recordings = pointers_to(held);
   options.at_hook = learn::is_at_hook(learn::Latched::kAuto, *recordings.front());
@@ -189,10 +179,19 @@ void add_calibration(py::module_& module) {
       [](const py::object& training, const std::string& method, const std::string& features,
          const std::vector<std::string>& joints, std::uint64_t seed, const std::string& arm,
          const std::string& robot, const std::string& controller, const std::string& coordinates,
-         const py::object& progress) {
+         const std::string& session, const py::object& progress) {
+        using choice::Kinds;
+        using choice::SessionRule;
         using model::Arm;
         using model::Coordinates;
-        const model::Origin origin{
+        choice::ChoiceOptions options;
+        options.kinds = meant<Kinds>(
+            "method", method,
+            {{"auto", Kinds::kAll}, {"linear", Kinds::kLinear}, {"units", Kinds::kUnits}});
+        options.features = features;
+        options.joints = joints;
+        options.seed = seed;
+        options.origin = {
             meant<Arm>("arm", arm,
                        {{"", Arm::kUnknown}, {"gold", Arm::kGold}, {"green", Arm::kGreen}}),
             meant<Coordinates>("coordinates", coordinates,
@@ -200,13 +199,17 @@ void add_calibration(py::module_& module) {
                                 {"motor", Coordinates::kMotor},
                                 {"corrected", Coordinates::kCorrected}}),
             robot, controller};
-        return train(training, method, features, joints, seed, origin, progress);
+        options.sessions = meant<SessionRule>("session", session,
+                                              {{"auto", SessionRule::kAuto},
+                                               {"recording", SessionRule::kRecording},
+                                               {"none", SessionRule::kNone}});
+        return train(training, std::move(options), progress);
       },
       "Learns the joint error from recordings.", py::arg("training"), py::kw_only(),
       py::arg("method") = "auto", py::arg("features") = "",
       py::arg("joints") = std::vector<std::string>(), py::arg("seed") = 3, py::arg("arm") = "",
       py::arg("robot") = "", py::arg("controller") = "", py::arg("coordinates") = "",
-      py::arg("progress") = py::none());
+      py::arg("session") = "auto", py::arg("progress") = py::none());
   module.def("evaluate", &evaluate, "Says how well a model corrects recordings.", py::arg("model"),
              py::arg("recordings"));
 }

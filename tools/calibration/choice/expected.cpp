@@ -18,27 +18,29 @@ double half_interval(const std::vector<double>& values) {
   return core::students_t_975(n - 1.0) * standard_error(values) * std::sqrt(n + 1.0);
 }
 
-double log_rms(const Eigen::ArrayXd& values) {
-  return 0.5 * std::log(std::max(values.square().mean(), std::numeric_limits<double>::min()));
+double mean_square(const Eigen::ArrayXd& values) {
+  return std::max(values.square().mean(), std::numeric_limits<double>::min());
 }
 
 }  // namespace
 
 model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
                                     const std::vector<double>& session_constants) {
-  std::vector<double> logs;
+  std::vector<double> squares;
   std::vector<double> about_mean;
+  std::vector<double> logs;
   for (const Eigen::VectorXd& list : judged) {
-    logs.push_back(log_rms(list.array()));
-    about_mean.push_back(log_rms(list.array() - list.mean()));
+    squares.push_back(mean_square(list.array()));
+    about_mean.push_back(mean_square(list.array() - list.mean()));
+    logs.push_back(0.5 * std::log(squares.back()));
   }
-  const double motion = std::exp(mean_of(logs));
+  const double median = std::exp(mean_of(logs));
   const double factor = std::exp(half_interval(logs));
   // A constant's half interval over Student's quantile is its standard deviation.
   const double constant = half_interval(session_constants);
   const double degrees = std::max(1.0, static_cast<double>(session_constants.size()) - 1.0);
-  return {std::hypot(motion, constant / core::students_t_975(degrees)), motion / factor,
-          std::hypot(motion * factor, constant), std::exp(mean_of(about_mean))};
+  return {std::hypot(std::sqrt(mean_of(squares)), constant / core::students_t_975(degrees)),
+          median / factor, std::hypot(median * factor, constant), std::sqrt(mean_of(about_mean))};
 }
 
 }  // namespace ravencal::choice

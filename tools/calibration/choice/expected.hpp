@@ -11,9 +11,10 @@
 namespace ravencal::choice {
 
 /// `judged` [lists]: prediction - error of rows that neither fit nor choice saw, SI, at least one
-/// list. `session_constants`: those of the sessions, SI; a new session has one of its own, whose
-/// spread is that of these. The RMSE of a list is taken as log-normal and the constant as normal,
-/// each of unknown spread: 95 % intervals of one more value are Student's.
+/// list. The expected RMSE is that of equally many rows of every list. `session_constants`: those
+/// of the sessions, SI; a new session has one of its own, whose spread is that of these. The RMSE
+/// of a list is taken as log-normal and the constant as normal, each of unknown spread: 95 %
+/// intervals of one more value are Student's.
 model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
                                     const std::vector<double>& session_constants);
 

@@ -63,19 +63,27 @@ bool any_joint(const Eigen::MatrixXd& values, const Varies& varies) {
 
 std::vector<std::string> variety_warnings(const Rows& rows) {
   std::vector<std::string> one;
+  std::vector<std::string> remedies;
   const auto [first, last] = std::minmax_element(rows.own_session.begin(), rows.own_session.end());
-  if (*first == *last) one.emplace_back("session");
-  if (!any_joint(rows.speeds, speed_varies)) one.emplace_back("speed");
+  if (*first == *last) {
+    one.emplace_back("one session");
+    remedies.emplace_back("homed anew");
+  }
+  if (!any_joint(rows.speeds, speed_varies)) {
+    one.emplace_back("one speed");
+    remedies.emplace_back("at other speeds");
+  }
   const bool knows_efforts = rows.efforts.array().isFinite().any();
   const auto loads = [&](const Eigen::VectorXd& values) {
     return effort_varies(values, rows.recording);
   };
-  if (knows_efforts && !any_joint(rows.efforts, loads)) one.emplace_back("load");
+  if (knows_efforts && !any_joint(rows.efforts, loads)) {
+    one.emplace_back("one load");
+    remedies.emplace_back("under another load");
+  }
   if (one.empty()) return {};
-  return {fmt::format(
-      "the training has one {}: the expected error holds for no other; recordings with another {} "
-      "(homed anew, faster, loaded) teach the model and the expectation what they change",
-      fmt::join(one, ", one "), fmt::join(one, " or "))};
+  return {fmt::format("the training has {}: the expected error holds for no other; also record {}",
+                      fmt::join(one, " and "), fmt::join(remedies, " and "))};
 }
 
 }  // namespace ravencal::choice

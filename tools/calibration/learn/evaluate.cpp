@@ -120,6 +120,13 @@ MotionSplit split_of(const JointEvaluation& joint) {
   return split;
 }
 
+double mean_confidence(const model::TrustRegion& trust, const std::vector<double>& distances) {
+  double sum = 0.0;
+  for (const double distance : distances)
+    sum += static_cast<double>(trust.confidence(static_cast<float>(distance)));
+  return sum / static_cast<double>(distances.size());
+}
+
 /// By how much of the raw RMSE the calibrated one is smaller; where nothing was wrong, nothing.
 std::string fall_of(const JointEvaluation& joint) {
   if (!(joint.raw.rmse > 0.0)) return "-";
@@ -214,6 +221,7 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
     }
     set_figures(joint);
     joint.distance_rank = distance_rank(joint);
+    if (model.trust) joint.confidence = mean_confidence(*model.trust, joint.distance);
     if (model.motion) joint.motion = split_of(joint);
   }
   return evaluation;
@@ -262,6 +270,7 @@ std::string evaluation_json(const Evaluation& evaluation) {
                       {"bias_removed", figures(joint.bias_removed, unit.per_si)},
                       {"calibrated", figures(joint.calibrated, unit.per_si)},
                       {"rmse_about_mean", joint.rmse_about_mean * unit.per_si}});
+    if (!joint.distance.empty()) joints.back()["confidence"] = joint.confidence;
     if (std::isfinite(joint.distance_rank)) joints.back()["distance_rank"] = joint.distance_rank;
     if (joint.motion) {
       joints.back()["within_trained_motion"] = {

@@ -42,6 +42,7 @@ struct JointEvaluation {
   ErrorStatistics calibrated;
   std::vector<double> distance;  ///< of the inputs from the training; empty: unknown
   double distance_rank = 0.0;    ///< learn/distance_rank.hpp; NaN: unknown
+  double confidence = 1.0;       ///< mean of the rows: the share of the correction that is applied
   std::optional<model::ExpectedError> expected;
   double rmse_about_mean = 0.0;  ///< calibrated, with each recording's mean error taken off
   std::vector<double> t_s;       ///< since the recording's start; falls where the next one begins

@@ -15,8 +15,9 @@ std::string came_text(const JointEvaluation& joint, double per_si) {
   const bool is_inside = joint.expected->low <= came && came <= joint.expected->high;
   const std::string rank =
       std::isfinite(joint.distance_rank) ? fmt::format("{:.2f}", joint.distance_rank) : "-";
-  return fmt::format("{:>11.4f}{:>12.4f}{:>6}  {}", came * per_si, joint.rmse_about_mean * per_si,
-                     rank, is_inside ? "inside" : "outside");
+  return fmt::format("{:>11.4f}{:>12.4f}{:>7.2f}{:>6}  {}", came * per_si,
+                     joint.rmse_about_mean * per_si, joint.confidence, rank,
+                     is_inside ? "inside" : "outside");
 }
 
 }  // namespace
@@ -36,9 +37,12 @@ std::string expectation_table(const Evaluation& evaluation, bool came) {
   return fmt::format(
       "RMSE that training expects on another recording; \"about mean\" with the recording's mean "
       "error taken off{}\n{:<12}{:<5}{:>9}{:>20}{:>12}{}\n{}",
-      came ? "; rank: correlation of the error with the inputs' distance from the training" : "",
+      came ? "; conf.: mean confidence of the plugin; rank: correlation of the error with the "
+             "inputs' distance from the training"
+           : "",
       "joint", "unit", "expected", "95 % interval", "about mean",
-      came ? fmt::format("{:>11}{:>12}{:>6}", "came", "about mean", "rank") : "", lines);
+      came ? fmt::format("{:>11}{:>12}{:>7}{:>6}", "came", "about mean", "conf.", "rank") : "",
+      lines);
 }
 
 }  // namespace ravencal::learn
