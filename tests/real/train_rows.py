@@ -74,6 +74,11 @@ class Rows:
                  "later": sorted(folder.glob("later_*.csv"))}
         profile = self.profile("davinci_tool4")
         self.add("davinci", sorted(folder.glob("train_*.csv")), tests, *profile)
+        with_torque = self.out / "davinci_torque.toml"
+        with_torque.write_text(profile[1].read_text().replace(
+            'unit = "mN_m"\nrole = "load"', 'unit = "mN_m"\nrole = "drive_torque"', 1))
+        self.add("davinci_torque", sorted(folder.glob("train_*.csv")),
+                 {"unseen_loads": tests["unseen_loads"]}, "--profile", with_torque)
         self.add("davinci_one", [folder / "train_f01_load010.csv"],
                  {"unseen_loads": tests["unseen_loads"]}, *profile)
 
