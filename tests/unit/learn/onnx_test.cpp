@@ -45,6 +45,7 @@ model::CalibrationModel sample_model() {
   trust.full_distance = 2.3F;
   trust.none_distance = 9.2F;
   model.trust = trust;
+  model.expected = {{0.02, 0.01, 0.05, 0.015}, {1.0 / 3.0, 0.0, 0.5, 0.25}};
   model.motion = {{{-0.5, 1.0 / 3.0}, "tau.elbow", {-2.0, 3.0}}, {{-0.01, 0.02}, "", {}}};
   model.row_period_s = 0.01;
   model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
@@ -132,6 +133,13 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->trust->full_distance, model.trust->full_distance);
   EXPECT_EQ(read->trust->none_distance, model.trust->none_distance);
   EXPECT_EQ(read->row_period_s, model.row_period_s);
+  ASSERT_EQ(read->expected.size(), model.expected.size());
+  for (std::size_t k = 0; k < model.expected.size(); ++k) {
+    EXPECT_EQ(read->expected[k].rmse, model.expected[k].rmse);
+    EXPECT_EQ(read->expected[k].low, model.expected[k].low);
+    EXPECT_EQ(read->expected[k].high, model.expected[k].high);
+    EXPECT_EQ(read->expected[k].about_mean, model.expected[k].about_mean);
+  }
   ASSERT_TRUE(read->motion.has_value());
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_EQ((*read->motion)[k].speed.low, (*model.motion)[k].speed.low);
@@ -297,7 +305,7 @@ TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
     const std::string& key = entry.first;
     // Models of earlier versions have none of these.
     if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains" ||
-        key == "ravencal.motion") {
+        key == "ravencal.motion" || key == "ravencal.expected") {
       continue;
     }
     const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
