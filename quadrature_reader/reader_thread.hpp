@@ -12,8 +12,8 @@
 #include <string>
 #include <thread>
 
+#include "core/spsc_ring.hpp"
 #include "quadrature_reader/sources/source.hpp"
-#include "quadrature_reader/spsc_ring.hpp"
 
 namespace ravencal::quadrature_reader {
 
@@ -30,7 +30,7 @@ class ReaderThread {
   void stop();
 
   /// Consumer side: the one thread that works the readings off.
-  SpscRing<Reading>& ring() { return ring_; }
+  core::SpscRing<Reading>& ring() { return ring_; }
   /// Any thread: the source said that nothing more will come, and all of it is in the ring.
   [[nodiscard]] bool finished() const { return finished_.load(std::memory_order_acquire); }
   /// Any thread: why the device last failed; empty if it never did.
@@ -46,7 +46,7 @@ class ReaderThread {
   void sleep_unless_stopped(std::chrono::milliseconds time);
 
   std::unique_ptr<Source> source_;  // reader thread
-  SpscRing<Reading> ring_;
+  core::SpscRing<Reading> ring_;
   int realtime_priority_;
   std::int64_t refused_readings_ = 0;  // reader thread
   bool device_failed_ = false;         // reader thread

@@ -13,9 +13,9 @@
 #include <mutex>
 #include <thread>
 
+#include "core/spsc_ring.hpp"
 #include "quadrature_reader/clock_offset.hpp"
 #include "quadrature_reader/ros/state_recorder.hpp"
-#include "quadrature_reader/spsc_ring.hpp"
 #include "record/ros_raw_message.hpp"
 
 namespace ravencal::quadrature_reader {
@@ -113,7 +113,7 @@ struct RosBridge::Impl {
 
   RosBridgeOptions options;
   std::int64_t period_ns;
-  SpscRing<Row> ring{kRingRows};              // writer thread to publisher thread
+  core::SpscRing<Row> ring{kRingRows};        // writer thread to publisher thread
   std::int64_t next_ns = INT64_MIN;           // writer thread
   StateRecorder states;                       // spinner thread; finish(): after it has ended
   std::int64_t next_maintain_ns = 0;          // spinner thread

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "core/constants.hpp"
-#include "quadrature_reader/alignment.hpp"
+#include "record/alignment.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
@@ -94,8 +94,8 @@ RC_GTEST_PROP(MergeProperty, RecoversAnyDelayAndSaysHowWell, ()) {
   // The robot's own error hides in the delay; 0.01 rad is what a bad arm has.
   const double robot_error_rad = *rc::gen::element(0.0, 0.002, 0.01);
   const Motion motion = any_motion(generator);
-  const auto merged = merge_truth(robot_of(motion, robot_error_rad, generator),
-                                  truth_of(motion, delay_s, slow, generator));
+  const auto merged = record::merge_truth(robot_of(motion, robot_error_rad, generator),
+                                          truth_of(motion, delay_s, slow, generator));
   RC_ASSERT(merged.ok());
   const double error_s = std::abs(merged->estimate->delay_s - delay_s);
   RC_LOG() << "delay " << delay_s << " error " << error_s << " sigma " << merged->estimate->sigma_s
@@ -118,10 +118,10 @@ RC_GTEST_PROP(MergeProperty, GivesATruthWhereThereIsOneAndNowhereElse, ()) {
   const auto length = *rc::gen::inRange<std::int64_t>(1, 2000);
   for (std::int64_t i = from; i < from + length; ++i)
     truth.samples(i, 0) = std::numeric_limits<double>::quiet_NaN();
-  MergeOptions options;
+  record::MergeOptions options;
   options.fixed_delay_s = 0.0;
   options.delay.largest_s = 2e-3;  // the estimate is not asked for here
-  const auto merged = merge_truth(robot, truth, options);
+  const auto merged = record::merge_truth(robot, truth, options);
   RC_ASSERT(merged.ok());
   const std::int64_t last_ns = truth.t_ns[static_cast<std::size_t>(from - 1)];
   const std::int64_t next_ns = truth.t_ns[static_cast<std::size_t>(from + length)];

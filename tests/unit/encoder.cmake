@@ -15,9 +15,6 @@ ravencal_test(NAME encoder_recording_test
     ${CMAKE_CURRENT_LIST_DIR}/encoder_setup_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_sorter_test.cpp
   LIBS ravencal::encoder_recording fmt::fmt LABELS unit)
-ravencal_test(NAME encoder_alignment_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_alignment_test.cpp
-  LIBS ravencal::alignment LABELS unit)
 ravencal_test(NAME encoder_failure_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/encoder_failure_test.cpp
   LIBS ravencal::encoder_recording LABELS unit SLOW)

@@ -4,11 +4,11 @@
 #include <thread>
 #include <vector>
 
+#include "core/spsc_ring.hpp"
 #include "quadrature_reader/decoder.hpp"
 #include "quadrature_reader/encode.hpp"
 #include "quadrature_reader/glitch_filter.hpp"
 #include "quadrature_reader/index_check.hpp"
-#include "quadrature_reader/spsc_ring.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
@@ -103,7 +103,7 @@ TEST(EncodeMotion, StartsWithTheLevelsAndRaisesTheIndexOncePerTurn) {
 }
 
 TEST(SpscRing, RefusesWhenFullAndHandsOutInOrder) {
-  SpscRing<int> ring(3);
+  core::SpscRing<int> ring(3);
   EXPECT_EQ(ring.capacity(), 4U);
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(ring.try_push(i));
   EXPECT_FALSE(ring.try_push(4));
@@ -116,7 +116,7 @@ TEST(SpscRing, RefusesWhenFullAndHandsOutInOrder) {
 }
 
 TEST(SpscRing, CarriesEverythingBetweenTwoThreads) {
-  SpscRing<std::int64_t> ring(64);
+  core::SpscRing<std::int64_t> ring(64);
   constexpr std::int64_t kItems = 200'000;
   std::thread producer([&] {
     for (std::int64_t i = 0; i < kItems;) {

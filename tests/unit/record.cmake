@@ -16,3 +16,7 @@ ravencal_test(NAME record_test
     ${CMAKE_CURRENT_LIST_DIR}/record/time_range_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/real_data_test.cpp
   LIBS ravencal::record SQLite::SQLite3 fmt::fmt LABELS unit)
+
+ravencal_test(NAME alignment_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/record/alignment_test.cpp
+  LIBS ravencal::alignment LABELS unit)

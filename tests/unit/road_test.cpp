@@ -12,8 +12,8 @@
 #include <map>
 
 #include "physics/plant.hpp"
-#include "quadrature_reader/alignment.hpp"
 #include "quadrature_reader/logger.hpp"
+#include "record/alignment.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 
@@ -71,9 +71,9 @@ class Road : public testing::Test {
 };
 
 TEST_F(Road, LabelsAreTheTwinsJointToACountBesideTheHomedZero) {
-  qr::MergeOptions options;
+  record::MergeOptions options;
   options.fixed_delay_s = 0.0;  // edges are stamped where they happen
-  const auto merged = qr::merge_truth(load("robot.db"), load("truth.db"), options);
+  const auto merged = record::merge_truth(load("robot.db"), load("truth.db"), options);
   ASSERT_TRUE(merged.ok()) << merged.error().message;
   ASSERT_TRUE(merged->clock) << "the encoders ran on a clock of their own";
   EXPECT_GE(merged->rows_with_truth, merged->recording.rows() - 3);
@@ -105,12 +105,12 @@ TEST_F(Road, LabelsAreTheTwinsJointToACountBesideTheHomedZero) {
 TEST_F(Road, ADelayOfTheTruthIsFoundToAFifthOfAMillisecond) {
   const record::Recording robot = load("robot.db");
   record::Recording truth = load("truth.db");
-  const auto before = qr::merge_truth(robot, truth);
+  const auto before = record::merge_truth(robot, truth);
   ASSERT_TRUE(before.ok()) << before.error().message;
   for (const double delay_ms : {7.3, -12.4, 31.0}) {
     record::Recording late = truth;
     for (auto& t : late.t_ns) t += std::llround(1e6 * delay_ms);
-    const auto after = qr::merge_truth(robot, late);
+    const auto after = record::merge_truth(robot, late);
     ASSERT_TRUE(after.ok()) << after.error().message;
     // The cables' own lag is in both.
     EXPECT_NEAR(after->estimate->delay_s - before->estimate->delay_s, 1e-3 * delay_ms, 2e-4);
@@ -118,9 +118,9 @@ TEST_F(Road, ADelayOfTheTruthIsFoundToAFifthOfAMillisecond) {
 }
 
 TEST_F(Road, HomingIsInTheMergedRecordingAtTheRobotsTime) {
-  qr::MergeOptions options;
+  record::MergeOptions options;
   options.fixed_delay_s = 0.0;
-  const auto merged = qr::merge_truth(load("robot.db"), load("truth.db"), options);
+  const auto merged = record::merge_truth(load("robot.db"), load("truth.db"), options);
   ASSERT_TRUE(merged.ok());
   std::int64_t robot_homed_ns = 0;
   int found = 0;

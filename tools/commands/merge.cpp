@@ -11,13 +11,11 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "exchange/load.hpp"
-#include "quadrature_reader/alignment.hpp"
+#include "record/alignment.hpp"
 #include "record/recording_writer.hpp"
 
 namespace ravencal::commands {
 namespace {
-
-namespace qr = quadrature_reader;
 
 struct MergeArguments {
   std::string robot;
@@ -33,17 +31,17 @@ struct MergeArguments {
   record::LoadOptions load;
 };
 
-qr::MergeOptions options_of(const MergeArguments& arguments) {
-  qr::MergeOptions options;
-  if (arguments.clock == "same") options.clock = qr::RobotClock::kSame;
-  if (arguments.clock == "wall") options.clock = qr::RobotClock::kWall;
+record::MergeOptions options_of(const MergeArguments& arguments) {
+  record::MergeOptions options;
+  if (arguments.clock == "same") options.clock = record::RobotClock::kSame;
+  if (arguments.clock == "wall") options.clock = record::RobotClock::kWall;
   if (arguments.delay_ms) options.fixed_delay_s = 1e-3 * *arguments.delay_ms;
   options.delay.largest_s = 1e-3 * arguments.largest_delay_ms;
   options.longest_gap_ns = std::llround(1e6 * arguments.longest_gap_ms);
   return options;
 }
 
-void print_json(const MergeArguments& arguments, const qr::Merged& merged) {
+void print_json(const MergeArguments& arguments, const record::Merged& merged) {
   nlohmann::ordered_json json = {{"file", arguments.out},
                                  {"rows", merged.recording.rows()},
                                  {"rows_with_truth", merged.rows_with_truth},
@@ -66,7 +64,7 @@ void print_json(const MergeArguments& arguments, const qr::Merged& merged) {
   fmt::print("{}\n", json.dump());
 }
 
-void print_words(const MergeArguments& arguments, const qr::Merged& merged) {
+void print_words(const MergeArguments& arguments, const record::Merged& merged) {
   if (merged.clock) {
     fmt::print("clocks: wall time through {:.3f} s, drift {:+.2f} ppm, line to {:.1f} us\n",
                1e-9 * static_cast<double>(merged.clock->offset_ns), merged.clock->drift_ppm,
@@ -101,8 +99,8 @@ core::Status run(const MergeArguments& arguments) {
     truth_load.profile = "raven2-bag-truth";
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording truth,
                             exchange::load_recording(arguments.truth, truth_load));
-  RAVENCAL_ASSIGN_OR_RETURN(const qr::Merged merged,
-                            qr::merge_truth(robot, truth, options_of(arguments)));
+  RAVENCAL_ASSIGN_OR_RETURN(const record::Merged merged,
+                            record::merge_truth(robot, truth, options_of(arguments)));
   RAVENCAL_RETURN_IF_ERROR(
       record::write_recording(merged.recording, arguments.out, arguments.overwrite));
   if (arguments.json) {

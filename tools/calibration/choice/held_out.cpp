@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/median.hpp"
+
 namespace ravencal::choice {
 namespace {
 
@@ -20,12 +22,10 @@ constexpr double kLeastRatio = 1.5;
 
 /// The half of the rows with the larger values.
 List upper_half(const Eigen::VectorXd& values) {
-  std::vector<double> sorted(values.begin(), values.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double middle = core::upper_median(std::vector<double>(values.begin(), values.end()));
   List upper;
   for (Index row = 0; row < values.size(); ++row) {
-    if (values[row] > *middle) upper.push_back(row);
+    if (values[row] > middle) upper.push_back(row);
   }
   return upper;
 }

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/median.hpp"
+
 namespace ravencal::choice {
 namespace {
 
@@ -19,21 +21,15 @@ constexpr double kMoves = 0.1;
 /// Of a joint's mean effort in one recording over that in another.
 constexpr double kLoadsVary = 1.2;
 
-double quantile(std::vector<double>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 bool speed_varies(const Eigen::VectorXd& speeds) {
   std::vector<double> known;
   std::copy_if(speeds.begin(), speeds.end(), std::back_inserter(known),
                [](double value) { return std::isfinite(value); });
   if (known.empty()) return false;
-  const double moves = kMoves * quantile(known, 0.95);
+  const double moves = kMoves * core::upper_quantile(known, 0.95);
   std::erase_if(known, [&](double value) { return !(value > moves); });
-  return !known.empty() && quantile(known, 0.9) > kSpeedsVary * quantile(known, 0.1);
+  return !known.empty() &&
+         core::upper_quantile(known, 0.9) > kSpeedsVary * core::upper_quantile(known, 0.1);
 }
 
 bool effort_varies(const Eigen::VectorXd& efforts, const std::vector<int>& recording) {

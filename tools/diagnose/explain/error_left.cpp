@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "core/median.hpp"
+#include "core/students_t.hpp"
 #include "diagnose/explain/circumstances.hpp"
 #include "diagnose/explain/repetition.hpp"
 #include "diagnose/findings/policy.hpp"
-#include "diagnose/findings/quantiles.hpp"
 #include "diagnose/track/filter.hpp"
 #include "diagnose/vocabulary/scales.hpp"
 
@@ -182,8 +182,7 @@ class Judge {
       if (!best || found->differs < best->differs) best = found;
     }
     if (!best) return false;
-    const double quantile =
-        kNormal95 * student_per_normal95(static_cast<double>(best->passes) - 1.0);
+    const double quantile = core::students_t_975(static_cast<double>(best->passes) - 1.0);
     const double allowed2 =
         kMostPerFloor2 * best->differs + form() * form() + quantile * best->excess_deviation;
     out_.measured_by = "repetition";

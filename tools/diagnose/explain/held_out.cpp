@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "diagnose/findings/quantiles.hpp"
+#include "core/students_t.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -63,7 +63,7 @@ std::optional<Interval> change_interval(const SumsByBlock& blocks) {
   double square = 0.0;
   for (const auto& [block, sums] : blocks)
     square += std::pow(sums.after / total.after - sums.before / total.before, 2);
-  const double quantile = kNormal95 * student_per_normal95(count - 1.0);
+  const double quantile = core::students_t_975(count - 1.0);
   // Half of it: the sums are squares.
   const double half = 0.5 * quantile * std::sqrt(square * count / (count - 1.0));
   const double middle = 0.5 * std::log(total.after / total.before);

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "core/first_exception.hpp"
-#include "quadrature_reader/spsc_ring.hpp"
+#include "core/spsc_ring.hpp"
 #include "robot/virtual_controller.hpp"
 
 namespace ravencal::robot {
@@ -74,8 +74,8 @@ class RobotLoop {
 
   VirtualController controller_;
   RobotLoopOptions options_;
-  quadrature_reader::SpscRing<RobotInput> inputs_;
-  quadrature_reader::SpscRing<CycleOutput> outputs_;
+  core::SpscRing<RobotInput> inputs_;
+  core::SpscRing<CycleOutput> outputs_;
   bool commands_come_ = false;
   int outputs_since_command_ = 0;
   std::string hindrance_;  // written before started_

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "quadrature_reader/alignment.hpp"
-#include "quadrature_reader/moving_mean.hpp"
+#include "record/alignment.hpp"
+#include "record/moving_mean.hpp"
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 namespace {
 
 // Increments over this time are the velocity in the band of a joint's motion. Quantisation and
@@ -235,4 +235,4 @@ core::Result<DelayEstimate> estimate_delay(const Track& robot, const Track& trut
   return estimate;
 }
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

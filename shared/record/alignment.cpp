@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "quadrature_reader/alignment.hpp"
+#include "record/alignment.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "quadrature_reader/interpolate.hpp"
+#include "record/interpolate.hpp"
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 namespace {
 
 struct Columns {
@@ -20,16 +20,15 @@ struct Columns {
   std::vector<Eigen::Index> truth;
 };
 
-core::Result<Columns> matching_columns(const record::Recording& robot,
-                                       const record::Recording& truth) {
+core::Result<Columns> matching_columns(const Recording& robot, const Recording& truth) {
   Columns columns;
   for (const auto& channel : truth.channels) {
-    if (channel.role != record::Role::kJointTruth) continue;
-    const auto estimate = robot.column(record::Role::kJointEstimate, channel.joint);
+    if (channel.role != Role::kJointTruth) continue;
+    const auto estimate = robot.column(Role::kJointEstimate, channel.joint);
     if (!estimate) continue;
     columns.joints.push_back(channel.joint);
     columns.robot.push_back(*estimate);
-    columns.truth.push_back(*truth.column(record::Role::kJointTruth, channel.joint));
+    columns.truth.push_back(*truth.column(Role::kJointTruth, channel.joint));
   }
   const auto is_known = [&](Eigen::Index column) {
     return truth.samples.col(column).array().isFinite().any();
@@ -48,7 +47,7 @@ core::Result<Columns> matching_columns(const record::Recording& robot,
                   robot.source, truth.source)};
 }
 
-Track track_of(std::span<const std::int64_t> t_ns, const record::SampleMatrix& samples,
+Track track_of(std::span<const std::int64_t> t_ns, const SampleMatrix& samples,
                std::span<const Eigen::Index> columns) {
   Track track{t_ns, {}};
   for (const Eigen::Index column : columns) track.position.emplace_back(samples.col(column));
@@ -61,7 +60,7 @@ bool overlap(std::span<const std::int64_t> x, std::span<const std::int64_t> y) {
 
 /// What to add to the robot's times to have wall time: recordings of foreign files count from their
 /// first row, and keep its stamp in meta.
-std::int64_t wall_origin_ns(const record::Recording& robot) {
+std::int64_t wall_origin_ns(const Recording& robot) {
   const auto origin = robot.meta.find("origin.time");
   if (origin == robot.meta.end() || robot.t_ns.empty()) return 0;
   constexpr std::int64_t kSecondNs = 1'000'000'000;
@@ -71,7 +70,7 @@ std::int64_t wall_origin_ns(const record::Recording& robot) {
   return std::abs(shift) < kSecondNs ? 0 : shift;
 }
 
-bool has_clock_events(const record::Recording& recording) {
+bool has_clock_events(const Recording& recording) {
   return std::any_of(recording.events.begin(), recording.events.end(),
                      [](const auto& event) { return event.kind == "clock_offset"; });
 }
@@ -92,8 +91,8 @@ struct TruthTime {
   }
 };
 
-core::Result<TruthTime> relate_clocks(const record::Recording& robot,
-                                      const record::Recording& truth, const MergeOptions& options) {
+core::Result<TruthTime> relate_clocks(const Recording& robot, const Recording& truth,
+                                      const MergeOptions& options) {
   const TruthTime same{std::nullopt, options.truth_minus_robot_ns};
   const bool same_fits = overlap(robot.t_ns, same.on_robot_clock(truth.t_ns));
   TruthTime wall{std::nullopt, options.truth_minus_robot_ns + wall_origin_ns(robot)};
@@ -122,8 +121,7 @@ core::Result<TruthTime> relate_clocks(const record::Recording& robot,
 }
 
 /// Adds one truth channel, interpolated at the robot's times, to `merged`; rows that have it.
-std::int64_t add_truth(record::Recording& merged, record::Channel channel, Interpolator series,
-                       double delay_ns) {
+std::int64_t add_truth(Recording& merged, Channel channel, Interpolator series, double delay_ns) {
   const Eigen::Index column = merged.samples.cols();
   merged.samples.conservativeResize(Eigen::NoChange, column + 1);
   for (Eigen::Index row = 0; row < merged.samples.rows(); ++row) {
@@ -134,11 +132,11 @@ std::int64_t add_truth(record::Recording& merged, record::Channel channel, Inter
   return merged.samples.col(column).array().isFinite().count();
 }
 
-void drop_truth_channels(record::Recording& recording) {
+void drop_truth_channels(Recording& recording) {
   Eigen::Index kept = 0;
-  std::vector<record::Channel> channels;
+  std::vector<Channel> channels;
   for (std::size_t i = 0; i < recording.channels.size(); ++i) {
-    if (recording.channels[i].role == record::Role::kJointTruth) continue;
+    if (recording.channels[i].role == Role::kJointTruth) continue;
     recording.samples.col(kept++) = recording.samples.col(static_cast<Eigen::Index>(i)).eval();
     channels.push_back(recording.channels[i]);
   }
@@ -147,9 +145,8 @@ void drop_truth_channels(record::Recording& recording) {
 }
 
 /// An event of the truth's recording at the robot's time, `from_ns` and `to_ns` in it too.
-record::Event on_robot_clock(const record::Event& event, const TruthTime& time,
-                             std::int64_t delay_ns) {
-  record::Event moved = event;
+Event on_robot_clock(const Event& event, const TruthTime& time, std::int64_t delay_ns) {
+  Event moved = event;
   moved.t_ns = time.on_robot_clock(event.t_ns) - delay_ns;
   auto detail = nlohmann::ordered_json::parse(event.detail, nullptr, false);
   if (!detail.is_object()) return moved;
@@ -161,7 +158,7 @@ record::Event on_robot_clock(const record::Event& event, const TruthTime& time,
   return moved;
 }
 
-void add_events(Merged& merged, const record::Recording& truth, const TruthTime& time) {
+void add_events(Merged& merged, const Recording& truth, const TruthTime& time) {
   auto& events = merged.recording.events;
   const std::int64_t delay_ns = std::llround(1e9 * merged.delay_s);
   for (const auto& event : truth.events) {
@@ -172,7 +169,7 @@ void add_events(Merged& merged, const record::Recording& truth, const TruthTime&
 }
 
 /// The event that describes the merge.
-void describe(Merged& merged, const record::Recording& truth, bool delay_given) {
+void describe(Merged& merged, const Recording& truth, bool delay_given) {
   nlohmann::ordered_json detail = {{"truth", truth.source},
                                    {"delay_s", merged.delay_s},
                                    {"delay", delay_given ? "given" : "estimated"},
@@ -206,7 +203,7 @@ void describe(Merged& merged, const record::Recording& truth, bool delay_given) 
 
 }  // namespace
 
-core::Result<Merged> merge_truth(const record::Recording& robot, const record::Recording& truth,
+core::Result<Merged> merge_truth(const Recording& robot, const Recording& truth,
                                  const MergeOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(const Columns columns, matching_columns(robot, truth));
   RAVENCAL_ASSIGN_OR_RETURN(const TruthTime time, relate_clocks(robot, truth, options));
@@ -239,4 +236,4 @@ core::Result<Merged> merge_truth(const record::Recording& robot, const record::R
   return merged;
 }
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

@@ -7,7 +7,7 @@
 #include <limits>
 #include <span>
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 
 /// Reads a series at increasing instants, linear in between. Instants may step back; that costs a
 /// search. NaN outside the series, next to a NaN, or across a gap longer than `longest_gap_ns`.
@@ -42,4 +42,4 @@ class Interpolator {
   std::size_t i_ = 0;
 };
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::core {
 
 template <typename T>
 class SpscRing {
@@ -68,4 +68,4 @@ class SpscRing {
   std::size_t head_seen_ = 0;  // consumer's copy of head_
 };
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::core

@@ -15,7 +15,7 @@
 #include "core/result.hpp"
 #include "record/recording.hpp"
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 
 /// Positions of joints over time, e.g. a recording's columns. NaN: unknown.
 struct Track {
@@ -54,7 +54,7 @@ struct ClockRelation {
 };
 
 /// Error if the recording has no such events, or the wall clock was stepped (residual above 1 ms).
-core::Result<ClockRelation> clock_relation(const record::Recording& recording);
+core::Result<ClockRelation> clock_relation(const Recording& recording);
 
 /// Which clock stamped the robot's states.
 enum class RobotClock {
@@ -77,8 +77,8 @@ struct MergedJoint {
 };
 
 struct Merged {
-  record::Recording recording;  ///< the robot's rows with the truth channels and events added
-  double delay_s = 0.0;         ///< by which the truth was shifted
+  Recording recording;   ///< the robot's rows with the truth channels and events added
+  double delay_s = 0.0;  ///< by which the truth was shifted
   std::optional<DelayEstimate> estimate;  ///< absent if a delay was given and none can be estimated
   std::optional<ClockRelation> clock;     ///< absent if one clock stamped both
   std::vector<MergedJoint> joints;
@@ -90,7 +90,7 @@ struct Merged {
 /// time; where it has a gap the row has none. The truth's events are added at the robot's times;
 /// the event `merge` and meta describe the merge. Errors: no joint in common; the recordings do not
 /// overlap; the delay cannot be estimated; no row has any truth.
-core::Result<Merged> merge_truth(const record::Recording& robot, const record::Recording& truth,
+core::Result<Merged> merge_truth(const Recording& robot, const Recording& truth,
                                  const MergeOptions& options = {});
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 
 class MovingMean {
  public:
@@ -87,4 +87,4 @@ class MovingMean {
   std::vector<std::int64_t> broken_;  // unknown segments up to each point
 };
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

@@ -8,9 +8,9 @@
 #include <random>
 
 #include "core/constants.hpp"
-#include "quadrature_reader/alignment.hpp"
+#include "record/alignment.hpp"
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -246,4 +246,4 @@ TEST(Alignment, TakesTheWallTimeOfAnImportedCsvFromItsFirstStamp) {
 }
 
 }  // namespace
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "quadrature_reader/alignment.hpp"
+#include "record/alignment.hpp"
 
-namespace ravencal::quadrature_reader {
+namespace ravencal::record {
 namespace {
 
 constexpr double kLargestResidualNs = 1e6;
@@ -19,7 +19,7 @@ std::int64_t ClockRelation::realtime_of(std::int64_t monotonic_ns) const {
   return monotonic_ns + offset_ns + std::llround(1e-6 * drift_ppm * since_ns);
 }
 
-core::Result<ClockRelation> clock_relation(const record::Recording& recording) {
+core::Result<ClockRelation> clock_relation(const Recording& recording) {
   std::vector<std::pair<std::int64_t, std::int64_t>> points;
   for (const auto& event : recording.events) {
     if (event.kind != "clock_offset") continue;
@@ -63,4 +63,4 @@ core::Result<ClockRelation> clock_relation(const record::Recording& recording) {
           recording.source, 1e-6 * relation.residual_ns)};
 }
 
-}  // namespace ravencal::quadrature_reader
+}  // namespace ravencal::record
