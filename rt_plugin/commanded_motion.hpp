@@ -24,7 +24,7 @@ class CommandedMotion {
 
   /// End of a cycle. `published` has its desired joints without `correction_ji`, which was applied
   /// in that cycle: a correction that changes is no command.
-  void see(const ravencal_state& published, const JointVector& correction_ji) noexcept {
+  void update(const ravencal_state& published, const JointVector& correction_ji) noexcept {
     const bool follows = StateGuards::motors_follow(published);
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
       const float desired_ji = published.arm[0].jpos_d_ji[j] + correction_ji[j];

@@ -51,19 +51,20 @@ Envelope::Envelope(const ravencal_config& config) noexcept
       tick_ns_(config.tick_ns),
       hold_ticks_allowed_(config.hold_ns / config.tick_ns) {}
 
-std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
-  const std::int32_t status = move(enabled, doubts, wish);
-  keep_in_range(wish);
+std::int32_t Envelope::advance(bool enabled, std::uint32_t doubts,
+                               const CorrectionRequest& request) noexcept {
+  const std::int32_t status = move(enabled, doubts, request);
+  keep_in_range(request);
   return status;
 }
 
 /// The desired joints move with the correction, so that it may change by any step here. With the
 /// pedal down it is not touched: commands end at the limit.
-void Envelope::keep_in_range(const Wish& wish) noexcept {
+void Envelope::keep_in_range(const CorrectionRequest& request) noexcept {
   is_at_limit_ = false;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const float allowed_ji = range_.allowed_ji(j, wish.own_ji[j], correction_ji_[j]);
-    const bool beyond = !wish.motors_follow & (allowed_ji != correction_ji_[j]);
+    const float allowed_ji = range_.allowed_ji(j, request.own_ji[j], correction_ji_[j]);
+    const bool beyond = !request.motors_follow & (allowed_ji != correction_ji_[j]);
     const float choice_ji[2] = {correction_ji_[j], allowed_ji};
     correction_ji_[j] = choice_ji[beyond ? 1 : 0];
     is_at_limit_ = is_at_limit_ | beyond;
@@ -78,31 +79,32 @@ void Envelope::take(const JointVector& correction_ji) noexcept {
   transfer_.forget();
 }
 
-std::int32_t Envelope::move(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept {
-  measure_steps(wish.passed_ns);
-  clear_ns_ = doubts == 0 ? clear_ns_ + wish.passed_ns : 0;
+std::int32_t Envelope::move(bool enabled, std::uint32_t doubts,
+                            const CorrectionRequest& request) noexcept {
+  measure_steps(request.passed_ns);
+  clear_ns_ = doubts == 0 ? clear_ns_ + request.passed_ns : 0;
   // Doubts that come and go share one allowance, or a flickering one would be held for ever.
   if (is_clear()) hold_ticks_ = 0;
   const std::int32_t before = state_;
-  state_ = next_state(enabled, doubts, wish.motors_follow);
+  state_ = next_state(enabled, doubts, request.motors_follow);
   limited_joints_ = 0;
   if (state_ == RAVENCAL_STATE_FADING_IN || state_ == RAVENCAL_STATE_ACTIVE) {
-    correct(wish);
+    correct(request);
     return RAVENCAL_OK;
   }
   transfer_.forget();
   if (state_ == RAVENCAL_STATE_HOLD) {
-    hold_ticks_ += wish.motors_follow ? 0 : 1;
+    hold_ticks_ += request.motors_follow ? 0 : 1;
     return RAVENCAL_HELD;
   }
   if (state_ == RAVENCAL_STATE_FADING_OUT) {
     // A fault, once seen, outlives whatever follows it during the fade.
     const bool faulted = before == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT;
     after_fade_ = faulted ? RAVENCAL_STATE_FAULT : resting_state(enabled, doubts);
-    return fade_out(wish);
+    return fade_out(request);
   }
-  if (state_ == RAVENCAL_STATE_CONSTANT && !wish.motors_follow) {
-    move_towards(wish.constant_ji, slew_step_ji_);
+  if (state_ == RAVENCAL_STATE_CONSTANT && !request.motors_follow) {
+    move_towards(request.constant_ji, slew_step_ji_);
   }
   return status_of(state_);
 }
@@ -160,36 +162,36 @@ void Envelope::reset() noexcept {
   if (state_ == RAVENCAL_STATE_FADING_OUT) after_fade_ = RAVENCAL_STATE_OFF;
 }
 
-void Envelope::correct(const Wish& wish) noexcept {
+void Envelope::correct(const CorrectionRequest& request) noexcept {
   JointVector target_ji{};
   JointVector led_ji;
   const JointVector* step_ji = &rate_step_ji_;
-  if (wish.motors_follow) {
-    target_ji = transfer_.follow(wish, correction_ji_, passed_ticks_);
+  if (request.motors_follow) {
+    target_ji = transfer_.follow(request, correction_ji_, passed_ticks_);
     for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-      led_ji[j] = std::min(rate_step_ji_[j], follow_share_ * wish.commanded_ji[j]);
+      led_ji[j] = std::min(rate_step_ji_[j], follow_share_ * request.commanded_ji[j]);
     }
     step_ji = &led_ji;
   } else {
     transfer_.forget();
-    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) target_ji[j] = wish.wanted_ji(j);
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) target_ji[j] = request.requested_ji(j);
   }
   // A prediction of other weights is reached by the slew, not by the rate.
   const bool whole = transfer_.offset_ji() == JointVector{};
-  if (!whole || !wish.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
-  if (state_ == RAVENCAL_STATE_FADING_IN && !wish.motors_follow) step_ji = &slew_step_ji_;
+  if (!whole || !request.same_weights) state_ = RAVENCAL_STATE_FADING_IN;
+  if (state_ == RAVENCAL_STATE_FADING_IN && !request.motors_follow) step_ji = &slew_step_ji_;
   const std::uint32_t behind = move_towards(target_ji, *step_ji);
   if (state_ == RAVENCAL_STATE_ACTIVE) limited_joints_ = behind;
   if (whole && behind == 0) state_ = RAVENCAL_STATE_ACTIVE;
 }
 
 /// Towards the constant part or zero; with the pedal down, only once it is up.
-std::int32_t Envelope::fade_out(const Wish& wish) noexcept {
+std::int32_t Envelope::fade_out(const CorrectionRequest& request) noexcept {
   const JointVector rest_ji =
-      after_fade_ == RAVENCAL_STATE_CONSTANT ? wish.constant_ji : JointVector{};
-  if (!wish.motors_follow) move_towards(rest_ji, slew_step_ji_);
+      after_fade_ == RAVENCAL_STATE_CONSTANT ? request.constant_ji : JointVector{};
+  if (!request.motors_follow) move_towards(rest_ji, slew_step_ji_);
   // Homing takes what it writes and reads to be the motors' own, from its first cycle on.
-  if (wish.is_init) correction_ji_ = rest_ji;
+  if (request.is_init) correction_ji_ = rest_ji;
   if (correction_ji_ != rest_ji) return RAVENCAL_HELD;
   state_ = after_fade_;
   return status_of(state_);

@@ -27,7 +27,8 @@ class Envelope {
 
   /// One tick. `doubts`: RAVENCAL_DOUBT_* bits; the prediction is used only without doubts.
   /// Returns RAVENCAL_OK, _HELD, _BYPASS or _FAULT.
-  std::int32_t advance(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept;
+  std::int32_t advance(bool enabled, std::uint32_t doubts,
+                       const CorrectionRequest& request) noexcept;
 
   /// The correction is this one from now on: at a press, which must move no motor.
   void take(const JointVector& correction_ji) noexcept;
@@ -42,9 +43,9 @@ class Envelope {
            (state_ == RAVENCAL_STATE_FADING_OUT && after_fade_ == RAVENCAL_STATE_FAULT);
   }
   [[nodiscard]] const JointVector& correction_ji() const noexcept { return correction_ji_; }
-  /// Correction minus what is wanted, because the motors follow it; zero while they are free.
+  /// Correction minus the requested one, because the motors follow it; zero while they are free.
   [[nodiscard]] const JointVector& offset_ji() const noexcept { return transfer_.offset_ji(); }
-  /// Joints whose correction could not follow what is wanted in the last tick, in normal work.
+  /// Joints whose correction could not follow the request in the last tick, in normal work.
   [[nodiscard]] std::uint32_t limited_joints() const noexcept { return limited_joints_; }
   /// In the last tick, part of a correction would have led beyond a limit of the controller.
   [[nodiscard]] bool is_at_limit() const noexcept { return is_at_limit_; }
@@ -57,11 +58,11 @@ class Envelope {
   [[nodiscard]] bool is_clear() const noexcept { return clear_ns_ > kClearNs; }
   /// From one resting state to the next: that one, or a fade first where a correction is left.
   [[nodiscard]] std::int32_t way_to(std::int32_t resting) const noexcept;
-  std::int32_t move(bool enabled, std::uint32_t doubts, const Wish& wish) noexcept;
-  void keep_in_range(const Wish& wish) noexcept;
+  std::int32_t move(bool enabled, std::uint32_t doubts, const CorrectionRequest& request) noexcept;
+  void keep_in_range(const CorrectionRequest& request) noexcept;
   void measure_steps(std::uint32_t passed_ns) noexcept;
-  void correct(const Wish& wish) noexcept;
-  std::int32_t fade_out(const Wish& wish) noexcept;
+  void correct(const CorrectionRequest& request) noexcept;
+  std::int32_t fade_out(const CorrectionRequest& request) noexcept;
   std::uint32_t move_towards(const JointVector& target_ji, const JointVector& step_ji) noexcept;
 
   JointVector slew_per_tick_ji_{};  ///< largest change while the motors are free

@@ -21,7 +21,7 @@ class OverrunWatch {
       : budget_ns_(config.step_budget_ns), allowed_(config.max_overruns) {}
 
   /// Takes the length of step number `tick` (rising); returns whether it was an overrun.
-  bool see(std::uint64_t tick, std::uint32_t step_ns) noexcept {
+  bool count(std::uint64_t tick, std::uint32_t step_ns) noexcept {
     if (budget_ns_ == 0 || step_ns <= budget_ns_) return false;
     ticks_[next_] = tick;
     next_ = next_ + 1 == allowed_ ? 0 : next_ + 1;

@@ -52,8 +52,8 @@ struct Decision {
 };
 
 /// What the envelope is asked for in this cycle.
-Wish wish(const ravencal_instance& self, const ravencal_state& state,
-          const Decision& decision) noexcept {
+CorrectionRequest request(const ravencal_instance& self, const ravencal_state& state,
+                          const Decision& decision) noexcept {
   const LoadedModel* const model = self.models.current();
   const ravencal_arm& arm = state.arm[0];
   const bool latched = doubt_latch(self) == 0;
@@ -93,7 +93,7 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   decision.swapped = self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
   decision.prediction = predict(self);
   decision.doubts |= decision.prediction.doubts;
-  decision.status = self.envelope.advance(enabled, decision.doubts, wish(self, state, decision));
+  decision.status = self.envelope.advance(enabled, decision.doubts, request(self, state, decision));
   if (decision.doubts == 0) self.models.note_sound_cycle();
   // Shown, but no reason to leave what is applied: that part is right.
   if (self.envelope.is_at_limit()) decision.doubts |= RAVENCAL_DOUBT_LIMIT;
@@ -124,7 +124,7 @@ void count(ravencal_instance& self, const ravencal_state& state, std::int32_t st
   counters.limited_rate += self.envelope.limited_joints();
   counters.swaps += decision.swapped ? 1 : 0;
   counters.rollbacks += decision.rolled_back ? 1 : 0;
-  counters.overruns += self.overruns.see(counters.ticks, step_ns) ? 1 : 0;
+  counters.overruns += self.overruns.count(counters.ticks, step_ns) ? 1 : 0;
   if (step_ns > counters.longest_step_ns) counters.longest_step_ns = step_ns;
   note_transition(counters, state, state_before, now, decision.doubts);
   self.shared_counters.publish(counters);
@@ -188,7 +188,7 @@ void check_press(ravencal_instance& self, const JointVector& desired_ji, bool co
 void observe_cycle_end(ravencal_instance& self, const ravencal_state& state) noexcept {
   self.published = state;
   self.has_published = true;
-  self.commanded.see(state, self.envelope.correction_ji());
+  self.commanded.update(state, self.envelope.correction_ji());
 }
 
 }  // namespace ravencal::rt

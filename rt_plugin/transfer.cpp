@@ -11,24 +11,24 @@ float towards_zero(float value, float step) noexcept {
 
 }  // namespace
 
-JointVector Transfer::follow(const Wish& wish, const JointVector& applied_ji,
+JointVector Transfer::follow(const CorrectionRequest& request, const JointVector& applied_ji,
                              float passed_ticks) noexcept {
-  const bool goes_on = joined_ && wish.same_weights;
+  const bool goes_on = joined_ && request.same_weights;
   JointVector target_ji{};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     if (goes_on) {
       // The change of confidence alone; the prediction's own change is not part of the offset.
-      offset_ji_[j] -= (wish.confidence - confidence_) * variable_ji_[j];
+      offset_ji_[j] -= (request.confidence - confidence_) * variable_ji_[j];
     } else {
-      offset_ji_[j] = applied_ji[j] - wish.wanted_ji(j);
+      offset_ji_[j] = applied_ji[j] - request.requested_ji(j);
     }
-    const float share_ji = blend_share_ * wish.travelled_ji[j];
+    const float share_ji = blend_share_ * request.travelled_ji[j];
     const float step_ji = blend_step_ji_[j] * passed_ticks;
     offset_ji_[j] = towards_zero(offset_ji_[j], share_ji < step_ji ? share_ji : step_ji);
-    variable_ji_[j] = wish.predicted_ji[j] - wish.constant_ji[j];
-    target_ji[j] = wish.wanted_ji(j) + offset_ji_[j];
+    variable_ji_[j] = request.predicted_ji[j] - request.constant_ji[j];
+    target_ji[j] = request.requested_ji(j) + offset_ji_[j];
   }
-  confidence_ = wish.confidence;
+  confidence_ = request.confidence;
   joined_ = true;
   return target_ji;
 }

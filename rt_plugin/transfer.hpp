@@ -2,7 +2,7 @@
 //
 // Bumpless transfer (K. J. Astrom and T. Hagglund, Advanced PID Control, 2006): while the motors
 // follow the correction, a change that would make it step (new weights, another confidence, a
-// correction that begins or resumes) becomes an offset instead. The correction is the wanted one
+// correction that begins or resumes) becomes an offset instead. The correction is the requested one
 // plus the offset, so it moves only with the prediction. The offset shrinks with the motion that
 // the operator commands, and is dropped when the motors are free. Real-time thread only.
 #pragma once
@@ -15,7 +15,7 @@
 namespace ravencal::rt {
 
 /// What the weights say in one cycle, and how it may reach the motors.
-struct Wish {
+struct CorrectionRequest {
   JointVector predicted_ji{};   ///< error of the joints that the network predicts
   JointVector constant_ji{};    ///< the part of it that does not change: the training set's mean
   float confidence = 0.0F;      ///< 0..1: share of what differs from the constant part
@@ -27,7 +27,7 @@ struct Wish {
   JointVector travelled_ji{};   ///< the same, without what goes to and fro (CommandedMotion)
   std::uint32_t passed_ns = 0;  ///< time since the cycle before, but at most a tick
 
-  [[nodiscard]] float wanted_ji(std::size_t joint) const noexcept {
+  [[nodiscard]] float requested_ji(std::size_t joint) const noexcept {
     return constant_ji[joint] + confidence * (predicted_ji[joint] - constant_ji[joint]);
   }
 };
@@ -40,7 +40,8 @@ class Transfer {
   /// Motors follow, no doubt: where the correction, now `applied_ji`, may go in this cycle, in
   /// which `passed_ticks` (0..1) of a tick passed. The first cycle after forget() stays at
   /// `applied_ji`.
-  JointVector follow(const Wish& wish, const JointVector& applied_ji, float passed_ticks) noexcept;
+  JointVector follow(const CorrectionRequest& request, const JointVector& applied_ji,
+                     float passed_ticks) noexcept;
 
   /// What was said before has no bearing on the next cycle.
   void forget() noexcept {

@@ -152,18 +152,18 @@ TEST_F(Overruns, CountWithinAThousandStepsOnly) {
   config.step_budget_ns = 1000;
   config.max_overruns = 3;
   rt::OverrunWatch watch(config);
-  EXPECT_FALSE(watch.see(10, 1000)) << "as long as the budget is not too long";
+  EXPECT_FALSE(watch.count(10, 1000)) << "as long as the budget is not too long";
   for (const std::uint64_t tick : {11, 500, 1011, 1500, 2011}) {
-    EXPECT_TRUE(watch.see(tick, 1001));
+    EXPECT_TRUE(watch.count(tick, 1001));
     EXPECT_FALSE(watch.exhausted()) << tick;
   }
-  watch.see(2499, 1001);  // with 1500 and 2011
+  watch.count(2499, 1001);  // with 1500 and 2011
   EXPECT_TRUE(watch.exhausted());
-  watch.see(9000, 1001);
+  watch.count(9000, 1001);
   EXPECT_TRUE(watch.exhausted()) << "until reset";
   watch.reset();
-  watch.see(9001, 1001);
-  watch.see(9002, 1001);
+  watch.count(9001, 1001);
+  watch.count(9002, 1001);
   EXPECT_FALSE(watch.exhausted());
 }
 
