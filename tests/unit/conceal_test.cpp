@@ -77,8 +77,8 @@ TEST(Conceal, ChoosesSizesByWhatTwoRunsOfThePlantDifferBy) {
   const physics::Plant nominal = plant(kPublished);
   for (const std::uint64_t seed : {1, 2}) {
     const Hidden hidden = hide(nominal, seed);
-    EXPECT_GE(hidden.seen.most(), 0.8 * kLeastSize) << hidden.effect.id;
-    EXPECT_LE(hidden.seen.most(), 1.25 * kMostSize) << hidden.effect.id;
+    EXPECT_GE(hidden.visibility.most(), 0.8 * kLeastSize) << hidden.effect.id;
+    EXPECT_LE(hidden.visibility.most(), 1.25 * kMostSize) << hidden.effect.id;
   }
 }
 

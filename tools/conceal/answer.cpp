@@ -79,8 +79,8 @@ std::string answer_json(const physics::Plant& plant, const Hidden& hidden, std::
       {"from", hidden.effect.from},
       {"parameters", std::move(parameters)},
       {"drawn", hidden.parameter},
-      {"shows_in", hidden.seen.by_error() ? "position" : "effort"},
-      {"scatters", hidden.seen.most()},
+      {"shows_in", hidden.visibility.by_error() ? "position" : "effort"},
+      {"scatters", hidden.visibility.most()},
       {"ravencal", core::kVersion}};
   return answer.dump(1) + "\n";
 }

@@ -44,7 +44,7 @@ struct Trial {
 
 struct Attempt {
   double size = 0.0;
-  Seen seen;
+  Visibility visibility;
 };
 
 /// Steps towards the size that is seen as `target` scatters; empty where the arm does not bear it
@@ -56,12 +56,15 @@ std::optional<Attempt> sized(const Place& place, double target, const Observed& 
     const auto traces = observe(with_effect(trial.plant, place.joint, effect_of(place, size)),
                                 trial.motion, trial.seed, trial.scratch);
     if (!traces.ok()) return std::nullopt;
-    const Seen seen = seen_at(place.joint, plain, *traces);
-    if (!std::isfinite(seen.most()) || seen.most() <= 0.0) return std::nullopt;
-    if (std::abs(std::log(seen.most() / target)) < kNearEnough) return Attempt{size, seen};
-    if (size >= place.most && seen.most() < target)
-      return seen.most() >= kLeastSize ? std::optional(Attempt{size, seen}) : std::nullopt;
-    const double stride = std::clamp(target / seen.most(), 1.0 / kLongestStride, kLongestStride);
+    const Visibility visibility = visibility_at(place.joint, plain, *traces);
+    if (!std::isfinite(visibility.most()) || visibility.most() <= 0.0) return std::nullopt;
+    if (std::abs(std::log(visibility.most() / target)) < kNearEnough)
+      return Attempt{size, visibility};
+    if (size >= place.most && visibility.most() < target)
+      return visibility.most() >= kLeastSize ? std::optional(Attempt{size, visibility})
+                                             : std::nullopt;
+    const double stride =
+        std::clamp(target / visibility.most(), 1.0 / kLongestStride, kLongestStride);
     size = std::min(size * stride, place.most);
   }
   return std::nullopt;
@@ -84,7 +87,7 @@ core::Result<Hidden> conceal(const physics::Plant& plant, const trajectory::Traj
     const auto found = sized(place, target, plain, trial);
     if (!found) continue;
     return Hidden{place.joint, effect_of(place, found->size), std::string(place.kind->parameter),
-                  found->seen};
+                  found->visibility};
   }
   return core::Error{core::ErrorCode::kData,
                      fmt::format("{}: the joints have every effect that could be hidden, or this "

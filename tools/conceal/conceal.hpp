@@ -25,7 +25,7 @@ struct Hidden {
   std::size_t joint = 0;
   physics::Effect effect;
   std::string parameter;  ///< of the effect: the one whose size was drawn
-  Seen seen;              ///< in the motion for which it was chosen
+  Visibility visibility;  ///< in the motion for which it was chosen
 };
 
 /// Draws an effect that the plant lacks, and its size in this motion. The same seed hides the same.

@@ -79,7 +79,7 @@ core::Result<Observed> observe_scatter(const physics::Plant& plant,
   return observed;
 }
 
-Seen seen_at(std::size_t joint, const Observed& plain, const Traces& changed) {
+Visibility visibility_at(std::size_t joint, const Observed& plain, const Traces& changed) {
   const auto i = static_cast<Index>(joint);
   return {spread(changed.error.col(i) - plain.traces.error.col(i)) / plain.error_scatter[i],
           spread(changed.effort.col(i) - plain.traces.effort.col(i)) / plain.effort_scatter[i]};

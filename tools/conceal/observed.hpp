@@ -42,13 +42,13 @@ core::Result<Observed> observe_scatter(const physics::Plant& plant,
                                        const std::filesystem::path& scratch);
 
 /// How much other traces of the same seed differ, as multiples of the scatter.
-struct Seen {
+struct Visibility {
   double in_error = 0.0;
   double in_effort = 0.0;
 
   [[nodiscard]] bool by_error() const { return in_error >= in_effort; }
   [[nodiscard]] double most() const { return by_error() ? in_error : in_effort; }
 };
-Seen seen_at(std::size_t joint, const Observed& plain, const Traces& changed);
+Visibility visibility_at(std::size_t joint, const Observed& plain, const Traces& changed);
 
 }  // namespace ravencal::conceal

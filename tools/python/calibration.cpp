@@ -16,7 +16,7 @@
 #include "learn/distinct.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "python/arrays.hpp"
 #include "python/long_work.hpp"
 #include "python/module.hpp"

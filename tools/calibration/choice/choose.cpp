@@ -13,13 +13,13 @@
 #include "choice/expected.hpp"
 #include "choice/input_sets.hpp"
 #include "choice/rows.hpp"
-#include "choice/selection.hpp"
+#include "choice/input_selection.hpp"
 #include "choice/variety.hpp"
 #include "core/version.hpp"
 #include "learn/dataset.hpp"
 #include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 
@@ -237,8 +237,8 @@ core::Result<Choice> choose_model(
     std::span<const Recording* const> recorded, const ChoiceOptions& options,
     const std::function<bool(double, const std::string&)>& keep_going) {
   if (recorded.empty()) return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
-  const learn::Seen seen(recorded, options.at_hook);
-  const std::span<const Recording* const> training = seen.get();
+  const learn::RecordingsAtHook at_hook(recorded, options.at_hook);
+  const std::span<const Recording* const> training = at_hook.get();
   Choice choice;
   model::CalibrationModel& model = choice.model;
   RAVENCAL_ASSIGN_OR_RETURN(model.origin, learn::common_origin(options.origin, training));

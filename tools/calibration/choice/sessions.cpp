@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "choice/selection.hpp"
+#include "choice/input_selection.hpp"
 
 namespace ravencal::choice {
 namespace {

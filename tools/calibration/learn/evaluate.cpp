@@ -11,7 +11,7 @@
 #include "learn/dataset.hpp"
 #include "learn/distance_rank.hpp"
 #include "learn/motion_range.hpp"
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "model/hook_view.hpp"
 #include "model/scaled_inputs.hpp"
 

@@ -11,7 +11,7 @@
 #include "learn/linear.hpp"
 #include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
@@ -246,10 +246,10 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   if (recorded_training.empty())
     return core::Error{core::ErrorCode::kUsage, "no recording to train on"};
   const bool at_hook = is_at_hook(options.latched, *recorded_training.front());
-  const Seen seen_training(recorded_training, at_hook);
-  const Seen seen_validation(recorded_validation, at_hook);
-  const std::span<const Recording* const> training = seen_training.get();
-  const std::span<const Recording* const> validation = seen_validation.get();
+  const RecordingsAtHook training_at_hook(recorded_training, at_hook);
+  const RecordingsAtHook validation_at_hook(recorded_validation, at_hook);
+  const std::span<const Recording* const> training = training_at_hook.get();
+  const std::span<const Recording* const> validation = validation_at_hook.get();
   TrainResult result;
   CalibrationModel& model = result.model;
   RAVENCAL_ASSIGN_OR_RETURN(model.origin, common_origin(options.origin, training));
@@ -264,11 +264,11 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   result.rows = static_cast<std::size_t>(data.features.rows());
   result.rows_without_truth = data.rows_without_truth;
   result.rows_without_feature = data.rows_without_feature;
-  const Seen seen_simulated(options.simulated, at_hook);
+  const RecordingsAtHook simulated_at_hook(options.simulated, at_hook);
   Dataset simulated, held_out;
   if (!options.simulated.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(simulated, make_dataset(model.features, model.outputs,
-                                                      seen_simulated.get(), model.row_period_s));
+                                                      simulated_at_hook.get(), model.row_period_s));
   }
   if (!validation.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(

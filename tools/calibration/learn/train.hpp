@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "learn/trainer.hpp"
 #include "model/calibration_model.hpp"
 #include "model/feature_matrix.hpp"

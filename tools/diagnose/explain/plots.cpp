@@ -32,7 +32,7 @@ constexpr std::size_t kMostTraces = 3;
 constexpr double kOfOtherChannels = 1e-3;
 
 /// One channel of a view.
-struct Seen {
+struct PlottedChannel {
   const View& view;
   std::size_t index;
   const Channel& channel;
@@ -40,8 +40,8 @@ struct Seen {
   VectorXd before, after;  ///< of its used rows
 };
 
-void add_points(const Seen& seen, ChannelPlot& plot) {
-  const ChannelRows& at = seen.at;
+void add_points(const PlottedChannel& plotted, ChannelPlot& plot) {
+  const ChannelRows& at = plotted.at;
   const Index stride = std::max<Index>(1, (at.rows() + kMostPoints - 1) / kMostPoints);
   for (Index i = 0; i < at.rows(); i += stride) {
     plot.t_s.push_back(at.t_s[i]);
@@ -49,8 +49,8 @@ void add_points(const Seen& seen, ChannelPlot& plot) {
     plot.speed.push_back(at.speed_ji_per_s[i]);
     plot.hold_s.push_back(at.hold_s[i]);
     if (at.load_ji.size() > 0) plot.load.push_back(at.load_ji[i]);
-    plot.before.push_back(seen.before[i]);
-    plot.after.push_back(seen.after[i]);
+    plot.before.push_back(plotted.before[i]);
+    plot.after.push_back(plotted.after[i]);
   }
 }
 
@@ -66,10 +66,10 @@ std::size_t cell_of(const std::vector<double>& edges, double value) {
   return static_cast<std::size_t>(it - edges.begin()) - 1;
 }
 
-WhereMap where_map(const Seen& seen) {
+WhereMap where_map(const PlottedChannel& plotted) {
   WhereMap map;
-  const VectorXd& q = seen.at.position_ji;
-  const VectorXd& v = seen.at.speed_ji_per_s;
+  const VectorXd& q = plotted.at.position_ji;
+  const VectorXd& v = plotted.at.speed_ji_per_s;
   const double fastest = kFastest * std::sqrt(v.squaredNorm() / static_cast<double>(v.size()));
   if (!(q.maxCoeff() > q.minCoeff()) || !(fastest > 0.0)) return map;
   map.position_edges = even_edges(q.minCoeff(), q.maxCoeff(), kMapPositions);
@@ -81,8 +81,8 @@ WhereMap where_map(const Seen& seen) {
     const std::size_t cell =
         cell_of(map.speed_edges, v[i]) * kMapPositions + cell_of(map.position_edges, q[i]);
     ++map.rows[cell];
-    map.before[cell] += seen.before[i] * seen.before[i];
-    map.after[cell] += seen.after[i] * seen.after[i];
+    map.before[cell] += plotted.before[i] * plotted.before[i];
+    map.after[cell] += plotted.after[i] * plotted.after[i];
   }
   for (std::size_t c = 0; c < map.rows.size(); ++c) {
     for (auto* squares : {&map.before, &map.after}) {
@@ -110,14 +110,15 @@ Index trace_stride(const Track& track, Index rows) {
 }
 
 /// A stretch in the middle of one recording.
-Trace trace_of(const Seen& seen, std::size_t recording, const std::vector<Index>& rows) {
-  const Track& track = seen.view.rows.tracks()[recording];
-  const bool of_position = seen.channel.kind == ChannelKind::kPosition;
+Trace trace_of(const PlottedChannel& plotted, std::size_t recording,
+               const std::vector<Index>& rows) {
+  const Track& track = plotted.view.rows.tracks()[recording];
+  const bool of_position = plotted.channel.kind == ChannelKind::kPosition;
   const auto count = static_cast<Index>(rows.size());
   const Index stride = trace_stride(track, count);
   const Index first = std::max<Index>(0, (count - stride * kTraceRows) / 2);
   Trace trace;
-  trace.fitted = !seen.view.held_out;
+  trace.fitted = !plotted.view.held_out;
   const auto add = [&](double t_s, double measured, double before, double after, double motion) {
     trace.t_s.push_back(t_s);
     trace.measured.push_back(measured);
@@ -130,19 +131,21 @@ Trace trace_of(const Seen& seen, std::size_t recording, const std::vector<Index>
     // No line leads over rows that are not shown.
     if (k > first && i - rows[static_cast<std::size_t>(k - stride)] > stride)
       add(kNoValue, kNoValue, kNoValue, kNoValue, kNoValue);
-    const double q = of_position ? track.forced.motors[seen.channel.joint].q[i] : 0.0;
-    add(track.begins_s + track.forced.t_s[i], seen.channel.measured[recording][i] - q,
-        seen.view.before[seen.index][recording][i], seen.view.after[seen.index][recording][i], q);
+    const double q = of_position ? track.forced.motors[plotted.channel.joint].q[i] : 0.0;
+    add(track.begins_s + track.forced.t_s[i], plotted.channel.measured[recording][i] - q,
+        plotted.view.before[plotted.index][recording][i],
+        plotted.view.after[plotted.index][recording][i], q);
   }
   return trace;
 }
 
-std::vector<Trace> traces_of(const Seen& seen, std::size_t first_recording) {
+std::vector<Trace> traces_of(const PlottedChannel& plotted, std::size_t first_recording) {
   std::vector<Trace> traces;
-  for (std::size_t r = 0; r < seen.view.rows.tracks().size(); ++r) {
-    const std::vector<Index> rows = shown_rows(seen.view.rows.tracks()[r], seen.channel.rows[r]);
+  for (std::size_t r = 0; r < plotted.view.rows.tracks().size(); ++r) {
+    const std::vector<Index> rows =
+        shown_rows(plotted.view.rows.tracks()[r], plotted.channel.rows[r]);
     if (rows.empty() || traces.size() == kMostTraces) continue;
-    traces.push_back(trace_of(seen, r, rows));
+    traces.push_back(trace_of(plotted, r, rows));
     traces.back().recording = first_recording + r;
   }
   return traces;
@@ -159,30 +162,32 @@ struct StepLeft {
   std::vector<ByRecording> grown, without;
 };
 
-std::vector<WaterfallStep> waterfall(const Seen& seen, const std::vector<ByRecording>& refitted,
+std::vector<WaterfallStep> waterfall(const PlottedChannel& plotted,
+                                     const std::vector<ByRecording>& refitted,
                                      const std::vector<StepLeft>& steps) {
   std::vector<WaterfallStep> out = {
-      {"plant as it is", rms(seen.channel, seen.view.before[seen.index])},
-      {"its numbers refitted", rms(seen.channel, refitted[seen.index])}};
+      {"plant as it is", rms(plotted.channel, plotted.view.before[plotted.index])},
+      {"its numbers refitted", rms(plotted.channel, refitted[plotted.index])}};
   for (const StepLeft& left : steps) {
-    const double grown = rms(seen.channel, left.grown[seen.index]);
+    const double grown = rms(plotted.channel, left.grown[plotted.index]);
     if (std::abs(grown - out.back().rmse) > kOfOtherChannels * out.back().rmse)
       out.push_back({left.step.id, grown});
   }
-  out.push_back({"floor", seen.channel.floor});
+  out.push_back({"floor", plotted.channel.floor});
   return out;
 }
 
-void add_scales(const Seen& seen, const std::vector<StepLeft>& steps, Report& report,
+void add_scales(const PlottedChannel& plotted, const std::vector<StepLeft>& steps, Report& report,
                 ChannelPlot& plot) {
   for (NamedEffect& effect : report.effects) {
-    if (!stands_in(seen.view, seen.channel, effect)) continue;
+    if (!stands_in(plotted.view, plotted.channel, effect)) continue;
     for (const StepLeft& left : steps) {
       const GrowthStep& step = left.step;
       if (step.id != effect.id || step.joint != effect.joint || step.from != effect.from) continue;
-      const VectorXd contribution = used_rows(seen.channel, left.without[seen.index]) - seen.after;
+      const VectorXd contribution =
+          used_rows(plotted.channel, left.without[plotted.index]) - plotted.after;
       const std::vector<RegimeScale> scales =
-          scales_of(name_of(effect), contribution, seen.after, seen.at);
+          scales_of(name_of(effect), contribution, plotted.after, plotted.at);
       effect.invariance_spread = spread_of(scales);
       plot.scales.insert(plot.scales.end(), scales.begin(), scales.end());
     }
@@ -208,12 +213,12 @@ void add_plots(const View& view, const Growth& growth, std::size_t first_recordi
     const ChannelRows at = channel_rows(view, c, loads);
     if (channel.kind == ChannelKind::kLaw || at.rows() == 0) continue;
     const physics::Joint& joint = view.given.joints[channel.joint];
-    const Seen seen{view,
-                    c,
-                    channel,
-                    at,
-                    used_rows(channel, view.before[c]),
-                    used_rows(channel, view.after[c])};
+    const PlottedChannel plotted{view,
+                                 c,
+                                 channel,
+                                 at,
+                                 used_rows(channel, view.before[c]),
+                                 used_rows(channel, view.after[c])};
     ChannelPlot plot;
     plot.joint = joint.name;
     plot.stage = stage_of(channel);
@@ -221,11 +226,11 @@ void add_plots(const View& view, const Growth& growth, std::size_t first_recordi
     plot.position_unit = position_unit_of(joint);
     plot.load_unit = effort_unit_of(joint);
     plot.floor = channel.floor;
-    add_points(seen, plot);
-    plot.where = where_map(seen);
-    plot.waterfall = waterfall(seen, refitted, steps);
-    add_scales(seen, steps, report, plot);
-    plot.traces = traces_of(seen, first_recording);
+    add_points(plotted, plot);
+    plot.where = where_map(plotted);
+    plot.waterfall = waterfall(plotted, refitted, steps);
+    add_scales(plotted, steps, report, plot);
+    plot.traces = traces_of(plotted, first_recording);
     report.plots.push_back(std::move(plot));
   }
 }

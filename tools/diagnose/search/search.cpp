@@ -48,7 +48,7 @@ void Search::run(const std::function<bool()>& go_on) {
   const int rounds = kRounds + static_cast<int>(training_.base().plant.joints.size());
   for (int round = 0; round < rounds && go_on_(); ++round) {
     expand(in_order().front()->model.chosen, round == 0 ? kFirstBreadth : kBreadth);
-    const std::vector<const Seen*> order = in_order();
+    const std::vector<const Judged*> order = in_order();
     for (std::size_t i = 1; i < std::min(kClose, order.size()); ++i) {
       const bool close =
           order[i]->model.judgement.score < order[0]->model.judgement.score + kCloseScore;
@@ -87,7 +87,7 @@ void Search::start() {
   for (const std::size_t c : model.chosen) bare = without(bare, vocabulary_, c);
   if (!model.chosen.empty()) fit(training_, bare);
   judge(training_, 0.0, bare);
-  seen_[Key{}].model = std::move(bare);
+  judged_[Key{}].model = std::move(bare);
   if (!model.chosen.empty()) consider(std::move(model));
 }
 
@@ -108,12 +108,12 @@ double Search::cost_of(const Key& key) const {
   return cost;
 }
 
-Search::Seen& Search::consider(Model model) {
+Search::Judged& Search::consider(Model model) {
   fit(training_, model);
   judge(training_, cost_of(model.chosen), model);
   take_dispersion_of(model);
   const Key key = model.chosen;
-  const auto [at, is_new] = seen_.try_emplace(key);
+  const auto [at, is_new] = judged_.try_emplace(key);
   if (is_new || model.judgement.score < at->second.model.judgement.score)
     at->second.model = std::move(model);
   return at->second;
@@ -129,7 +129,8 @@ void Search::take_dispersion_of(Model& model) {
   if (model.judgement.score_at(own) >= best) return;
   training_.set_dispersion(own);
   model.judgement.score = model.judgement.score_at(own);
-  for (auto& [key, seen] : seen_) seen.model.judgement.score = seen.model.judgement.score_at(own);
+  for (auto& [key, judged] : judged_)
+    judged.model.judgement.score = judged.model.judgement.score_at(own);
 }
 
 bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>& shapes) const {
@@ -156,8 +157,8 @@ bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>&
 }
 
 void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t> joint) {
-  seen_[key].expanded = true;
-  const Model model = seen_[key].model;
+  judged_[key].expanded = true;
+  const Model model = judged_[key].model;
   aim(training_, held_out_, model, vocabulary_);
   std::set<std::string> shapes;
   std::map<std::size_t, std::pair<double, Hit>> of_joint;  // gained, by which
@@ -168,12 +169,12 @@ void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t>
     ++tried;
     Key larger = key;
     larger.insert(hit.candidate);
-    if (seen_.contains(larger)) continue;
+    if (judged_.contains(larger)) continue;
     if (vocabulary_.candidates[hit.candidate].kind == CandidateKind::kJump) {
       refine_moment(model, hit);
       if (has_no_moment(model, hit)) continue;
     }
-    Seen& considered = consider(with(model, vocabulary_, hit));
+    Judged& considered = consider(with(model, vocabulary_, hit));
     considered.too_small = too_small(considered.model, key, hit.candidate);
     const double gained = model.judgement.score_at(dispersion()) - considered.model.judgement.score;
     if (considered.too_small || gained <= 0.0) continue;
@@ -191,25 +192,25 @@ void Search::add_all(const Model& model,
   if (of_joint.size() < 2 || !go_on_()) return;
   Model all = model;
   for (const auto& [joint, best] : of_joint) all = with(all, vocabulary_, best.second);
-  if (!seen_.contains(all.chosen)) consider(std::move(all));
+  if (!judged_.contains(all.chosen)) consider(std::move(all));
 }
 
 void Search::try_without(const Key& key) {
-  const Model model = seen_[key].model;
+  const Model model = judged_[key].model;
   for (const std::size_t candidate : key) {
     if (!go_on_()) return;
     Key smaller = key;
     smaller.erase(candidate);
-    if (!seen_.contains(smaller)) consider(without(model, vocabulary_, candidate));
+    if (!judged_.contains(smaller)) consider(without(model, vocabulary_, candidate));
     // Beside what was added later, and by the noise estimated since, it may explain too little.
-    if (too_small(model, smaller, candidate)) seen_[key].too_small = true;
+    if (too_small(model, smaller, candidate)) judged_[key].too_small = true;
     if (smaller.empty()) continue;
     // In its place something else of the same joint may be there.
     const std::size_t joint = vocabulary_.candidates[candidate].joint;
     const auto beside = std::count_if(smaller.begin(), smaller.end(), [&](std::size_t c) {
       return vocabulary_.candidates[c].joint == joint;
     });
-    if (!seen_[smaller].expanded && beside + 1 < kMostEffects) expand(smaller, kNarrow, joint);
+    if (!judged_[smaller].expanded && beside + 1 < kMostEffects) expand(smaller, kNarrow, joint);
   }
 }
 
@@ -225,11 +226,11 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
     const double off = with_it.numbers[*added.opens].x - closed.mean;
     if (std::abs(off) <= kWrongBy * closed.deviation) return true;
   }
-  const Model& smaller = seen_.at(without_it).model;
+  const Model& smaller = judged_.at(without_it).model;
   if (!added.searched() && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
     return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
-  Model others_absent = seen_.at(Key{}).model;
+  Model others_absent = judged_.at(Key{}).model;
   for (const std::size_t other : without_it)
     if (vocabulary_.candidates[other].constant)
       others_absent.effects[other] = smaller.effects.at(other);
@@ -275,30 +276,30 @@ void Search::refine_moment(const Model& model, Hit& hit) {
 
 /// The noise of the best model so far is what the others are judged by.
 void Search::judge_anew() {
-  const std::vector<const Seen*> order = in_order();
+  const std::vector<const Judged*> order = in_order();
   std::set<Key> kept = {Key{}};
   for (std::size_t i = 0; i < std::min(kKeptModels, order.size()); ++i)
     kept.insert(order[i]->model.chosen);
   Model best = order.front()->model;
-  std::erase_if(seen_, [&](const auto& entry) { return !kept.contains(entry.first); });
+  std::erase_if(judged_, [&](const auto& entry) { return !kept.contains(entry.first); });
   const State state = best.state_for(training_);
   training_.move_links(state);
   training_.estimate_noise(state);
   judge(training_, cost_of(best.chosen), best);
   training_.set_dispersion(counted(best.judgement.dispersion));
-  for (auto& [key, seen] : seen_) {
-    fit(training_, seen.model);
-    judge(training_, cost_of(key), seen.model);
-    seen.expanded = false;
+  for (auto& [key, judged] : judged_) {
+    fit(training_, judged.model);
+    judge(training_, cost_of(key), judged.model);
+    judged.expanded = false;
   }
   if (held_out_ != nullptr) held_out_->take_noise(training_);
 }
 
-std::vector<const Search::Seen*> Search::in_order() const {
-  std::vector<const Seen*> order;
-  for (const auto& [key, seen] : seen_)
-    if (!seen.too_small) order.push_back(&seen);
-  std::stable_sort(order.begin(), order.end(), [](const Seen* a, const Seen* b) {
+std::vector<const Search::Judged*> Search::in_order() const {
+  std::vector<const Judged*> order;
+  for (const auto& [key, judged] : judged_)
+    if (!judged.too_small) order.push_back(&judged);
+  std::stable_sort(order.begin(), order.end(), [](const Judged* a, const Judged* b) {
     return a->model.judgement.score < b->model.judgement.score;
   });
   return order;
@@ -306,7 +307,7 @@ std::vector<const Search::Seen*> Search::in_order() const {
 
 std::vector<const Model*> Search::ranked() const {
   std::vector<const Model*> models;
-  for (const Seen* seen : in_order()) models.push_back(&seen->model);
+  for (const Judged* judged : in_order()) models.push_back(&judged->model);
   return models;
 }
 

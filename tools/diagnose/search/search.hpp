@@ -40,7 +40,7 @@ class Search {
 
  private:
   using Key = std::set<std::size_t>;
-  struct Seen {
+  struct Judged {
     Model model;
     bool expanded = false;
     bool too_small = false;  ///< its last effect is not worth a name
@@ -51,7 +51,7 @@ class Search {
   void add_all(const Model& model, const std::map<std::size_t, std::pair<double, Hit>>& of_joint);
   void try_without(const Key& key);
   void judge_anew();
-  Seen& consider(Model model);
+  Judged& consider(Model model);
   void take_dispersion_of(Model& model);
   [[nodiscard]] bool worth_trying(const Hit& hit, const Key& key,
                                   std::set<std::string>& shapes) const;
@@ -65,14 +65,14 @@ class Search {
   [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;
   [[nodiscard]] double cost_of(const Key& key) const;
   void refine_moment(const Model& model, Hit& hit);
-  [[nodiscard]] std::vector<const Seen*> in_order() const;
+  [[nodiscard]] std::vector<const Judged*> in_order() const;
 
   Likelihood& training_;
   Likelihood* held_out_;
   Vocabulary& vocabulary_;
   double alpha_;
   std::uint64_t seed_;
-  std::map<Key, Seen> seen_;
+  std::map<Key, Judged> judged_;
   std::function<bool()> go_on_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choice/selection.hpp"
+#include "choice/input_selection.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -23,9 +23,9 @@ bool is_at_hook(Latched latched, const record::Recording& recording);
 
 /// The recordings as they are, or as the plugin sees them at its hook (model/hook_view.hpp).
 /// Borrows them.
-class Seen {
+class RecordingsAtHook {
  public:
-  Seen(std::span<const record::Recording* const> recordings, bool at_hook);
+  RecordingsAtHook(std::span<const record::Recording* const> recordings, bool at_hook);
   [[nodiscard]] std::span<const record::Recording* const> get() const { return recordings_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn/seen.hpp"
+#include "learn/recordings_at_hook.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -28,7 +28,7 @@ bool is_at_hook(Latched latched, const Recording& recording) {
   return latched == Latched::kOn || (latched == Latched::kAuto && has_every_cycle(recording));
 }
 
-Seen::Seen(std::span<const Recording* const> recordings, bool at_hook)
+RecordingsAtHook::RecordingsAtHook(std::span<const Recording* const> recordings, bool at_hook)
     : recordings_(recordings.begin(), recordings.end()) {
   if (!at_hook) return;
   changed_.reserve(recordings.size());
