@@ -197,6 +197,14 @@ TEST(ExpectedError, GrowsWithTheSpreadOfTheConstants) {
   EXPECT_DOUBLE_EQ(jumps.about_mean, still.about_mean);
 }
 
+TEST(ExpectedError, IsFiniteWhereSomeRowsAreExact) {
+  const std::vector<Eigen::VectorXd> judged = {Eigen::VectorXd::Zero(100),
+                                               Eigen::VectorXd::LinSpaced(100, -0.01, 0.01)};
+  const model::ExpectedError expected = expected_error(judged, {0.02});
+  EXPECT_TRUE(std::isfinite(expected.high));
+  EXPECT_GT(expected.high, expected.rmse);
+}
+
 TEST(Variety, OneOfAKindIsSaid) {
   const auto said = [](const std::vector<Recording>& recordings) {
     const auto choice = choose(recordings, kLines);

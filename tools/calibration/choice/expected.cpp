@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "choice/trial.hpp"
 #include "core/students_t.hpp"
@@ -11,15 +10,24 @@
 namespace ravencal::choice {
 namespace {
 
-/// Of one more value beside `values`: half of its 95 % interval, 0 if there are fewer than two.
-double half_interval(const std::vector<double>& values) {
-  if (values.size() < 2) return 0.0;
-  const auto n = static_cast<double>(values.size());
-  return core::students_t_975(n - 1.0) * standard_error(values) * std::sqrt(n + 1.0);
-}
+/// RMSE below this one, SI, are rounding: a nanoradian or a nanometre.
+constexpr double kLeastRmse = 1e-9;
 
 double mean_square(const Eigen::ArrayXd& values) {
-  return std::max(values.square().mean(), std::numeric_limits<double>::min());
+  return std::max(values.square().mean(), kLeastRmse * kLeastRmse);
+}
+
+/// One more value beside `values`.
+struct NextValue {
+  double deviation = 0.0;  ///< 0 if there are fewer than two values
+  double half95 = 0.0;     ///< half of its 95 % interval
+};
+
+NextValue next_value(const std::vector<double>& values) {
+  if (values.size() < 2) return {};
+  const auto n = static_cast<double>(values.size());
+  const double deviation = standard_error(values) * std::sqrt(n + 1.0);
+  return {deviation, core::students_t_975(n - 1.0) * deviation};
 }
 
 }  // namespace
@@ -35,12 +43,10 @@ model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
     logs.push_back(0.5 * std::log(squares.back()));
   }
   const double median = std::exp(mean_of(logs));
-  const double factor = std::exp(half_interval(logs));
-  // A constant's half interval over Student's quantile is its standard deviation.
-  const double constant = half_interval(session_constants);
-  const double degrees = std::max(1.0, static_cast<double>(session_constants.size()) - 1.0);
-  return {std::hypot(std::sqrt(mean_of(squares)), constant / core::students_t_975(degrees)),
-          median / factor, std::hypot(median * factor, constant), std::sqrt(mean_of(about_mean))};
+  const double factor = std::exp(next_value(logs).half95);
+  const NextValue constant = next_value(session_constants);
+  return {std::hypot(std::sqrt(mean_of(squares)), constant.deviation), median / factor,
+          std::hypot(median * factor, constant.half95), std::sqrt(mean_of(about_mean))};
 }
 
 }  // namespace ravencal::choice
