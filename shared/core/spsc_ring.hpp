@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <bit>
-#include <cassert>
 #include <cstddef>
 #include <type_traits>
 #include <vector>
@@ -18,11 +17,9 @@ class SpscRing {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  /// Holds at least `capacity` items, rounded up to a power of two.
+  /// Holds at least `capacity` items, rounded up to a power of two, 1 or more.
   explicit SpscRing(std::size_t capacity)
-      : items_(std::bit_ceil(capacity)), mask_(items_.size() - 1) {
-    assert(capacity > 0);
-  }
+      : items_(std::bit_ceil(capacity)), mask_(items_.size() - 1) {}
   SpscRing(const SpscRing&) = delete;
   SpscRing& operator=(const SpscRing&) = delete;
   ~SpscRing() = default;

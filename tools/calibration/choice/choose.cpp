@@ -11,9 +11,9 @@
 
 #include "choice/assemble.hpp"
 #include "choice/expected.hpp"
+#include "choice/input_selection.hpp"
 #include "choice/input_sets.hpp"
 #include "choice/rows.hpp"
-#include "choice/input_selection.hpp"
 #include "choice/variety.hpp"
 #include "core/version.hpp"
 #include "learn/dataset.hpp"

@@ -7,6 +7,7 @@
 
 #include "learn/dataset.hpp"
 #include "learn/motion_range.hpp"
+#include "record/homing.hpp"
 
 namespace ravencal::choice {
 namespace {
@@ -19,7 +20,7 @@ class Sessions {
   void begin(const Recording& recording) {
     times_ns_.clear();
     for (const record::Event& event : recording.events) {
-      if (event.kind == "homing" || event.kind == "rehoming") times_ns_.push_back(event.t_ns);
+      if (record::is_homing(event)) times_ns_.push_back(event.t_ns);
     }
     std::sort(times_ns_.begin(), times_ns_.end());
     first_ = next_;

@@ -20,21 +20,15 @@ void set_to(const std::vector<int>& sessions, const std::vector<Eigen::Index>& k
 
 void set_sessions(SessionRule rule, const Rows& all, const std::vector<Eigen::Index>& known,
                   const std::vector<Eigen::Index>& columns, JointRows& rows) {
-  if (rule == SessionRule::kNone) {
-    set_to(std::vector<int>(all.session.size(), 0), known, rows);
-  } else if (rule == SessionRule::kRecording) {
-    set_to(all.recording, known, rows);
-  } else {
-    set_to(all.own_session, known, rows);
-    const bool is_same = all.own_session == all.session;
-    const std::vector<double> own = is_same || !rows.held_out.by_recording
-                                        ? std::vector<double>{}
-                                        : probe(columns, rows, UnseenConstant::kMean);
-    set_to(all.session, known, rows);
-    if (own.empty()) return;
-    const std::vector<double> shared = probe(columns, rows, UnseenConstant::kMean);
-    if (simplest_of_best({shared, own}) == 1) set_to(all.own_session, known, rows);
-  }
+  if (rule == SessionRule::kNone)
+    return set_to(std::vector<int>(all.session.size(), 0), known, rows);
+  if (rule == SessionRule::kRecording) return set_to(all.recording, known, rows);
+  set_to(all.session, known, rows);
+  if (all.own_session == all.session || !rows.held_out.by_recording) return;
+  const std::vector<double> shared = probe(columns, rows, UnseenConstant::kMean);
+  set_to(all.own_session, known, rows);
+  const std::vector<double> own = probe(columns, rows, UnseenConstant::kMean);
+  if (simplest_of_best({shared, own}) == 0) set_to(all.session, known, rows);
 }
 
 }  // namespace ravencal::choice

@@ -8,6 +8,7 @@
 #include "learn/dataset.hpp"
 #include "learn/motion_range.hpp"
 #include "model/feature_matrix.hpp"
+#include "record/homing.hpp"
 
 namespace ravencal::methods {
 namespace {
@@ -99,7 +100,7 @@ core::Result<Series> make_series(const Problem& problem, const Recording& record
   }
   series.fresh = episode_starts(recording);
   for (const record::Event& event : recording.events) {
-    if (event.kind == "homing")
+    if (record::is_homing(event))
       series.homings_s.push_back(static_cast<double>(event.t_ns - recording.t_ns.front()) * 1e-9);
   }
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
