@@ -113,6 +113,8 @@ core::Status read_source(TomlTable& table, Profile& profile) {
   }
   profile.header = table.boolean_or("header", profile.header);
   profile.homed = table.boolean_or("homed", profile.homed);
+  if (profile.homed && profile.format == "bag")
+    table.fail("homed is for tables; for bags, `train --session recording` says the same");
   take_time(table, profile);
   profile.column_count = take_index(table, "columns").value_or(0);
   if (profile.format == "bag") {

@@ -98,6 +98,7 @@ TEST(ProfileFile, NamesFileAndLineOfEveryMistake) {
        ":4: index must be a whole number"},
       {"[source]\ntime_unit = 'deg'\n" + channel, ":1: time_unit 'deg'"},
       {"[source]\nreference = 'last'\n" + channel, ":1: reference can only"},
+      {"[source]\nformat = 'bag'\nhomed = true\n" + channel, ":1: homed is for tables"},
       {"[source]\nheader = 1\n" + channel, ":2: header must be true or false"},
       {"[source]\n" + channel + "[[filter]]\ncolumn = 'a'\n", ":6: keep is missing"},
       {"[source]\n" + channel + "negate = true\nscale = -1\n",
