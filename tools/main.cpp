@@ -31,10 +31,8 @@ int run(int argc, char** argv) {
   commands::add_profile(app, exit_code);
   commands::add_diagnose(app, exit_code);
   commands::add_suggest(app, exit_code);
-  commands::add_conceal(app, exit_code);
-  commands::add_reveal(app, exit_code);
-#ifdef RAVENCAL_ALL_COMMANDS
   commands::add_prove(app, exit_code);
+#ifdef RAVENCAL_ALL_COMMANDS
   commands::add_ablate(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);
@@ -44,7 +42,7 @@ int run(int argc, char** argv) {
   commands::add_monitor(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, monitor, prove, recommend, robot and run.\n"
+      "This build lacks ablate, calibrate, compare, monitor, recommend, robot and run.\n"
       "`tools/run build` makes them.");
 #endif
   ravencal::cli::check_numbers(app);

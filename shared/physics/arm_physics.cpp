@@ -73,7 +73,7 @@ struct ArmPhysics::Impl {
     }
   }
 
-  void advance_slow(RandomSource& random) {
+  void advance_slow(core::Random& random) {
     age_s += cycle_s;
     for (std::size_t i = 0; i < 3; ++i) {
       cables[i].advance_length(cycle_s, age_s, with_drift, random);
@@ -168,11 +168,11 @@ void ArmPhysics::place(const Vector3d& joints_ji) {
   impl_->motors_rad = impl_->motor.cwiseProduct(impl_->reduction);
 }
 
-void ArmPhysics::draw_stop_seats(RandomSource& random) {
+void ArmPhysics::draw_stop_seats(core::Random& random) {
   for (HardStop& stop : impl_->stops) stop.seat = stop.offset + stop.deviation * random.normal();
 }
 
-void ArmPhysics::restart_disturbances(RandomSource& random) {
+void ArmPhysics::restart_disturbances(core::Random& random) {
   for (std::size_t i = 0; i < 3; ++i) {
     impl_->cables[i].restart_wander(random);
     impl_->motor_frictions[i].variation.restart(random);
@@ -180,7 +180,7 @@ void ArmPhysics::restart_disturbances(RandomSource& random) {
   }
 }
 
-void ArmPhysics::advance(const Vector3d& torque_n_m, RandomSource& random) {
+void ArmPhysics::advance(const Vector3d& torque_n_m, core::Random& random) {
   impl_->advance_slow(random);
   const Vector3d effort = torque_n_m.cwiseProduct(impl_->effort_per_torque) - impl_->lost_effort;
   const double dt_s = impl_->cycle_s / impl_->inner_steps;

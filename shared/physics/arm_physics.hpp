@@ -8,9 +8,9 @@
 #include <array>
 #include <memory>
 
+#include "core/random.hpp"
 #include "core/result.hpp"
 #include "physics/plant.hpp"
-#include "physics/random_source.hpp"
 
 namespace ravencal::physics {
 
@@ -27,11 +27,11 @@ class ArmPhysics {
   /// Puts joints and unloaded cables at a position, at rest.
   void place(const Eigen::Vector3d& joints_ji);
   /// Draws where the hard stops seat this time.
-  void draw_stop_seats(RandomSource& random);
+  void draw_stop_seats(core::Random& random);
   /// Draws the slow disturbances afresh from their stationary distributions.
-  void restart_disturbances(RandomSource& random);
+  void restart_disturbances(core::Random& random);
   /// One control cycle under constant torques at the gearbox outputs, [3] N m.
-  void advance(const Eigen::Vector3d& torque_n_m, RandomSource& random);
+  void advance(const Eigen::Vector3d& torque_n_m, core::Random& random);
 
   [[nodiscard]] const Eigen::Vector3d& motors_rad() const;  ///< motor shafts, [3]
   [[nodiscard]] const Eigen::Vector3d& joints_ji() const;   ///< true joints, rad rad m

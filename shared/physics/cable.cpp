@@ -37,12 +37,12 @@ core::Result<Cable> Cable::create(const Joint& joint) {
   return cable;
 }
 
-void Cable::advance_length(double dt_s, double age_s, bool with_drift, RandomSource& random) {
+void Cable::advance_length(double dt_s, double age_s, bool with_drift, core::Random& random) {
   length_change_ = wander_.step(dt_s, random);
   if (with_drift) length_change_ += thermal_drift(drift_final_, drift_time_s_, age_s);
 }
 
-void Cable::restart_wander(RandomSource& random) { wander_.restart(random); }
+void Cable::restart_wander(core::Random& random) { wander_.restart(random); }
 
 double Cable::step(double drive, double drive_velocity, double joint, double joint_velocity,
                    double dt_s) {

@@ -5,13 +5,13 @@
 // the plant names its effect; without `compliance` there is no cable and create fails.
 #pragma once
 
+#include "core/random.hpp"
 #include "core/result.hpp"
 #include "physics/effects/creep.hpp"
 #include "physics/effects/eccentricity.hpp"
 #include "physics/effects/hysteresis.hpp"
 #include "physics/effects/wander.hpp"
 #include "physics/plant.hpp"
-#include "physics/random_source.hpp"
 
 namespace ravencal::physics {
 
@@ -26,8 +26,8 @@ class Cable {
   }
 
   /// Once per control cycle: slow change of length at `age_s` since power-on.
-  void advance_length(double dt_s, double age_s, bool with_drift, RandomSource& random);
-  void restart_wander(RandomSource& random);
+  void advance_length(double dt_s, double age_s, bool with_drift, core::Random& random);
+  void restart_wander(core::Random& random);
 
   /// Effort on the joint (and its reaction on the drive) after one inner step.
   double step(double drive, double drive_velocity, double joint, double joint_velocity,

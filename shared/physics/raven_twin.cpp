@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "core/constants.hpp"
+#include "core/random.hpp"
 #include "core/run_level.hpp"
 #include "physics/arm_physics.hpp"
 #include "physics/effects/quantisation.hpp"
-#include "physics/random_source.hpp"
 #include "physics/raven_controller.hpp"
 
 namespace ravencal::physics {
@@ -81,7 +81,7 @@ core::Status check_plant(const Plant& plant) {
 }
 
 /// The other arm: homed, parked with brakes on, its encoders still.
-ArmState parked_arm(Arm arm, const Plant& plant, RandomSource& random) {
+ArmState parked_arm(Arm arm, const Plant& plant, core::Random& random) {
   RavenController controller(plant, arm);
   SlotCounts counts{};
   for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
@@ -160,7 +160,7 @@ struct RavenTwin::Impl {
     controller.read_sensors(counts);
   }
 
-  void advance(RandomSource& random) {
+  void advance(core::Random& random) {
     motors_before_rad = physics.motors_rad();
     physics.advance(controller.commanded_torque_n_m(), random);
     ++cycle;
@@ -202,7 +202,7 @@ struct RavenTwin::Impl {
   }
 
   /// Offsets of the slots that homing sets without a dynamic joint: tool and void.
-  void draw_other_offsets(RandomSource& random) {
+  void draw_other_offsets(core::Random& random) {
     for (const JointSlot slot : {JointSlot::kVoid, JointSlot::kRoll, JointSlot::kWrist,
                                  JointSlot::kGrasp1, JointSlot::kGrasp2}) {
       controller.set_encoder_offset(slot, static_cast<std::int64_t>(random.uniform(-2e5, 2e5)));
@@ -217,9 +217,9 @@ struct RavenTwin::Impl {
   ArmState other;
   Vector3d motors_before_rad = Vector3d::Zero();  ///< shafts at the end of the last cycle's output
   SlotCounts power_on_counts{};
-  RandomSource run_random;
-  RandomSource power_on_random;
-  std::optional<RandomSource> homing_random;  ///< only while homing
+  core::Random run_random;
+  core::Random power_on_random;
+  std::optional<core::Random> homing_random;  ///< only while homing
   std::uint64_t homings = 0;
   bool ever_homed = false;
   std::int64_t cycle = 0;
@@ -257,7 +257,7 @@ void RavenTwin::home(const std::function<void()>& each_cycle) {
 void RavenTwin::start_homing() {
   Impl& twin = *impl_;
   // A stream of its own, so that equal homing seeds give equal offsets whatever the run's seed is.
-  RandomSource random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
+  core::Random random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
   twin.physics.draw_stop_seats(random);
   twin.physics.restart_disturbances(random);
   twin.draw_other_offsets(random);

@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 #include "learn/trainer.hpp"
 
 namespace {
@@ -62,9 +62,9 @@ int main() {
   Samples<float> samples;
   samples.inputs.resize(kInputs, kRows);
   samples.targets.setZero(3, kRows);
-  ravencal::learn::Random random(1);
+  ravencal::core::Random random(1);
   for (Eigen::Index i = 0; i < samples.inputs.size(); ++i) {
-    samples.inputs.data()[i] = static_cast<float>(random.unit());
+    samples.inputs.data()[i] = static_cast<float>(random.uniform());
   }
   compare("light", {128, 64, 32}, samples);
   compare("paper", {600, 500, 400}, samples);

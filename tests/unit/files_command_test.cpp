@@ -35,9 +35,6 @@ TEST_F(FilesOfACommand, NoInputIsReplacedByAnOutput) {
       {"convert m.onnx --out m.onnx", "m.onnx"},
       {"convert m.onnx --calibrate s.db --out s.db", "s.db"},
       {"diagnose s.db --plant p.toml --out d --json p.toml", "p.toml"},
-      {"conceal --plant p.toml --trajectory t.csv --force --out p.toml --answer a.json", "p.toml"},
-      {"conceal --plant p.toml --trajectory t.csv --force --out x.toml --answer t.csv", "t.csv"},
-      {"reveal a.json report.json --json a.json", "a.json"},
       {"host --plugin m.onnx --weights w.blob --recording s.db --json w.blob", "w.blob"},
       {"host --plugin m.onnx --weights w.blob --recording s.db --flight s.db", "s.db"},
       {"sign k --key k", "k"},
@@ -45,8 +42,6 @@ TEST_F(FilesOfACommand, NoInputIsReplacedByAnOutput) {
   fs::copy_file(kPlant, folder_ / "p.toml", fs::copy_options::overwrite_existing);
   fs::create_symlink("s.db", folder_ / "link.csv");
   fs::create_hard_link(folder_ / "s.db", folder_ / "hard.db");
-  std::ofstream(folder_ / "a.json") << "{}";
-  std::ofstream(folder_ / "report.json") << "{}";
   for (const Clash& clash : clashes) {
     const std::string before = bytes_of(folder_ / clash.input);
     const std::string arguments = std::regex_replace(clash.arguments, std::regex(R"(\{folder\})"),

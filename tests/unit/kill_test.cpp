@@ -159,11 +159,6 @@ const std::vector<Command> kCommands = {
      {"OUT"}},
     {"evaluate", "evaluate ../m.onnx ../s.db --json OUT --report OUT.2", {"OUT", "OUT.2"}},
     {"merge", "merge ../r.db ../truth.db --clock wall --delay-ms 0 --overwrite --out OUT", {"OUT"}},
-    {"conceal",
-     "conceal --plant " + kPublished +
-         " --trajectory ../t.csv --seed 7 --force --out OUT "
-         "--answer OUT.2",
-     {"OUT", "OUT.2"}},
     {"diagnose",
      "diagnose ../s.db --plant " + kPublished + " --placebo 0 --out .",
      {"report.json", "report.html", "plant_improved.toml"}},

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
+#include "core/random.hpp"
 #include "learn/aligned.hpp"
-#include "learn/random.hpp"
 #include "methods/recurrent_kernels.hpp"
 #include "unit/methods_sample.hpp"
 
@@ -18,9 +18,9 @@ using methods::Cell;
 using methods::RecurrentShape;
 
 learn::AlignedVector<double> draw(std::ptrdiff_t count, std::uint64_t seed, double size) {
-  learn::Random random(seed);
+  core::Random random(seed);
   learn::AlignedVector<double> values(static_cast<std::size_t>(count));
-  for (double& value : values) value = size * (2.0 * random.unit() - 1.0);
+  for (double& value : values) value = size * (2.0 * random.uniform() - 1.0);
   return values;
 }
 

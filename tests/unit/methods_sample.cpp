@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::test {
 
@@ -28,8 +28,8 @@ methods::Problem sample_problem() {
 
 Series sample_series(Eigen::Index rows, std::uint64_t seed, const SampleError& error) {
   Series s;
-  learn::Random random(seed);
-  const double phase = 6.28 * random.unit();
+  core::Random random(seed);
+  const double phase = 6.28 * random.uniform();
   s.inputs.resize(rows, 4);
   s.errors.resize(rows, 2);
   s.t_s.resize(rows);
@@ -38,7 +38,7 @@ Series sample_series(Eigen::Index rows, std::uint64_t seed, const SampleError& e
     const double grown = 0.3 + 0.7 * static_cast<double>(i) / static_cast<double>(rows);
     s.t_s[i] = t;
     s.inputs.row(i) << grown * std::sin(2.1 * t + phase), grown * std::sin(1.3 * t + 2.0 * phase),
-        2.0 * random.unit() - 1.0, 2.0 * random.unit() - 1.0;
+        2.0 * random.uniform() - 1.0, 2.0 * random.uniform() - 1.0;
   }
   s.estimate = s.inputs.leftCols(2);
   s.effort = s.inputs.rightCols(2);

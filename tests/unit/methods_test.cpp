@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 #include "methods/forest.hpp"
 #include "unit/methods_sample.hpp"
 
@@ -63,10 +63,11 @@ TEST(Methods, GaussianProcessFindsASmoothError) {
 }
 
 TEST(Methods, GaussianProcessCleansFailedReadingsOutOfTheTraining) {
-  learn::Random random(5);
+  core::Random random(5);
   std::vector<Series> train = {sample_series(3000, 1, linear_error)};
   std::vector<Series> clean = train;
-  for (Eigen::Index row = 0; row < 3000; row += 20) train[0].errors(row, 0) += 2.0 + random.unit();
+  for (Eigen::Index row = 0; row < 3000; row += 20)
+    train[0].errors(row, 0) += 2.0 + random.uniform();
   const Series test = sample_series(1500, 2, linear_error);
   auto linear = method("linear").fit(sample_problem(), train, quick_settings());
   auto cleaned = method("gp").fit(sample_problem(), train, quick_settings());
@@ -126,11 +127,11 @@ TEST(Methods, NetworkAndTwoPhaseFindASquare) {
 }
 
 TEST(Forest, FindsAStepAndGivesTheSameTreesForTheSameSeed) {
-  learn::Random random(3);
+  core::Random random(3);
   Eigen::MatrixXd x(2000, 3);
   Eigen::MatrixXd y(2000, 1);
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
-    for (Eigen::Index c = 0; c < 3; ++c) x(i, c) = random.unit();
+    for (Eigen::Index c = 0; c < 3; ++c) x(i, c) = random.uniform();
     y(i, 0) = x(i, 1) > 0.4 ? 1.0 : -1.0;
   }
   const auto go_on = [](double) { return true; };

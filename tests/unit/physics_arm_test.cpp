@@ -95,7 +95,7 @@ TEST(ArmPhysics, AStillArmWithoutWeightStaysStill) {
   remove_effect(plant, "eccentricity");
   auto arm = ArmPhysics::create(plant, false);
   ASSERT_TRUE(arm.ok()) << arm.error().message;
-  RandomSource random(1);
+  core::Random random(1);
   const Vector3d start(0.7, 1.4, 0.38);
   arm->place(start);
   for (int i = 0; i < 5000; ++i) arm->advance(Vector3d::Zero(), random);
@@ -109,7 +109,7 @@ TEST(ArmPhysics, AFreeOscillationDies) {
   remove_effect(plant, "thermal_drift");
   auto arm = ArmPhysics::create(plant, false);
   ASSERT_TRUE(arm.ok());
-  RandomSource random(1);
+  core::Random random(1);
   arm->place({0.7, 1.4, 0.38});
   for (int i = 0; i < 50; ++i) arm->advance({1.5, 1.5, 1.0}, random);  // a blow
   const double after_blow = arm->kinetic_energy_j();
@@ -138,7 +138,7 @@ TEST(ArmPhysics, WithoutFrictionAndDampingTheEnergyIsKept) {
   plant.robot.gravity_m_per_s2 = {};
   auto arm = ArmPhysics::create(plant, false);
   ASSERT_TRUE(arm.ok());
-  RandomSource random(1);
+  core::Random random(1);
   arm->place({0.7, 1.4, 0.38});
   for (int i = 0; i < 5; ++i) arm->advance({0.5, -0.5, 0.3}, random);
   // Energy moves between links and springs; over whole seconds its kinetic peak must not change.
@@ -172,7 +172,7 @@ TEST(ArmPhysics, AnOffsetOfTheEffortIsAskedOnTopOfWhatTheMotionNeeds) {
   auto needed = ArmPhysics::create(plant, false);
   auto asked = ArmPhysics::create(biased, false);
   ASSERT_TRUE(needed.ok() && asked.ok());
-  RandomSource one(1), other(1);
+  core::Random one(1), other(1);
   const Vector3d start(0.7, 1.4, 0.38);
   needed->place(start);
   asked->place(start);
@@ -199,7 +199,7 @@ TEST(ArmPhysics, ACableOverALinkLoadsThatLinksCable) {
     if (link) plant.joints[1].coupling_through = plant.joints[2].coupling_through = Through::kLink;
     auto arm = ArmPhysics::create(plant, false);
     ASSERT_TRUE(arm.ok());
-    RandomSource random(1);
+    core::Random random(1);
     const Vector3d start(0.7, 1.4, 0.38);
     arm->place(start);
     for (int i = 0; i < 5000; ++i) arm->advance(Vector3d::Zero(), random);

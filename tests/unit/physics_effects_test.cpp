@@ -188,7 +188,7 @@ TEST(ThermalDrift, SaturatesAtItsFinalValue) {
 }
 
 TEST(Wander, HasItsDeviationAndForgetsInItsTime) {
-  RandomSource random(7);
+  core::Random random(7);
   Wander wander(0.2, 10.0);
   wander.restart(random);
   double sum_squares = 0.0;

@@ -44,7 +44,7 @@ Vector3d path(double t_s) {
 /// `settled_s`: how long the arm hangs before it is recorded.
 ArmRun run_arm(const Plant& plant, double settled_s = 15.0) {
   ArmPhysics arm = std::move(ArmPhysics::create(plant, true)).value();
-  RandomSource random(1);
+  core::Random random(1);
   arm.place(path(0.0));
   ArmRun run;
   const auto rows = static_cast<Index>(kLengthS / kPeriodS);

@@ -263,7 +263,7 @@ Agreement compare(const NominalRobot& nominal, double seconds) {
   EXPECT_TRUE(simulation.ok()) << (simulation.ok() ? "" : simulation.error().message);
   Mechanics mechanics = started(session.robot, {0.7, 1.4, 0.37});
   simulation.value().place({0.7, 1.4, 0.37});
-  physics::RandomSource unused(1);
+  core::Random unused(1);
   Vector3d reduction, to_joint;
   for (Eigen::Index i = 0; i < 3; ++i) {
     const NominalJoint& joint = nominal.joints[static_cast<std::size_t>(i)];

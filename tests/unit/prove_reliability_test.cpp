@@ -37,7 +37,6 @@ TEST(Reliability, CountsEachWorldAndRangeApart) {
   EXPECT_EQ(table[2]["from"], 0.97);
   EXPECT_EQ(table[2]["said"], 1);
   EXPECT_NE(reliability_text(table).find("MuJoCo arm"), std::string::npos);
-  EXPECT_NE(reliability_html(table).find("<td>own arm</td>"), std::string::npos);
 }
 
 TEST(Reliability, LeavesOutParametersAndNamesWithoutAProbability) {
@@ -47,7 +46,6 @@ TEST(Reliability, LeavesOutParametersAndNamesWithoutAProbability) {
   const auto table = reliability_json({parameter, silent});
   EXPECT_TRUE(table.empty());
   EXPECT_EQ(reliability_text(table), "");
-  EXPECT_EQ(reliability_html(table), "");
 }
 
 }  // namespace

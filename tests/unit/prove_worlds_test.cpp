@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/whole_file.hpp"
-#include "prove/proof_html.hpp"
 #include "prove/score_proof.hpp"
 #include "prove/worlds.hpp"
+#include "unit/browser.hpp"
 
 namespace {
 
@@ -66,10 +66,23 @@ TEST_F(WorldsFolder, BothAreShownSideBySide) {
   const auto opened = open_cases(options_.out);
   ASSERT_TRUE(opened.ok());
   EXPECT_EQ(nlohmann::json::parse(opened.value()[1].manifest)["world"], "other");
-  const std::string text = worlds_text(proof), html = proof_html(proof);
+  const std::string text = worlds_text(proof);
   EXPECT_NE(text.find("    own "), std::string::npos) << text;
   EXPECT_NE(text.find("    other "), std::string::npos) << text;
-  EXPECT_NE(html.find("<h2>By world</h2>"), std::string::npos);
+}
+
+TEST_F(WorldsFolder, ThePageShowsBothDrawsWithoutAnErrorAndKeepsNamesAsText) {
+  if (!test::has_browser()) GTEST_SKIP() << "chromium is not installed (apt-get install chromium)";
+  auto proof = proof_of(WorldChoice::kBoth);
+  proof["case_list"][0]["robot"] = "</script><script>document.title='taken'</script>";
+  const std::filesystem::path page = root_ / "page.html";
+  ASSERT_TRUE(core::write_whole_file(page, proof_html(proof)).ok());
+  const test::Opened opened = test::open_in_browser(page, root_);
+  ASSERT_TRUE(opened.ok);
+  EXPECT_EQ(opened.console, "");
+  EXPECT_NE(opened.dom.find("data-charts-drawn=\"1/1\""), std::string::npos);
+  EXPECT_NE(opened.dom.find("<h2 id=\"worlds\">By world</h2>"), std::string::npos);
+  EXPECT_EQ(opened.dom.find("<title>taken"), std::string::npos);
 }
 
 TEST_F(WorldsFolder, PartsDiagnoseTheirOwnCasesAndTheLastOneSealsTheVerdicts) {

@@ -9,7 +9,7 @@
 
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
-#include "learn/random.hpp"
+#include "core/random.hpp"
 #include "record/recording_writer.hpp"
 
 namespace ravencal::study {
@@ -40,8 +40,8 @@ record::Recording study_arm(int rows, unsigned seed, double encoder_shift) {
         {"truth." + name, std::string(core::kSlotUnits[joint]), record::Role::kJointTruth, name});
   }
   arm.samples.resize(rows, static_cast<Eigen::Index>(arm.channels.size()));
-  learn::Random random(seed);
-  const double phase = 6.0 * random.unit();
+  core::Random random(seed);
+  const double phase = 6.0 * random.uniform();
   for (int row = 0; row < rows; ++row) {
     arm.t_ns.push_back(row * 10'000'000LL);
     for (std::size_t c = 0; c < catalogue.size(); ++c) {
@@ -62,7 +62,7 @@ record::Recording study_arm(int rows, unsigned seed, double encoder_shift) {
       };
       const double jpos = at(core::RavenField::kJpos);
       const double error =
-          0.02 + 0.03 * jpos + 0.05 * at(core::RavenField::kTau) + 0.002 * (random.unit() - 0.5);
+          0.02 + 0.03 * jpos + 0.05 * at(core::RavenField::kTau) + 0.002 * (random.uniform() - 0.5);
       arm.samples(row, static_cast<Eigen::Index>(catalogue.size() + joint)) = jpos + error;
     }
   }

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 #include "study/bootstrap.hpp"
 #include "study/error_blocks.hpp"
 
@@ -22,11 +22,11 @@ std::vector<double> times(std::size_t count, double rate_hz = 100.0) {
 
 /// Autoregressive noise x' = a x + e: integrated autocorrelation time (1 + a) / (1 - a).
 std::vector<double> correlated(std::size_t count, double a, std::uint64_t seed) {
-  learn::Random random(seed);
+  core::Random random(seed);
   std::vector<double> values;
   double x = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
-    x = a * x + random.unit() + random.unit() + random.unit() - 1.5;
+    x = a * x + random.uniform() + random.uniform() + random.uniform() - 1.5;
     values.push_back(x);
   }
   return values;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 #include "study/ablation_tables.hpp"
 #include "study/findings.hpp"
 
@@ -27,11 +27,11 @@ Condition condition_of(bool homing) {
 
 /// Blocks whose RMSE is `rmse`, give or take 2 % from block to block.
 ErrorBlocks blocks_with(double rmse, std::uint64_t seed) {
-  learn::Random random(seed);
+  core::Random random(seed);
   ErrorBlocks blocks;
   for (int i = 0; i < 60; ++i) {
     blocks.counts.push_back(500);
-    blocks.squares.push_back(500.0 * rmse * rmse * (0.96 + 0.08 * random.unit()));
+    blocks.squares.push_back(500.0 * rmse * rmse * (0.96 + 0.08 * random.uniform()));
   }
   blocks.effective_samples = 3000.0;
   blocks.correlation_s = 1.0;

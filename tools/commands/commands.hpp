@@ -25,8 +25,6 @@ void add_plant(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
 void add_suggest(CLI::App& app, int& exit_code);
 void add_prove(CLI::App& app, int& exit_code);
-void add_conceal(CLI::App& app, int& exit_code);
-void add_reveal(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);
 void add_robot(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);

@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/random.hpp"
 #include "core/temporary_folder.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/findings/quantiles.hpp"
-#include "physics/random_source.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 
@@ -54,7 +54,7 @@ core::Result<diagnose::Report> tried(const trajectory::Trajectory& motion, bool 
 /// The plant with what was found moved within its intervals; a size keeps its sign.
 physics::Plant drawn(physics::Plant plant, const std::vector<Believed>& believed,
                      std::uint64_t seed) {
-  physics::RandomSource random(seed);
+  core::Random random(seed);
   for (const Believed& b : believed) {
     for (physics::Joint& joint : plant.joints) {
       for (physics::Effect& effect : joint.effects) {

@@ -6,12 +6,16 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/whole_file.hpp"
 #include "prove/leak.hpp"
+#include "prove/one.hpp"
 #include "prove/proof.hpp"
 #include "prove/reliability.hpp"
 #include "prove/score_proof.hpp"
@@ -26,6 +30,7 @@ struct ProveArguments {
   std::string out, tool, data, house;
   std::string until = "score", world = "own", part;
   prove::LeakOptions leak;
+  std::optional<std::uint64_t> one;
   bool no_leak_test = false;
   bool check = false;
 };
@@ -58,26 +63,18 @@ core::Status take_part(const std::string& text, prove::ProofOptions& options) {
   return {};
 }
 
-core::Status run(const ProveArguments& arguments, int& exit_code) {
-  prove::ProofOptions options = arguments.proof;
-  options.out = arguments.out;
-  options.data = arguments.data;
-  options.house = arguments.house;
-  options.world = prove::world_choice(arguments.world).value_or(prove::WorldChoice::kOwn);
-  std::error_code error;
-  options.tool =
-      std::filesystem::canonical(arguments.tool.empty() ? "/proc/self/exe" : arguments.tool, error);
-  if (error)
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: {}", arguments.tool, error.message())};
-  RAVENCAL_RETURN_IF_ERROR(take_part(arguments.part, options));
-  cli::catch_interrupts_of_work();
-  options.look = progress_of("prove: making and sealing cases");
-  RAVENCAL_RETURN_IF_ERROR(prove::seal_cases(options));
-  if (arguments.until == "seal") return {};
-  options.look = progress_of("prove: diagnosing");
-  RAVENCAL_RETURN_IF_ERROR(prove::run_cases(options));
-  if (arguments.until == "run") return {};
+/// Opens the only case, and says what it hid and what was found.
+core::Status tell_one(const prove::ProofOptions& options, int& exit_code) {
+  RAVENCAL_ASSIGN_OR_RETURN(const auto cases, prove::open_cases(options.out));
+  RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json one, prove::one_json(cases.front()));
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(options.out / "one.json", one.dump(1) + "\n"));
+  fmt::print("{}report: {}\n", prove::one_text(one),
+             (options.out / "diagnosis/report.html").string());
+  if (one["outcome"] != "found") exit_code = cli::kFinding;
+  return {};
+}
+
+core::Status score(const ProveArguments& arguments, prove::ProofOptions& options, int& exit_code) {
   if (const int missing = prove::missing_verdicts(options); missing > 0) {
     fmt::print("part {} of {} is done; {} cases of other parts have no verdict yet\n", options.part,
                options.parts, missing);
@@ -114,13 +111,49 @@ core::Status run(const ProveArguments& arguments, int& exit_code) {
   return {};
 }
 
+core::Status run(const ProveArguments& arguments, int& exit_code) {
+  prove::ProofOptions options = arguments.proof;
+  options.out = arguments.out;
+  options.data = arguments.data;
+  options.house = arguments.house;
+  options.world = prove::world_choice(arguments.world).value_or(prove::WorldChoice::kOwn);
+  if (arguments.one) {
+    options.one = options.keep_recordings = true;
+    options.seed = *arguments.one;
+    options.cases = 1;
+    options.data.clear();
+  }
+  std::error_code error;
+  options.tool =
+      std::filesystem::canonical(arguments.tool.empty() ? "/proc/self/exe" : arguments.tool, error);
+  if (error)
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: {}", arguments.tool, error.message())};
+  RAVENCAL_RETURN_IF_ERROR(take_part(arguments.part, options));
+  cli::catch_interrupts_of_work();
+  options.look = progress_of("prove: making and sealing cases");
+  RAVENCAL_RETURN_IF_ERROR(prove::seal_cases(options));
+  if (arguments.until == "seal") return {};
+  options.look = progress_of("prove: diagnosing");
+  RAVENCAL_RETURN_IF_ERROR(prove::run_cases(options));
+  if (arguments.until == "run") return {};
+  return options.one ? tell_one(options, exit_code) : score(arguments, options, exit_code);
+}
+
 /// What makes the cases.
 void add_case_options(CLI::App& command, ProveArguments& arguments) {
   prove::ProofOptions& proof = arguments.proof;
-  command.add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
-      ->check(CLI::Range(1, 9999))
-      ->capture_default_str();
-  command.add_option("--seed", proof.seed, "Same seed, same cases")->capture_default_str();
+  CLI::Option* cases =
+      command.add_option("--cases", proof.cases, "Synthetic cases; the mix repeats every 20")
+          ->check(CLI::Range(1, 9999))
+          ->capture_default_str();
+  CLI::Option* seed =
+      command.add_option("--seed", proof.seed, "Same seed, same cases")->capture_default_str();
+  command
+      .add_option("--one", arguments.one,
+                  "One case of this seed in place of a proof: says what was hidden and what found")
+      ->excludes(cases)
+      ->excludes(seed);
   command.add_option("--duration-s", proof.duration_s, "Length of a recording")
       ->check(CLI::Range(20.0, 7200.0))
       ->capture_default_str();
@@ -181,8 +214,13 @@ void add_prove(CLI::App& app, int& exit_code) {
   command->footer(
       "seal.json commits to the concealed effects before the first run, verdicts.json to the\n"
       "verdicts before the first manifest is opened. Scoring checks every hash.\n"
+      "--one hides one effect of the vocabulary, each as likely, in the largest class of sizes\n"
+      "(10 floors and more), and draws again where the recordings show less. Another effect may\n"
+      "imitate it (imitated_by in one.json). Recordings (given/0000), report (diagnosis/) and\n"
+      "one.json stay. Exit code 1 if the effect was not found, or not alone.\n"
       "On a cluster: --until seal, then tools/prove/prove.sbatch.\n"
-      "Example: ravencal prove --out proof --cases 300 --seed 7");
+      "Example: ravencal prove --out proof --cases 300 --seed 7\n"
+      "Example: ravencal prove --one 7 --out one");
   on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 

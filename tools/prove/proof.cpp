@@ -31,6 +31,7 @@ Json settings_of(const ProofOptions& options) {
                    {"real_recordings", !options.data.empty()}};
   // A proof without the key is one of the own world.
   if (options.world != WorldChoice::kOwn) settings["world"] = word_of(options.world);
+  if (options.one) settings["one"] = true;
   return settings;
 }
 
@@ -42,6 +43,7 @@ core::Status begin(const ProofOptions& options) {
   std::error_code error;
   for (const char* folder : {"given", "sealed", "verdicts"})
     fs::create_directories(options.out / folder, error);
+  if (options.one) fs::create_directories(options.out / "diagnosis", error);
   if (error)
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: {}", options.out.string(), error.message())};
@@ -87,8 +89,29 @@ int all_cases(const ProofOptions& options) {
   return options.cases + (options.data.empty() ? 0 : static_cast<int>(real_cases().size()));
 }
 
+/// Draws until the recordings show the effect in its class: a motion, a channel that is missing or
+/// a robot that cannot bear it may make it smaller.
+core::Result<CaseFiles> files_of_one(const ProofOptions& options,
+                                     const std::function<bool()>& look) {
+  constexpr int kDraws = 20;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files,
+                              make_case(draw_gross_case(draw, case_options_of(options)), look));
+    const Json manifest = Json::parse(files.manifest);
+    const Json& subject = manifest["subjects"][0];
+    if (manifest["excited"].get<bool>() &&
+        subject["size_over_floor"].get<double>() >= kLargestClass)
+      return files;
+  }
+  return core::Error{core::ErrorCode::kData,
+                     fmt::format("seed {}: none of {} draws shows its effect at {} floors; use "
+                                 "another seed or longer recordings",
+                                 options.seed, kDraws, kLargestClass)};
+}
+
 core::Result<CaseFiles> files_of(const ProofOptions& options, int number) {
   const auto look = [&options] { return !options.look || options.look(-1.0, ""); };
+  if (options.one) return files_of_one(options, look);
   if (number >= options.cases) {
     const RealCase& real = real_cases()[static_cast<std::size_t>(number - options.cases)];
     return make_real_case(real, options.data, options.house, options.seed);
@@ -151,8 +174,11 @@ core::Status seal_cases(const ProofOptions& options) {
 
 namespace {
 
-core::Status run_one(const ProofOptions& options, const Workspace& space, int number) {
-  const fs::path given = space.given(number);
+/// Of the diagnosis of the only case.
+constexpr const char* kKept[] = {"diagnosis/report.json", "diagnosis/report.html",
+                                 "diagnosis/plant_improved.toml"};
+
+ChildOptions child_of(const ProofOptions& options, const fs::path& given) {
   ChildOptions child;
   child.command = {options.tool.string(),
                    "diagnose",
@@ -160,11 +186,11 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
                    "--plant",
                    "plant.toml",
                    "--out",
-                   "out",
+                   "diagnosis",
                    "--json",
                    "verdict.json",
                    "--threads",
-                   "1",
+                   options.one ? "0" : "1",
                    "--placebo",
                    "0"};
   child.given = {{given / "recording.db", "recording.db"}, {given / "plant.toml", "plant.toml"}};
@@ -173,8 +199,15 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
     child.command.insert(child.command.end(), {"--held-out", "held_out.db"});
   }
   child.wanted = {"verdict.json"};
+  if (options.one) child.wanted.insert(child.wanted.end(), std::begin(kKept), std::end(kKept));
   child.limit_s = options.limit_s;
   child.look = [&options] { return !options.look || options.look(-1.0, ""); };
+  return child;
+}
+
+core::Status run_case(const ProofOptions& options, const Workspace& space, int number) {
+  const fs::path given = space.given(number);
+  const ChildOptions child = child_of(options, given);
   Json inputs;
   for (const auto& [path, name] : child.given) {
     RAVENCAL_ASSIGN_OR_RETURN(inputs[name], sha256_of_file(path));
@@ -184,12 +217,16 @@ core::Status run_one(const ProofOptions& options, const Workspace& space, int nu
       {"case", number},          {"exit_code", result.exit_code}, {"timed_out", result.timed_out},
       {"wall_s", result.wall_s}, {"cpu_s", result.cpu_s},         {"inputs", inputs},
       {"report", nullptr}};
-  if (!result.files.empty()) {
-    const Json report = Json::parse(result.files.front().second, nullptr, false);
+  for (const auto& [name, content] : result.files) {
+    if (name != "verdict.json") {
+      RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(options.out / name, content));
+      continue;
+    }
+    const Json report = Json::parse(content, nullptr, false);
     if (!report.is_discarded()) verdict["report"] = report;
   }
   if (verdict["report"].is_null()) verdict["log"] = result.log;
-  if (number < options.cases) {
+  if (number < options.cases && !options.one) {
     RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                               record::read_recording(given / "recording.db"));
     RAVENCAL_ASSIGN_OR_RETURN(const record::Recording held_out,
@@ -225,7 +262,7 @@ core::Status run_cases(const ProofOptions& options) {
   std::atomic<std::size_t> done{0};
   const core::Status finished =
       in_parallel(open.size(), options.jobs, [&](std::size_t i) -> core::Status {
-        RAVENCAL_RETURN_IF_ERROR(run_one(options, space, open[i]));
+        RAVENCAL_RETURN_IF_ERROR(run_case(options, space, open[i]));
         const double share = static_cast<double>(++done) / static_cast<double>(open.size());
         if (options.look &&
             !options.look(share, fmt::format("{} of {} cases", done.load(), open.size())))

@@ -11,6 +11,8 @@
 //   verdicts.json         their hashes and Merkle root: written before the first manifest is read
 //   leak.json             whether recordings give away by their form what they hide
 //   proof.json, proof.html
+//
+// A proof of one case (`prove --one`) has diagnosis/ and one.json in place of the last two lines.
 #pragma once
 
 #include <cstdint>
@@ -30,6 +32,9 @@ namespace ravencal::prove {
 /// stays valid.
 using Look = std::function<bool(double done, std::string_view what)>;
 
+/// Times the floor: where the largest class of sizes begins.
+inline constexpr double kLargestClass = 10.0;
+
 struct ProofOptions {
   std::filesystem::path out;
   int cases = 300;
@@ -44,6 +49,9 @@ struct ProofOptions {
   std::filesystem::path data;   ///< real recordings; empty: the synthetic track only
   std::filesystem::path house;  ///< folder with plants/ and profiles/ of the real recordings
   bool keep_recordings = false;
+  /// The only case (`cases` is 1, `data` empty) has one effect of the largest class of sizes; the
+  /// files of its diagnosis stay in diagnosis/.
+  bool one = false;
   Look look;
 };
 

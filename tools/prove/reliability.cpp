@@ -70,24 +70,4 @@ std::string reliability_text(const Json& reliability) {
   return text.empty() ? text : "probabilities of the names:\n" + text;
 }
 
-std::string reliability_html(const Json& reliability) {
-  if (reliability.empty()) return "";
-  std::string rows;
-  for (const Json& range : reliability) {
-    rows += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.1f} %</td><td "
-        "class=\"n\">{:.1f} "
-        "% <span class=\"quiet\">({:.0f} to {:.0f})</span></td></tr>",
-        range["world"].get<std::string>(), range_text(range), range["said"].get<int>(),
-        100.0 * range["mean_said"].get<double>(), 100.0 * range["share_there"].get<double>(),
-        100.0 * range["ci95"][0].get<double>(), 100.0 * range["ci95"][1].get<double>());
-  }
-  return "<h2>Do probabilities mean what they say?</h2><p>Names of physics by the probability that "
-         "the report gives them, and how many of those effects were hidden at that joint.</p><div "
-         "class=\"scroll\"><table><thead><tr><th>world</th><th>said "
-         "with</th><th>names</th><th>mean "
-         "said</th><th>there</th></tr></thead><tbody>" +
-         rows + "</tbody></table></div>";
-}
-
 }  // namespace ravencal::prove

@@ -18,7 +18,4 @@ nlohmann::ordered_json reliability_json(const std::vector<CaseScore>& scores);
 /// The same as lines for a terminal; empty where no report said a probability.
 std::string reliability_text(const nlohmann::ordered_json& reliability);
 
-/// The same as a section of the page.
-std::string reliability_html(const nlohmann::ordered_json& reliability);
-
 }  // namespace ravencal::prove

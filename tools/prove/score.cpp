@@ -4,27 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "prove/json_fields.hpp"
 #include "prove/statistics.hpp"
-#include "prove/workspace.hpp"
 
 namespace ravencal::prove {
 namespace {
 
 using Intervals = std::vector<std::pair<double, double>>;
-
-double number(const Json& json, const char* key, double fallback = 0.0) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_number() ? it->get<double>() : fallback;
-}
-std::string text(const Json& json, const char* key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_string() ? it->get<std::string>() : std::string();
-}
-const Json& list(const Json& json, const char* key) {
-  static const Json empty = Json::array();
-  const auto it = json.find(key);
-  return it != json.end() && it->is_array() ? *it : empty;
-}
 
 std::vector<Name> names_in(const Json& report) {
   const std::string kind = report.contains("verdict") ? text(report["verdict"], "kind") : "";
@@ -203,6 +189,11 @@ void score_names(const Json& subjects, CaseScore& score) {
   for (Name& name : score.names) {
     name.hidden = std::any_of(subjects.begin(), subjects.end(), [&](const Json& s) {
       return text(s, "id") == name.id && right_joint(s, name.joint);
+    });
+    const auto& others = name.ambiguous_with;
+    name.look_alike = std::any_of(subjects.begin(), subjects.end(), [&](const Json& s) {
+      return right_joint(s, name.joint) &&
+             std::find(others.begin(), others.end(), text(s, "id")) != others.end();
     });
   }
   for (const SubjectScore& s : score.subjects) right += s.named ? 1 : 0;

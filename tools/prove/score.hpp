@@ -20,6 +20,7 @@ struct Name {
   double gain = 0.0;                    ///< share of the squared held-out error that it takes
   std::optional<double> probability{};  ///< that the report gives it
   bool hidden = false;                  ///< it was there, at that joint
+  bool look_alike = false;              ///< what was there is among `ambiguous_with`
 };
 
 /// Result for one hidden effect.

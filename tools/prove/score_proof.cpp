@@ -1,12 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "prove/score_proof.hpp"
 
-#include "prove/proof_html.hpp"
 #include "prove/tally.hpp"
 #include "prove/workspace.hpp"
 #include "prove/worlds.hpp"
+#include "report/document.hpp"
+
+extern "C" {
+// Names of the assembler (ravencal_embed_script). NOLINTNEXTLINE(readability-identifier-naming)
+extern const char ravencal_prove_page[], ravencal_prove_page_end[];
+}
 
 namespace ravencal::prove {
+
+std::string proof_html(const Json& proof) {
+  return report::drawn_html("Blind proof of ravencal diagnose",
+                            proof.dump(-1, ' ', false, Json::error_handler_t::replace),
+                            "proof.json", {ravencal_prove_page, ravencal_prove_page_end});
+}
 
 core::Result<Json> score_proof(const ProofOptions& options,
                                const std::optional<LeakOptions>& leak_options) {

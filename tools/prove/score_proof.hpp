@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 
 #include "prove/leak.hpp"
 
@@ -12,5 +13,8 @@ namespace ravencal::prove {
 /// runs once, if it is asked for, and is kept. Errors: kData where anything differs from its seal.
 core::Result<nlohmann::ordered_json> score_proof(const ProofOptions& options,
                                                  const std::optional<LeakOptions>& leak);
+
+/// proof.html: one page that opens offline, drawn by page.js from proof.json, which it holds.
+std::string proof_html(const nlohmann::ordered_json& proof);
 
 }  // namespace ravencal::prove

@@ -2,6 +2,7 @@
 #include "prove/statistics.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 
 #include "prove/generator/random.hpp"
@@ -10,16 +11,6 @@ namespace ravencal::prove {
 namespace {
 
 using Intervals = std::vector<std::pair<double, double>>;
-
-/// P(X <= hits) for X binomial.
-double binomial_cdf(int hits, int of, double p) {
-  double sum = 0.0;
-  for (int k = 0; k <= hits; ++k) {
-    sum += std::exp(std::lgamma(of + 1.0) - std::lgamma(k + 1.0) - std::lgamma(of - k + 1.0) +
-                    k * std::log(p) + (of - k) * std::log1p(-p));
-  }
-  return sum;
-}
 
 Intervals merged(Intervals list) {
   std::sort(list.begin(), list.end());
@@ -53,12 +44,7 @@ std::pair<double, double> wilson(const Share& share) {
 
 double clopper_pearson_upper(const Share& share) {
   if (share.of == 0 || share.hits == share.of) return 1.0;
-  double low = 0.0, high = 1.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (binomial_cdf(share.hits, share.of, middle) > 0.025 ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return boost::math::binomial_distribution<>::find_upper_bound_on_p(share.of, share.hits, 0.025);
 }
 
 double median_of(std::vector<double> values) {

@@ -19,8 +19,8 @@ constexpr double kClear = 3.0;  // times the floor: from here on the targets cou
 constexpr std::array<std::pair<const char*, std::pair<double, double>>, 4> kSizes = {
     {{"below 1", {0.0, 1.0}},
      {"1 to 3", {1.0, kClear}},
-     {"3 to 10", {kClear, 10.0}},
-     {"10 and more", {10.0, 1e300}}}};
+     {"3 to 10", {kClear, kLargestClass}},
+     {"10 and more", {kLargestClass, 1e300}}}};
 
 Json json_of(const Share& share) {
   const auto [low, high] = wilson(share);

@@ -15,9 +15,7 @@ namespace ravencal::prove {
 /// {world: {"cases", "targets"}} of the synthetic cases, targets as tally() gives them.
 nlohmann::ordered_json worlds_json(const std::vector<CaseScore>& scores);
 
-/// The field `worlds` of proof.json as lines for a terminal and as a section of proof.html; empty
-/// where it is absent.
+/// The field `worlds` of proof.json as lines for a terminal; empty where it is absent.
 std::string worlds_text(const nlohmann::ordered_json& proof);
-std::string worlds_html(const nlohmann::ordered_json& proof);
 
 }  // namespace ravencal::prove

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "physics/random_source.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::physics {
 
@@ -15,12 +15,12 @@ class Wander {
   Wander(double deviation, double time_s) : deviation_(deviation), time_s_(time_s) {}
 
   /// Draws the state from the stationary distribution.
-  void restart(RandomSource& random) {
+  void restart(core::Random& random) {
     if (deviation_ > 0.0) value_ = deviation_ * random.normal();
   }
 
   /// Value `dt_s` later, with the exact transition of the process.
-  double step(double dt_s, RandomSource& random) {
+  double step(double dt_s, core::Random& random) {
     if (deviation_ <= 0.0) return 0.0;
     const double keep = std::exp(-dt_s / time_s_);
     value_ = keep * value_ + deviation_ * std::sqrt(1.0 - keep * keep) * random.normal();

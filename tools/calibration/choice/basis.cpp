@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::choice {
 namespace {
@@ -11,11 +11,11 @@ namespace {
 /// Spread of a unit's bias over that of its weighted sum: centres of the units cover the rows.
 constexpr double kBiasSpread = 2.0;
 
-/// In (0, 1): the middle of the interval that Random::unit() begins.
-double uniform(learn::Random& random) { return random.unit() + 0x1p-54; }
+/// In (0, 1): the middle of the interval that Random::uniform() begins.
+double uniform(core::Random& random) { return random.uniform() + 0x1p-54; }
 
 /// Box and Muller, 1958.
-double gaussian(learn::Random& random) {
+double gaussian(core::Random& random) {
   constexpr double kTwoPi = 6.283185307179586;
   const double radius = std::sqrt(-2.0 * std::log(uniform(random)));
   return radius * std::cos(kTwoPi * uniform(random));
@@ -24,7 +24,7 @@ double gaussian(learn::Random& random) {
 }  // namespace
 
 Basis draw(const BasisSpec& spec) {
-  learn::Random random(spec.seed);
+  core::Random random(spec.seed);
   const auto columns = static_cast<Eigen::Index>(spec.columns.size());
   const double per_input = spec.steepness / std::sqrt(static_cast<double>(columns));
   Basis basis{spec.columns, Eigen::MatrixXd(spec.units, columns), Eigen::VectorXd(spec.units)};

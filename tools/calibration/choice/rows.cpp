@@ -40,15 +40,16 @@ class Sessions {
   int next_ = 1;
 };
 
-core::Status every_output_has_rows(const Rows& rows, std::span<const model::OutputSpec> outputs) {
+core::Status every_output_has_rows(const learn::Dataset& data,
+                                   std::span<const model::OutputSpec> outputs) {
   for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const auto known = rows.errors.col(static_cast<Eigen::Index>(k)).array().isFinite().count();
+    const auto known = data.errors.col(static_cast<Eigen::Index>(k)).array().isFinite().count();
     if (known == 0) {
       return core::data_error(fmt::format(
           "joint {}: no row has its truth, its estimate and every input; of all rows {} lack the "
           "truth or the estimate, {} lack an input; `ravencal info` shows which channels are lost, "
           "--features and --joints leave them out",
-          outputs[k].joint, rows.without_truth, rows.without_input));
+          outputs[k].joint, data.rows_without_truth, data.rows_without_feature));
     }
     RAVENCAL_RETURN_IF_ERROR(
         learn::check_row_count(fmt::format("joint {}", outputs[k].joint), known, 0));
@@ -64,44 +65,33 @@ core::Result<Rows> make_rows(std::span<const model::FeatureSpec> features,
   Eigen::Index all = 0;
   for (const Recording* recording : recordings) all += recording->rows();
   const Eigen::Index stride = std::max<Eigen::Index>(1, (all + kMostRows - 1) / kMostRows);
+  RAVENCAL_ASSIGN_OR_RETURN(learn::Dataset data,
+                            learn::make_dataset(features, outputs, recordings, row_period_s,
+                                                {.stride = stride, .some_truth = true}));
+  RAVENCAL_RETURN_IF_ERROR(every_output_has_rows(data, outputs));
   Rows rows;
-  rows.inputs.resize(all / stride + static_cast<Eigen::Index>(recordings.size()),
-                     static_cast<Eigen::Index>(features.size()));
-  rows.errors.resize(rows.inputs.rows(), static_cast<Eigen::Index>(outputs.size()));
-  Eigen::Index kept = 0;
-  Sessions sessions;
+  rows.inputs = std::move(data.features);
+  rows.errors = std::move(data.errors);
+  rows.without_truth = data.rows_without_truth;
+  rows.without_input = data.rows_without_feature;
   rows.speeds.resizeLike(rows.errors);
   rows.efforts.resizeLike(rows.errors);
+  Sessions sessions;
+  std::size_t i = 0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd errors,
-                              learn::joint_errors(outputs, *recordings[r]));
-    RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix inputs,
-                              model::feature_matrix(features, *recordings[r], row_period_s));
     const Eigen::MatrixXd speeds = learn::joint_speeds(outputs, *recordings[r]);
     const Eigen::MatrixXd efforts = learn::joint_efforts(outputs, *recordings[r]);
     sessions.begin(*recordings[r]);
-    for (Eigen::Index row = 0; row < inputs.rows(); row += stride) {
-      if (!errors.row(row).array().isFinite().any()) {
-        ++rows.without_truth;
-      } else if (!inputs.row(row).allFinite()) {
-        ++rows.without_input;
-      } else {
-        rows.inputs.row(kept) = inputs.row(row);
-        rows.speeds.row(kept) = speeds.row(row).cwiseAbs();
-        rows.efforts.row(kept) = efforts.row(row).cwiseAbs();
-        rows.errors.row(kept++) = errors.row(row);
-        rows.recording.push_back(static_cast<int>(r));
-        const std::int64_t t_ns = recordings[r]->t_ns[static_cast<std::size_t>(row)];
-        rows.session.push_back(sessions.at(t_ns));
-        rows.own_session.push_back(sessions.own_at(t_ns));
-      }
+    for (; i < data.origins.size() && data.origins[i].recording == r; ++i) {
+      const Eigen::Index row = data.origins[i].row;
+      rows.speeds.row(static_cast<Eigen::Index>(i)) = speeds.row(row).cwiseAbs();
+      rows.efforts.row(static_cast<Eigen::Index>(i)) = efforts.row(row).cwiseAbs();
+      rows.recording.push_back(static_cast<int>(r));
+      const std::int64_t t_ns = recordings[r]->t_ns[static_cast<std::size_t>(row)];
+      rows.session.push_back(sessions.at(t_ns));
+      rows.own_session.push_back(sessions.own_at(t_ns));
     }
   }
-  rows.inputs.conservativeResize(kept, Eigen::NoChange);
-  rows.errors.conservativeResize(kept, Eigen::NoChange);
-  rows.speeds.conservativeResize(kept, Eigen::NoChange);
-  rows.efforts.conservativeResize(kept, Eigen::NoChange);
-  RAVENCAL_RETURN_IF_ERROR(every_output_has_rows(rows, outputs));
   return rows;
 }
 

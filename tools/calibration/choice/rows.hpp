@@ -32,8 +32,7 @@ struct Rows {
   std::size_t without_input = 0;  ///< left out: an input is lost
 };
 
-/// Rows of all recordings in order. Inputs are made from every row, also from those that are
-/// thinned out. Errors (kData): a channel is missing, or an output has no row.
+/// Rows of all recordings in order. Errors (kData): a channel is missing, or an output has no row.
 core::Result<Rows> make_rows(std::span<const model::FeatureSpec> features,
                              std::span<const model::OutputSpec> outputs,
                              std::span<const record::Recording* const> recordings,

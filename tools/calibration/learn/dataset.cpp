@@ -96,32 +96,35 @@ core::Result<std::vector<model::OutputSpec>> outputs_of(const Recording& recordi
 core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
                                    std::span<const model::OutputSpec> outputs,
                                    std::span<const Recording* const> recordings,
-                                   double row_period_s) {
+                                   double row_period_s, const RowChoice& choice) {
   Eigen::Index capacity = 0;
-  for (const Recording* recording : recordings) capacity += recording->rows();
+  for (const Recording* recording : recordings)
+    capacity += (recording->rows() + choice.stride - 1) / choice.stride;
   Dataset dataset;
   dataset.features.resize(capacity, static_cast<Eigen::Index>(features.size()));
   dataset.errors.resize(capacity, static_cast<Eigen::Index>(outputs.size()));
   Eigen::Index kept = 0;
-  for (const Recording* recording : recordings) {
-    RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd errors, joint_errors(outputs, *recording));
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd errors, joint_errors(outputs, *recordings[r]));
     RAVENCAL_ASSIGN_OR_RETURN(const model::FeatureMatrix inputs,
-                              model::feature_matrix(features, *recording, row_period_s));
-    for (Eigen::Index row = 0; row < recording->rows(); ++row) {
-      if (!errors.row(row).allFinite()) {
+                              model::feature_matrix(features, *recordings[r], row_period_s));
+    for (Eigen::Index row = 0; row < recordings[r]->rows(); row += choice.stride) {
+      const auto known = errors.row(row).array().isFinite();
+      if (!(choice.some_truth ? known.any() : known.all())) {
         ++dataset.rows_without_truth;
       } else if (!inputs.row(row).allFinite()) {
         ++dataset.rows_without_feature;
       } else {
         dataset.features.row(kept) = inputs.row(row);
         dataset.errors.row(kept) = errors.row(row);
+        dataset.origins.push_back({r, row});
         ++kept;
       }
     }
   }
   dataset.features.conservativeResize(kept, Eigen::NoChange);
   dataset.errors.conservativeResize(kept, Eigen::NoChange);
-  if (kept > 0) return dataset;
+  if (kept > 0 || choice.some_truth) return dataset;
   return core::data_error(fmt::format(
       "{}: no usable row is left of {}: {} lack the truth or the estimate of a joint, {} lack a "
       "feature; `ravencal info` shows which channels are lost, --features and --joints leave them "

@@ -17,12 +17,25 @@
 
 namespace ravencal::learn {
 
+/// Where a row comes from.
+struct RowOrigin {
+  std::size_t recording = 0;
+  Eigen::Index row = 0;
+};
+
 /// SI units throughout.
 struct Dataset {
   model::FeatureMatrix features;         ///< [rows x features], all finite
-  Eigen::MatrixXd errors;                ///< truth - estimate, [rows x outputs], all finite
+  Eigen::MatrixXd errors;                ///< truth - estimate, [rows x outputs]
+  std::vector<RowOrigin> origins;        ///< of each row
   std::size_t rows_without_truth = 0;    ///< left out: truth or estimate lost
   std::size_t rows_without_feature = 0;  ///< left out: truth known, but a feature lost
+};
+
+/// Which rows are usable, besides that every feature is known.
+struct RowChoice {
+  Eigen::Index stride = 1;  ///< of each recording, every so many-th row
+  bool some_truth = false;  ///< the error of one output is enough; those of others may be NaN
 };
 
 /// Names of the joints that have a channel of that role, for messages.
@@ -38,12 +51,14 @@ core::Result<std::vector<model::OutputSpec>> outputs_of(const record::Recording&
 core::Result<Eigen::MatrixXd> joint_errors(std::span<const model::OutputSpec> outputs,
                                            const record::Recording& recording);
 
-/// Usable rows of all recordings, in order. `row_period_s` is the unit of lags.
-/// Errors (kData): a channel is missing, or no row is left.
+/// Usable rows of all recordings, in order. `row_period_s` is the unit of lags. Features are made
+/// from every row, also from those that the stride leaves out.
+/// Errors (kData): a channel is missing, or no row is left; with `some_truth` the caller judges the
+/// rows of each output.
 core::Result<Dataset> make_dataset(std::span<const model::FeatureSpec> features,
                                    std::span<const model::OutputSpec> outputs,
                                    std::span<const record::Recording* const> recordings,
-                                   double row_period_s);
+                                   double row_period_s, const RowChoice& choice = {});
 
 /// What is trained on has at least so many rows: half a second of a recording at 100 Hz.
 inline constexpr Eigen::Index kFewestRows = 50;

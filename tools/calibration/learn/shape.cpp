@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::learn {
 namespace {
@@ -53,11 +53,12 @@ double Shape::training_flops_per_sample() const {
 
 std::vector<double> initial_parameters(const Shape& shape, std::uint64_t seed) {
   std::vector<double> parameters(static_cast<std::size_t>(shape.parameter_count()), 0.0);
-  Random random(seed);
+  core::Random random(seed);
   for (const LayerShape& layer : shape.layers()) {
     const double limit = std::sqrt(6.0 / static_cast<double>(layer.inputs + layer.outputs));
     for (std::ptrdiff_t i = 0; i < layer.inputs * layer.outputs; ++i) {
-      parameters[static_cast<std::size_t>(layer.weights + i)] = limit * (2.0 * random.unit() - 1.0);
+      parameters[static_cast<std::size_t>(layer.weights + i)] =
+          limit * (2.0 * random.uniform() - 1.0);
     }
   }
   return parameters;

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <thread>
 
+#include "core/random.hpp"
 #include "learn/aligned.hpp"
-#include "learn/random.hpp"
 #include "learn/thread_pool.hpp"
 
 namespace ravencal::learn {
@@ -122,7 +122,7 @@ struct Trainer<Scalar>::Impl {
       for (std::uint64_t k = 0; k < in; ++k) {
         if (settings.input_noise[k] == 0.0F) continue;
         const std::uint64_t key = step + (static_cast<std::uint64_t>(first) + i) * in + k;
-        const float noise = width * settings.input_noise[k] * (hashed_unit(key) - 0.5F);
+        const float noise = width * settings.input_noise[k] * (core::hashed_unit(key) - 0.5F);
         inputs[worker][i * in + k] += static_cast<Scalar>(noise);
       }
     }
@@ -184,7 +184,7 @@ struct Trainer<Scalar>::Impl {
   TrainerSettings settings;
   const Kernels<Scalar>& kernels;
   ThreadPool pool;
-  Random random;
+  core::Random random;
   AlignedVector<Scalar> parameters;
   AlignedVector<Scalar> first_moment;
   AlignedVector<Scalar> second_moment;

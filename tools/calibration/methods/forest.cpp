@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <span>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::methods {
 namespace {
@@ -38,7 +38,7 @@ class Forest::Grower {
   }
 
   std::vector<Node> grow(std::uint64_t seed) {
-    random_ = learn::Random(seed);
+    random_ = core::Random(seed);
     nodes_.clear();
     std::vector<std::int32_t> rows(static_cast<std::size_t>(targets_.cols()));
     for (auto& row : rows)
@@ -124,7 +124,7 @@ class Forest::Grower {
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic> bins_;  ///< [inputs x rows]
   std::vector<std::vector<double>> edges_;
   std::vector<Node> nodes_;
-  learn::Random random_{0};
+  core::Random random_{0};
 };
 
 Forest::Forest(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& targets,

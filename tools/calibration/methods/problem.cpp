@@ -76,21 +76,12 @@ core::Result<Series> make_series(const Problem& problem, const Recording& record
       const model::FeatureMatrix inputs,
       model::feature_matrix(problem.features, recording, problem.row_period_s));
   series.inputs = inputs.cast<double>();
-  const auto outputs = static_cast<Eigen::Index>(problem.outputs.size());
-  series.errors.resize(recording.rows(), outputs);
-  series.estimate.resize(recording.rows(), outputs);
-  series.effort.resize(recording.rows(), outputs);
-  for (Eigen::Index k = 0; k < outputs; ++k) {
+  RAVENCAL_ASSIGN_OR_RETURN(series.errors, learn::joint_errors(problem.outputs, recording));
+  series.estimate.resizeLike(series.errors);
+  series.effort.resizeLike(series.errors);
+  for (Eigen::Index k = 0; k < series.errors.cols(); ++k) {
     const model::OutputSpec& output = problem.outputs[static_cast<std::size_t>(k)];
-    const auto truth = recording.column(Role::kJointTruth, output.joint);
-    const auto estimate = recording.column(output.estimate_channel);
-    if (!truth || !estimate) {
-      return core::Error{core::ErrorCode::kData, recording.source + ": has no " +
-                                                     (truth ? "estimate" : "truth") + " of joint " +
-                                                     output.joint};
-    }
-    series.estimate.col(k) = recording.samples.col(*estimate);
-    series.errors.col(k) = recording.samples.col(*truth) - series.estimate.col(k);
+    series.estimate.col(k) = recording.samples.col(*recording.column(output.estimate_channel));
     series.effort.col(k) = effort_of(recording, output.joint);
   }
   series.t_s.resize(recording.rows());

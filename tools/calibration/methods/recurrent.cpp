@@ -9,8 +9,8 @@
 
 #include <cmath>
 
+#include "core/random.hpp"
 #include "learn/aligned.hpp"
-#include "learn/random.hpp"
 #include "methods/method.hpp"
 #include "methods/recurrent_kernels.hpp"
 #include "methods/scaled_model.hpp"
@@ -103,12 +103,12 @@ class Adam {
 LineMatrix initial(const RecurrentShape& s, std::uint64_t seed) {
   LineMatrix parameters(s.parameter_count(), 1);
   Eigen::Map<Eigen::ArrayXf> p = parameters.flat();
-  learn::Random random(seed);
+  core::Random random(seed);
   const auto draw = [&](int block, std::ptrdiff_t in, std::ptrdiff_t out) {
     const double limit = std::sqrt(6.0 / static_cast<double>(in + out));
     const std::ptrdiff_t end = s.offset(block) + s.size(block);
     for (std::ptrdiff_t i = s.offset(block); i < end; ++i)
-      p[i] = static_cast<float>(limit * (2.0 * random.unit() - 1.0));
+      p[i] = static_cast<float>(limit * (2.0 * random.uniform() - 1.0));
   };
   draw(0, s.inputs, s.units);
   draw(2, s.units, s.units);
@@ -253,7 +253,7 @@ core::Result<std::unique_ptr<Predictor>> train(Plan plan, const Problem& problem
   LineMatrix parameters = initial(plan.shape, plan.seed);
   LineMatrix gradient(plan.shape.parameter_count(), 1);
   Adam adam(plan.shape.parameter_count());
-  learn::Random random(plan.seed + 1);
+  core::Random random(plan.seed + 1);
   LineMatrix windows(plan.shape.inputs, plan.shape.window * batch);
   LineMatrix targets(plan.shape.outputs, batch);
   std::size_t next = order.size();

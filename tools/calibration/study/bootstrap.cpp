@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::study {
 
@@ -30,7 +30,7 @@ Resamples::Resamples(std::span<const std::size_t> blocks_per_recording, std::siz
     first_block_.push_back(total);
     total += blocks;
   }
-  learn::Random random(seed);
+  core::Random random(seed);
   for (std::size_t sample = 0; sample < kResamples; ++sample) {
     std::vector<std::uint16_t> weights(total, 0);
     for (std::size_t r = 0; r < blocks_per_recording.size(); ++r) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -34,7 +34,7 @@ std::vector<double> block_peaks(std::span<const Series> series,
 }
 
 Interval peak_interval(const std::vector<double>& peaks, std::uint64_t seed) {
-  learn::Random random(seed);
+  core::Random random(seed);
   std::vector<double> drawn;
   for (std::size_t i = 0; i < kResamples && !peaks.empty(); ++i) {
     double peak = 0.0;

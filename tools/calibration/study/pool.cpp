@@ -11,8 +11,8 @@
 #include <mutex>
 #include <thread>
 
+#include "core/random.hpp"
 #include "core/side_by_side.hpp"
-#include "learn/random.hpp"
 #include "learn/trainer.hpp"
 
 namespace ravencal::study {
@@ -108,9 +108,9 @@ double seconds_per_flop(const Plan& plan, std::uint32_t width) {
   const auto rows = kBatches * static_cast<std::ptrdiff_t>(settings.batch);
   samples.inputs.resize(width, rows);
   samples.targets.setZero(outputs, rows);
-  learn::Random random(1);
+  core::Random random(1);
   for (Eigen::Index i = 0; i < samples.inputs.size(); ++i) {
-    samples.inputs.data()[i] = static_cast<float>(random.unit());
+    samples.inputs.data()[i] = static_cast<float>(random.uniform());
   }
   learn::Trainer<float> trainer(shape, settings, learn::initial_parameters(shape, 1));
   trainer.run_epoch(samples);  // warm

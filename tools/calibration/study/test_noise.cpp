@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "learn/random.hpp"
+#include "core/random.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -69,12 +69,12 @@ std::vector<Eigen::Index> columns_of(const model::CalibrationModel& model,
 model::FeatureMatrix spoil(model::FeatureMatrix inputs, const model::CalibrationModel& model,
                            const std::vector<Eigen::Index>& columns, Noise noise,
                            std::uint64_t seed) {
-  learn::Random random(seed);
+  core::Random random(seed);
   const float factor = factor_of(noise);
   for (const Eigen::Index column : columns) {
     const Span span = span_of(model, column, noise);
     for (Eigen::Index row = 0; row < inputs.rows(); ++row) {
-      const double added = span.low + (span.high - span.low) * random.unit();
+      const double added = span.low + (span.high - span.low) * random.uniform();
       inputs(row, column) =
           static_cast<float>(static_cast<double>(factor * inputs(row, column)) + added);
     }

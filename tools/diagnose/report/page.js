@@ -9,7 +9,6 @@ const report = JSON.parse(document.getElementById("data").textContent);
 const in_words = (id) => id.replaceAll("_", " ");
 const place = ({ joint, stage }) => `${joint}, ${stage}`;
 const is_worse = ({ before, after }) => after > before;
-const note = (text) => element("p.note", text);
 const effects_of = (cause) => cause.effects.map((i) => report.effects[i]);
 
 // ------------------------------------------------------------------ the first screen

@@ -12,7 +12,7 @@
 #include "report/document.hpp"
 
 extern "C" {
-// Names of the assembler (page.S). NOLINTNEXTLINE(readability-identifier-naming)
+// Names of the assembler (ravencal_embed_script). NOLINTNEXTLINE(readability-identifier-naming)
 extern const char ravencal_diagnose_page[], ravencal_diagnose_page_end[];
 }
 

@@ -196,6 +196,13 @@ CaseDesign draw_case(int number, const CaseOptions& options) {
   return build(plan, number, options, random);
 }
 
+CaseDesign draw_gross_case(int number, const CaseOptions& options) {
+  Random random(options.seed, fmt::format("gross case {}", number));
+  const auto all = vocabulary_kinds();
+  const Plan plan{CaseKind::kSingle, {&all[random.below(all.size())]}, {kGross}};
+  return build(plan, number, options, random);
+}
+
 CaseDesign draw_case_with(const SubjectKind& kind, double over_floor, int number,
                           const CaseOptions& options) {
   Plan plan{over_floor > 0.0 ? CaseKind::kSingle : CaseKind::kControl, {&kind}, {over_floor}};

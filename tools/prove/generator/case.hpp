@@ -48,6 +48,9 @@ struct CaseDesign {
 };
 
 CaseDesign draw_case(int number, const CaseOptions& options);
+/// One effect of the vocabulary, each as likely, of the largest size that cases have. Another
+/// `number` is another draw of the seed.
+CaseDesign draw_gross_case(int number, const CaseOptions& options);
 /// The same case with its subjects replaced by `kind`, `rms` over the floor (leak test, tests).
 CaseDesign draw_case_with(const SubjectKind& kind, double over_floor, int number,
                           const CaseOptions& options);

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/joint_layout.hpp"
+#include "core/random.hpp"
 #include "core/version.hpp"
-#include "physics/random_source.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
 #include "record/recording_writer.hpp"
@@ -80,7 +80,7 @@ Vector3d blend(const Vector3d& from, const Vector3d& to, double share) {
 /// Clock of a machine that was switched on before the robot's clock began, with another crystal;
 /// offset and drift are of usual size.
 EncoderClock clock_of(std::uint64_t seed) {
-  physics::RandomSource random(seed * 2 + 1);
+  core::Random random(seed * 2 + 1);
   EncoderClock clock;
   clock.offset_ns = std::llround(random.uniform(1e13, 2e13));
   clock.drift_ppm = random.uniform(-50.0, 50.0);

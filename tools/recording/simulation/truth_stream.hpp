@@ -11,8 +11,8 @@
 #include <optional>
 #include <span>
 
+#include "core/random.hpp"
 #include "physics/plant.hpp"
-#include "physics/random_source.hpp"
 
 namespace ravencal::simulation {
 
@@ -36,7 +36,7 @@ class TruthStream {
   };
 
   physics::Logger logger_;
-  physics::RandomSource random_;
+  core::Random random_;
   double next_reading_s_;
   std::deque<Reading> readings_;
 };

@@ -7,13 +7,13 @@
 #include <numbers>
 
 #include "core/constants.hpp"
-#include "physics/random_source.hpp"
+#include "core/random.hpp"
 #include "trajectory/trajectory.hpp"
 
 namespace ravencal::trajectory {
 namespace {
 
-using physics::RandomSource;
+using core::Random;
 
 constexpr double kLongestS = 24.0 * 3600.0;
 constexpr double kLeastPace = 0.1, kMostPace = 10.0;
@@ -37,13 +37,13 @@ constexpr double kRampLoops = 1200.0;  // the script's ramp after a turning poin
 /// One joint of the authors' script: runs to its target, then takes the opposite one.
 class Bouncer {
  public:
-  Bouncer(const Band& band, RandomSource& random)
+  Bouncer(const Band& band, Random& random)
       : band_(band), position_(random.uniform(band.low_from, band.high_to)) {
     upward_ = random.uniform() < 0.5;
     take_target(random);
   }
 
-  double step(RandomSource& random) {
+  double step(Random& random) {
     const double distance = target_ - position_;
     if ((upward_ && distance <= kTolerance) || (!upward_ && distance >= -kTolerance)) {
       upward_ = !upward_;
@@ -60,7 +60,7 @@ class Bouncer {
  private:
   static constexpr double kTolerance = 1e-9;
 
-  void take_target(RandomSource& random) {
+  void take_target(Random& random) {
     target_ = upward_ ? random.uniform(band_.high_from, band_.high_to)
                       : random.uniform(band_.low_from, band_.low_to);
     speed_ = random.uniform(band_.speed_from, band_.speed_to);
@@ -78,7 +78,7 @@ class Bouncer {
 /// One joint of the paper's wording: half cosines; each cycle's ends and mean speed are random.
 class CosineWalker {
  public:
-  CosineWalker(const Band& band, RandomSource& random) : band_(band) {
+  CosineWalker(const Band& band, Random& random) : band_(band) {
     upward_ = random.uniform() < 0.5;
     to_ = upward_ ? random.uniform(band.low_from, band.low_to)
                   : random.uniform(band.high_from, band.high_to);
@@ -86,7 +86,7 @@ class CosineWalker {
     phase_s_ = random.uniform() * duration_s_;
   }
 
-  double step(double dt_s, RandomSource& random) {
+  double step(double dt_s, Random& random) {
     phase_s_ += dt_s;
     if (phase_s_ >= duration_s_) {
       phase_s_ -= duration_s_;
@@ -98,7 +98,7 @@ class CosineWalker {
   }
 
  private:
-  void take_target(RandomSource& random) {
+  void take_target(Random& random) {
     from_ = to_;
     to_ = upward_ ? random.uniform(band_.high_from, band_.high_to)
                   : random.uniform(band_.low_from, band_.low_to);
@@ -123,7 +123,7 @@ Band at_pace(Band band, double pace) {
 }
 
 std::vector<double> run_joint(const Band& band, const RandomOptions& options, std::size_t count,
-                              RandomSource& random) {
+                              Random& random) {
   constexpr int kLoopsPerSample = kScriptRateHz / static_cast<int>(kSampleRateHz);
   std::vector<double> positions(count);
   if (options.mode == RandomMode::kPaper) {
@@ -156,7 +156,7 @@ core::Result<Trajectory> make_random(const RandomOptions& options) {
   for (std::size_t i = 0; i < count; ++i)
     trajectory.t_s[i] = static_cast<double>(i) / kSampleRateHz;
   for (std::size_t joint = 0; joint < 3; ++joint) {
-    RandomSource random(options.seed * 3 + joint);
+    Random random(options.seed * 3 + joint);
     const std::vector<double> positions =
         run_joint(at_pace(kBands[joint], options.pace), options, count, random);
     for (std::size_t i = 0; i < count; ++i) {

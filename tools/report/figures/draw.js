@@ -137,7 +137,8 @@ function reductions() {
 }
 
 function diagnosed() {
-  const { hidden, held_out } = JSON.parse(read("revealed.json"));
+  const { hidden, held_out } = JSON.parse(read("one/one.json"));
+  if (!held_out) throw new Error("one.json has no held-out error; take another seed");
   const factor = { rad: 180 / Math.PI, m: 1e3 }[held_out.unit] ?? 1;
   const unit = { rad: "°", m: "mm" }[held_out.unit] ?? held_out.unit.replaceAll("_", " ");
   const row = { name: hidden.joint, unit, before: held_out.before * factor, after: held_out.after * factor };

@@ -26,6 +26,7 @@ function table(header, rows, kind = "table.words") {
   return element(kind, header.length ? element("thead", head) : "", body);
 }
 
+const note = (...text) => element("p.note", ...text);
 const row_header = (text) => Object.assign(element("th", text), { scope: "row" });
 const folded = (title, ...content) => (content.some(Boolean) ? element("details", element("summary", title), content) : "");
 const lines = (items) => items.flatMap((item, i) => (i ? [element("br"), item] : [item]));
