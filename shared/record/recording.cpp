@@ -33,4 +33,11 @@ std::vector<std::string> Recording::calibratable_joints() const {
   return joints;
 }
 
+std::vector<const Recording*> pointers_to(const std::vector<Recording>& recordings) {
+  std::vector<const Recording*> pointers;
+  pointers.reserve(recordings.size());
+  for (const Recording& recording : recordings) pointers.push_back(&recording);
+  return pointers;
+}
+
 }  // namespace ravencal::record

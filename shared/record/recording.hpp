@@ -45,4 +45,6 @@ struct Recording {
   [[nodiscard]] std::vector<std::string> calibratable_joints() const;
 };
 
+std::vector<const Recording*> pointers_to(const std::vector<Recording>& recordings);
+
 }  // namespace ravencal::record

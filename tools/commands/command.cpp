@@ -12,7 +12,6 @@
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "core/outputs.hpp"
-#include "exchange/load.hpp"
 
 namespace ravencal::commands {
 
@@ -109,29 +108,11 @@ std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange
               ->check(cli::positive())};
 }
 
-core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
-                                                             const record::LoadOptions& load) {
-  std::vector<record::Recording> recordings;
-  for (const std::string& path : paths) {
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, exchange::load_recording(path, load));
-    recordings.push_back(std::move(recording));
-  }
-  return recordings;
-}
-
 bool is_among(const std::string& path, const std::vector<std::string>& others) {
   return std::any_of(others.begin(), others.end(), [&](const std::string& other) {
     std::error_code unknown;
     return std::filesystem::equivalent(path, other, unknown);
   });
-}
-
-std::vector<const record::Recording*> pointers_to(
-    const std::vector<record::Recording>& recordings) {
-  std::vector<const record::Recording*> result;
-  result.reserve(recordings.size());
-  for (const record::Recording& recording : recordings) result.push_back(&recording);
-  return result;
 }
 
 }  // namespace ravencal::commands

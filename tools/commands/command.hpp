@@ -33,13 +33,7 @@ std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOption
 /// --from-s and --to-s of every recording that the command reads.
 std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range);
 
-/// Reads them all; the error is that of the first that cannot be read.
-core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
-                                                             const record::LoadOptions& load);
-
 /// True if that file is among them, by whatever path.
 bool is_among(const std::string& path, const std::vector<std::string>& others);
-
-std::vector<const record::Recording*> pointers_to(const std::vector<record::Recording>& recordings);
 
 }  // namespace ravencal::commands

@@ -16,6 +16,7 @@
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
 #include "core/version.hpp"
+#include "exchange/load.hpp"
 #include "host/loop.hpp"
 #include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
@@ -145,14 +146,14 @@ core::Status run(CompareArguments a) {
   std::vector<std::vector<record::Recording>> kept;  // owns what `data` points to
   kept.reserve(1 + a.sets.size());
   study::CompareData data;
-  RAVENCAL_ASSIGN_OR_RETURN(auto train, load_recordings(a.train, a.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto train, exchange::load_recordings(a.train, a.load));
   kept.push_back(std::move(train));
   data.train = pointers_to(kept.back());
   record::LoadOptions test_load = a.load;
   if (!a.test_profile.empty()) test_load.profile = a.test_profile;
   for (const auto& [name, paths] : a.sets) {
     if (paths.empty()) continue;
-    RAVENCAL_ASSIGN_OR_RETURN(auto recordings, load_recordings(paths, test_load));
+    RAVENCAL_ASSIGN_OR_RETURN(auto recordings, exchange::load_recordings(paths, test_load));
     kept.push_back(std::move(recordings));
     data.sets[name] = pointers_to(kept.back());
   }

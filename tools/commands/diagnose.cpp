@@ -20,6 +20,7 @@
 #include "diagnose/report/improved_robot.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
+#include "exchange/load.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -45,7 +46,7 @@ core::Result<std::vector<record::Recording>> load_all(const std::vector<std::str
                                                       const std::string& other_profile) {
   if (!other_profile.empty()) load.profile = other_profile;
   load.keep = diagnose::looks_at;
-  return load_recordings(paths, load);
+  return exchange::load_recordings(paths, load);
 }
 
 void print_summary(const diagnose::Report& report, const std::string& out) {

@@ -12,6 +12,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
+#include "exchange/load.hpp"
 #include "host/replay.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/expectation.hpp"
@@ -64,7 +65,7 @@ std::string json_of(const learn::Evaluation& evaluation,
 core::Status run(const EvaluateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
-                            load_recordings(arguments.recordings, arguments.load));
+                            exchange::load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
                             learn::evaluate(model, pointers_to(recordings)));
   for (const std::string& warning : learn::warnings_of(evaluation, model, pointers_to(recordings)))

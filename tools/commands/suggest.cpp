@@ -16,13 +16,13 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
-#include "commands/experiment.hpp"
-#include "commands/experiment_motion.hpp"
 #include "core/constants.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
 #include "exchange/load.hpp"
+#include "experiment/motion.hpp"
+#include "experiment/power.hpp"
 #include "simulation/session.hpp"
 
 namespace ravencal::commands {
@@ -96,7 +96,7 @@ core::Result<Diagnosis> read_report(const SuggestArguments& arguments) {
 
 struct Entry {
   diagnose::Suggestion suggestion;
-  std::optional<PredictedPower> power{};
+  std::optional<experiment::PredictedPower> power{};
   double bits = 0.0;                ///< expected of `power`; 0 without
   trajectory::Trajectory motion{};  ///< empty where it has none of its own
   fs::path file{};                  ///< of the motion, where one was asked for
@@ -125,19 +125,22 @@ core::Status write_motions(const SuggestArguments& arguments, std::vector<Entry>
 }
 
 /// Of the effect that the suggestion asks for, before the recording.
-double prior_of(const std::vector<Believed>& believed, const diagnose::Suggestion& s) {
-  const auto same = std::find_if(believed.begin(), believed.end(), [&](const Believed& b) {
-    return b.id == s.ids.front() && b.joint == s.joint;
-  });
-  return same == believed.end() ? 0.5 : same->probability;
+double prior_of(const std::vector<experiment::ReportedEffect>& reported,
+                const diagnose::Suggestion& s) {
+  const auto same =
+      std::find_if(reported.begin(), reported.end(), [&](const experiment::ReportedEffect& b) {
+        return b.id == s.ids.front() && b.joint == s.joint;
+      });
+  return same == reported.end() ? 0.5 : same->probability;
 }
 
 core::Status try_some(const SuggestArguments& arguments, const Diagnosis& diagnosis,
                       std::vector<Entry>& entries) {
-  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<Believed> believed,
-                            believed_in(diagnosis.report, arguments.source));
-  const Trial trial{*diagnosis.nominal,    *diagnosis.improved, believed,
-                    arguments.repetitions, arguments.seed,      [] { return !cli::interrupted(); }};
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<experiment::ReportedEffect> reported,
+                            experiment::reported_effects(diagnosis.report, arguments.source));
+  const experiment::Trial trial{*diagnosis.nominal, *diagnosis.improved,
+                                reported,           arguments.repetitions,
+                                arguments.seed,     [] { return !cli::interrupted(); }};
   cli::Progress progress("predict");
   int tried = 0;
   for (Entry& entry : entries) {
@@ -145,8 +148,8 @@ core::Status try_some(const SuggestArguments& arguments, const Diagnosis& diagno
     if (tried == arguments.tried) break;
     if (entry.motion.t_s.empty() || !simulation::simulation_runs(*diagnosis.nominal)) continue;
     progress.update(static_cast<double>(tried) / arguments.tried, s.experiment);
-    RAVENCAL_ASSIGN_OR_RETURN(entry.power, predict_power(s, entry.motion, trial));
-    if (entry.power->with_effect) entry.bits = entry.power->information_bits(prior_of(believed, s));
+    RAVENCAL_ASSIGN_OR_RETURN(entry.power, experiment::predict_power(s, entry.motion, trial));
+    if (entry.power->with_effect) entry.bits = entry.power->information_bits(prior_of(reported, s));
     ++tried;
   }
   return {};
@@ -161,14 +164,14 @@ core::Result<Advice> advice_of(const SuggestArguments& arguments, const Diagnosi
     advice.without_trajectories = "the plant is not known; give it by --plant";
     return advice;
   }
-  const auto bounds = bounds_of(advice.explored, *diagnosis.nominal);
+  const auto bounds = experiment::bounds_of(advice.explored, *diagnosis.nominal);
   if (!bounds.ok()) {
     advice.without_trajectories = bounds.error().message;
     return advice;
   }
   for (Entry& e : advice.entries) {
     if (e.suggestion.motion == diagnose::Exercise::kNone) continue;
-    RAVENCAL_ASSIGN_OR_RETURN(e.motion, motion_of(e.suggestion.motion, *bounds));
+    RAVENCAL_ASSIGN_OR_RETURN(e.motion, experiment::motion_of(e.suggestion.motion, *bounds));
     e.suggestion.minutes = e.motion.duration_s() / 60.0;
   }
   if (diagnosis.improved) RAVENCAL_RETURN_IF_ERROR(try_some(arguments, diagnosis, advice.entries));
@@ -177,7 +180,7 @@ core::Result<Advice> advice_of(const SuggestArguments& arguments, const Diagnosi
 }
 
 void print_power(const Entry& entry) {
-  const PredictedPower& p = *entry.power;
+  const experiment::PredictedPower& p = *entry.power;
   if (p.with_effect) {
     fmt::print(
         "   on the twin: told apart in {} of {} such recordings; named although absent in {} of "

@@ -17,22 +17,23 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
-#include "commands/loop_margins.hpp"
 #include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
 #include "commands/session_option.hpp"
-#include "commands/simulated_motion.hpp"
+#include "exchange/load.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/distinct.hpp"
 #include "learn/ensemble.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/expectation.hpp"
 #include "learn/onnx_file.hpp"
+#include "loop/margins.hpp"
 #include "model/feature_matrix.hpp"
 #include "model/loop_text.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
+#include "simulation/workspace.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -143,7 +144,7 @@ core::Result<std::vector<record::Recording>> simulated(const std::string& plant_
         plant_file));
   }
   cli::Progress progress("simulate");
-  return simulated_over_workspace(plant, row_period_s, [&](double done) {
+  return simulation::simulated_over_workspace(plant, row_period_s, [&](double done) {
     progress.update(done, plant_file);
     return !cli::interrupted();
   });
@@ -242,8 +243,10 @@ core::Status write_model(Trained& trained, const std::string& out) {
 core::Status run(TrainArguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(complete(arguments));
   RAVENCAL_RETURN_IF_ERROR(learn::check_distinct(arguments.recordings, arguments.validation));
-  RAVENCAL_ASSIGN_OR_RETURN(auto training, load_recordings(arguments.recordings, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(auto held_out, load_recordings(arguments.validation, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto training,
+                            exchange::load_recordings(arguments.recordings, arguments.load));
+  RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
+                            exchange::load_recordings(arguments.validation, arguments.load));
   cli::catch_interrupts_of_work();
   RAVENCAL_ASSIGN_OR_RETURN(Trained trained, arguments.method == kNetwork
                                                  ? train_network(arguments, training, held_out)
@@ -251,7 +254,9 @@ core::Status run(TrainArguments arguments) {
   print_warnings(trained.warnings);
   std::optional<loop::Margins> margins;
   if (!arguments.plant.empty()) {
-    RAVENCAL_ASSIGN_OR_RETURN(margins, margins_with(arguments.plant, trained.model, training));
+    RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
+    RAVENCAL_ASSIGN_OR_RETURN(margins,
+                              loop::margins_with(plant, trained.model, pointers_to(training)));
   }
   RAVENCAL_RETURN_IF_ERROR(write_model(trained, arguments.out));
   const auto& shown = held_out.empty() ? training : held_out;

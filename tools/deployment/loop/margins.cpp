@@ -212,6 +212,17 @@ std::string describe(const Worst& worst, std::string_view what, double value, st
   return text + "\n";
 }
 
+/// Of the plant's controller, else of the model's.
+ServoOptions servo_options(const physics::Plant& plant, const model::CalibrationModel& model) {
+  const physics::ControllerBranch* branch = &plant.robot.controller;
+  if (branch->name.empty()) branch = physics::find_controller_branch(model.origin.controller);
+  ServoOptions options;
+  if (branch == nullptr) return options;
+  options.coupled_joint_velocity = branch->couples_velocities;
+  options.encoder_age_cycles = branch->reads_encoders_before_sleep ? 1 : 0;
+  return options;
+}
+
 }  // namespace
 
 core::Result<OperatingPoints> operating_points(
@@ -278,6 +289,20 @@ Margins margins(const model::CalibrationModel& model, const OperatingPoints& poi
     }
   }
   return worst;
+}
+
+core::Result<Margins> margins_with(const physics::Plant& plant,
+                                   const model::CalibrationModel& model,
+                                   std::span<const record::Recording* const> recordings) {
+  const auto arm = model::arm_from(plant.robot.arm).value_or(model::Arm::kUnknown);
+  if (arm != model::Arm::kUnknown && model.origin.arm != model::Arm::kUnknown &&
+      arm != model.origin.arm) {
+    return core::data_error(fmt::format("{}: is of the {} arm, but the model of the {} arm",
+                                        plant.source, name_of(arm), name_of(model.origin.arm)));
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(ServoLoop servo, ServoLoop::create(plant, servo_options(plant, model)));
+  RAVENCAL_ASSIGN_OR_RETURN(const OperatingPoints points, operating_points(model, recordings));
+  return margins(model, points, servo);
 }
 
 std::string describe(const Margins& margins) {

@@ -31,6 +31,7 @@
 #include "loop/servo_loop.hpp"
 #include "model/calibration_model.hpp"
 #include "model/feature_matrix.hpp"
+#include "physics/plant.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::loop {
@@ -76,6 +77,14 @@ struct Margins {
 /// Smallest margins over the points. Outputs that are not of joints 1 to 3 are left aside.
 Margins margins(const model::CalibrationModel& model, const OperatingPoints& points,
                 ServoLoop& servo);
+
+/// Smallest margins over rows of these recordings, with the plant's servo: of its own controller,
+/// else of that in which the model's recordings were made; without either, encoder values as old as
+/// both branches have them. Errors (kData): the plant lacks a servo or cable; its arm is not the
+/// model's; a recording lacks channels.
+core::Result<Margins> margins_with(const physics::Plant& plant,
+                                   const model::CalibrationModel& model,
+                                   std::span<const record::Recording* const> recordings);
 
 /// Two lines: both margins with frequency and row.
 std::string describe(const Margins& margins);

@@ -74,4 +74,14 @@ core::Result<record::Recording> load_recording(const std::filesystem::path& path
   return record::profile_for(path, options).error();
 }
 
+core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
+                                                             const record::LoadOptions& options) {
+  std::vector<record::Recording> recordings;
+  for (const std::string& path : paths) {
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, load_recording(path, options));
+    recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
 }  // namespace ravencal::exchange

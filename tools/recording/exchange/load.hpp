@@ -5,6 +5,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "record/load.hpp"
@@ -17,6 +19,10 @@ namespace ravencal::exchange {
 /// file, column, row and value.
 core::Result<record::Recording> load_recording(const std::filesystem::path& path,
                                                const record::LoadOptions& options);
+
+/// Reads them all; the error is that of the first that cannot be read.
+core::Result<std::vector<record::Recording>> load_recordings(const std::vector<std::string>& paths,
+                                                             const record::LoadOptions& options);
 
 /// The same; none if the file is a table and nothing says which column is which channel.
 core::Result<std::optional<record::Recording>> load_if_described(

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//
-// The loop that a model closes through its inputs: gains, margins, and what is refused.
+#include "conversion/bound_loop.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "commands/command.hpp"
-#include "commands/convert.hpp"
+#include "exchange/load.hpp"
 #include "loop/margins.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 
-namespace ravencal::commands::convert {
+namespace ravencal::conversion {
 namespace {
 
 /// Up to six inputs that answer, for a message.
@@ -40,7 +39,7 @@ core::Result<model::LoopGains> gains_at(const std::vector<record::Recording>& re
   return model::loop_gains(model, rows);
 }
 
-core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
+core::Status set_gains(const Request& request, const Outcome& outcome,
                        model::CalibrationModel& model) {
   if (!outcome.calibrate.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_at(outcome.calibrate, model));
@@ -51,12 +50,12 @@ core::Status set_gains(const Arguments& arguments, const Outcome& outcome,
     model.loop_gains = model::loop_gains(model, {});
     return {};
   }
-  if (arguments.unbounded_loop) return {};
+  if (request.unbounded_loop) return {};
   return core::usage_error(fmt::format(
       "{}: the inputs {} answer to the motor command and close a loop through the correction. Its "
       "gains are unknown: give recordings of the training with --calibrate, train "
       "anew, or write the weights all the same with --unbounded-loop",
-      arguments.model, names_of_answering(model)));
+      request.model, names_of_answering(model)));
 }
 
 }  // namespace
@@ -70,31 +69,33 @@ void append_whole_rows(const model::FeatureMatrix& more, model::FeatureMatrix& r
   rows.conservativeResize(kept, Eigen::NoChange);
 }
 
-core::Status bound_loop(const Arguments& arguments, Outcome& outcome) {
+core::Status bound_loop(const Request& request, Outcome& outcome) {
   model::CalibrationModel& model = outcome.compacted.model;
   RAVENCAL_RETURN_IF_ERROR(set_gains(arguments, outcome, model));
-  if (arguments.unbounded_loop) {
+  if (request.unbounded_loop) {
     model.provenance["loop"] = "accepted without a bound (convert --unbounded-loop)";
   }
-  if (arguments.plant.empty()) return {};
+  if (request.plant.empty()) return {};
   std::vector<record::Recording> shown;
   if (outcome.calibrate.empty()) {
-    if (arguments.check.empty()) {
+    if (request.check.empty()) {
       return core::usage_error(
           "--plant: margins are computed at rows of recordings; give some with "
           "--calibrate or --check");
     }
-    RAVENCAL_ASSIGN_OR_RETURN(shown, load_recordings({arguments.check}, arguments.load));
+    RAVENCAL_ASSIGN_OR_RETURN(shown, exchange::load_recordings({request.check}, request.load));
   }
   const auto& recordings = outcome.calibrate.empty() ? shown : outcome.calibrate;
-  RAVENCAL_ASSIGN_OR_RETURN(outcome.margins, margins_with(arguments.plant, model, recordings));
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(request.plant));
+  RAVENCAL_ASSIGN_OR_RETURN(outcome.margins,
+                            loop::margins_with(plant, model, pointers_to(recordings)));
   if (!model.loop_gains) {
     RAVENCAL_ASSIGN_OR_RETURN(model.loop_gains, gains_at(recordings, model));
   }
   model.loop_gains->margins = {outcome.margins->gain.value, outcome.margins->phase_rad.value};
-  outcome.is_unstable = !outcome.margins->enough() && !arguments.unbounded_loop;
+  outcome.is_unstable = !outcome.margins->enough() && !request.unbounded_loop;
   outcome.accepted = outcome.accepted && !outcome.is_unstable;
   return {};
 }
 
-}  // namespace ravencal::commands::convert
+}  // namespace ravencal::conversion

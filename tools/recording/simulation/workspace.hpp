@@ -11,12 +11,12 @@
 #include "record/recording.hpp"
 #include "simulation/session.hpp"
 
-namespace ravencal::commands {
+namespace ravencal::simulation {
 
 /// One recording per load (0, 250, 500 g at the tool carriage), random motion, rows `row_period_s`
 /// apart, one session without re-homing. Errors: stopped by `progress` (kUsage), or those of the
 /// twin.
 core::Result<std::vector<record::Recording>> simulated_over_workspace(
-    const physics::Plant& plant, double row_period_s, const simulation::ProgressFunction& progress);
+    const physics::Plant& plant, double row_period_s, const ProgressFunction& progress);
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::simulation

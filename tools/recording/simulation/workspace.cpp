@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/simulated_motion.hpp"
+#include "simulation/workspace.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "record/load.hpp"
 #include "trajectory/trajectory.hpp"
 
-namespace ravencal::commands {
+namespace ravencal::simulation {
 namespace {
 
 constexpr std::array kLoads_kg = {0.0, 0.25, 0.5};
@@ -23,8 +23,7 @@ constexpr double kRows = 20000.0;
 }  // namespace
 
 core::Result<std::vector<record::Recording>> simulated_over_workspace(
-    const physics::Plant& plant, double row_period_s,
-    const simulation::ProgressFunction& progress) {
+    const physics::Plant& plant, double row_period_s, const ProgressFunction& progress) {
   RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
   std::vector<record::Recording> recordings;
   for (std::size_t n = 0; n < kLoads_kg.size(); ++n) {
@@ -34,12 +33,12 @@ core::Result<std::vector<record::Recording>> simulated_over_workspace(
     RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory wanted, trajectory::make_random(motion));
     physics::Plant loaded = plant;
     loaded.payload.mass_kg += kLoads_kg[n];
-    simulation::SessionOptions session;
+    SessionOptions session;
     session.seed = 3001 + n;
     session.homing_seed = 3001;
     session.rate_hz = 1.0 / row_period_s;
     const std::filesystem::path file = folder.path() / fmt::format("load{}.db", n);
-    const auto summary = simulation::record_session(loaded, wanted, file, session, [&](double s) {
+    const auto summary = record_session(loaded, wanted, file, session, [&](double s) {
       return progress((static_cast<double>(n) + s) / kLoads_kg.size());
     });
     auto recording = summary.ok() ? record::load_recording(file, {})
@@ -53,4 +52,4 @@ core::Result<std::vector<record::Recording>> simulated_over_workspace(
   return recordings;
 }
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::simulation

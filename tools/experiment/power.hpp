@@ -13,7 +13,7 @@
 #include "physics/plant.hpp"
 #include "trajectory/trajectory.hpp"
 
-namespace ravencal::commands {
+namespace ravencal::experiment {
 
 struct PredictedPower {
   int repetitions = 0;
@@ -29,19 +29,19 @@ struct PredictedPower {
 };
 
 /// An effect as the report knows it, to be drawn within what is not known of it.
-struct Believed {
+struct ReportedEffect {
   std::string id, joint;
   double probability = 1.0;
   std::vector<diagnose::NamedParameter> parameters;
 };
 /// Errors: not such a report (kData).
-core::Result<std::vector<Believed>> believed_in(const std::string& report_json,
-                                                const std::string& source);
+core::Result<std::vector<ReportedEffect>> reported_effects(const std::string& report_json,
+                                                           const std::string& source);
 
 struct Trial {
   const physics::Plant& nominal;   ///< that was diagnosed
   const physics::Plant& improved;  ///< with what was found
-  const std::vector<Believed>& believed;
+  const std::vector<ReportedEffect>& reported;
   int repetitions = 3;
   std::uint64_t seed = 1;
   std::function<bool()> look;  ///< false stops
@@ -54,4 +54,4 @@ core::Result<PredictedPower> predict_power(const diagnose::Suggestion& suggestio
                                            const trajectory::Trajectory& motion,
                                            const Trial& trial);
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::experiment

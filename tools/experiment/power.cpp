@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/experiment.hpp"
+#include "experiment/power.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 
-namespace ravencal::commands {
+namespace ravencal::experiment {
 namespace {
 
 using diagnose::Suggestion;
@@ -52,10 +52,10 @@ core::Result<diagnose::Report> tried(const trajectory::Trajectory& motion, bool 
 }
 
 /// The plant with what was found moved within its intervals; a size keeps its sign.
-physics::Plant drawn(physics::Plant plant, const std::vector<Believed>& believed,
+physics::Plant drawn(physics::Plant plant, const std::vector<ReportedEffect>& reported,
                      std::uint64_t seed) {
   core::Random random(seed);
-  for (const Believed& b : believed) {
+  for (const ReportedEffect& b : reported) {
     for (physics::Joint& joint : plant.joints) {
       for (physics::Effect& effect : joint.effects) {
         if (joint.name != b.joint || effect.id != b.id) continue;
@@ -102,12 +102,12 @@ double PredictedPower::information_bits(double prior) const {
          (1.0 - prior) * entropy(absent);
 }
 
-core::Result<std::vector<Believed>> believed_in(const std::string& report_json,
-                                                const std::string& source) {
+core::Result<std::vector<ReportedEffect>> reported_effects(const std::string& report_json,
+                                                           const std::string& source) {
   try {
-    std::vector<Believed> out;
+    std::vector<ReportedEffect> out;
     for (const auto& effect : nlohmann::json::parse(report_json).at("effects")) {
-      Believed b{effect.at("id"), effect.at("joint"), effect.value("probability", 1.0), {}};
+      ReportedEffect b{effect.at("id"), effect.at("joint"), effect.value("probability", 1.0), {}};
       for (const auto& p : effect.at("parameters"))
         b.parameters.push_back({p.at("name"), p.at("value"), p.at("unit"), p.at("ci95")});
       out.push_back(std::move(b));
@@ -129,7 +129,7 @@ core::Result<PredictedPower> predict_power(const Suggestion& s,
     const std::uint64_t own = trial.seed + static_cast<std::uint64_t>(r);
     RAVENCAL_ASSIGN_OR_RETURN(
         const diagnose::Report with,
-        tried(motion, loaded, drawn(trial.improved, trial.believed, own), trial, own));
+        tried(motion, loaded, drawn(trial.improved, trial.reported, own), trial, own));
     const diagnose::NamedEffect* found = named(with, s);
     power.parted += found != nullptr && !is_tied(*found, s) ? 1 : 0;
     power.testable += is_testable(with, s) ? 1 : 0;
@@ -142,4 +142,4 @@ core::Result<PredictedPower> predict_power(const Suggestion& s,
   return power;
 }
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::experiment

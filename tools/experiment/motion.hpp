@@ -12,7 +12,7 @@
 #include "physics/plant.hpp"
 #include "trajectory/trajectory.hpp"
 
-namespace ravencal::commands {
+namespace ravencal::experiment {
 
 /// Positions and speeds that a motion must not leave, in the plant's order of joints.
 struct MotionBounds {
@@ -29,4 +29,4 @@ core::Result<MotionBounds> bounds_of(const std::vector<diagnose::Explored>& expl
 core::Result<trajectory::Trajectory> motion_of(diagnose::Exercise motion,
                                                const MotionBounds& bounds);
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::experiment

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/experiment_motion.hpp"
+#include "experiment/motion.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace ravencal::commands {
+namespace ravencal::experiment {
 namespace {
 
 using diagnose::Exercise;
@@ -169,4 +169,4 @@ core::Result<Trajectory> motion_of(Exercise motion, const MotionBounds& bounds) 
   return core::Error{core::ErrorCode::kUsage, "this experiment has no motion of its own"};
 }
 
-}  // namespace ravencal::commands
+}  // namespace ravencal::experiment
