@@ -30,14 +30,14 @@ VectorXd side(const VectorXd& x, double width, const std::vector<char>& fresh) {
   return out;
 }
 
-/// Three elements, a third, once and three times the width.
 VectorXd loop(const Effect& e, const VectorXd& x, const std::vector<char>& fresh) {
-  const double width = value(e, "width");
   const double narrow = value(e, "half_loop_narrow");
   const double wide = value(e, "half_loop_wide");
-  const double middle = value(e, "half_loop") - narrow - wide;
-  return -narrow * side(x, width / 3.0, fresh) - middle * side(x, width, fresh) -
-         wide * side(x, 3.0 * width, fresh);
+  const std::array halves = {narrow, value(e, "half_loop") - narrow - wide, wide};
+  VectorXd error = VectorXd::Zero(x.size());
+  for (std::size_t i = 0; i < kLoopWidths.size(); ++i)
+    error -= halves[i] * side(x, kLoopWidths[i] * value(e, "width"), fresh);
+  return error;
 }
 
 VectorXd signal(const JointSignals& s, const std::string& name) {

@@ -87,11 +87,10 @@ std::filesystem::path sample_diagnosis(const std::string& name, double width_rad
              "reduction = 1.0\njoint_encoder_resolution_rad = 1e-5\n";
     if (std::string(joint) == "elbow")
       plant << "[[joint.effect]]\nid = \"gain_error\"\nratio = 0.1\n";
+    else
+      plant << "[[joint.effect]]\nid = \"joint_friction\"\nstretch = 0.05\nwidth = " << width_rad
+            << "\n";
   }
-  std::ofstream report(folder / "report.json");
-  report << R"({"effects":[{"id":"joint_friction","joint":"wrist","stage":"transmission",
-    "parameters":[{"name":"stretch","value":0.05},{"name":"width","value":)"
-         << width_rad << "}]}]}";
   return folder;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 namespace ravencal::physics {
 
@@ -10,5 +11,8 @@ namespace ravencal::physics {
 inline double slipped(double deflection, double moved, double limit = 1.0) {
   return std::clamp(deflection + moved, -limit, limit);
 }
+
+/// Widths of the elements of a hysteresis that is given by its loop, as shares of its width.
+inline constexpr std::array kLoopWidths = {1.0 / 3.0, 1.0, 3.0};
 
 }  // namespace ravencal::physics

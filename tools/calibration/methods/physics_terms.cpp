@@ -5,12 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
-#include "core/whole_file.hpp"
 #include "physics/arm_dynamics.hpp"
 #include "physics/cable_replay.hpp"
 #include "physics/effects/slip_element.hpp"
@@ -18,11 +16,6 @@
 
 namespace ravencal::methods {
 namespace {
-
-using nlohmann::json;
-
-/// Elements of diagnose's hysteresis: a third, once and three times its width.
-constexpr std::array kElementWidths = {1.0 / 3.0, 1.0, 3.0};
 
 double value_at(const Series& series, const std::string& channel, Eigen::Index row) {
   const auto it = series.channels.find(channel);
@@ -44,6 +37,10 @@ struct Parts {
   };
   std::vector<Element> elements;  ///< elastic-slip elements, [-1, 1]
   std::vector<std::string> names;
+
+  [[nodiscard]] std::size_t size() const {
+    return channels.size() + waves.size() + elements.size();
+  }
 };
 
 /// The plant's arm for the weight on its cables, shared by the joints of one stream.
@@ -146,120 +143,62 @@ void add_element(Parts& parts, const std::string& channel, double width) {
     parts.elements.push_back({channel, width});
 }
 
-/// What the plant's file says of this joint.
-void add_plant_effects(const physics::Joint& joint, Parts& parts) {
-  const bool cable = joint.parameter("compliance", "stiffness") > 0.0;
+bool is_of_cable(const std::string& id) {
+  static constexpr std::array kIds = {"compliance", "hysteresis", "backlash", "joint_friction",
+                                      "creep"};
+  return std::find(kIds.begin(), kIds.end(), id) != kIds.end();
+}
+
+/// What the plant says of this joint; effects that need an effort through the cable are the
+/// cable's.
+Parts parts_of(const physics::Plant& plant, const physics::Joint& joint) {
+  Parts parts;
+  const bool has_cable = physics::cable_numbers(joint).compliance > 0.0;
   for (const physics::Effect& effect : joint.effects) {
     const auto number = [&](const char* name) { return joint.parameter(effect.id, name); };
-    if (effect.id == "gain_error") add_channel(parts, position_of(joint.name));
-    if (effect.id == "coupling") add_channel(parts, position_of(effect.from));
+    const std::string own = position_of(joint.name);
+    const std::string driver = effect.from.empty()              ? own
+                               : plant.joint_index(effect.from) ? position_of(effect.from)
+                                                                : effect.from;
+    const std::size_t before = parts.size();
+    if (effect.id == "gain_error" || effect.id == "coupling") add_channel(parts, driver);
+    if (effect.id == "compliance" && !effect.from.empty()) add_channel(parts, driver);
     if (effect.id == "eccentricity") add_wave(parts, number("order"));
-    if (effect.id == "backlash" && !cable && number("half_width") > 0.0)
-      add_element(parts, position_of(joint.name), 2.0 * number("half_width"));
-    for (const char* shown : {"gain_error", "coupling", "eccentricity", "backlash", "compliance",
-                              "hysteresis", "joint_friction", "creep", "homing_offset"}) {
-      if (effect.id == shown)
-        parts.names.push_back(effect.id + (effect.from.empty() ? "" : " from " + effect.from));
-    }
+    if (effect.id == "backlash" && !has_cable && number("half_width") > 0.0)
+      add_element(parts, own, 2.0 * number("half_width"));
+    const double width = number("width");
+    if (effect.id == "joint_friction" && width > 0.0) add_element(parts, own, width);
+    if (effect.id == "hysteresis" && width > 0.0)
+      for (const double share : physics::kLoopWidths) add_element(parts, driver, share * width);
+    if (parts.size() > before || (has_cable && is_of_cable(effect.id)))
+      parts.names.push_back(effect.id + (effect.from.empty() ? "" : " from " + effect.from));
   }
-}
-
-/// Parameters of one effect of the report by name without "_from_JOINT", and that joint.
-struct ReportEffect {
-  std::string id, from;
-  std::map<std::string, double> values;
-};
-
-ReportEffect read_effect(const json& effect) {
-  ReportEffect result;
-  result.id = effect.at("id").get<std::string>();
-  for (const json& p : effect.at("parameters")) {
-    std::string name = p.at("name").get<std::string>();
-    if (const auto at = name.find("_from_"); at != std::string::npos) {
-      result.from = name.substr(at + 6);
-      name.resize(at);
-    }
-    result.values[name] = p.at("value").get<double>();
-  }
-  return result;
-}
-
-/// Parts of the report; a part that the plant's file has already is not added again.
-void add_report_effect(const ReportEffect& e, const std::string& joint, Parts& parts) {
-  const std::string driver = position_of(e.from.empty() ? joint : e.from);
-  const auto value = [&](const char* name) {
-    const auto it = e.values.find(name);
-    return it == e.values.end() ? 0.0 : it->second;
-  };
-  const std::size_t before = parts.elements.size() + parts.channels.size() + parts.waves.size();
-  if (e.id == "gain_error" || e.id == "coupling") add_channel(parts, driver);
-  if (e.id == "eccentricity") add_wave(parts, value("order"));
-  if (e.id == "backlash" && value("half_width") > 0.0)
-    add_element(parts, driver, 2.0 * value("half_width"));
-  if (e.id == "hysteresis" && value("width") > 0.0) {
-    for (const double factor : kElementWidths) add_element(parts, driver, factor * value("width"));
-  }
-  if (e.id == "joint_friction" && value("width") > 0.0) add_element(parts, driver, value("width"));
-  if (e.id == "compliance") {
-    constexpr std::string_view kTo = "compliance_to_";
-    for (const auto& [name, number] : e.values) {
-      if (name.starts_with(kTo)) add_channel(parts, name.substr(kTo.size()));
-    }
-  }
-  if (parts.elements.size() + parts.channels.size() + parts.waves.size() > before)
-    parts.names.push_back(e.id + (e.from.empty() ? "" : " from " + e.from));
+  std::sort(parts.names.begin(), parts.names.end());
+  return parts;
 }
 
 }  // namespace
 
 core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesystem::path& folder,
                                                              const Problem& problem) {
-  // A diagnosis may name effects that no plant file can describe; then only the report is read.
-  const auto loaded = physics::load_plant(folder / "plant_improved.toml");
-  if (!loaded.ok() && loaded.error().code == core::ErrorCode::kIo) return loaded.error();
-  const physics::Plant plant = loaded.ok() ? loaded.value() : physics::Plant{};
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(folder / "report.json"));
-  const json report = json::parse(text, nullptr, false);
-  if (!report.is_object() || !report.contains("effects") || !report["effects"].is_array()) {
-    return core::Error{core::ErrorCode::kData,
-                       (folder / "report.json").string() + ": is no report of `ravencal diagnose`"};
-  }
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant,
+                            physics::load_plant(folder / "plant_improved.toml"));
   std::shared_ptr<Arm> arm;
   if (plant.joints.size() == 3) {
     arm = std::make_shared<Arm>(Arm{plant, {}});
     for (std::size_t i = 0; i < 3; ++i) arm->positions[i] = position_of(plant.joints[i].name);
   }
   std::vector<std::unique_ptr<Terms>> all;
-  try {
-    for (const model::OutputSpec& output : problem.outputs) {
-      const auto index = plant.joint_index(output.joint);
-      if (loaded.ok() && !index) {
-        return core::Error{core::ErrorCode::kData,
-                           fmt::format("{}: has no joint {}", plant.source, output.joint)};
-      }
-      Parts parts;
-      std::optional<physics::CableReplay> cable;
-      if (index) {
-        add_plant_effects(plant.joints[*index], parts);
-        const physics::CableNumbers numbers = physics::cable_numbers(plant.joints[*index]);
-        if (numbers.compliance > 0.0) cable.emplace(numbers);
-      }
-      for (const json& effect : report["effects"]) {
-        const bool between_encoders =
-            effect.at("stage") == "transmission" || effect.at("stage") == "sensor";
-        if (effect.at("joint") == output.joint && between_encoders)
-          add_report_effect(read_effect(effect), output.joint, parts);
-      }
-      if (!loaded.ok())
-        parts.names.push_back("(from the report alone: " + loaded.error().message + ")");
-      std::sort(parts.names.begin(), parts.names.end());
-      parts.names.erase(std::unique(parts.names.begin(), parts.names.end()), parts.names.end());
-      all.push_back(std::make_unique<JointTerms>(position_of(output.joint), std::move(parts), cable,
-                                                 cable ? arm : nullptr, index.value_or(0)));
-    }
-  } catch (const json::exception& error) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: {}", (folder / "report.json").string(), error.what())};
+  for (const model::OutputSpec& output : problem.outputs) {
+    const auto index = plant.joint_index(output.joint);
+    if (!index)
+      return core::data_error(fmt::format("{}: has no joint {}", plant.source, output.joint));
+    const physics::Joint& joint = plant.joints[*index];
+    std::optional<physics::CableReplay> cable;
+    const physics::CableNumbers numbers = physics::cable_numbers(joint);
+    if (numbers.compliance > 0.0) cable.emplace(numbers);
+    all.push_back(std::make_unique<JointTerms>(position_of(output.joint), parts_of(plant, joint),
+                                               cable, cable ? arm : nullptr, *index));
   }
   return all;
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The physics that `ravencal diagnose` found, read from its folder (plant_improved.toml and the
-// transmission effects of report.json, for effects that a plant file cannot describe) and turned
-// into columns over a stream of samples. Names, widths, orders and the numbers of the cable come
-// from the diagnosis; the user of the columns fits their sizes.
+// The physics that `ravencal diagnose` found, read from plant_improved.toml in its folder and turned
+// into columns over a stream of samples. Widths, orders and the numbers of the cable come from the
+// diagnosis; the user of the columns fits their sizes.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +27,8 @@ class Terms {
   [[nodiscard]] virtual std::string text() const = 0;  ///< e.g. "gain_error, hysteresis from q6"
 };
 
-/// Terms of each output of `problem`, a constant first. Errors: kIo, kData if the folder's files
-/// are not a diagnosis.
+/// Terms of each output of `problem`, a constant first. Errors: kIo, kData if the folder has no
+/// such plant, or it lacks an output's joint.
 core::Result<std::vector<std::unique_ptr<Terms>>> read_terms(const std::filesystem::path& folder,
                                                              const Problem& problem);
 
