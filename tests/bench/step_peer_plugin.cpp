@@ -63,7 +63,7 @@ std::string name_of(const char* what, kernels::Precision precision, const std::s
 
 Peer plugin_peer(const Task& task, kernels::Precision precision, std::uint32_t isa) {
   Peer peer;
-  peer.name = name_of("ravencal ", precision, host::isa_name(isa));
+  peer.name = name_of("ravencal ", precision, plugin_host::isa_name(isa));
   const auto rig = std::make_shared<test::Rig>(isa);
   model::CalibrationModel model = model_of(task);
   const Eigen::VectorXf features_si = healthy_features(model);

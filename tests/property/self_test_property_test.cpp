@@ -87,7 +87,7 @@ std::string refusal(const std::vector<std::byte>& blob, std::uint32_t max_isa) {
   EXPECT_TRUE(model::write_blob(blob, path).ok());
   ravencal_config config = rig.config;
   config.max_isa = max_isa;
-  auto instance = host::PluginInstance::create(rig.library, config);
+  auto instance = plugin_host::Instance::create(rig.library, config);
   EXPECT_TRUE(instance.ok());
   const core::Status loaded = instance->load(path);
   return loaded.ok() ? "" : loaded.error().message;

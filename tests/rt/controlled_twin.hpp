@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "core/run_level.hpp"
-#include "host/robot_state.hpp"
 #include "physics/plant.hpp"
 #include "physics/raven_controller.hpp"
 #include "physics/raven_twin.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "rt/rig.hpp"
 #include "rt/witness.hpp"
 
@@ -145,7 +145,8 @@ class ControlledTwin {
 
   void cycle() {
     const std::int64_t published_t_ns = twin_.t_ns();
-    host::fill_state(host::to_si(twin_.begin_cycle()), published_t_ns, true, rig_.state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.begin_cycle()), published_t_ns, true,
+                            rig_.state);
     rig_.state.runlevel = level_;
     if (provokes_) provoke_flaw(rig_.state);
     step_plugin();
@@ -171,7 +172,8 @@ class ControlledTwin {
       furthest_seed_rad_ = std::max(furthest_seed_rad_, apart_rad);
     }
     ravencal_state seen = rig_.state;
-    host::fill_state(host::to_si(twin_.end_cycle(commanded_ji)), twin_.t_ns(), true, rig_.state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.end_cycle(commanded_ji)), twin_.t_ns(), true,
+                            rig_.state);
     rig_.state.t_ns = published_t_ns;
     rig_.state.runlevel = level_;
     rig_.api().observe_cycle_end(rig_.instance.get(), &rig_.state);

@@ -94,10 +94,10 @@ model::CalibrationModel make_window(std::span<const model::FeatureSpec> shown) {
 /// What the plugin sees while the twin runs: [cycles x features].
 model::FeatureMatrix see_live(const std::vector<model::FeatureSpec>& features) {
   Rig rig;
-  std::vector<host::PluginInstance> windows;
+  std::vector<plugin_host::Instance> windows;
   for (std::size_t first = 0; first < features.size(); first += RAVENCAL_JOINTS) {
     const std::size_t count = std::min<std::size_t>(RAVENCAL_JOINTS, features.size() - first);
-    windows.push_back(checked(host::PluginInstance::create(rig.library, rig.config)));
+    windows.push_back(checked(plugin_host::Instance::create(rig.library, rig.config)));
     const auto path = write_weights(make_window(std::span(features).subspan(first, count)),
                                     "window" + std::to_string(first));
     const core::Status loaded = windows.back().load(path);

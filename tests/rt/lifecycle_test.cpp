@@ -109,8 +109,8 @@ TEST(LifeCycle, LeavesNothingBehindOverManyLivesOfBothArms) {
   const std::string name = telemetry_name("lives");
   const std::filesystem::path weights[] = {write_weights(model_of(kArms[0]), "gold"),
                                            write_weights(model_of(kArms[1]), "green")};
-  const host::PluginLibrary library =
-      std::move(host::PluginLibrary::open(RAVENCAL_PLUGIN_PATH)).value();
+  const plugin_host::Library library =
+      std::move(plugin_host::Library::open(RAVENCAL_PLUGIN_PATH)).value();
   ravencal_config config = library.default_config();
   name.copy(config.telemetry_name, sizeof config.telemetry_name - 1);
   Possessions before;
@@ -119,7 +119,7 @@ TEST(LifeCycle, LeavesNothingBehindOverManyLivesOfBothArms) {
     if (life == settled) before = possessions();
     const auto arm = static_cast<std::size_t>(life % 2);
     config.arm = kArms[arm];
-    auto plugin = host::PluginInstance::create(library, config);
+    auto plugin = plugin_host::Instance::create(library, config);
     ASSERT_TRUE(plugin.ok()) << "life " << life << ": " << plugin.error().message;
     const core::Status loaded = plugin->load(weights[arm]);
     ASSERT_TRUE(loaded.ok()) << "life " << life << ": " << loaded.error().message;

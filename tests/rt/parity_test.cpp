@@ -10,8 +10,8 @@
 #include <random>
 
 #include "core/catalogue.hpp"
-#include "host/robot_state.hpp"
 #include "model/single_precision.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
@@ -51,7 +51,7 @@ TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
   ASSERT_TRUE(bytes.ok()) << bytes.error().message;
   packed.layers = *model::unpack_layers(*bytes);
   const ravencal_info info = rig.instance.info();
-  if (info.isa != isa) GTEST_SKIP() << "this processor lacks " << host::isa_name(isa);
+  if (info.isa != isa) GTEST_SKIP() << "this processor lacks " << plugin_host::isa_name(isa);
   EXPECT_EQ(info.inputs, test.inputs);
   EXPECT_GE(info.padded_inputs, test.inputs);
   EXPECT_EQ(info.precision, static_cast<std::uint32_t>(precision));
@@ -61,14 +61,14 @@ TEST_P(Parity, PluginModelInSingleAndModelInDoubleAgree) {
   Eigen::Vector3d worst_double = Eigen::Vector3d::Zero();
   Eigen::Vector3d worst_single = Eigen::Vector3d::Zero();
   for (int i = 0; i < 200; ++i) {
-    host::CatalogueValues values{};
+    plugin_host::CatalogueValues values{};
     Eigen::MatrixXd x(1, test.inputs);
     for (std::size_t c = 0; c < values.size(); ++c) values[c] = 3.0;
     for (std::uint32_t c = 0; c < test.inputs; ++c) {
       const auto index = *core::catalogue_index_of(model.features[c].channel);
       values[index] = model.input.mean[c] + uniform(random);
     }
-    host::fill_state(values, rig.state.t_ns, true, rig.state);
+    plugin_host::fill_state(values, rig.state.t_ns, true, rig.state);
     rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
     rig.tick();
     // What the state can hold: floats, whole counts, whole micrometres.
@@ -156,7 +156,7 @@ TEST(Precision, RoundingOfWeightsMovesTheOutputsLittle) {
 /// Output j is the scaled channel number j of a state with these values: 0 for the value that a
 /// recording in SI units says, at least 1/340 for any other.
 void expect_shown(const std::array<std::size_t, RAVENCAL_JOINTS>& channels,
-                  const host::CatalogueValues& si) {
+                  const plugin_host::CatalogueValues& si) {
   std::vector<model::FeatureSpec> features;
   for (const std::size_t channel : channels)
     features.push_back(plain(core::catalogue()[channel].name));
@@ -174,7 +174,7 @@ void expect_shown(const std::array<std::size_t, RAVENCAL_JOINTS>& channels,
   model.output.scale.setOnes();
   Rig rig(RAVENCAL_ISA_BASELINE);
   rig.load(model);
-  host::fill_state(si, 1'000'000, true, rig.state);
+  plugin_host::fill_state(si, 1'000'000, true, rig.state);
   rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
   rig.tick();
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
@@ -182,14 +182,14 @@ void expect_shown(const std::array<std::size_t, RAVENCAL_JOINTS>& channels,
   }
 }
 
-host::CatalogueValues distinct_values() {
-  host::CatalogueValues message{};
+plugin_host::CatalogueValues distinct_values() {
+  plugin_host::CatalogueValues message{};
   for (std::size_t i = 0; i < message.size(); ++i) message[i] = 100.0 + static_cast<double>(i);
-  return host::to_si(message);
+  return plugin_host::to_si(message);
 }
 
 TEST(Gather, ShowsTheNetworkEveryChannelOfTheCatalogueAsARecordingHasIt) {
-  const host::CatalogueValues si = distinct_values();
+  const plugin_host::CatalogueValues si = distinct_values();
   for (std::size_t i = 1; i + 2 < core::kCatalogueSize; ++i) {
     expect_shown({i, i + 1, i + 2}, si);
     expect_shown({i + 2, i + 1, i}, si);
@@ -197,7 +197,7 @@ TEST(Gather, ShowsTheNetworkEveryChannelOfTheCatalogueAsARecordingHasIt) {
 }
 
 TEST(Gather, ShowsTheNetworkChannelsInAnyOrder) {
-  const host::CatalogueValues si = distinct_values();
+  const plugin_host::CatalogueValues si = distinct_values();
   std::mt19937 random(7);
   std::uniform_int_distribution<std::size_t> any(1, core::kCatalogueSize - 1);
   for (int i = 0; i < 200; ++i) {

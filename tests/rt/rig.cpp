@@ -10,8 +10,8 @@
 
 #include "core/catalogue.hpp"
 #include "core/run_level.hpp"
-#include "host/robot_state.hpp"
 #include "model/blob_writer.hpp"
+#include "plugin_host/robot_state.hpp"
 
 namespace ravencal::test {
 namespace {
@@ -122,12 +122,12 @@ model::CalibrationModel make_model(std::uint32_t inputs, const std::vector<std::
 }
 
 ravencal_state healthy_state(std::int64_t t_ns) {
-  host::CatalogueValues values{};
+  plugin_host::CatalogueValues values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = is_integer(core::catalogue()[i].field) ? 3.0 : middle_of(i);
   }
   ravencal_state state{};
-  host::fill_state(values, t_ns, true, state);
+  plugin_host::fill_state(values, t_ns, true, state);
   state.runlevel = core::kPedalUp;
   return state;
 }
@@ -193,7 +193,7 @@ Rig::Rig(std::uint32_t max_isa)
     : Rig([&](ravencal_config& settings) { settings.max_isa = max_isa; }) {}
 
 Rig::Rig(const std::function<void(ravencal_config&)>& configure)
-    : library(checked(host::PluginLibrary::open(RAVENCAL_PLUGIN_PATH))),
+    : library(checked(plugin_host::Library::open(RAVENCAL_PLUGIN_PATH))),
       config([&] {
         ravencal_config settings = library.default_config();
         // Tests share their machine: how long a step takes there decides nothing.
@@ -201,7 +201,7 @@ Rig::Rig(const std::function<void(ravencal_config&)>& configure)
         configure(settings);
         return settings;
       }()),
-      instance(checked(host::PluginInstance::create(library, config))),
+      instance(checked(plugin_host::Instance::create(library, config))),
       state(healthy_state()) {
   output.struct_size = sizeof output;
 }

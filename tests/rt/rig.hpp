@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "host/plugin_library.hpp"
 #include "model/calibration_model.hpp"
 #include "model/packed_model.hpp"
+#include "plugin_host/plugin_library.hpp"
 #include "ravencal/plugin.h"
 
 namespace ravencal::test {
@@ -76,9 +76,9 @@ class Rig {
   bool tick_until(std::int32_t wanted, int limit = 20000);
   [[nodiscard]] const ravencal_api& api() const { return library.api(); }
 
-  host::PluginLibrary library;
+  plugin_host::Library library;
   ravencal_config config;
-  host::PluginInstance instance;
+  plugin_host::Instance instance;
   ravencal_state state;
   ravencal_output output{};
 };

@@ -13,9 +13,9 @@
 #include <random>
 
 #include "core/run_level.hpp"
-#include "host/robot_state.hpp"
 #include "physics/plant.hpp"
 #include "physics/raven_twin.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "rt/rig.hpp"
 #include "rt/witness.hpp"
 
@@ -151,7 +151,7 @@ class Soak {
   }
 
   void cycle() {
-    host::fill_state(host::to_si(twin_.begin_cycle()), twin_.t_ns(), true, rig.state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.begin_cycle()), twin_.t_ns(), true, rig.state);
     rig.state.runlevel = trouble_ == Trouble::kEmergencyStop ? core::kEmergencyStop
                          : trouble_ == Trouble::kPedalUp     ? core::kPedalUp
                                                              : core::kPedalDown;
@@ -159,7 +159,8 @@ class Soak {
     disturb(state);
     step(state);
     move();
-    host::fill_state(host::to_si(twin_.end_cycle(desired_ji_)), state.t_ns, true, rig.state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.end_cycle(desired_ji_)), state.t_ns, true,
+                            rig.state);
     if (trouble_ != Trouble::kLostCycleEnd) {
       rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
     }
@@ -235,8 +236,9 @@ TEST(Soak, NeverLeavesTheEnvelopeAndCountsEveryTick) {
   EXPECT_LE(counters.swaps, soak.loads);
   std::string states;
   for (std::size_t state = 0; state < RAVENCAL_STATE_COUNT; ++state) {
-    EXPECT_GT(counters.ticks_in_state[state], 0U) << host::state_name(static_cast<int>(state));
-    states += std::string(" ") + host::state_name(static_cast<int>(state)) + " " +
+    EXPECT_GT(counters.ticks_in_state[state], 0U)
+        << plugin_host::state_name(static_cast<int>(state));
+    states += std::string(" ") + plugin_host::state_name(static_cast<int>(state)) + " " +
               std::to_string(counters.ticks_in_state[state]);
   }
   EXPECT_GT(counters.ticks_in_state[RAVENCAL_STATE_ACTIVE] +

@@ -24,7 +24,7 @@ namespace ravencal::test {
 /// A rig whose plugin writes telemetry; `name` empty: one without.
 inline core::Status give_telemetry(Rig& rig, const std::string& name) {
   std::strncpy(rig.config.telemetry_name, name.c_str(), sizeof rig.config.telemetry_name - 1);
-  auto instance = host::PluginInstance::create(rig.library, rig.config);
+  auto instance = plugin_host::Instance::create(rig.library, rig.config);
   if (!instance.ok()) return instance.error();
   rig.instance = std::move(instance).value();
   return {};

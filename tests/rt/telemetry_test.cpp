@@ -182,7 +182,7 @@ TEST(Telemetry, RefusesWhatIsNoName) {
   }
   std::memset(rig.config.telemetry_name, 'x', sizeof rig.config.telemetry_name);
   rig.config.telemetry_name[0] = '/';
-  EXPECT_FALSE(host::PluginInstance::create(rig.library, rig.config).ok()) << "without its end";
+  EXPECT_FALSE(plugin_host::Instance::create(rig.library, rig.config).ok()) << "without its end";
 }
 
 TEST(Telemetry, ChangesNoBitOfTheOutput) {

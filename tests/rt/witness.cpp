@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/run_level.hpp"
-#include "host/plugin_library.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::test {
 namespace {
@@ -110,8 +110,8 @@ std::string Witness::see(const ravencal_state& state, const ravencal_output& out
   if (output.state != state_before_) {
     ++transitions_;
     if (!may_follow(state_before_, output.state)) {
-      wrong = fmt::format("{} followed {}", host::state_name(output.state),
-                          host::state_name(state_before_));
+      wrong = fmt::format("{} followed {}", plugin_host::state_name(output.state),
+                          plugin_host::state_name(state_before_));
     }
   }
   state_before_ = output.state;
@@ -123,7 +123,7 @@ std::string Witness::see(const ravencal_state& state, const ravencal_output& out
   }
   return wrong.empty() ? wrong
                        : fmt::format("tick {}, {}, doubts {:#x}: {}", ticks_,
-                                     host::state_name(output.state), output.doubts, wrong);
+                                     plugin_host::state_name(output.state), output.doubts, wrong);
 }
 
 std::string Witness::check(const ravencal_counters& counters) const {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/robot_state.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "unit/integration_rig.hpp"
 
 namespace ravencal::test {
@@ -173,8 +173,8 @@ TEST_P(IntegrationMotion, LeavesTheOtherArmAlone) {
     controller->run(kPedalUp, 3000);
     controller->run(kPedalDown, 500);
   }
-  host::CatalogueValues a{};
-  host::CatalogueValues b{};
+  plugin_host::CatalogueValues a{};
+  plugin_host::CatalogueValues b{};
   api.published(with.get(), a.data());
   api.published(without.get(), b.data());
   const std::size_t own = GetParam().green != 0 ? 8 : 0;

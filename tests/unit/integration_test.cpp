@@ -4,8 +4,8 @@
 // and joints as the controller tells them apart, weights of the right arm.
 #include <cmath>
 
-#include "host/robot_state.hpp"
 #include "physics/raven_kinematics.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "unit/integration_rig.hpp"
 
 namespace ravencal::test {
@@ -25,7 +25,7 @@ physics::ToolPose pose_without(const ravencal_arm& joints_of, const float* joint
 /// The published message, through the units and the mapping that a recording of it takes to
 /// training.
 ravencal_state as_recorded(const controller_api& api, const Controller& controller, bool green) {
-  host::CatalogueValues message{};
+  plugin_host::CatalogueValues message{};
   api.published(controller.get(), message.data());
   if (green) {  // "this arm" is the second half of every field: exchange the halves
     for (const core::RavenFieldInfo& field : core::kRavenFields) {
@@ -36,7 +36,7 @@ ravencal_state as_recorded(const controller_api& api, const Controller& controll
     }
   }
   ravencal_state state{};
-  host::fill_state(host::to_si(message), controller.seen().t_ns, true, state);
+  plugin_host::fill_state(plugin_host::to_si(message), controller.seen().t_ns, true, state);
   return state;
 }
 

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "core/catalogue.hpp"
-#include "host/robot_state.hpp"
+#include "plugin_host/robot_state.hpp"
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
@@ -133,7 +133,7 @@ TEST(DistanceOf, EveryRankAndNumberOfInputsIsThatOfTheModel) {
       Rig rig;
       rig.load(model);
       for (int i = 0; i < 20; ++i) {
-        host::CatalogueValues values{};
+        plugin_host::CatalogueValues values{};
         Eigen::MatrixXf scaled(n, 1);
         for (Eigen::Index c = 0; c < n; ++c) {
           const auto& channel = model.features[static_cast<std::size_t>(c)].channel;
@@ -142,7 +142,7 @@ TEST(DistanceOf, EveryRankAndNumberOfInputsIsThatOfTheModel) {
           values[*core::catalogue_index_of(channel)] =
               model.input.mean[c] + model.input.scale[c] * x;
         }
-        host::fill_state(values, rig.state.t_ns, true, rig.state);
+        plugin_host::fill_state(values, rig.state.t_ns, true, rig.state);
         rig.api().observe_cycle_end(rig.instance.get(), &rig.state);
         rig.tick();
         const float expected = model.trust->confidence(model.trust->distances(scaled)[0]);

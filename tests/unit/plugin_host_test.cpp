@@ -137,11 +137,11 @@ TEST(RecordingSource, NamesTheChannelThatTheWeightsNeed) {
 }
 
 TEST(PluginLibrary, SaysWhatIsWrongWithAFileThatIsNoPlugin) {
-  const auto missing = host::PluginLibrary::open("/nonexistent/plugin.so");
+  const auto missing = plugin_host::Library::open("/nonexistent/plugin.so");
   ASSERT_FALSE(missing.ok());
   EXPECT_EQ(missing.error().code, core::ErrorCode::kIo);
   const auto weights = write_weights(make_model(1, {}), "not_a_library");
-  const auto other = host::PluginLibrary::open(weights);
+  const auto other = plugin_host::Library::open(weights);
   ASSERT_FALSE(other.ok());
   EXPECT_NE(other.error().message.find("not_a_library"), std::string::npos);
 }

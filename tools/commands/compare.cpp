@@ -18,11 +18,11 @@
 #include "core/version.hpp"
 #include "exchange/load.hpp"
 #include "host/loop.hpp"
-#include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
 #include "learn/file_hash.hpp"
 #include "model/blob_writer.hpp"
+#include "plugin_host/plugin_library.hpp"
 #include "study/compare_tables.hpp"
 
 namespace ravencal::commands {
@@ -113,12 +113,12 @@ core::Result<study::LoopFitness> measure(const CompareArguments& a,
   RAVENCAL_RETURN_IF_ERROR(model::write_blob(model, blob));
   std::error_code ignored;
   const auto run = [&]() -> core::Result<study::LoopFitness> {
-    RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
-                              host::PluginLibrary::open(a.plugin));
+    RAVENCAL_ASSIGN_OR_RETURN(const plugin_host::Library library,
+                              plugin_host::Library::open(a.plugin));
     ravencal_config config = library.default_config();
     config.step_budget_ns = 0;  // This machine is not the robot's; the time is what is asked for.
-    RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
-                              host::PluginInstance::create(library, config));
+    RAVENCAL_ASSIGN_OR_RETURN(plugin_host::Instance plugin,
+                              plugin_host::Instance::create(library, config));
     RAVENCAL_RETURN_IF_ERROR(plugin.load(blob));
     plugin.api().enable(plugin.get(), 1);
     host::LoopOptions loop;

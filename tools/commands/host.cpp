@@ -14,12 +14,12 @@
 #include "exchange/load.hpp"
 #include "host/flight_file.hpp"
 #include "host/loop.hpp"
-#include "host/plugin_library.hpp"
 #include "host/replay.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -63,7 +63,7 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const HostArguments& 
 
 /// The plugin's defaults, for weights of the source's arm, changed as the user wants.
 core::Result<ravencal_config> make_config(const HostArguments& arguments,
-                                          const host::PluginLibrary& library,
+                                          const plugin_host::Library& library,
                                           const host::RobotSource& source) {
   ravencal_config config = library.default_config(source.arm());
   config.step_budget_ns = static_cast<std::uint32_t>(arguments.step_budget_us * 1e3);
@@ -79,8 +79,8 @@ core::Result<ravencal_config> make_config(const HostArguments& arguments,
 core::Result<host::Summary> run(const HostArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
                             model::read_blob(arguments.weights));
-  RAVENCAL_ASSIGN_OR_RETURN(const host::PluginLibrary library,
-                            host::PluginLibrary::open(arguments.plugin));
+  RAVENCAL_ASSIGN_OR_RETURN(const plugin_host::Library library,
+                            plugin_host::Library::open(arguments.plugin));
   record::Recording recording;
   std::unique_ptr<host::RobotSource> source;
   if (!arguments.recording.empty()) {
@@ -91,8 +91,8 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
     RAVENCAL_ASSIGN_OR_RETURN(source, make_twin(arguments));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const ravencal_config config, make_config(arguments, library, *source));
-  RAVENCAL_ASSIGN_OR_RETURN(host::PluginInstance plugin,
-                            host::PluginInstance::create(library, config));
+  RAVENCAL_ASSIGN_OR_RETURN(plugin_host::Instance plugin,
+                            plugin_host::Instance::create(library, config));
   RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
 
   host::LoopOptions loop = arguments.loop;

@@ -36,7 +36,7 @@ std::string line_of(const ravencal_tick& tick) {
 
 }  // namespace
 
-core::Result<std::uint64_t> write_flight(const PluginInstance& plugin,
+core::Result<std::uint64_t> write_flight(const plugin_host::Instance& plugin,
                                          const std::filesystem::path& path) {
   const auto flight = std::make_unique<ravencal_flight>();
   flight->struct_size = sizeof *flight;

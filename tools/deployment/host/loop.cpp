@@ -31,7 +31,7 @@ std::uint32_t to_u32(std::int64_t ns) {
 struct Work {
   std::int64_t period_ns;  ///< 0: do not wait
   std::int64_t ticks;
-  PluginInstance& plugin;
+  plugin_host::Instance& plugin;
   RobotSource& source;
   LoopResult& result;
   std::atomic<std::int64_t> done{0};
@@ -121,7 +121,7 @@ void become_real_time(LoopResult& result) {
 
 }  // namespace
 
-LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSource& source,
+LoopResult run_loop(const LoopOptions& options, plugin_host::Instance& plugin, RobotSource& source,
                     const std::function<bool(double)>& keep_going) {
   LoopResult result;
   const std::int64_t ticks = std::min(options.ticks, source.cycles());

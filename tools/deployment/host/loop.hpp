@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "host/plugin_library.hpp"
 #include "host/robot_source.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::host {
 
@@ -43,7 +43,7 @@ struct LoopResult {
 /// Runs the loop in a thread of its own, at SCHED_FIFO where the system permits it, until `ticks`
 /// are done, `source` ends or `keep_going` says no. `keep_going` is called with the share done, ten
 /// times a second, from the calling thread.
-LoopResult run_loop(const LoopOptions& options, PluginInstance& plugin, RobotSource& source,
+LoopResult run_loop(const LoopOptions& options, plugin_host::Instance& plugin, RobotSource& source,
                     const std::function<bool(double)>& keep_going);
 
 }  // namespace ravencal::host

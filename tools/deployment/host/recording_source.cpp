@@ -8,7 +8,7 @@
 #include "core/joint_layout.hpp"
 #include "core/run_level.hpp"
 #include "host/robot_source.hpp"
-#include "host/robot_state.hpp"
+#include "plugin_host/robot_state.hpp"
 
 namespace ravencal::host {
 namespace {
@@ -72,11 +72,11 @@ class RecordingSource final : public RobotSource {
 
   void fill(ravencal_state& state) const {
     constexpr std::size_t kRunlevel = core::catalogue_index(core::RavenField::kRunlevel, 0);
-    CatalogueValues values;
+    plugin_host::CatalogueValues values;
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = value(columns_[i], i == kRunlevel ? static_cast<double>(core::kPedalDown) : 0.0);
     }
-    fill_state(values, t_ns_, true, state);
+    plugin_host::fill_state(values, t_ns_, true, state);
   }
 
   const Recording& recording_;

@@ -11,14 +11,16 @@
 namespace ravencal::host {
 namespace {
 
-core::Result<Summary> replay_one(const PluginLibrary& library, const std::filesystem::path& weights,
+core::Result<Summary> replay_one(const plugin_host::Library& library,
+                                 const std::filesystem::path& weights,
                                  const model::CalibrationModel& model,
                                  const record::Recording& recording, const KeepGoing& keep_going) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::unique_ptr<RobotSource> source,
                             make_recording_source(recording, model.features));
   ravencal_config config = library.default_config(source->arm());
   config.step_budget_ns = 0;  // this machine is not the robot's
-  RAVENCAL_ASSIGN_OR_RETURN(PluginInstance plugin, PluginInstance::create(library, config));
+  RAVENCAL_ASSIGN_OR_RETURN(plugin_host::Instance plugin,
+                            plugin_host::Instance::create(library, config));
   RAVENCAL_RETURN_IF_ERROR(plugin.load(weights));
   LoopOptions options;
   options.rate_hz = 0.0;
@@ -45,7 +47,7 @@ void append(const Summary& more, Summary& all) {
 
 }  // namespace
 
-Summary run(const LoopOptions& options, PluginInstance& plugin, RobotSource& source,
+Summary run(const LoopOptions& options, plugin_host::Instance& plugin, RobotSource& source,
             const model::CalibrationModel& model, const KeepGoing& keep_going) {
   plugin.api().enable(plugin.get(), 1);
   const LoopResult result = run_loop(options, plugin, source, keep_going);
@@ -59,7 +61,7 @@ core::Result<Summary> replay(const std::filesystem::path& plugin,
   RAVENCAL_ASSIGN_OR_RETURN(const core::TemporaryFolder folder, core::TemporaryFolder::create());
   const std::filesystem::path weights = folder.path() / "model.blob";
   RAVENCAL_RETURN_IF_ERROR(model::write_blob(model, weights));
-  RAVENCAL_ASSIGN_OR_RETURN(const PluginLibrary library, PluginLibrary::open(plugin));
+  RAVENCAL_ASSIGN_OR_RETURN(const plugin_host::Library library, plugin_host::Library::open(plugin));
   std::optional<Summary> all;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const auto share = [&](double done) {

@@ -17,7 +17,7 @@ namespace ravencal::host {
 using KeepGoing = std::function<bool(double done)>;
 
 /// Enables the correction and runs the loop to its end.
-Summary run(const LoopOptions& options, PluginInstance& plugin, RobotSource& source,
+Summary run(const LoopOptions& options, plugin_host::Instance& plugin, RobotSource& source,
             const model::CalibrationModel& model, const KeepGoing& keep_going);
 
 /// The recordings through the plugin, each from its start and as fast as the machine goes; figures

@@ -63,7 +63,7 @@ nlohmann::ordered_json json_of(const Percentiles& p) {
 }  // namespace
 
 Summary summarise(const LoopResult& result, const LoopOptions& options,
-                  const PluginInstance& plugin, const model::CalibrationModel& model) {
+                  const plugin_host::Instance& plugin, const model::CalibrationModel& model) {
   Summary summary;
   summary.ticks = result.ticks.size();
   summary.corrected_ticks = static_cast<std::size_t>(
@@ -95,9 +95,10 @@ std::string limits_text(const Summary& summary) {
 
 std::string summary_text(const Summary& s) {
   std::string text;
-  text += fmt::format("network     {} inputs, {} parameters in {}, {} code, {:.0f} KiB per step\n",
-                      s.info.inputs, s.info.parameters, precision_name(s.info.precision),
-                      isa_name(s.info.isa), static_cast<double>(s.info.bytes_per_step) / 1024.0);
+  text += fmt::format(
+      "network     {} inputs, {} parameters in {}, {} code, {:.0f} KiB per step\n", s.info.inputs,
+      s.info.parameters, plugin_host::precision_name(s.info.precision),
+      plugin_host::isa_name(s.info.isa), static_cast<double>(s.info.bytes_per_step) / 1024.0);
   text += s.real_time ? "real time   SCHED_FIFO, memory locked\n"
                       : fmt::format("real time   no: {}\n", s.hindrance);
   text += fmt::format("loop        {} ticks at {}, {} overruns; corrected in {} of them\n", s.ticks,
@@ -110,12 +111,12 @@ std::string summary_text(const Summary& s) {
   text += "states     ";
   for (std::int32_t state = 0; state < RAVENCAL_STATE_COUNT; ++state) {
     if (s.counters.ticks_in_state[state] == 0) continue;
-    text += fmt::format(" {} {}", state_name(state), s.counters.ticks_in_state[state]);
+    text += fmt::format(" {} {}", plugin_host::state_name(state), s.counters.ticks_in_state[state]);
   }
   text += "\n";
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
     if (s.counters.ticks_in_doubt[kind] == 0) continue;
-    text += fmt::format("doubt       {} in {} ticks\n", doubt_name(kind),
+    text += fmt::format("doubt       {} in {} ticks\n", plugin_host::doubt_name(kind),
                         s.counters.ticks_in_doubt[kind]);
   }
   text += limits_text(s);
@@ -140,19 +141,19 @@ std::string summary_json(const Summary& s) {
   json["overruns"] = s.overruns;
   auto& states = json["states"];
   for (std::int32_t state = 0; state < RAVENCAL_STATE_COUNT; ++state) {
-    states[state_name(state)] = s.counters.ticks_in_state[state];
+    states[plugin_host::state_name(state)] = s.counters.ticks_in_state[state];
   }
   states["transitions"] = s.counters.transitions;
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
-    states["doubts"][doubt_name(kind)] = s.counters.ticks_in_doubt[kind];
+    states["doubts"][plugin_host::doubt_name(kind)] = s.counters.ticks_in_doubt[kind];
   }
   states["clamped_inputs"] = s.counters.clamped_inputs;
   states["limited_rate"] = s.counters.limited_rate;
   states["swaps"] = s.counters.swaps;
   json["faults"] = s.faults;
   if (s.faults > 0) json["flight_record"] = s.flight_path;
-  json["plugin"] = {{"instruction_set", isa_name(s.info.isa)},
-                    {"precision", precision_name(s.info.precision)},
+  json["plugin"] = {{"instruction_set", plugin_host::isa_name(s.info.isa)},
+                    {"precision", plugin_host::precision_name(s.info.precision)},
                     {"inputs", s.info.inputs},
                     {"parameters", s.info.parameters},
                     {"bytes_per_step", s.info.bytes_per_step},

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "host/loop.hpp"
-#include "host/plugin_library.hpp"
 #include "learn/evaluate.hpp"
 #include "model/calibration_model.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::host {
 
@@ -37,7 +37,7 @@ struct Summary {
 };
 
 Summary summarise(const LoopResult& result, const LoopOptions& options,
-                  const PluginInstance& plugin, const model::CalibrationModel& model);
+                  const plugin_host::Instance& plugin, const model::CalibrationModel& model);
 
 std::string summary_text(const Summary& summary);
 /// How often the plugin's limits held a correction back; empty if never.

@@ -3,8 +3,8 @@
 #include <numbers>
 
 #include "host/robot_source.hpp"
-#include "host/robot_state.hpp"
 #include "physics/raven_twin.hpp"
+#include "plugin_host/robot_state.hpp"
 
 namespace ravencal::host {
 namespace {
@@ -32,12 +32,14 @@ class TwinSource final : public RobotSource {
     for (std::int64_t i = 1; i <= approach; ++i) {
       const double along = static_cast<double>(i) / static_cast<double>(approach);
       twin_.begin_cycle();
-      rest_ = to_si(
+      rest_ = plugin_host::to_si(
           twin_.end_cycle(from + 0.5 * (1.0 - std::cos(std::numbers::pi * along)) * (to - from)));
     }
   }
 
-  void rest(ravencal_state& state) override { fill_state(rest_, twin_.t_ns(), true, state); }
+  void rest(ravencal_state& state) override {
+    plugin_host::fill_state(rest_, twin_.t_ns(), true, state);
+  }
 
   [[nodiscard]] std::int64_t cycles() const override {
     return static_cast<std::int64_t>(trajectory_.duration_s() * rate_hz_) + 1;
@@ -45,14 +47,15 @@ class TwinSource final : public RobotSource {
 
   void begin(ravencal_state& state) override {
     t_ns_ = twin_.t_ns();
-    fill_state(to_si(twin_.begin_cycle()), t_ns_, true, state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.begin_cycle()), t_ns_, true, state);
     const Vector3d truth = twin_.truth().encoder_ji;
     truth_ji_ = {truth[0], truth[1], truth[2]};
   }
 
   void end(ravencal_state& state) override {
     const double t_s = static_cast<double>(cycle_++) / rate_hz_;
-    fill_state(to_si(twin_.end_cycle(trajectory_.at(t_s))), t_ns_, true, state);
+    plugin_host::fill_state(plugin_host::to_si(twin_.end_cycle(trajectory_.at(t_s))), t_ns_, true,
+                            state);
   }
 
   [[nodiscard]] Joints truth_ji() const override { return truth_ji_; }
@@ -62,7 +65,7 @@ class TwinSource final : public RobotSource {
   trajectory::Trajectory trajectory_;
   double rate_hz_;
   std::string arm_;
-  CatalogueValues rest_{};
+  plugin_host::CatalogueValues rest_{};
   std::int64_t cycle_ = 0;
   std::int64_t t_ns_ = 0;
   Joints truth_ji_{};

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/plugin_library.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::monitor {
 namespace {
@@ -20,10 +20,10 @@ Json json_of(const ravencal_counters& counters) {
   Json json;
   json["ticks"] = counters.ticks;
   for (std::int32_t state = 0; state < RAVENCAL_STATE_COUNT; ++state) {
-    json["states"][host::state_name(state)] = counters.ticks_in_state[state];
+    json["states"][plugin_host::state_name(state)] = counters.ticks_in_state[state];
   }
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
-    json["doubts"][host::doubt_name(kind)] = counters.ticks_in_doubt[kind];
+    json["doubts"][plugin_host::doubt_name(kind)] = counters.ticks_in_doubt[kind];
   }
   json["transitions"] = counters.transitions;
   json["clamped_inputs"] = counters.clamped_inputs;
@@ -44,7 +44,7 @@ std::string tick_json(const Watch& watch) {
                {"t_ns", tick.t_ns},
                {"age_s", watch.age_s()},
                {"state", watch.state()},
-               {"last_state", host::state_name(tick.state)},
+               {"last_state", plugin_host::state_name(tick.state)},
                {"runlevel", tick.runlevel},
                {"confidence", number(tick.confidence)},
                {"step_ns", tick.step_ns},

@@ -6,7 +6,7 @@
 
 #include <ctime>
 
-#include "host/plugin_library.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::monitor {
 namespace {
@@ -62,13 +62,14 @@ void add_counters(std::vector<std::string>& lines, const ravencal_counters& coun
   std::string states = "in state    ";
   for (std::int32_t state = 0; state < RAVENCAL_STATE_COUNT; ++state) {
     if (counters.ticks_in_state[state] == 0) continue;
-    states += fmt::format("{} {}  ", host::state_name(state), counters.ticks_in_state[state]);
+    states +=
+        fmt::format("{} {}  ", plugin_host::state_name(state), counters.ticks_in_state[state]);
   }
   lines.push_back(states);
   std::string doubts = "in doubt    ";
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {
     if (counters.ticks_in_doubt[kind] == 0) continue;
-    doubts += fmt::format("{} {}  ", host::doubt_name(kind), counters.ticks_in_doubt[kind]);
+    doubts += fmt::format("{} {}  ", plugin_host::doubt_name(kind), counters.ticks_in_doubt[kind]);
   }
   lines.push_back(doubts);
 }
@@ -79,7 +80,8 @@ void add_transitions(std::vector<std::string>& lines, const ravencal_counters& c
     const ravencal_transition& change =
         counters.last_transitions[(counters.transitions - back) % RAVENCAL_TRANSITIONS_KEPT];
     lines.push_back(fmt::format("  tick {:>10}  {} -> {}  {}", change.tick,
-                                host::state_name(change.from), host::state_name(change.to),
+                                plugin_host::state_name(change.from),
+                                plugin_host::state_name(change.to),
                                 change.doubts == 0 ? "" : joined(doubts_in_words(change.doubts))));
   }
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/constants.hpp"
-#include "host/plugin_library.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 namespace ravencal::monitor {
 namespace {
@@ -82,7 +82,7 @@ void Watch::end_poll(double now_s) {
 }
 
 const char* Watch::state() const {
-  return is_stalled() ? "stalled" : host::state_name(newest_->tick.state);
+  return is_stalled() ? "stalled" : plugin_host::state_name(newest_->tick.state);
 }
 
 void Watch::begin_writer() {
@@ -95,7 +95,7 @@ void Watch::begin_writer() {
 std::vector<std::string> doubts_in_words(std::uint32_t doubts) {
   std::vector<std::string> words;
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_CAPACITY; ++kind) {
-    if (((doubts >> kind) & 1U) != 0) words.emplace_back(host::doubt_name(kind));
+    if (((doubts >> kind) & 1U) != 0) words.emplace_back(plugin_host::doubt_name(kind));
   }
   return words;
 }

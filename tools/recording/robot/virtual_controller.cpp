@@ -8,11 +8,11 @@
 
 #include "core/catalogue.hpp"
 #include "core/constants.hpp"
-#include "host/plugin_library.hpp"
-#include "host/robot_state.hpp"
 #include "physics/raven_arms.hpp"
 #include "physics/raven_kinematics.hpp"
 #include "physics/raven_twin.hpp"
+#include "plugin_host/plugin_library.hpp"
+#include "plugin_host/robot_state.hpp"
 
 namespace ravencal::robot {
 namespace {
@@ -30,22 +30,22 @@ double as_float(double value) { return static_cast<double>(static_cast<float>(va
 
 /// The plugin as a control process holds it; nothing if none was asked for.
 struct PluginHook {
-  std::optional<host::PluginLibrary> library;
-  std::optional<host::PluginInstance> instance;
+  std::optional<plugin_host::Library> library;
+  std::optional<plugin_host::Instance> instance;
   ravencal_state state{};
   ravencal_output output{};
 
   core::Status open(const VirtualControllerOptions& options, const std::string& arm) {
     output.struct_size = sizeof output;
     if (options.plugin.empty()) return {};
-    RAVENCAL_ASSIGN_OR_RETURN(library, host::PluginLibrary::open(options.plugin));
+    RAVENCAL_ASSIGN_OR_RETURN(library, plugin_host::Library::open(options.plugin));
     ravencal_config config = library->default_config(arm);
     config.step_budget_ns = 0;  // this machine is not the robot's
     if (options.telemetry.size() >= sizeof config.telemetry_name) {
       return core::Error{core::ErrorCode::kUsage, "--telemetry: the name is too long"};
     }
     std::memcpy(config.telemetry_name, options.telemetry.c_str(), options.telemetry.size() + 1);
-    RAVENCAL_ASSIGN_OR_RETURN(instance, host::PluginInstance::create(*library, config));
+    RAVENCAL_ASSIGN_OR_RETURN(instance, plugin_host::Instance::create(*library, config));
     if (!options.weights.empty()) RAVENCAL_RETURN_IF_ERROR(instance->load(options.weights));
     instance->api().enable(instance->get(), 1);
     return {};
@@ -56,7 +56,7 @@ struct PluginHook {
   Vector3d correct(const RavenMessage& at_hook, std::int64_t t_ns, bool homed,
                    Vector3d& measured_ji, Vector3d& desired_ji) {
     if (!instance) return Vector3d::Zero();
-    host::fill_state(host::to_si(at_hook), t_ns, homed, state);
+    plugin_host::fill_state(plugin_host::to_si(at_hook), t_ns, homed, state);
     // Not by way of the message, whose degrees round.
     Eigen::Map<Eigen::Vector3f>(state.arm[0].jpos_d_ji) = desired_ji.cast<float>();
     const Eigen::Map<const Eigen::Vector3f> correction_ji(output.correction_ji);
@@ -78,7 +78,7 @@ struct PluginHook {
 
   void observe(const RavenMessage& published, std::int64_t t_ns, bool homed) {
     if (!instance) return;
-    host::fill_state(host::to_si(published), t_ns, homed, state);
+    plugin_host::fill_state(plugin_host::to_si(published), t_ns, homed, state);
     instance->api().observe_cycle_end(instance->get(), &state);
   }
 };

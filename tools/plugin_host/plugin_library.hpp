@@ -12,12 +12,12 @@
 #include "core/result.hpp"
 #include "ravencal/plugin.h"
 
-namespace ravencal::host {
+namespace ravencal::plugin_host {
 
 /// The shared object and its function table. Keep it alive while instances of it live.
-class PluginLibrary {
+class Library {
  public:
-  static core::Result<PluginLibrary> open(const std::filesystem::path& path);
+  static core::Result<Library> open(const std::filesystem::path& path);
 
   [[nodiscard]] const ravencal_api& api() const { return *api_; }
   /// The plugin's own defaults, for weights of the arm of that name ("gold", "green"); of any arm
@@ -33,10 +33,9 @@ class PluginLibrary {
 };
 
 /// One instance with its storage, destroyed with this object.
-class PluginInstance {
+class Instance {
  public:
-  static core::Result<PluginInstance> create(const PluginLibrary& library,
-                                             const ravencal_config& config);
+  static core::Result<Instance> create(const Library& library, const ravencal_config& config);
 
   /// Loads weights; the error is the plugin's own sentence.
   core::Status load(const std::filesystem::path& weights);
@@ -68,4 +67,4 @@ const char* state_name(std::int32_t state);
 /// "out_of_range" for bit `kind` of the doubts.
 const char* doubt_name(std::size_t kind);
 
-}  // namespace ravencal::host
+}  // namespace ravencal::plugin_host

@@ -11,7 +11,7 @@
 #include "core/catalogue.hpp"
 #include "ravencal/plugin.h"
 
-namespace ravencal::host {
+namespace ravencal::plugin_host {
 
 /// The catalogue in SI units.
 using CatalogueValues = std::array<double, core::kCatalogueSize>;
@@ -24,4 +24,4 @@ CatalogueValues to_si(std::span<const double, core::kCatalogueSize> message);
 void fill_state(std::span<const double, core::kCatalogueSize> values_si, std::int64_t t_ns,
                 bool homed, ravencal_state& state) noexcept;
 
-}  // namespace ravencal::host
+}  // namespace ravencal::plugin_host

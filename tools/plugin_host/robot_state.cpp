@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/robot_state.hpp"
+#include "plugin_host/robot_state.hpp"
 
 #include <cmath>
 
 #include "core/units.hpp"
 
-namespace ravencal::host {
+namespace ravencal::plugin_host {
 namespace {
 
 using core::RavenField;
@@ -93,4 +93,4 @@ void fill_state(std::span<const double, core::kCatalogueSize> values_si, std::in
   for (ravencal_arm& arm : state.arm) arm.joints_ready = homed ? 0xFFU : 0U;
 }
 
-}  // namespace ravencal::host
+}  // namespace ravencal::plugin_host

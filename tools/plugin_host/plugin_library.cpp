@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plugin_library.hpp"
+#include "plugin_host/plugin_library.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -10,14 +10,14 @@
 
 #include "model/origin.hpp"
 
-namespace ravencal::host {
+namespace ravencal::plugin_host {
 
-void PluginLibrary::Close::operator()(void* library) const { ::dlclose(library); }
+void Library::Close::operator()(void* library) const { ::dlclose(library); }
 
-core::Result<PluginLibrary> PluginLibrary::open(const std::filesystem::path& path) {
+core::Result<Library> Library::open(const std::filesystem::path& path) {
   // dlopen searches the system's folders for a bare name; a path was meant.
   const std::string file = path.has_parent_path() ? path.string() : "./" + path.string();
-  PluginLibrary library;
+  Library library;
   library.library_.reset(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL));
   if (library.library_ == nullptr) {
     return core::Error{core::ErrorCode::kIo,
@@ -40,7 +40,7 @@ core::Result<PluginLibrary> PluginLibrary::open(const std::filesystem::path& pat
   return library;
 }
 
-ravencal_config PluginLibrary::default_config(std::string_view arm) const {
+ravencal_config Library::default_config(std::string_view arm) const {
   ravencal_config config{};
   config.struct_size = sizeof config;
   api_->default_config(&config);
@@ -86,15 +86,12 @@ core::Error create_error(std::int32_t code, const ravencal_config& config) {
 
 }  // namespace
 
-void PluginInstance::Free::operator()(void* storage) const { std::free(storage); }
+void Instance::Free::operator()(void* storage) const { std::free(storage); }
 
-void PluginInstance::Destroy::operator()(ravencal_instance* instance) const {
-  api->destroy(instance);
-}
+void Instance::Destroy::operator()(ravencal_instance* instance) const { api->destroy(instance); }
 
-core::Result<PluginInstance> PluginInstance::create(const PluginLibrary& library,
-                                                    const ravencal_config& config) {
-  PluginInstance plugin;
+core::Result<Instance> Instance::create(const Library& library, const ravencal_config& config) {
+  Instance plugin;
   plugin.api_ = &library.api();
   const std::size_t alignment = plugin.api_->storage_alignment();
   const std::size_t bytes = (plugin.api_->storage_size() + alignment - 1) / alignment * alignment;
@@ -109,21 +106,21 @@ core::Result<PluginInstance> PluginInstance::create(const PluginLibrary& library
   return plugin;
 }
 
-core::Status PluginInstance::load(const std::filesystem::path& weights) {
+core::Status Instance::load(const std::filesystem::path& weights) {
   const std::int32_t code = api_->load(get(), weights.c_str());
   if (code == RAVENCAL_SUCCESS) return {};
   return core::Error{code == RAVENCAL_ERROR_IO ? core::ErrorCode::kIo : core::ErrorCode::kData,
                      api_->last_error(get())};
 }
 
-ravencal_counters PluginInstance::counters() const {
+ravencal_counters Instance::counters() const {
   ravencal_counters counters{};
   counters.struct_size = sizeof counters;
   api_->counters(get(), &counters);
   return counters;
 }
 
-ravencal_info PluginInstance::info() const {
+ravencal_info Instance::info() const {
   ravencal_info info{};
   info.struct_size = sizeof info;
   api_->info(get(), &info);
@@ -154,4 +151,4 @@ const char* doubt_name(std::size_t kind) {
   return kind < RAVENCAL_DOUBT_KINDS ? kNames[kind] : "unknown";
 }
 
-}  // namespace ravencal::host
+}  // namespace ravencal::plugin_host
