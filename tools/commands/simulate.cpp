@@ -33,7 +33,7 @@ struct SimulateArguments {
   record::LoadOptions load;
 };
 
-void print_followed(const simulation::Followed& followed, const SimulateArguments& arguments) {
+void print_followed(const simulation::FollowResult& followed, const SimulateArguments& arguments) {
   if (arguments.json) {
     nlohmann::json joints = nlohmann::json::array();
     for (const auto& joint : followed.joints) {
@@ -64,7 +64,7 @@ core::Status follow(const SimulateArguments& arguments, const physics::Plant& pl
   }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             exchange::load_recording(arguments.follow, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(const simulation::Followed followed,
+  RAVENCAL_ASSIGN_OR_RETURN(const simulation::FollowResult followed,
                             simulation::follow_recording(plant, recording, arguments.following));
   RAVENCAL_RETURN_IF_ERROR(
       record::write_recording(followed.recording, arguments.out, arguments.session.overwrite));

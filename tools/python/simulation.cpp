@@ -103,8 +103,8 @@ std::shared_ptr<HeldRecording> follow(const physics::Plant& given,
         core::usage_error(fmt::format("restart_s: {} is not above 0", options.restart_s)));
   }
   const physics::Plant plant = loaded(given, payload_g);
-  const auto work = [&](const Watch&) -> core::Result<simulation::Followed> {
-    RAVENCAL_ASSIGN_OR_RETURN(simulation::Followed followed,
+  const auto work = [&](const Watch&) -> core::Result<simulation::FollowResult> {
+    RAVENCAL_ASSIGN_OR_RETURN(simulation::FollowResult followed,
                               simulation::follow_recording(plant, recording->recording, options));
     if (out) {
       RAVENCAL_RETURN_IF_ERROR(record::write_recording(followed.recording, *out, overwrite));
@@ -115,7 +115,7 @@ std::shared_ptr<HeldRecording> follow(const physics::Plant& given,
     }
     return followed;
   };
-  simulation::Followed followed = away_from_python(py::none(), work);
+  simulation::FollowResult followed = away_from_python(py::none(), work);
   return std::make_shared<HeldRecording>(
       HeldRecording{std::move(followed.recording), {}, {}, std::move(followed.joints)});
 }

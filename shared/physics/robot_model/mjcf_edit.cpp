@@ -67,7 +67,7 @@ class MjcfJoints {
   }
 
  private:
-  [[nodiscard]] XMLElement* existing(int of, Series kind) const {
+  [[nodiscard]] XMLElement* existing(int of, SeriesKind kind) const {
     for (int j = of + 1; j < edit_.model.njnt; ++j) {
       const std::optional<SeriesJoint> series = series_joint(edit_.model, j);
       if (series && series->of == of && series->kind == kind)
@@ -79,7 +79,7 @@ class MjcfJoints {
   void add_series(int joint, const std::string& name, const JointNumbers& given,
                   const JointNumbers& wanted) {
     XMLElement* last = tree_.joints[static_cast<std::size_t>(joint)];
-    const auto place = [&](Series kind, bool differs) -> XMLElement* {
+    const auto place = [&](SeriesKind kind, bool differs) -> XMLElement* {
       XMLElement* element = existing(joint, kind);
       if (element == nullptr && differs) element = add_joint(joint, *last, name, kind);
       if (element != nullptr) last = element;
@@ -90,13 +90,13 @@ class MjcfJoints {
     const bool other_gap = given.half_width != wanted.half_width ||
                            (wanted.half_width > 0.0 && given.stiffness != wanted.stiffness);
     const bool is_turned = edit_.model.jnt_type[joint] == mjJNT_HINGE;
-    if (XMLElement* gap = place(Series::kBacklash, other_gap)) {
+    if (XMLElement* gap = place(SeriesKind::kBacklash, other_gap)) {
       const double reach =
           is_turned && in_degrees_ ? degrees(wanted.half_width) : wanted.half_width;
       edit_.set(*gap, "range", numbers_text(-reach, reach), gap->Attribute("name"));
       if (wanted.stiffness > 0.0) write_between(*gap, joint, wanted);
     }
-    if (XMLElement* cable = place(Series::kCable, other_spring)) {
+    if (XMLElement* cable = place(SeriesKind::kCable, other_spring)) {
       edit_.set(*cable, "stiffness", numbers_text(wanted.stiffness), cable->Attribute("name"));
       edit_.set(*cable, "damping", numbers_text(wanted.cable_damping), cable->Attribute("name"));
     }
@@ -112,7 +112,7 @@ class MjcfJoints {
   }
 
   /// States all that a class of defaults might say otherwise.
-  XMLElement* add_joint(int of, XMLElement& after, const std::string& name, Series kind) {
+  XMLElement* add_joint(int of, XMLElement& after, const std::string& name, SeriesKind kind) {
     const mjModel& m = edit_.model;
     XMLElement* e = edit_.document.xml.NewElement("joint");
     const auto vector = [&](const mjtNum* values) {
@@ -125,8 +125,8 @@ class MjcfJoints {
     e->SetAttribute("axis", vector(m.jnt_axis).c_str());
     for (const char* none : {"armature", "damping", "frictionloss", "stiffness", "margin"})
       e->SetAttribute(none, "0");
-    e->SetAttribute("limited", kind == Series::kBacklash ? "true" : "false");
-    if (kind == Series::kBacklash) {
+    e->SetAttribute("limited", kind == SeriesKind::kBacklash ? "true" : "false");
+    if (kind == SeriesKind::kBacklash) {
       e->SetAttribute("solreflimit", numbers_text(kStopTimeConstant * m.opt.timestep, 1.0).c_str());
       e->SetAttribute("solimplimit", numbers_text(kStopImpedance, kStopImpedance, 0.001).c_str());
     }

@@ -200,7 +200,7 @@ class Importer {
       if (!series) continue;
       const int dof = m_.jnt_dofadr[j];
       Joint& joint = plant_.joints[static_cast<std::size_t>(place_of(series->of))];
-      const bool is_cable = series->kind == Series::kCable;
+      const bool is_cable = series->kind == SeriesKind::kCable;
       if (is_cable)
         joint.effects.push_back(
             {"compliance",

@@ -25,8 +25,8 @@ bool is_driven(const mjModel& m, int joint) {
   return false;
 }
 
-bool is_of_kind(const mjModel& m, int joint, Series kind) {
-  if (kind == Series::kCable)
+bool is_of_kind(const mjModel& m, int joint, SeriesKind kind) {
+  if (kind == SeriesKind::kCable)
     return m.jnt_stiffness[joint] > 0.0 && m.qpos_spring[m.jnt_qposadr[joint]] == 0.0;
   const mjtNum* range = m.jnt_range + 2 * static_cast<std::ptrdiff_t>(joint);
   return m.jnt_limited[joint] != 0 && m.jnt_stiffness[joint] == 0.0 && range[1] > 0.0 &&
@@ -35,8 +35,8 @@ bool is_of_kind(const mjModel& m, int joint, Series kind) {
 
 }  // namespace
 
-std::string series_name(std::string_view joint, Series kind) {
-  return fmt::format("{}_{}", joint, kind == Series::kBacklash ? "backlash" : "cable");
+std::string series_name(std::string_view joint, SeriesKind kind) {
+  return fmt::format("{}_{}", joint, kind == SeriesKind::kBacklash ? "backlash" : "cable");
 }
 
 std::string joint_name(const mjModel& model, int joint) {
@@ -51,7 +51,7 @@ std::optional<SeriesJoint> series_joint(const mjModel& m, int joint) {
     const bool alike = m.jnt_type[of] == m.jnt_type[joint] && same(m.jnt_axis, of, joint) &&
                        same(m.jnt_pos, of, joint);
     if (!alike) break;
-    for (const Series kind : {Series::kBacklash, Series::kCable})
+    for (const SeriesKind kind : {SeriesKind::kBacklash, SeriesKind::kCable})
       if (joint_name(m, joint) == series_name(joint_name(m, of), kind) &&
           is_of_kind(m, joint, kind))
         return SeriesJoint{kind, of};

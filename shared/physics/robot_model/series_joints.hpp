@@ -14,17 +14,17 @@
 
 namespace ravencal::physics {
 
-enum class Series { kBacklash, kCable };
+enum class SeriesKind { kBacklash, kCable };
 
 struct SeriesJoint {
-  Series kind = Series::kBacklash;
+  SeriesKind kind = SeriesKind::kBacklash;
   int of = 0;  ///< the drive's joint
 };
 
 /// `JOINT_backlash` (a range about zero, as onshape-to-robot writes it) or `JOINT_cable` (a spring
 /// about zero). Empty for any other joint.
 std::optional<SeriesJoint> series_joint(const mjModel& model, int joint);
-std::string series_name(std::string_view joint, Series kind);
+std::string series_name(std::string_view joint, SeriesKind kind);
 
 /// The joints that a plant has, in its order: all others.
 std::vector<int> plant_joints(const mjModel& model);

@@ -49,7 +49,7 @@ class Follower {
     out_.recording.meta["source"] = "ravencal simulate --follow: simulated, not a robot";
   }
 
-  core::Result<Followed> run() {
+  core::Result<FollowResult> run() {
     std::vector<VectorXd> positions;
     for (const Recorded& r : recorded_) positions.push_back(r.believed());
     weights_ = physics::holding_efforts(plant_, positions);
@@ -293,7 +293,7 @@ class Follower {
 
   const physics::Plant& plant_;
   FollowOptions options_;
-  Followed out_;
+  FollowResult out_;
   VectorXd t_s_;
   std::vector<char> fresh_;
   std::vector<char> off_;  ///< 1 where the drives were off; empty: nowhere
@@ -304,7 +304,7 @@ class Follower {
 
 }  // namespace
 
-core::Result<Followed> follow_recording(const physics::Plant& plant,
+core::Result<FollowResult> follow_recording(const physics::Plant& plant,
                                         const record::Recording& recording,
                                         const FollowOptions& options) {
   if (recording.rows() < 2) {

@@ -34,13 +34,13 @@ struct FollowedJoint {
   std::optional<double> drawn_constant_ji{};
 };
 
-struct Followed {
+struct FollowResult {
   record::Recording recording;
   std::vector<FollowedJoint> joints;
 };
 
 /// Errors (kData): no joint of the plant has what is needed in the recording.
-core::Result<Followed> follow_recording(const physics::Plant& plant,
+core::Result<FollowResult> follow_recording(const physics::Plant& plant,
                                         const record::Recording& recording,
                                         const FollowOptions& options);
 
