@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Factors between units that more than one room converts by.
+// Factors between units that more than one module converts by.
 #pragma once
 
 #include <cstdint>

@@ -60,7 +60,7 @@ inline void state_machine(control_state& c, param_pass& params, int level) {
 
 inline void take_commands(robot_device& device, const param_pass& params, const commands& from) {
 #ifdef RAVENCAL_CRTK
-  // Enabled in INIT, and from the wish to press the pedal on, before the PLC has followed it.
+  // Enabled in INIT, and from the request to press the pedal on, before the PLC has followed it.
   const bool enabled =
       params.runlevel == kInitLevel || (params.runlevel > kInitLevel && device.surgeon_mode != 0);
   bool any_joints = false;

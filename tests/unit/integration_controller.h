@@ -54,7 +54,7 @@ typedef struct controller_api {
   void (*command_joints)(controller* self, int arms, const float step_ji[3]);
   /* The operator moves the calibrated arm's tip by so much per cycle. */
   void (*command_tip)(controller* self, const int step_um[3]);
-  /* CRTK: the wish to press the pedal, which the PLC follows later. */
+  /* CRTK: the request to press the pedal, which the PLC follows later. */
   void (*press)(controller* self, int down);
   /* Somebody moves the joints of the calibrated arm, or of the other one, while no motor does. */
   void (*move_by_hand)(controller* self, int other, const float by_ji[3]);
