@@ -204,7 +204,10 @@ class TimeDomain {
       }
       gain_[i] = 1.0 + number(i, "gain_error", "ratio");
     }
-    couple_ = (Matrix3d::Identity() - coupling).inverse();
+    if (plant.joints[1].coupling_through == physics::Through::kLink)
+      by_link_ = coupling;
+    else
+      couple_ = (Matrix3d::Identity() - coupling).inverse();
   }
 
   /// Largest correction of joint units times `weights` in the last of three equal spans over that
@@ -253,8 +256,8 @@ class TimeDomain {
 
   Rates rates(const Vector3d& tau, const Vector3d& q, const Vector3d& y, const Vector3d& w,
               const Vector3d& v) const {
-    const Vector3d drive = couple_ * gain_.cwiseProduct(q);
-    const Vector3d drive_speed = couple_ * gain_.cwiseProduct(w);
+    const Vector3d drive = couple_ * gain_.cwiseProduct(q) + by_link_ * y;
+    const Vector3d drive_speed = couple_ * gain_.cwiseProduct(w) + by_link_ * v;
     Vector3d tension;
     for (Index i = 0; i < 3; ++i) {
       tension[i] = number(i, "compliance", "stiffness") * (drive[i] - y[i]) +
@@ -267,7 +270,7 @@ class TimeDomain {
       const double effort = tau[i] * joint(i).reduction / joint(i).gearbox_ratio;
       a[i] = (effort - number(i, "viscous_friction", "damping") * w[i] - reaction[i]) / inertia;
     }
-    return {w, v, a, inverse_mass_ * tension};
+    return {w, v, a, inverse_mass_ * (tension - by_link_.transpose() * tension)};
   }
 
   void advance(const Vector3d& tau, double h) {
@@ -284,7 +287,9 @@ class TimeDomain {
 
   const physics::Plant& plant_;
   physics::ArmDynamics dynamics_;
-  Matrix3d inverse_mass_, couple_;
+  Matrix3d inverse_mass_;
+  Matrix3d couple_ = Matrix3d::Identity();  ///< cables that follow other drives
+  Matrix3d by_link_ = Matrix3d::Zero();     ///< cables that follow other links
   Vector3d gain_;
   Vector3d q_, y_, w_, v_;
 };
@@ -299,7 +304,7 @@ std::vector<model::FeatureSpec> time_domain_features() {
   return features;
 }
 
-/// Gains of which the loop rings somewhere: 3 x 12, columns as time_domain_features().
+/// Gains of which the loop oscillates somewhere: 3 x 12, columns as time_domain_features().
 struct Case {
   const char* what;
   MatrixXd gains;
@@ -337,8 +342,12 @@ std::vector<Case> cases() {
   return cases;
 }
 
-TEST(Margins, TellFromWhichGainOnASimulationRings) {
-  const physics::Plant plant = raven();
+/// With cables that follow the drives or the links of other joints.
+class MarginsOfRouting : public testing::TestWithParam<physics::Through> {};
+
+TEST_P(MarginsOfRouting, TellFromWhichGainOnASimulationOscillates) {
+  physics::Plant plant = raven();
+  for (physics::Joint& joint : plant.joints) joint.coupling_through = GetParam();
   TimeDomain simulation(plant);
   for (const Case& test : cases()) {
     const Margins found = margins_of(plant, time_domain_features(), test.gains);
@@ -352,6 +361,9 @@ TEST(Margins, TellFromWhichGainOnASimulationRings) {
         << found.gain.frequency_hz << " Hz)";
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Cables, MarginsOfRouting,
+                         testing::Values(physics::Through::kDrive, physics::Through::kLink));
 
 }  // namespace
 }  // namespace ravencal::loop

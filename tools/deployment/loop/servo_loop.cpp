@@ -9,7 +9,7 @@
 
 #include "core/joint_layout.hpp"
 #include "physics/arm_dynamics.hpp"
-#include "physics/plant_effort.hpp"
+#include "physics/drives.hpp"
 #include "physics/raven_controller.hpp"
 #include "physics/raven_kinematics.hpp"
 
@@ -49,20 +49,6 @@ core::Status check(const physics::Plant& plant) {
   return {};
 }
 
-/// Joints that motor angles over their reduction ask for: nominal coupling with the plant's errors.
-Matrix3d true_drive(const physics::Plant& plant) {
-  Matrix3d coupling;
-  Vector3d gain;
-  for (Index i = 0; i < 3; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    gain[i] = 1.0 + plant.joints[row].parameter("gain_error", "ratio");
-    for (Index k = 0; k < 3; ++k) {
-      coupling(i, k) = physics::coupling_of(plant, row, static_cast<std::size_t>(k));
-    }
-  }
-  return (Matrix3d::Identity() - coupling).inverse() * gain.asDiagonal();
-}
-
 /// Columns: a linear map of 3 numbers applied to the unit vectors.
 template <typename Map>
 Matrix3d matrix_of(const Map& map) {
@@ -80,14 +66,15 @@ struct ServoLoop::Impl {
         arm(plant.robot.arm == "green" ? physics::Arm::kGreen : physics::Arm::kGold),
         dynamics(plant, arm, true),
         cycle_s(1.0 / plant.robot.control_rate_hz),
-        drive(true_drive(plant)) {
+        of_motor(physics::drive_kinematics(plant).of_motor),
+        stretch_of_joint(Matrix3d::Identity() - physics::drive_kinematics(plant).of_joint) {
     for (Index i = 0; i < 3; ++i) {
       const physics::Joint& joint = plant.joints[static_cast<std::size_t>(i)];
       reduction[i] = joint.reduction;
-      inertia[i] = joint.motor_inertia_kg_m2 * joint.reduction * joint.reduction;
-      effort_per_torque[i] = joint.reduction / joint.gearbox_ratio *
-                             (1.0 + joint.parameter("torque_constant", "ratio"));
-      viscous[i] = joint.parameter("viscous_friction", "damping");
+      const physics::DriveLosses losses = physics::drive_losses(joint);
+      inertia[i] = losses.inertia;
+      effort_per_torque[i] = joint.reduction / joint.gearbox_ratio * losses.effort_ratio;
+      viscous[i] = losses.viscous;
       stiffness[i] = joint.parameter("compliance", "stiffness");
       damping[i] = joint.parameter("compliance", "damping");
       kp[i] = joint.controller->kp_n_m_per_rad;
@@ -102,25 +89,29 @@ struct ServoLoop::Impl {
         matrix_of([&](const Vector3d& v) { return physics::joints_from_motors(plant, v); });
   }
 
-  /// Continuous state (q, y, q', y') and its zero-order hold equivalent.
+  /// Continuous state (q, y, q', y') of motors and joints, and its zero-order hold equivalent. A
+  /// cable is stretched by of_motor q - stretch_of_joint y, and by virtual work its tension acts on
+  /// both through the transposes.
   void linearise(const Vector3d& joints_ji) {
     const Matrix3d k = stiffness.asDiagonal();
     const Matrix3d b = damping.asDiagonal();
     const Matrix3d inverse_inertia = inertia.cwiseInverse().asDiagonal();
     const Matrix3d inverse_mass = dynamics.mass_matrix(joints_ji).inverse();
     const Matrix3d drag = viscous.asDiagonal();
+    const Matrix3d on_motor = inverse_inertia * of_motor.transpose();
+    const Matrix3d on_joint = inverse_mass * stretch_of_joint.transpose();
     Eigen::Matrix<double, kStates + 3, kStates + 3> system;
     system.setZero();
     system.block<3, 3>(0, 6).setIdentity();
     system.block<3, 3>(3, 9).setIdentity();
-    system.block<3, 3>(6, 0) = -inverse_inertia * drive.transpose() * k * drive;
-    system.block<3, 3>(6, 3) = inverse_inertia * drive.transpose() * k;
-    system.block<3, 3>(6, 6) = -inverse_inertia * (drag + drive.transpose() * b * drive);
-    system.block<3, 3>(6, 9) = inverse_inertia * drive.transpose() * b;
-    system.block<3, 3>(9, 0) = inverse_mass * k * drive;
-    system.block<3, 3>(9, 3) = -inverse_mass * k;
-    system.block<3, 3>(9, 6) = inverse_mass * b * drive;
-    system.block<3, 3>(9, 9) = -inverse_mass * b;
+    system.block<3, 3>(6, 0) = -on_motor * k * of_motor;
+    system.block<3, 3>(6, 3) = on_motor * k * stretch_of_joint;
+    system.block<3, 3>(6, 6) = -inverse_inertia * drag - on_motor * b * of_motor;
+    system.block<3, 3>(6, 9) = on_motor * b * stretch_of_joint;
+    system.block<3, 3>(9, 0) = on_joint * k * of_motor;
+    system.block<3, 3>(9, 3) = -on_joint * k * stretch_of_joint;
+    system.block<3, 3>(9, 6) = on_joint * b * of_motor;
+    system.block<3, 3>(9, 9) = -on_joint * b * stretch_of_joint;
     system.block<3, 3>(6, 12) = inverse_inertia * Matrix3d(effort_per_torque.asDiagonal());
     const Eigen::MatrixXd held = Eigen::MatrixXd(system * cycle_s).exp();
     transition = held.topLeftCorner(kStates, kStates);
@@ -177,7 +168,8 @@ struct ServoLoop::Impl {
   physics::Arm arm;
   physics::ArmDynamics dynamics;
   double cycle_s;
-  Matrix3d drive;  ///< motor angles over the reduction to joints
+  Matrix3d of_motor;          ///< of DriveKinematics
+  Matrix3d stretch_of_joint;  ///< how far a joint relaxes its own and other cables
   Matrix3d motors_from_joints;
   Matrix3d joints_from_motors;
   Vector3d reduction, inertia, effort_per_torque, viscous, stiffness, damping, kp, kd;
