@@ -71,7 +71,7 @@ void append_whole_rows(const model::FeatureMatrix& more, model::FeatureMatrix& r
 
 core::Status bound_loop(const Request& request, Outcome& outcome) {
   model::CalibrationModel& model = outcome.compacted.model;
-  RAVENCAL_RETURN_IF_ERROR(set_gains(arguments, outcome, model));
+  RAVENCAL_RETURN_IF_ERROR(set_gains(request, outcome, model));
   if (request.unbounded_loop) {
     model.provenance["loop"] = "accepted without a bound (convert --unbounded-loop)";
   }

@@ -78,7 +78,7 @@ core::Result<std::vector<record::Recording>> load_recordings(const std::vector<s
                                                              const record::LoadOptions& options) {
   std::vector<record::Recording> recordings;
   for (const std::string& path : paths) {
-    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, load_recording(path, options));
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, exchange::load_recording(path, options));
     recordings.push_back(std::move(recording));
   }
   return recordings;
