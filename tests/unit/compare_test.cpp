@@ -5,10 +5,12 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "core/whole_file.hpp"
 #include "study/compare_evaluate.hpp"
 #include "study/compare_tables.hpp"
+#include "unit/browser.hpp"
 #include "unit/learn/sample_arm.hpp"
 
 namespace ravencal::study {
@@ -147,7 +149,7 @@ TEST_F(Compare, NamesAMethodThatDoesNotExist) {
   EXPECT_NE(outcome.error().message.find("magic"), std::string::npos);
 }
 
-TEST_F(Compare, WritesAPageThatLoadsNothingAndEscapesWhatItShows) {
+TEST_F(Compare, WritesAPageThatLoadsNothingAndWhatElseTheFolderHolds) {
   options_.methods = {"raw", "linear", "network", "lstm", "physics"};
   options_.settings.hidden = {4};
   options_.settings.epochs = 2;
@@ -155,9 +157,9 @@ TEST_F(Compare, WritesAPageThatLoadsNothingAndEscapesWhatItShows) {
   const Comparison c = run();
   ASSERT_TRUE(write_comparison(c, options_.out).ok());
   const std::string html = core::read_whole_file(options_.out / "compare.html").value();
-  EXPECT_EQ(html.find("http://"), std::string::npos);
-  EXPECT_EQ(html.find("https://"), std::string::npos);
-  EXPECT_EQ(html.find("<script"), std::string::npos);
+  EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
+  for (const char* address : {" src=", "href=\"http", "url(http"})
+    EXPECT_EQ(html.find(address), std::string::npos) << address;
   EXPECT_EQ(html.find("<b>Comparison"), std::string::npos);
   EXPECT_NE(html.find("&lt;b&gt;Comparison"), std::string::npos);
   EXPECT_NE(html.find("no diagnosis given"), std::string::npos) << "why physics has no figures";
@@ -168,6 +170,41 @@ TEST_F(Compare, WritesAPageThatLoadsNothingAndEscapesWhatItShows) {
   EXPECT_EQ(back->methods.back().status, CompareStatus::kUnsuited);
   for (const char* file : {"compare.csv", "compare.md", "compare.tex"})
     EXPECT_GT(fs::file_size(options_.out / file), 200U) << file;
+}
+
+TEST_F(Compare, DrawsEveryFigureOfItsTables) {
+  if (!test::has_browser()) GTEST_SKIP() << "chromium is not installed (apt-get install chromium)";
+  const Comparison c = run();
+  ASSERT_TRUE(write_comparison(c, options_.out).ok());
+  const auto opened = test::open_in_browser(options_.out / "compare.html", options_.out);
+  EXPECT_EQ(opened.console, "");
+  // Bars and maps of two joints.
+  EXPECT_NE(opened.dom.find("data-charts-drawn=\"4/4\""), std::string::npos);
+  EXPECT_NE(opened.dom.find("<h1>&lt;b&gt;Comparison&lt;/b&gt;</h1>"), std::string::npos);
+  const std::string markdown = core::read_whole_file(options_.out / "compare.md").value();
+  static const std::regex figure(R"(\d+\.\d+( to \d+\.\d+)?)");
+  std::sregex_iterator at(markdown.begin(), markdown.end(), figure);
+  EXPECT_GT(std::distance(at, std::sregex_iterator()), 30);
+  for (; at != std::sregex_iterator(); ++at)
+    EXPECT_NE(opened.dom.find(at->str()), std::string::npos) << at->str();
+}
+
+TEST_F(Compare, MapsEveryMethodOverThePlacesOfTheTest) {
+  const Comparison c = run();
+  const auto column = *test_.column(record::Role::kJointEstimate, "elbow");
+  ASSERT_EQ(c.map.x.edges.size(), 13U);
+  EXPECT_NEAR(c.map.x.edges.front(), 57.29578 * test_.samples.col(column).minCoeff(), 1e-3);
+  EXPECT_NEAR(c.map.x.edges.back(), 57.29578 * test_.samples.col(column).maxCoeff(), 1e-3);
+  EXPECT_EQ(c.map.y.unit, "mm");
+  int cells = 0;
+  for (std::size_t i = 0; i < 144; ++i) {
+    const double raw = c.methods[0].maps.at(0).rmse.at(i);
+    if (!std::isfinite(raw)) continue;
+    ++cells;
+    EXPECT_NEAR(raw, 5.81, 1.2);
+    EXPECT_LT(c.methods[2].maps.at(0).rmse.at(i), 1e-4);
+  }
+  EXPECT_GT(cells, 100);
 }
 
 TEST_F(Compare, KeepsModelsThatConvertTakesAndSaysWhyOthersCannotBeLoaded) {

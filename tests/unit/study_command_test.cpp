@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <regex>
 #include <string>
 
 #include "core/whole_file.hpp"
+#include "unit/browser.hpp"
 #include "unit/run_command.hpp"
 #include "unit/study_arm.hpp"
 
@@ -79,6 +81,16 @@ TEST_F(StudyCommand, RunsEveryStudyAndWritesItsTablesInEveryForm) {
                           "torque,\"torques, × −1\",unloaded",
                           "homing_2,all features,elbow [deg],1", "samples,\"unloaded, shoulder\""})
     EXPECT_NE(csv->find(row), std::string::npos) << row;
+  if (test::has_browser()) {
+    const auto opened = test::open_in_browser(out() / "report.html", out());
+    EXPECT_EQ(opened.console, "");
+    static const std::regex every_chart(R"(data-charts-drawn="(\d\d)/\1")");
+    EXPECT_TRUE(std::regex_search(opened.dom.substr(0, opened.dom.find("<head>")), every_chart));
+    for (const char* heading :
+         {"Removal ablation</h2>", "<h3>500 g</h3>", "<h3>unloaded, insertion</h3>",
+          "Re-homing, trained with re-homing</h2>", ">kernels</th>"})
+      EXPECT_NE(opened.dom.find(heading), std::string::npos) << heading;
+  }
   // The same command again trains nothing and writes the same.
   const Outcome again = ablate("all " + data() + homing);
   EXPECT_EQ(again.text.find("to train"), std::string::npos) << again.text;

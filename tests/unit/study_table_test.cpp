@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/whole_file.hpp"
+#include "report/document.hpp"
 #include "study/table.hpp"
+#include "unit/browser.hpp"
 
 namespace {
 
@@ -42,22 +48,30 @@ std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-TEST(StudyTable, HtmlShowsFigureSpreadIntervalTheirsAndMark) {
-  const std::string html = to_html(sample());
-  EXPECT_NE(html.find("0.268&thinsp;±&thinsp;0.004"), std::string::npos) << html;
-  EXPECT_NE(html.find("0.250 to 0.290"), std::string::npos) << html;
-  EXPECT_NE(html.find("(0.300)"), std::string::npos) << html;
-  EXPECT_NE(html.find("class=\"group worse\""), std::string::npos) << html;
-  EXPECT_NE(html.find("colspan=\"2\" scope=\"colgroup\" class=\"group\">unloaded<"),
-            std::string::npos)
-      << html;
-  EXPECT_NE(html.find("theirs: arXiv, robot"), std::string::npos);
-}
-
-TEST(StudyTable, HtmlEscapesWhatUsersWrote) {
-  const std::string html = to_html(sample());
-  EXPECT_EQ(html.find("<b>"), std::string::npos);
-  EXPECT_NE(html.find("Removal &amp; &quot;more&quot; &lt;b&gt;"), std::string::npos) << html;
+TEST(StudyTable, PageShowsFigureSpreadIntervalTheirsAndMarkAndUsersTextAsText) {
+  namespace fs = std::filesystem;
+  if (!ravencal::test::has_browser())
+    GTEST_SKIP() << "chromium is not installed (apt-get install chromium)";
+  const fs::path folder =
+      fs::temp_directory_path() / ("ravencal_table_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string page = ravencal::report::drawn_html(
+      "", table_json(sample()).dump(), "",
+      "const data = JSON.parse(document.getElementById('data').textContent);"
+      "document.querySelector('main').append(...study_table(data));");
+  ASSERT_TRUE(ravencal::core::write_whole_file(folder / "page.html", page).ok());
+  const auto opened = ravencal::test::open_in_browser(folder / "page.html", folder);
+  fs::remove_all(folder);
+  EXPECT_EQ(opened.console, "");
+  for (const char* shown :
+       {"<th scope=\"row\">nothing</th><td class=\"group\">0.268\u2009±\u20090.004<br>",
+        "<small class=\"note\">0.250 to 0.290</small>", "<small class=\"note\">(0.300)</small>",
+        "<td class=\"group worse\">12.5</td>", "<td class=\"group\">yes, a|b</td>",
+        "<td class=\"group\">–</td>", "<tr class=\"ruled\"><th scope=\"row\">joint_pose</th>",
+        "class=\"group\" scope=\"colgroup\" colspan=\"2\">unloaded<", "joint 2 [deg]</th>",
+        "<caption>Removal &amp; \"more\" &lt;b&gt;</caption>", ">Bold: more than 30 % worse.</p>",
+        ">In parentheses, theirs: arXiv, robot.</p>"})
+    EXPECT_NE(opened.dom.find(shown), std::string::npos) << shown << "\n" << opened.dom;
 }
 
 TEST(StudyTable, MarkdownHasOneLinePerRowAndAsManyBarsInEach) {

@@ -89,7 +89,7 @@ std::string Document::html(const DocumentHead& head) const {
 }
 
 std::string drawn_html(const std::string& title, const std::string& data_json,
-                       const std::string& data_file, std::string_view script) {
+                       const std::string& data_files, std::string_view script) {
   return page_html({{"title", html_escape(title)},
                     {"subtitle", ""},
                     {"verdict", ""},
@@ -97,7 +97,7 @@ std::string drawn_html(const std::string& title, const std::string& data_json,
                     {"without_scripts",
                      "This page is drawn by scripts inside it; this browser does not run them. All "
                      "that it shows stands in " +
-                         html_escape(data_file) + "."},
+                         html_escape(data_files) + "."},
                     {"body", ""},
                     {"data_id", "data"},
                     {"data", script_text(data_json)},

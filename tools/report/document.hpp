@@ -25,9 +25,9 @@ std::string key_item_html(const char* colour, const char* dash, double width,
                           const std::string& html);
 
 /// A page of nothing but data, which `script` draws with draw.js. A reader without scripts is sent
-/// to `data_file`, which holds the same `data_json` beside the page.
+/// to `data_files`, which hold the same beside the page.
 std::string drawn_html(const std::string& title, const std::string& data_json,
-                       const std::string& data_file, std::string_view script);
+                       const std::string& data_files, std::string_view script);
 
 class Document {
  public:

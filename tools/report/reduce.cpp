@@ -215,6 +215,13 @@ std::optional<MapGrid> grid_over(std::span<const double> x, std::span<const doub
   return grid;
 }
 
+std::vector<double> edges_of(double from, double to, std::size_t cells) {
+  std::vector<double> edges;
+  for (std::size_t i = 0; i <= cells; ++i)
+    edges.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(cells));
+  return edges;
+}
+
 std::vector<MapCell> error_map(const MapGrid& grid, std::span<const double> x,
                                std::span<const double> y, std::span<const double> error,
                                std::span<const std::int8_t> direction, std::int8_t wanted) {

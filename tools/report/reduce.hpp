@@ -82,6 +82,9 @@ struct MapGrid {
 std::optional<MapGrid> grid_over(std::span<const double> x, std::span<const double> y,
                                  std::size_t cells);
 
+/// The borders of `cells` equal parts, from `from` to `to`.
+std::vector<double> edges_of(double from, double to, std::size_t cells);
+
 struct MapCell {
   std::uint64_t samples = 0;  ///< 0: nobody was there, rmse and mean say nothing
   double rmse = 0.0;

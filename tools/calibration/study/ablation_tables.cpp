@@ -195,7 +195,7 @@ Table homing_table(const ConditionResults& results, std::size_t index) {
   Table table;
   table.id = fmt::format("homing_{}", index);
   table.title =
-      fmt::format("Re-homing: RMSE by homings since training, {}", results.condition().title);
+      fmt::format("Re-homing, {}: RMSE by homings since training", results.condition().title);
   table.row_title = "trained with";
   table.note =
       "Mean over seeds ± standard deviation over seeds, with its 95 % interval. Marked: more "

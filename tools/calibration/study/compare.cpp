@@ -68,6 +68,7 @@ bool errors_lie_apart(const Group& group) {
 struct Groups {
   std::vector<Group> all;
   double weight = 1.0;  ///< of a group's minutes: groups share their rows, or have their own
+  std::optional<MapAxes> axes;  ///< of the test's error maps; none where joints are apart
 };
 
 core::Result<Groups> make_groups(const CompareData& data, const CompareOptions& options) {
@@ -76,6 +77,8 @@ core::Result<Groups> make_groups(const CompareData& data, const CompareOptions& 
                             make_group(data, options, options.features, options.joints));
   const bool apart = errors_lie_apart(whole);
   if (options.features_of.empty() && !apart) {
+    if (whole.problem.outputs.size() > 1)
+      groups.axes = map_axes_of(whole.sets.at("test"), kMapCells);
     groups.all.push_back(std::move(whole));
     return groups;
   }
@@ -219,10 +222,9 @@ class MethodRun {
         joint.sets[name] = figure.figure;
         if (name != "test") continue;
         joint.blocks = std::move(figure.blocks);
-        if (groups_.all.size() > 1 || group.problem.outputs.size() < 2) continue;
+        if (!groups_.axes) continue;
         result_.maps.push_back(
-            {joint.joint, joint.unit,
-             error_map_of(series, left, output, per_si(group, k), 0, 1, kMapCells)});
+            {joint.joint, joint.unit, error_map_of(*groups_.axes, left, output, per_si(group, k))});
       }
     }
   }
@@ -362,11 +364,7 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   for (const Group& group : groups.all)
     comparison.training_minutes += minutes_of(group.train, group.problem) * groups.weight;
   comparison.loop_budget_us = options.loop_budget_us;
-  if (groups.all.size() == 1 && groups.all.front().problem.outputs.size() > 1) {
-    comparison.map_x = groups.all.front().problem.outputs[0].joint;
-    comparison.map_y = groups.all.front().problem.outputs[1].joint;
-    comparison.map_cells = kMapCells;
-  }
+  if (groups.axes) comparison.map = grid_of(*groups.axes, groups.all.front().problem.outputs);
   double done = 0.0;
   for (const Method* method : wanted) {
     const std::string id(method->id());

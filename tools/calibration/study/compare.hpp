@@ -56,7 +56,4 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
 /// compare.json, compare.csv, compare.md, compare.tex and compare.html in `folder`. Errors: kIo.
 core::Status write_comparison(const Comparison& comparison, const std::filesystem::path& folder);
 
-/// The page alone.
-std::string comparison_html(const Comparison& comparison);
-
 }  // namespace ravencal::study

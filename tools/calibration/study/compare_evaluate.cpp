@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "core/random.hpp"
+#include "core/units.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -109,43 +110,39 @@ Ratio paired_ratio(const std::vector<ErrorBlocks>& a, const std::vector<ErrorBlo
   return {pooled_rmse(a) / pooled_rmse(b), interval.low, interval.high};
 }
 
-std::vector<double> error_map_of(std::span<const Series> series,
-                                 const std::vector<Eigen::MatrixXd>& left, Eigen::Index output,
-                                 double per_si, Eigen::Index x, Eigen::Index y, std::size_t cells) {
-  Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Array2d high = -low;
-  const auto place = [&](const Series& s, Eigen::Index row) {
-    return Eigen::Array2d(s.estimate(row, x), s.estimate(row, y));
-  };
-  const auto each = [&](const auto& use) {
-    for (std::size_t s = 0; s < series.size(); ++s) {
-      for (Eigen::Index row = 0; row < left[s].rows(); ++row) {
-        const Eigen::Array2d at = place(series[s], row);
-        if (at.isFinite().all() && std::isfinite(left[s](row, output)))
-          use(at, left[s](row, output));
-      }
+std::optional<MapAxes> map_axes_of(std::span<const Series> series, std::size_t cells) {
+  MapAxes axes;
+  for (const Series& s : series) {
+    for (Eigen::Index row = 0; row < s.rows(); ++row) {
+      const bool known = s.errors.row(row).array().isFinite().any();
+      axes.x.push_back(known ? s.estimate(row, 0) : kNothing);
+      axes.y.push_back(known ? s.estimate(row, 1) : kNothing);
     }
-  };
-  each([&](const Eigen::Array2d& at, double) {
-    low = low.min(at);
-    high = high.max(at);
-  });
-  std::vector<double> squares(cells * cells, 0.0);
-  std::vector<std::uint64_t> counts(cells * cells, 0);
-  const Eigen::Array2d span = (high - low).max(1e-12);
-  each([&](const Eigen::Array2d& at, double error) {
-    const Eigen::Array2d cell =
-        ((at - low) / span * static_cast<double>(cells)).min(static_cast<double>(cells) - 0.5);
-    const auto index =
-        static_cast<std::size_t>(cell[1]) * cells + static_cast<std::size_t>(cell[0]);
-    squares[index] += error * error;
-    ++counts[index];
-  });
-  std::vector<double> rmse(squares.size(), kNothing);
-  for (std::size_t i = 0; i < rmse.size(); ++i) {
-    if (counts[i] >= kLeastCellRows)
-      rmse[i] = per_si * std::sqrt(squares[i] / static_cast<double>(counts[i]));
   }
+  const std::optional<report::MapGrid> grid = report::grid_over(axes.x, axes.y, cells);
+  if (!grid) return std::nullopt;
+  axes.grid = *grid;
+  return axes;
+}
+
+CompareGrid grid_of(const MapAxes& axes, std::span<const model::OutputSpec> outputs) {
+  const report::MapGrid& grid = axes.grid;
+  const auto x = core::display_unit(outputs[0].unit), y = core::display_unit(outputs[1].unit);
+  return {{outputs[0].joint, x.name,
+           report::edges_of(grid.x_from * x.per_si, grid.x_to * x.per_si, grid.columns)},
+          {outputs[1].joint, y.name,
+           report::edges_of(grid.y_from * y.per_si, grid.y_to * y.per_si, grid.rows)}};
+}
+
+std::vector<double> error_map_of(const MapAxes& axes, const std::vector<Eigen::MatrixXd>& left,
+                                 Eigen::Index output, double per_si) {
+  std::vector<double> errors;
+  for (const Eigen::MatrixXd& part : left)
+    errors.insert(errors.end(), part.col(output).begin(), part.col(output).end());
+  const std::vector<std::int8_t> any(errors.size(), 0);
+  std::vector<double> rmse;
+  for (const report::MapCell& cell : report::error_map(axes.grid, axes.x, axes.y, errors, any, 0))
+    rmse.push_back(cell.samples < kLeastCellRows ? kNothing : per_si * cell.rmse);
   return rmse;
 }
 

@@ -13,20 +13,13 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr int kCompareSchema = 1;
 constexpr double kUnknownFigure = std::numeric_limits<double>::quiet_NaN();
 
-/// JSON has no NaN; null stands for it.
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+/// JSON has no NaN; null is written for it.
 double number_of(const json& value) {
   return value.is_number() ? value.get<double>() : kUnknownFigure;
 }
 
-json numbers(const std::vector<double>& values) {
-  json list = json::array();
-  for (const double value : values) list.push_back(number(value));
-  return list;
-}
 std::vector<double> numbers_of(const json& list) {
   std::vector<double> values;
   for (const json& value : list) values.push_back(number_of(value));
@@ -34,17 +27,16 @@ std::vector<double> numbers_of(const json& list) {
 }
 
 json to_json(const StepTime& s) {
-  return {
-      {"p50_us", number(s.p50_us)}, {"p99_us", number(s.p99_us)}, {"p999_us", number(s.p999_us)}};
+  return {{"p50_us", s.p50_us}, {"p99_us", s.p99_us}, {"p999_us", s.p999_us}};
 }
 StepTime step_of(const json& j) {
   return {number_of(j.at("p50_us")), number_of(j.at("p99_us")), number_of(j.at("p999_us"))};
 }
 
 json to_json(const CompareFigure& f) {
-  return {{"rmse", number(f.rmse)}, {"rmse_ci95", {number(f.rmse_low), number(f.rmse_high)}},
-          {"peak", number(f.peak)}, {"peak_ci95", {number(f.peak_low), number(f.peak_high)}},
-          {"samples", f.samples},   {"effective_samples", number(f.effective_samples)}};
+  return {{"rmse", f.rmse},       {"rmse_ci95", {f.rmse_low, f.rmse_high}},
+          {"peak", f.peak},       {"peak_ci95", {f.peak_low, f.peak_high}},
+          {"samples", f.samples}, {"effective_samples", f.effective_samples}};
 }
 CompareFigure figure_of(const json& j) {
   return {number_of(j.at("rmse")),
@@ -63,9 +55,8 @@ json to_json(const CompareJoint& joint, bool with_blocks) {
   if (!with_blocks) return j;
   j["blocks"] = json::array();
   for (const ErrorBlocks& b : joint.blocks) {
-    j["blocks"].push_back({{"squares", numbers(b.squares)},
-                           {"counts", b.counts},
-                           {"correlation_s", number(b.correlation_s)}});
+    j["blocks"].push_back(
+        {{"squares", b.squares}, {"counts", b.counts}, {"correlation_s", b.correlation_s}});
   }
   return j;
 }
@@ -95,28 +86,6 @@ std::string_view word(CompareStatus status) {
       return "failed";
   }
   return "";
-}
-
-json to_json(const MethodResult& m, bool with_blocks) {
-  json j = {{"id", m.id},           {"title", m.title},           {"source", m.source},
-            {"ours", m.ours},       {"status", word(m.status)},   {"reason", m.reason},
-            {"remark", m.remark},   {"training_s", m.training_s}, {"parameters", m.parameters},
-            {"model", m.model_file}};
-  j["own_step"] = to_json(m.own_step);
-  j["loop"] = {{"loadable", m.loop.loadable},   {"why_not", m.loop.why_not},
-               {"measured", m.loop.measured},   {"why_not_measured", m.loop.why_not_measured},
-               {"real_time", m.loop.real_time}, {"step", to_json(m.loop.step)}};
-  j["joints"] = json::array();
-  for (const CompareJoint& joint : m.joints) j["joints"].push_back(to_json(joint, with_blocks));
-  j["curve"] = json::array();
-  for (const CurvePoint& p : m.curve)
-    j["curve"].push_back({{"share", p.share}, {"minutes", p.minutes}, {"rmse", numbers(p.rmse)}});
-  j["minutes_needed"] = number(m.minutes_needed());
-  j["maps"] = json::array();
-  for (const CompareMap& map : m.maps)
-    j["maps"].push_back({{"joint", map.joint}, {"unit", map.unit}, {"rmse", numbers(map.rmse)}});
-  if (with_blocks) j["key"] = m.key;
-  return j;
 }
 
 MethodResult method_of(const json& j) {
@@ -170,8 +139,30 @@ std::string RivalVerdict::text() const {
   return ratio_low > 1.0 ? "worse" : "not told apart";
 }
 
+nlohmann::ordered_json method_json(const MethodResult& m, bool with_blocks) {
+  json j = {{"id", m.id},           {"title", m.title},           {"source", m.source},
+            {"ours", m.ours},       {"status", word(m.status)},   {"reason", m.reason},
+            {"remark", m.remark},   {"training_s", m.training_s}, {"parameters", m.parameters},
+            {"model", m.model_file}};
+  j["own_step"] = to_json(m.own_step);
+  j["loop"] = {{"loadable", m.loop.loadable},   {"why_not", m.loop.why_not},
+               {"measured", m.loop.measured},   {"why_not_measured", m.loop.why_not_measured},
+               {"real_time", m.loop.real_time}, {"step", to_json(m.loop.step)}};
+  j["joints"] = json::array();
+  for (const CompareJoint& joint : m.joints) j["joints"].push_back(to_json(joint, with_blocks));
+  j["curve"] = json::array();
+  for (const CurvePoint& p : m.curve)
+    j["curve"].push_back({{"share", p.share}, {"minutes", p.minutes}, {"rmse", p.rmse}});
+  j["minutes_needed"] = m.minutes_needed();
+  j["maps"] = json::array();
+  for (const CompareMap& map : m.maps)
+    j["maps"].push_back({{"joint", map.joint}, {"unit", map.unit}, {"rmse", map.rmse}});
+  if (with_blocks) j["key"] = m.key;
+  return j;
+}
+
 core::Status write_method(const MethodResult& result, const std::filesystem::path& path) {
-  return core::write_whole_file(path, to_json(result, true).dump(1) + "\n");
+  return core::write_whole_file(path, method_json(result, true).dump(1) + "\n");
 }
 
 std::optional<MethodResult> read_method(const std::filesystem::path& path, const std::string& key) {
@@ -185,32 +176,6 @@ std::optional<MethodResult> read_method(const std::filesystem::path& path, const
     // The method is run again, as if there were no file.
   }
   return std::nullopt;
-}
-
-std::string comparison_json(const Comparison& c) {
-  json j = {{"schema", kCompareSchema},
-            {"title", c.title},
-            {"order", c.order},
-            {"training_minutes", c.training_minutes},
-            {"loop_budget_us", c.loop_budget_us}};
-  j["facts"] = json::object();
-  for (const auto& [name, value] : c.facts) j["facts"][name] = value;
-  j["verdicts"] = json::array();
-  for (const RivalVerdict& v : c.verdicts) {
-    j["verdicts"].push_back({{"joint", v.joint},
-                             {"unit", v.unit},
-                             {"ours", v.ours},
-                             {"ours_rmse", number(v.ours_rmse)},
-                             {"rival", v.rival},
-                             {"rival_rmse", number(v.rival_rmse)},
-                             {"ratio", number(v.ratio)},
-                             {"ratio_ci95", {number(v.ratio_low), number(v.ratio_high)}},
-                             {"verdict", v.text()}});
-  }
-  j["map"] = {{"x", c.map_x}, {"y", c.map_y}, {"cells", c.map_cells}};
-  j["methods"] = json::array();
-  for (const MethodResult& m : c.methods) j["methods"].push_back(to_json(m, false));
-  return j.dump(1) + "\n";
 }
 
 core::Result<Comparison> read_comparison(const std::filesystem::path& path) {

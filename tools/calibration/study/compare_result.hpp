@@ -11,10 +11,14 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "core/result.hpp"
 #include "study/error_blocks.hpp"
 
 namespace ravencal::study {
+
+inline constexpr int kCompareSchema = 1;  ///< of compare.json
 
 /// Error of one joint on one set of recordings.
 struct CompareFigure {
@@ -36,7 +40,7 @@ struct CompareJoint {
   std::vector<ErrorBlocks> blocks;
 };
 
-/// RMSE by cell over two joints' true positions, display units; absent cells are not visited.
+/// RMSE by cell of CompareGrid, display units.
 struct CompareMap {
   std::string joint, unit;
   std::vector<double> rmse;  ///< row-major from the lower left; NaN where nobody was
@@ -62,6 +66,15 @@ struct CurvePoint {
   double share = 1.0;
   double minutes = 0.0;
   std::vector<double> rmse;  ///< per joint, display units
+};
+
+/// Cells over the estimates of two joints, display units.
+struct CompareGrid {
+  struct Axis {
+    std::string joint, unit;
+    std::vector<double> edges;  ///< empty: there are no maps
+  };
+  Axis x, y;
 };
 
 enum class CompareStatus { kDone, kUnsuited, kFailed };
@@ -105,8 +118,7 @@ struct Comparison {
   std::string order;
   std::vector<MethodResult> methods;
   std::vector<RivalVerdict> verdicts;
-  std::string map_x, map_y;  ///< joints of the maps; empty: none
-  std::size_t map_cells = 0;
+  CompareGrid map;
   double loop_budget_us = 500.0;
 };
 
@@ -115,9 +127,9 @@ core::Status write_method(const MethodResult& result, const std::filesystem::pat
 /// The method's result if the file is there and its key is `key`.
 std::optional<MethodResult> read_method(const std::filesystem::path& path, const std::string& key);
 
-/// compare.json (schema 1).
-std::string comparison_json(const Comparison& comparison);
-/// Errors: kIo, kData.
+/// As compare.json has it, or with the blocks and the key of the method's file.
+nlohmann::ordered_json method_json(const MethodResult& result, bool with_blocks);
+/// From compare.json: what recommend() needs. Errors: kIo, kData.
 core::Result<Comparison> read_comparison(const std::filesystem::path& path);
 
 }  // namespace ravencal::study

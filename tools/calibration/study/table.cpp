@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "report/escape.hpp"
+#include "core/whole_file.hpp"
 #include "report/tables.hpp"
 
 namespace ravencal::study {
@@ -96,46 +97,6 @@ std::string_view name_of(Mark mark) {
       break;
   }
   return "";
-}
-
-// ------------------------------------------------------------------ HTML
-
-std::string cell_html(const Cell& cell, int decimals, bool first_of_group) {
-  const CellText text = text_of(cell, decimals);
-  std::string classes = first_of_group ? "group" : "";
-  if (cell.mark == Mark::kWorse) classes += " worse";
-  if (cell.mark == Mark::kBest) classes += " strong";
-  std::string html = fmt::format("<td class=\"{}\"", classes);
-  if (!text.interval.empty()) html += fmt::format(" title=\"95 %: {}\"", text.interval);
-  html += ">" + report::html_escape(text.figure);
-  if (!text.deviation.empty()) html += "&thinsp;±&thinsp;" + text.deviation;
-  if (!text.interval.empty()) {
-    html += fmt::format("<br><small class=\"note\">{}</small>", text.interval);
-  }
-  if (!text.theirs.empty()) {
-    html += fmt::format("<br><small class=\"note\">({})</small>", text.theirs);
-  }
-  return html + "</td>";
-}
-
-std::string head_html(const Table& table) {
-  const bool grouped = has_groups(table);
-  std::string top =
-      fmt::format("<thead><tr><th{} scope=\"col\">{}</th>", grouped ? " rowspan=\"2\"" : "",
-                  report::html_escape(table.row_title));
-  std::string below = "<tr>";
-  for (const GroupRun& run : groups_of(table)) {
-    if (grouped) {
-      top += fmt::format("<th colspan=\"{}\" scope=\"colgroup\" class=\"group\">{}</th>", run.count,
-                         report::html_escape(run.group));
-    }
-    for (std::size_t i = run.first; i < run.first + run.count; ++i) {
-      (grouped ? below : top) +=
-          fmt::format("<th scope=\"col\"{}>{}</th>", i == run.first ? " class=\"group\"" : "",
-                      report::html_escape(heading_of(table.columns[i])));
-    }
-  }
-  return top + "</tr>\n" + (grouped ? below + "</tr>" : "") + "</thead>\n";
 }
 
 // ------------------------------------------------------------------ Markdown
@@ -239,28 +200,35 @@ int decimals_of(const Table& table, std::size_t index) {
   return report::decimals_for(least);
 }
 
-std::string to_html(const Table& table) {
-  const std::string title = report::html_escape(table.title);
-  std::string html = fmt::format(
-      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\">"
-      "<table id=\"table-{1}\">\n<caption>{0}</caption>\n",
-      title, report::html_escape(table.id));
-  html += head_html(table) + "<tbody>\n";
-  std::vector<bool> first_of_group(table.columns.size(), false);
-  for (const GroupRun& run : groups_of(table)) first_of_group[run.first] = true;
+nlohmann::ordered_json table_json(const Table& table) {
+  using Json = nlohmann::ordered_json;
+  Json columns = Json::array(), rows = Json::array();
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    const Column& column = table.columns[i];
+    columns.push_back({{"title", column.title},
+                       {"unit", column.unit},
+                       {"group", column.group},
+                       {"decimals", decimals_of(table, i)}});
+  }
   for (const Row& row : table.rows) {
-    html += fmt::format("<tr{}><th scope=\"row\">{}</th>", row.rule_above ? " class=\"ruled\"" : "",
-                        report::html_escape(row.title));
-    for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      html += cell_html(row.cells[i], decimals_of(table, i), first_of_group[i]);
+    Json cells = Json::array();
+    for (const Cell& cell : row.cells) {
+      cells.push_back({{"mean", cell.mean},
+                       {"deviation", cell.deviation},
+                       {"ci95", {cell.low, cell.high}},
+                       {"theirs", cell.theirs},
+                       {"mark", name_of(cell.mark)},
+                       {"text", cell.text}});
     }
-    html += "</tr>\n";
+    rows.push_back(
+        {{"title", row.title}, {"rule_above", row.rule_above}, {"cells", std::move(cells)}});
   }
-  html += "</tbody></table></div>\n";
-  for (const std::string& note : notes_of(table)) {
-    html += "<p class=\"note\">" + report::html_escape(note) + "</p>\n";
-  }
-  return html;
+  return {{"id", table.id},
+          {"title", table.title},
+          {"row_title", table.row_title},
+          {"columns", std::move(columns)},
+          {"rows", std::move(rows)},
+          {"notes", notes_of(table)}};
 }
 
 std::string to_markdown(const Table& table) {
@@ -324,6 +292,22 @@ std::string to_csv(std::span<const Table> tables) {
     }
   }
   return csv;
+}
+
+core::Status write_tables(std::span<const Table> tables, const std::filesystem::path& stem,
+                          const std::string& preface) {
+  std::string markdown = preface;
+  std::string latex;
+  for (const Table& table : tables) {
+    markdown += to_markdown(table) + "\n";
+    latex += to_latex(table) + "\n";
+  }
+  const auto write = [&](const char* ending, const std::string& text) {
+    return core::write_whole_file(stem.string() + ending, text);
+  };
+  RAVENCAL_RETURN_IF_ERROR(write(".csv", to_csv(tables)));
+  RAVENCAL_RETURN_IF_ERROR(write(".md", markdown));
+  return write(".tex", latex);
 }
 
 }  // namespace ravencal::study

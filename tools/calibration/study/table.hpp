@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One table of results, as the studies make them: a figure per cell with its spread over seeds, its
-// 95 % interval, a mark and somebody else's figure beside it. The same table is rendered as HTML
-// (for the report's page), CSV (one line per cell, for programs), Markdown and LaTeX (booktabs, the
-// paper's own form). Pure functions, any thread. Figures are in the column's display unit.
+// 95 % interval, a mark and somebody else's figure beside it. The same table is written as JSON
+// (for the page), CSV (one line per cell, for programs), Markdown and LaTeX (booktabs, the paper's
+// own form). Any thread. Figures are in the column's display unit.
 #pragma once
 
+#include <filesystem>
 #include <limits>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/result.hpp"
 
 namespace ravencal::study {
 
@@ -48,17 +53,18 @@ struct Row {
 };
 
 struct Table {
-  std::string id;            ///< file-safe name, also LaTeX label and HTML id, e.g. "removal"
-  std::string title;         ///< caption
-  std::string row_title;     ///< heading of the first column, e.g. "without"
-  std::string note;          ///< below the table: what the marks and intervals mean; may be empty
+  std::string id;         ///< file-safe name, also LaTeX label and id on the page, e.g. "removal"
+  std::string title;      ///< caption
+  std::string row_title;  ///< heading of the first column, e.g. "without"
+  std::string note;       ///< below the table: what the marks and intervals mean; may be empty
   std::string theirs_label;  ///< whose `theirs` figures are, e.g. "theirs: arXiv 2302.04999, robot"
   std::vector<Column> columns;
   std::vector<Row> rows;
 };
 
-/// A scrollable <table> with caption and notes, for a page with the report's style sheet.
-std::string to_html(const Table& table);
+/// What study_table() of report/page/draw.js shows: id, title, row_title, columns, rows, notes.
+/// Columns have their decimals, unknown figures are NaN, which is written as null.
+nlohmann::ordered_json table_json(const Table& table);
 /// GitHub's pipe table below a bold caption; the row title of a column group is `group: title`.
 std::string to_markdown(const Table& table);
 /// A floating table; needs \usepackage{booktabs} and, for interval text, nothing else.
@@ -67,6 +73,9 @@ std::string to_latex(const Table& table);
 /// table,row,group,column,unit,mean,deviation,low,high,theirs,mark, text. Unknown figures are
 /// empty; figures are given with all their digits.
 std::string to_csv(std::span<const Table> tables);
+/// Writes STEM.csv, STEM.md below `preface` and STEM.tex, each whole. Errors: kIo.
+core::Status write_tables(std::span<const Table> tables, const std::filesystem::path& stem,
+                          const std::string& preface);
 
 /// Decimals that the figures of column `index` are shown with.
 int decimals_of(const Table& table, std::size_t index);

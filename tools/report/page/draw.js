@@ -26,6 +26,34 @@ function table(header, rows, kind = "table.words") {
   return element(kind, header.length ? element("thead", head) : "", body);
 }
 
+// A table of figures as the studies write them; neighbouring columns of one group share a heading.
+function study_table({ id, title, row_title, notes, columns, rows }) {
+  const starts = columns.map(({ group }, i) => !group || group !== columns[i - 1]?.group);
+  const kind = (name, i) => (starts[i] ? `${name}.group` : name);
+  const head = (name, text, more) => Object.assign(element(name, text), { scope: "col", ...more });
+  const span = (i) => ({ scope: "colgroup", colSpan: [...starts, true].indexOf(true, i + 1) - i });
+  const groups = columns.map(({ group }, i) => (starts[i] ? head("th.group", group, span(i)) : ""));
+  const names = columns.map(({ title, unit }, i) => head(kind("th", i), unit ? `${title} [${unit}]` : title));
+  const grouped = columns.some(({ group }) => group);
+  const first = head("th", row_title, { rowSpan: grouped ? 2 : 1 });
+  const cell = ({ mean, deviation, ci95: [low, high], theirs, mark, text }, i) => {
+    const shown = (value) => value.toFixed(columns[i].decimals);
+    const below = (small) => [element("br"), element("small.note", small)];
+    return element(kind("td", i) + { best: ".strong", worse: ".worse", "": "" }[mark],
+      text || (mean === null ? "–" : shown(mean)),
+      text || mean === null || deviation === null ? "" : `\u2009±\u2009${shown(deviation)}`,
+      low === null || high === null ? "" : below(`${shown(low)} to ${shown(high)}`),
+      theirs === null ? "" : below(`(${shown(theirs)})`));
+  };
+  const made = element("table", element("caption", title),
+    element("thead", grouped ? [element("tr", first, groups), element("tr", names)] : element("tr", first, names)),
+    element("tbody", rows.map((row) =>
+      element(row.rule_above ? "tr.ruled" : "tr", row_header(row.title), row.cells.map(cell)))));
+  made.id = `table-${id}`;
+  const region = Object.assign(element("div.scroll", made), { tabIndex: 0, role: "region", ariaLabel: title });
+  return [region, ...notes.map((text) => note(text))];
+}
+
 const note = (...text) => element("p.note", ...text);
 const row_header = (text) => Object.assign(element("th", text), { scope: "row" });
 const folded = (title, ...content) => (content.some(Boolean) ? element("details", element("summary", title), content) : "");
@@ -136,11 +164,11 @@ const axis = (orient, title, more) => (
 
 // A plot inside a chart, `box` = [x, y, width, height]. Its signals stand in for the chart's, from
 // which axes take the length of their grid.
-function panel([x, y, width, height], x_extent, y_extent, axes, marks, encoding, y_type = "linear") {
+function panel([x, y, width, height], x_extent, y_extent, axes, marks, encoding, y_type = "linear", x_type = "linear") {
   const scale = (name, domain, range, type) => ({ name, type, domain, range, nice: false, zero: false });
   return mark("group", { x, y, width, height, ...encoding }, {
     signals: [{ name: "width", value: width }, { name: "height", value: height }],
-    scales: [scale("x", x_extent, [0, width], "linear"), scale("y", y_extent, [height, 0], y_type)],
+    scales: [scale("x", x_extent, [0, width], x_type), scale("y", y_extent, [height, 0], y_type)],
     axes,
     marks,
   });
@@ -249,18 +277,19 @@ function pair_chart(description, x, speed, before, after, x_title, y_title) {
     ["before", "after"].map(points));
 }
 
-// RMS over a grid of cells, hatched where it is null; panels of { title, scale, values, rows }, where those of
-// one `scale` share their colours.
-function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit) {
-  const [width, height, step, columns] = [250, 180, 290, x_edges.length - 1];
+// RMS over a grid of cells, hatched where it is null; panels of { title, scale, values, rows, beyond }, four side by
+// side, `rows` where they are known. Those of one `scale` share their colours, which end at the greatest value of those
+// that are not `beyond` them.
+function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit, [width, height] = [250, 180]) {
+  const [abreast, columns, step, row_step] = [4, x_edges.length - 1, width + 40, height + 64];
   const cells = ({ values, rows }) => values.flatMap((value, c) => (value === null ? [] : [{
     value, x: x_edges[c % columns], x2: x_edges[c % columns + 1], y: y_edges[Math.floor(c / columns)],
-    y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE, ${rows[c]} samples`,
+    y2: y_edges[Math.floor(c / columns) + 1], text: `${general(value)} ${unit} RMSE${rows ? `, ${rows[c]} samples` : ""}`,
   }]));
   const plain = { grid: false, tickCount: 5 };
   const [x_extent, y_extent] = [x_edges, y_edges].map((edges) => [edges[0], edges.at(-1)]);
-  const map_panel = (one, i) => panel([i * step, 18, width, height], x_extent, y_extent,
-    [axis("bottom", x_title, plain), axis("left", i ? "" : y_title, { ...plain, labels: !i })], [
+  const map_panel = (one, i) => panel([i % abreast * step, 18 + Math.floor(i / abreast) * row_step, width, height], x_extent, y_extent,
+    [axis("bottom", x_title, plain), axis("left", i % abreast ? "" : y_title, { ...plain, labels: i % abreast === 0 })], [
       mark("rect", {
         x: at("x", "x"), x2: at("x", "x2"), y: at("y", "y"), y2: at("y", "y2"), fill: at(`colour_${one.scale}`, "value"),
         tooltip: { field: "text" },
@@ -268,8 +297,9 @@ function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit
       text_mark(0, -10, one.title),
     ], { fill: "url(#untested)" });
   const firsts = panels.filter((one, i) => panels.findIndex(({ scale }) => scale === one.scale) === i);
-  const values_of = (scale) => panels.filter((one) => one.scale === scale).flatMap(({ values }) => values);
-  return chart(description, panels.length * step, height + 110,
+  const values_of = (scale) => panels.filter((one) => one.scale === scale && !one.beyond).flatMap(({ values }) => values);
+  const below = Math.ceil(panels.length / abreast) * row_step;
+  return chart(description, Math.min(panels.length, abreast) * step, below + 46,
     Object.fromEntries(panels.map((one, i) => [`map_${i}`, cells(one)])), panels.map(map_panel), {
       scales: firsts.map(({ scale }) => ({
         name: `colour_${scale}`, type: "linear", domain: [0, Math.max(0, ...values_of(scale)) || 1],
@@ -277,7 +307,7 @@ function map_chart(description, x_edges, y_edges, panels, x_title, y_title, unit
       })),
       legends: firsts.map((one) => ({
         fill: `colour_${one.scale}`, type: "gradient", direction: "horizontal", orient: "none",
-        legendX: step * panels.indexOf(one), legendY: height + 66, gradientLength: width, tickCount: 3,
+        legendX: step * panels.indexOf(one), legendY: below + 2, gradientLength: width, tickCount: 3,
         gradientThickness: 10, title: `RMSE [${unit}]`,
       })),
     });
@@ -293,12 +323,12 @@ function log_ticks([from, to]) {
   return ticks([1, 2, 5]).length > 12 ? ticks([1]) : ticks([1, 2, 5]);
 }
 
-// Values on a logarithmic axis over settings 0, 1, 2, ..., panels of { title, unit, lines } side by side, lines
-// of { name, values, low, high }, of the same names in every panel.
+// Values on a logarithmic axis over settings 0, 1, 2, ..., panels of { title, lines } side by side, lines of
+// { name, values, low, high }, of the same names in every panel.
 function setting_chart(description, x_title, panels) {
   const [width, height, step] = [270, 230, 336];
   const data = {};
-  const setting_panel = ({ title, unit, lines }, p) => {
+  const setting_panel = ({ title, lines }, p) => {
     const positive = lines.flatMap(({ values, low, high }) => [...values, ...low, ...high]).filter((value) => value > 0);
     const y_extent = positive.length ? [Math.min(...positive) / 1.15, 1.15 * Math.max(...positive)] : [0.1, 10];
     const settings = (lines[0]?.values ?? [0]).map((_, i) => i);
@@ -314,7 +344,7 @@ function setting_chart(description, x_title, panels) {
       ];
     });
     const axes = [axis("bottom", x_title, { format: "d", values: settings }),
-      axis("left", `RMSE [${unit}]`, { format: "~g", values: log_ticks(y_extent), tickCount: undefined })];
+      axis("left", "RMSE", { format: "~g", values: log_ticks(y_extent), tickCount: undefined })];
     return panel([p * step, 18, width, height], [-0.3, settings.length - 0.7], y_extent, axes,
       [text_mark(0, -10, title), ...marks], {}, "log");
   };
@@ -324,6 +354,3 @@ function setting_chart(description, x_title, panels) {
     legends: [{ fill: "line", orient: "bottom", symbolType: "circle", columns: 3, labelLimit: 320 }],
   });
 }
-
-// By name and arguments, for pages whose charts come as data.
-const chart_functions = { bar_chart, map_chart, setting_chart };

@@ -56,9 +56,8 @@ async function draw_chart(container, spec) {
     View: require_module("vega-view").View,
     interpreter: require_module("vega-interpreter").expressionInterpreter,
   };
-  const whole = spec.draw ? chart_functions[spec.draw](...spec.arguments) : spec;
-  expand_columns(whole.data);
-  const view = new vega.View(vega.parse(whole, chart_config, { ast: true }), {
+  expand_columns(spec.data);
+  const view = new vega.View(vega.parse(spec, chart_config, { ast: true }), {
     expr: vega.interpreter,
     renderer: "svg",
     container,
