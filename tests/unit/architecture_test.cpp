@@ -144,23 +144,30 @@ TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
   }
 }
 
-/// What an effect is stands in tables; no room compares ids.
-TEST(Architecture, TheRoomsOfDiagnoseCompareNoIds) {
-  static const std::regex row(R"re(\{\.id = "([a-z_]+)")re");
+/// What an effect is stands in tables; neither diagnose nor its blind trials compare ids.
+TEST(Architecture, NoRoomOfDiagnoseOrOfItsTrialsComparesIds) {
+  static const std::regex row(R"re(^ *\{(?:\.id = |\{)"([a-z_]+)")re");
   static const std::regex compared(R"re([=!]= "([a-z_]+)")re");
   std::set<std::string> ids;
-  std::ifstream words(kRoot / "tools/diagnose/findings/effect_words.cpp");
-  for (std::string line; std::getline(words, line);) {
-    std::smatch match;
-    if (std::regex_search(line, match, row)) ids.insert(match[1]);
-  }
-  EXPECT_GE(ids.size(), 30U);
-  for (const fs::path& file : sources_below("tools/diagnose")) {
+  const auto each_match = [](const fs::path& file, const std::regex& pattern, const auto& found) {
     std::ifstream stream(file);
-    std::smatch match;
     for (std::string line; std::getline(stream, line);) {
-      EXPECT_FALSE(std::regex_search(line, match, compared) && ids.contains(match[1]))
-          << file << ": " << line;
+      std::smatch match;
+      if (std::regex_search(line, match, pattern)) found(match[1], line);
+    }
+  };
+  const auto add = [&ids](const std::string& id, const std::string&) { ids.insert(id); };
+  each_match(kRoot / "tools/diagnose/findings/effect_words.cpp", row, add);
+  EXPECT_GE(ids.size(), 30U);
+  const std::size_t named = ids.size();
+  for (const fs::path& file : sources_below("tools/prove/generator/kinds"))
+    each_match(file, row, add);
+  EXPECT_GE(ids.size(), named + 7);  // those from outside of the vocabulary
+  for (const char* room : {"tools/diagnose", "tools/prove"}) {
+    for (const fs::path& file : sources_below(room)) {
+      each_match(file, compared, [&](const std::string& id, const std::string& line) {
+        EXPECT_FALSE(ids.contains(id)) << file << ": " << line;
+      });
     }
   }
 }

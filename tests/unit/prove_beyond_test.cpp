@@ -14,13 +14,6 @@ namespace {
 using namespace ravencal::prove;
 using nlohmann::json;
 
-const SubjectKind& kind_of(std::string_view id) {
-  for (const auto& list : {vocabulary_kinds(), outside_kinds()})
-    for (const SubjectKind& k : list)
-      if (k.id == id) return k;
-  std::abort();
-}
-
 struct AxisTwins {
   NominalRobot nominal;
   ravencal::record::Recording with, without;
@@ -32,12 +25,12 @@ AxisTwins axis_twins(std::string_view id, double amplitude, MotionKind motion) {
   AxisTwins t;
   t.nominal = draw_axis(random);
   const auto figures = motion_figures(t.nominal, motion, 60.0, 4);
-  const Subject s = draw_subject(kind_of(id), t.nominal, figures, 60.0, random);
+  const Subject s = draw_subject(*kind_of(id), t.nominal, figures, 60.0, random);
   Session base = exact_session(t.nominal);
   base.duration_s = 60.0;
   base.motion = motion;
   Session changed = base;
-  apply(s, amplitude, t.nominal, changed);
+  apply(s, amplitude, changed);
   for (const auto& [session, to] : {std::pair{&changed, &t.with}, std::pair{&base, &t.without}}) {
     auto recording = run_session(*session, {4, 9}, {});
     EXPECT_TRUE(recording.ok());
@@ -98,7 +91,7 @@ TEST(ProveBeyond, ARobotThatWouldBeStuckGetsLessOfItsEffect) {
   options.seed = 3;
   options.duration_s = 20.0;
   options.held_out_s = 5.0;
-  CaseDesign design = draw_case_with(kind_of("coulomb_friction"), 6.0, 1, options);
+  CaseDesign design = draw_case_with(*kind_of("coulomb_friction"), 6.0, 1, options);
   const double asked = design.subjects.front().amplitude = 40.0;
   const auto files = make_case(design, {});
   ASSERT_TRUE(files.ok());

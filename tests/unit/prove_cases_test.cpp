@@ -125,9 +125,7 @@ TEST(ProveCases, StayWithinTolerancesUnlessThatIsWhatTheyHide) {
 }
 
 TEST(ProveCases, ADecoyLeavesThePlantWithoutWhatTheTruthDoesNotHaveEither) {
-  const SubjectKind* coulomb = nullptr;
-  for (const SubjectKind& k : vocabulary_kinds())
-    if (k.id == "coulomb_friction") coulomb = &k;
+  const SubjectKind* coulomb = kind_of("coulomb_friction");
   const CaseDesign decoy = draw_case_with(*coulomb, 0.0, 4, quick());
   const CaseDesign hidden = draw_case_with(*coulomb, 5.0, 4, quick());
   const std::size_t j = decoy.subjects.front().joint;
@@ -138,19 +136,16 @@ TEST(ProveCases, ADecoyLeavesThePlantWithoutWhatTheTruthDoesNotHaveEither) {
 
 TEST(ProveCases, MeasureTheSizeThatWasAskedFor) {
   for (const char* id : {"gain_error", "homing_offset", "coulomb_friction", "backlash", "delay"}) {
-    for (const SubjectKind& k : vocabulary_kinds()) {
-      if (k.id != id) continue;
-      CaseOptions options = quick();
-      options.duration_s = 60.0;
-      CaseDesign design = draw_case_with(k, 6.0, 1, options);
-      design.base.with_torque = design.base.with_truth = true;
-      const auto files = make_case(design, {});
-      ASSERT_TRUE(files.ok());
-      const json manifest = json::parse(files.value().manifest);
-      const double over = manifest["subjects"][0]["size_over_floor"];
-      EXPECT_GT(over, 2.5) << id;
-      EXPECT_LT(over, 15.0) << id;
-    }
+    CaseOptions options = quick();
+    options.duration_s = 60.0;
+    CaseDesign design = draw_case_with(*kind_of(id), 6.0, 1, options);
+    design.base.with_torque = design.base.with_truth = true;
+    const auto files = make_case(design, {});
+    ASSERT_TRUE(files.ok());
+    const json manifest = json::parse(files.value().manifest);
+    const double over = manifest["subjects"][0]["size_over_floor"];
+    EXPECT_GT(over, 2.5) << id;
+    EXPECT_LT(over, 15.0) << id;
   }
 }
 

@@ -19,15 +19,6 @@ using ravencal::record::Role;
 
 constexpr double kDurationS = 60.0;
 
-const SubjectKind& kind(std::string_view id) {
-  for (const auto& list : {vocabulary_kinds(), outside_kinds()}) {
-    for (const SubjectKind& k : list)
-      if (k.id == id) return k;
-  }
-  ADD_FAILURE() << id;
-  return vocabulary_kinds()[0];
-}
-
 /// A quiet robot with and without an effect.
 struct Twins {
   NominalRobot nominal;
@@ -62,7 +53,7 @@ Twins twins(std::string_view id, double amplitude, MotionKind motion = MotionKin
   Twins t;
   t.nominal = robot == 'r' ? draw_raven(random) : draw_axis(random);
   const auto figures = motion_figures(t.nominal, motion, kDurationS, 4);
-  t.subject = draw_subject(kind(id), t.nominal, figures, kDurationS, random);
+  t.subject = draw_subject(*kind_of(id), t.nominal, figures, kDurationS, random);
   if (robot == 'a') t.subject.joint = joint;
   t.subject.details["sign"] = 1.0;
   if (id == "stribeck_friction") t.subject.details["velocity"] = 0.08;
@@ -74,7 +65,7 @@ Twins twins(std::string_view id, double amplitude, MotionKind motion = MotionKin
   base.duration_s = kDurationS;
   base.motion = motion;
   Session changed = base;
-  apply(t.subject, amplitude, t.nominal, changed);
+  apply(t.subject, amplitude, changed);
   for (const auto& [session, to] : {std::pair{&changed, &t.with}, std::pair{&base, &t.without}}) {
     auto recording = run_session(*session, {4, 9}, {});
     EXPECT_TRUE(recording.ok()) << (recording.ok() ? "" : recording.error().message);
@@ -113,7 +104,7 @@ TEST(ProveEffects, CouplingFollowsTheOtherJoint) {
   const Twins t = twins("coupling", 0.03, MotionKind::kSlow, 0, 'r');
   const Recording& r = t.without;
   const VectorXd other =
-      r.samples.col(*r.column(Role::kJointEstimate, t.nominal.joints[t.subject.from].name));
+      r.samples.col(*r.column(Role::kJointEstimate, t.nominal.joints[*t.subject.from].name));
   const auto [factor, left] = slope(t.position(), other);
   EXPECT_NEAR(factor, 0.03, 0.003);
   EXPECT_LT(left, 0.1);
@@ -388,7 +379,7 @@ TEST(ProveEffects, NoneAtAllChangesNothing) {
       Session base = exact_session(nominal);
       base.duration_s = 2.0;
       Session same = base;
-      apply(s, 0.0, nominal, same);
+      apply(s, 0.0, same);
       const auto a = run_session(base, {4, 9}, {}), b = run_session(same, {4, 9}, {});
       ASSERT_TRUE(a.ok() && b.ok());
       EXPECT_EQ((a.value().samples - b.value().samples).cwiseAbs().maxCoeff(), 0.0) << k.id;

@@ -15,6 +15,7 @@
 #include "core/whole_file.hpp"
 #include "prove/generator/case.hpp"
 #include "prove/one.hpp"
+#include "prove/score.hpp"
 
 namespace {
 
@@ -47,7 +48,7 @@ Json effect(const char* id, const char* joint, const std::vector<std::string>& o
       {"ambiguous_with", others}};
 }
 
-Json said(const std::vector<Json>& effects) {
+OpenedCase opened_with(const std::vector<Json>& effects) {
   const Json verdict = {{"case", 0},
                         {"report",
                          {{"verdict", {{"kind", "named"}}},
@@ -58,7 +59,11 @@ Json said(const std::vector<Json>& effects) {
                              {"unit", "rad"},
                              {"before", 0.02},
                              {"after", 0.002}}}}}}};
-  const auto one = one_json({0, kHidden.dump(), verdict.dump()});
+  return {0, kHidden.dump(), verdict.dump()};
+}
+
+Json said(const std::vector<Json>& effects) {
+  const auto one = one_json(opened_with(effects));
   EXPECT_TRUE(one.ok());
   return one.value();
 }
@@ -74,6 +79,28 @@ TEST(ProveOne, FindsTheRightEffectAtTheRightJointOnly) {
   Json from_another_joint = effect("coupling", "elbow");
   from_another_joint["from"] = "insertion";
   EXPECT_EQ(said({from_another_joint})["outcome"], "missed");
+}
+
+TEST(ProveScore, ComparesACouplingWithTheOneFromTheSameJoint) {
+  Json from_another_joint = effect("coupling", "elbow");
+  from_another_joint["from"] = "insertion";
+  from_another_joint["parameters"][0]["value"] = 0.5;
+  const auto score = score_case(opened_with({from_another_joint, effect("coupling", "elbow")}));
+  ASSERT_TRUE(score.ok());
+  EXPECT_NEAR(score->subjects[0].parameter_error.value(), 0.05, 1e-9);
+  EXPECT_TRUE(score->subjects[0].covered.value());
+}
+
+TEST(ProveScore, TakesAWeightAtTheToolForRightAtAnyJoint) {
+  OpenedCase opened = opened_with({effect("payload", "insertion"), effect("creep", "insertion")});
+  EXPECT_FALSE(score_case(opened)->subjects[0].named);
+  Json manifest = kHidden;
+  manifest["subjects"][0]["id"] = "payload";
+  opened.manifest = manifest.dump();
+  EXPECT_TRUE(score_case(opened)->subjects[0].named);
+  manifest["subjects"][0]["id"] = "creep";
+  opened.manifest = manifest.dump();
+  EXPECT_FALSE(score_case(opened)->subjects[0].named);
 }
 
 TEST(ProveOne, IsNoHitWhereFalseNamesStandBeside) {

@@ -123,8 +123,7 @@ TEST(ProveOtherArm, WithoutDriveItsEnergyDoesNotGrow) {
     robot.joints[0].flexible_stiffness = 50.0;
     if (rubs) {
       robot.joints[0].motor_friction.level = robot.joints[0].joint_friction.level = 0.2;
-      robot.joints[0].cable.hysteresis_stiffness = 40.0;
-      robot.joints[0].cable.hysteresis_yield = 1e-3;
+      robot.joints[0].cable.hysteresis = {40.0, 1e-3};
       robot.joints[0].cable.gap_half_width = 1e-3;
     }
     OtherArm arm = placed(robot, 0.0);
@@ -247,13 +246,13 @@ TEST(ProveOtherWorld, NoneAtAllChangesNothingAndEverySubjectChangesSomething) {
       const Subject s = draw_subject(k, nominal, figures, 20.0, random);
       const double size =
           amplitude_for(s, nominal, figures,
-                        10.0 * typical_floor(nominal.joints[s.joint].prismatic, !k.in_truth));
+                        10.0 * typical_floor(nominal.joints[s.joint].prismatic, !k.stage.in_truth));
       conceal(s, nominal);
       Session base = quiet(nominal, 20.0);
       base.motion = MotionKind::kRich;
       Session same = base, changed = base;
-      apply(s, 0.0, nominal, same);
-      apply(s, size, nominal, changed);
+      apply(s, 0.0, same);
+      apply(s, size, changed);
       const auto run = other_world().run;
       const auto a = run(base, {4, 9}, {}), b = run(same, {4, 9}, {}), c = run(changed, {4, 9}, {});
       ASSERT_TRUE(a.ok() && b.ok() && c.ok()) << k.id;
@@ -301,7 +300,7 @@ TEST(ProveOtherWorld, DrawsFormsThatTheOwnOneLacksAndStatesOnlyItsControllers) {
     const bool integral = design.base.other.integral_time_s > 0.0;
     EXPECT_EQ(plant->joints[0].controller.has_value(), !integral) << number;
     for (const Subject& s : design.subjects)
-      EXPECT_FALSE(integral && s.kind->stage == "command") << number;
+      EXPECT_FALSE(integral && s.kind->stage.word == "command") << number;
   }
   EXPECT_GT(homed, 5);
   EXPECT_LT(homed, 35);

@@ -23,5 +23,10 @@ inline const Json& list(const Json& json, const char* key) {
   const auto it = json.find(key);
   return it != json.end() && it->is_array() ? *it : empty;
 }
+/// What another joint causes comes from the right one, where both say from which.
+inline bool same_source(const Json& effect, const Json& subject) {
+  const std::string from = text(effect, "from"), hidden = text(subject, "from");
+  return from.empty() || hidden.empty() || from == hidden;
+}
 
 }  // namespace ravencal::prove

@@ -12,14 +12,6 @@
 namespace ravencal::prove {
 namespace {
 
-/// The name of what was hidden; a coupling also comes from the right joint.
-bool is_hit(const Name& name, const Json& effect, const Json& subject) {
-  const std::string from = text(effect, "from");
-  const bool same_source =
-      from.empty() || text(subject, "from").empty() || from == text(subject, "from");
-  return name.hidden && !name.parameter && same_source;
-}
-
 Json size_of(const Json& effect, const std::string& parameter) {
   for (const Json& p : list(effect, "parameters")) {
     if (!parameter.empty() && text(p, "name") != parameter) continue;
@@ -109,7 +101,8 @@ core::Result<Json> one_json(const OpenedCase& opened) {
   const Json report = score.failed ? Json::object() : Json::parse(opened.verdict)["report"];
   const SubjectScore& hidden = score.subjects.front();
   const auto hits = [&](std::size_t i) {
-    return is_hit(score.names[i], report["effects"][i], subject);
+    const Name& name = score.names[i];
+    return name.hidden && !name.parameter && same_source(report["effects"][i], subject);
   };
   const std::size_t count = score.names.size();
   const auto first = [&](const auto& fits) {

@@ -22,60 +22,56 @@ constexpr const char* kEmps = "Janot, Gautier, Brunot 2019 (IDIM-LS)";
 constexpr double kUiucElbow = 121.5 / 12.25, kUiucInsertion = 2158.6 / 12.25;
 constexpr const char* kUiuc = "least squares on the first 60 %, README of the recording";
 
-std::size_t index_at(const record::Recording& r, double share) {
-  return static_cast<std::size_t>(share * static_cast<double>(r.rows()));
+Index slips_at(Index rows) { return static_cast<Index>(0.55 * static_cast<double>(rows)); }
+
+VectorXd position_itself(const RealCase&, const VectorXd& q, const VectorXd&) { return q; }
+VectorXd other_position(const RealCase&, const VectorXd&, const VectorXd& other) { return other; }
+VectorXd wave_over_position(const RealCase& real, const VectorXd& q, const VectorXd&) {
+  return (real.order * q.array()).sin();
+}
+VectorXd slipped(const RealCase&, const VectorXd& q, const VectorXd&) {
+  VectorXd step = VectorXd::Ones(q.size());
+  step.head(slips_at(q.size())).setZero();
+  return step;
+}
+
+Intervals from_the_slip_on(const record::Recording& r) {
+  const auto seconds = [&r](Index i) {
+    return static_cast<double>(r.t_ns[static_cast<std::size_t>(i)] - r.t_ns.front()) * 1e-9;
+  };
+  return {{seconds(slips_at(r.rows())), seconds(r.rows() - 1)}};
+}
+/// 0.5 s on every second from 0.344 s.
+Intervals pulses_of_emps(const record::Recording&) {
+  Intervals out;
+  for (double t_s = 0.344; t_s < 24.8; t_s += 1.0) out.emplace_back(t_s, t_s + 0.5);
+  return out;
 }
 
 /// Adds the effect to the recorded truth or effort.
 core::Status inject(const RealCase& real, record::Recording& r) {
+  const auto column_of = [&r](const std::string& joint, std::initializer_list<Role> roles) {
+    std::optional<Index> column;
+    for (const Role role : roles)
+      if (!column) column = r.column(role, joint);
+    return column;
+  };
   const auto missing = [&real](const char* what) {
     return core::Error{core::ErrorCode::kData,
                        fmt::format("{}: joint {} has no {}", real.recording, real.joint, what)};
   };
-  auto position = r.column(Role::kJointEstimate, real.joint);
-  if (!position) position = r.column(Role::kMotorPosition, real.joint);
+  const auto position = column_of(real.joint, {Role::kJointEstimate, Role::kMotorPosition});
   if (!position) return missing("position");
+  const bool drive = real.stage == kDrive.word;
+  const auto changed = drive ? column_of(real.joint, {Role::kDriveTorque, Role::kDriveInput})
+                             : column_of(real.joint, {Role::kJointTruth});
+  if (!changed) return missing(drive ? "effort" : "truth");
+  const auto other = column_of(real.from, {Role::kJointEstimate});
+  if (!other && !real.from.empty()) return missing("other joint");
   const VectorXd q = r.samples.col(*position);
-  if (real.stage == "drive") {
-    bool any = false;
-    for (const Role role : {Role::kDriveTorque, Role::kDriveInput}) {
-      const auto column = r.column(role, real.joint);
-      if (!column || any) continue;
-      if (real.id == "torque_ripple")
-        r.samples.col(*column) +=
-            (real.value / real.per_recorded * (real.order * q.array()).sin()).matrix();
-      any = true;
-    }
-    return any ? core::Status() : core::Status(missing("effort"));
-  }
-  const auto truth = r.column(Role::kJointTruth, real.joint);
-  if (!truth) return missing("truth");
-  if (real.id == "gain_error") r.samples.col(*truth) += real.value * q;
-  if (real.id == "eccentricity")
-    r.samples.col(*truth) += (real.value * (real.order * q.array()).sin()).matrix();
-  if (real.id == "coupling") {
-    const auto other = r.column(Role::kJointEstimate, real.from);
-    if (!other) return missing("other joint");
-    r.samples.col(*truth) += real.value * r.samples.col(*other);
-  }
-  if (real.id == "slip") {
-    const auto at = static_cast<Index>(index_at(r, 0.55));
-    r.samples.col(*truth).tail(r.rows() - at).array() += real.value;
-  }
+  r.samples.col(*changed) += real.value / real.per_recorded *
+                             real.form(real, q, other ? VectorXd(r.samples.col(*other)) : q);
   return {};
-}
-
-std::vector<std::pair<double, double>> interval_of(const RealCase& real,
-                                                   const record::Recording& r) {
-  const auto seconds = [&r](std::size_t i) {
-    return static_cast<double>(r.t_ns[i] - r.t_ns.front()) * 1e-9;
-  };
-  std::vector<std::pair<double, double>> out;
-  if (real.id == "slip") out = {{seconds(index_at(r, 0.55)), seconds(r.t_ns.size() - 1)}};
-  if (real.id == "input_disturbance") {  // 0.5 s on every second second from 0.344 s
-    for (double t_s = 0.344; t_s < 24.8; t_s += 1.0) out.emplace_back(t_s, t_s + 0.5);
-  }
-  return out;
 }
 
 }  // namespace
@@ -87,7 +83,8 @@ const std::vector<RealCase>& real_cases() {
       {"ablated", "emps", "emps_train.csv", kEmpsCoulomb, "viscous_friction", "carriage", "",
        "drive", "damping", 203.5, 0, kEmps},
       {"ablated", "emps", "emps_test_pulses.csv", "", "input_disturbance", "carriage", "",
-       "command", "size", 175.75, 0, "5 V times 35.15 N/V, README of the recording"},
+       "command", "size", 175.75, 0, "5 V times 35.15 N/V, README of the recording", nullptr,
+       pulses_of_emps},
       {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "coulomb_friction", "shoulder", "",
        "drive", "level", 0.044 * 136.196255507 / 12.25, 0, kUiuc},
       {"ablated", "raven2_uiuc", "raven2_joint123.csv", "", "coulomb_friction", "elbow", "",
@@ -104,17 +101,19 @@ const std::vector<RealCase>& real_cases() {
        "", "command", "ratio", 0.5, 0,
        "divisor 256 measured, 128 in the manual, README of the recording"},
       {"injected", "emps", "emps_train.csv", std::string(kEmpsViscous) + kEmpsCoulomb,
-       "torque_ripple", "carriage", "", "drive", "amplitude", 12.0, 314.16, "added"},
+       "torque_ripple", "carriage", "", "drive", "amplitude", 12.0, 314.16, "added",
+       wave_over_position},
       {"injected", "raven2_uiuc", "raven2_joint123.csv", "", "torque_ripple", "elbow", "", "drive",
-       "amplitude", 0.03 * kUiucElbow, 2.0 * kUiucElbow, "added", kUiucElbow},
+       "amplitude", 0.03 * kUiucElbow, 2.0 * kUiucElbow, "added", wave_over_position, nullptr,
+       kUiucElbow},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "gain_error", "q1", "", "transmission",
-       "ratio", 0.02, 0, "added"},
+       "ratio", 0.02, 0, "added", position_itself},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "coupling", "q2", "q1", "transmission",
-       "error", 0.02, 0, "added"},
+       "error", 0.02, 0, "added", other_position},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "slip", "q1", "", "transmission",
-       "size", 0.008, 0, "added"},
+       "size", 0.008, 0, "added", slipped, from_the_slip_on},
       {"injected", "dvrk_berkeley", "train_random.csv", "", "eccentricity", "q2", "",
-       "transmission", "amplitude", 0.003, 40.0, "added"},
+       "transmission", "amplitude", 0.003, 40.0, "added", wave_over_position},
   };
   return kCases;
 }
@@ -150,21 +149,22 @@ core::Result<CaseFiles> make_real_case(const RealCase& real, const std::filesyst
                        fmt::format("{}: the plant has {}, which the case wants left out",
                                    (house / "plants" / (real.set + ".toml")).string(), real.id)};
   files.plant += real.plant_addition;
-  if (real.track == "injected") RAVENCAL_RETURN_IF_ERROR(inject(real, files.recording));
-  Json subject = {{"id", real.id},
-                  {"outside", false},
-                  {"joint", real.joint},
-                  {"joint_seen", real.joint},
-                  {"from", real.from},
-                  {"stage", real.stage},
-                  {"parameter", real.parameter},
-                  {"value", real.value},
-                  {"value_from", real.source},
-                  {"amplitude", real.value},
-                  {"channel", ""},
-                  {"testable", true},
-                  {"interval_s", interval_of(real, files.recording)},
-                  {"position", Json::array()}};
+  if (real.form != nullptr) RAVENCAL_RETURN_IF_ERROR(inject(real, files.recording));
+  Json subject = {
+      {"id", real.id},
+      {"outside", false},
+      {"joint", real.joint},
+      {"joint_seen", real.joint},
+      {"from", real.from},
+      {"stage", real.stage},
+      {"parameter", real.parameter},
+      {"value", real.value},
+      {"value_from", real.source},
+      {"amplitude", real.value},
+      {"channel", ""},
+      {"testable", true},
+      {"interval_s", real.interval_s != nullptr ? real.interval_s(files.recording) : Intervals{}},
+      {"position", Json::array()}};
   const Json manifest = {{"schema", 1},
                          {"case", 0},
                          {"track", real.track},

@@ -19,10 +19,14 @@ struct RealCase {
   std::string set, recording;  ///< folder and file below the data; profile and plant are `set`.toml
   std::string plant_addition;  ///< effects that the plant keeps; TOML, of its last joint
   std::string id, joint, from, stage;
-  std::string parameter;      ///< as reported; empty: no published value
-  double value = 0.0;         ///< at the joint: published (ablated) or added (injected)
-  double order = 0.0;         ///< of an injected wave, per joint unit
-  std::string source;         ///< whose value it is
+  std::string parameter;  ///< as reported; empty: no published value
+  double value = 0.0;     ///< at the joint: published (ablated) or added (injected)
+  double order = 0.0;     ///< of an injected wave, per joint unit
+  std::string source;     ///< whose value it is
+  /// Injected: what one unit of `value` adds, from the positions of the joint and of joint `from`.
+  Eigen::VectorXd (*form)(const RealCase&, const Eigen::VectorXd& q,
+                          const Eigen::VectorXd& other) = nullptr;
+  Intervals (*interval_s)(const record::Recording&) = nullptr;  ///< where it acts, if local
   double per_recorded = 1.0;  ///< injected: joint's units over those of the recorded channel
 };
 

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "prove/generator/subject.hpp"
 #include "prove/json_fields.hpp"
 #include "prove/statistics.hpp"
 
 namespace ravencal::prove {
 namespace {
 
-using Intervals = std::vector<std::pair<double, double>>;
+/// What a report calls physics without a name in the vocabulary.
+constexpr std::string_view kUnknown = "unknown";
 
 std::vector<Name> names_in(const Json& report) {
   const std::string kind = report.contains("verdict") ? text(report["verdict"], "kind") : "";
@@ -31,29 +33,25 @@ std::vector<Name> names_in(const Json& report) {
   return names;
 }
 
-bool is_physics(const Name& name) { return !name.parameter && name.id != "unknown"; }
+bool is_unknown(const Name& name) { return name.id == kUnknown; }
+bool is_physics(const Name& name) { return !name.parameter && !is_unknown(name); }
 
-/// A weight at the tool loads several joints; all others act on one.
 bool right_joint(const Json& subject, const std::string& joint) {
-  return joint == text(subject, "joint") || text(subject, "id") == "payload";
+  const SubjectKind* kind = kind_of(text(subject, "id"));
+  return joint == text(subject, "joint") || (kind != nullptr && kind->is(kEverywhere));
 }
 
 const Json* effect_of(const Json& report, const Json& subject) {
   for (const Json& e : list(report, "effects")) {
-    if (text(e, "id") == text(subject, "id") && right_joint(subject, text(e, "joint"))) return &e;
+    if (text(e, "id") == text(subject, "id") && right_joint(subject, text(e, "joint")) &&
+        same_source(e, subject))
+      return &e;
   }
   return nullptr;
 }
 
-/// The name under which diagnose prints what is hidden; empty: under no single one.
-std::string reported_parameter(const Json& subject) {
-  const std::string parameter = text(subject, "parameter");
-  const bool coupling = text(subject, "id") == "coupling" && !parameter.empty();
-  return coupling ? "error_from_" + text(subject, "from") : parameter;
-}
-
 void score_parameter(const Json& effect, const Json& subject, SubjectScore& score) {
-  const std::string wanted = reported_parameter(subject);
+  const std::string wanted = text(subject, "parameter");
   if (wanted.empty()) return;
   for (const Json& p : list(effect, "parameters")) {
     const double truth = number(subject, "value"), value = number(p, "value", std::nan(""));
@@ -111,12 +109,9 @@ void score_place(const Json& report, const Json& subject, SubjectScore& score) {
 
 /// Silent: below the printed limit, of every channel that printed one?
 void score_limit(const Json& report, const Json& subject, SubjectScore& score) {
-  const std::string wanted = reported_parameter(subject);
+  const std::string wanted = text(subject, "parameter");
   for (const Json& n : list(report, "not_found")) {
-    // A stiffness limit counts downwards and has no zero: not comparable with a compliance.
-    if (text(n, "id") != score.id || text(n, "joint") != score.joint || score.id == "compliance" ||
-        wanted.empty())
-      continue;
+    if (text(n, "id") != score.id || text(n, "joint") != score.joint || wanted.empty()) continue;
     const double limit = number(n, "detection_limit");
     const std::string parameter = text(n, "parameter");
     const bool of_all = parameter == "rms";
@@ -201,7 +196,7 @@ void score_names(const Json& subjects, CaseScore& score) {
   const bool parameter = std::any_of(score.names.begin(), score.names.end(),
                                      [](const Name& n) { return n.parameter; });
   score.top1_id = strongest != nullptr ? strongest->id
-                  : score.flagged      ? "unknown"
+                  : score.flagged      ? std::string(kUnknown)
                   : parameter          ? "parameter"
                                        : "silent";
   score.exact = right == static_cast<int>(subjects.size()) && right == score.physics_names;
@@ -270,8 +265,7 @@ core::Result<CaseScore> score_case(const OpenedCase& opened) {
   score.names = names_in(report);
   score.alarm = score.verdict != "nothing_left_out" && score.verdict != "not_testable";
   score.flagged = score.verdict == "unexplained" || !list(report, "unexplained").empty() ||
-                  std::any_of(score.names.begin(), score.names.end(),
-                              [](const Name& n) { return n.id == "unknown"; });
+                  std::any_of(score.names.begin(), score.names.end(), is_unknown);
   const Json& subjects = list(manifest, "subjects");
   for (const Json& subject : subjects)
     score.subjects.push_back(score_subject(subject, manifest, report, score.names));

@@ -59,27 +59,18 @@ bool agree(const SubjectKind& a, const SubjectKind& b) {
 }
 
 OffParameter draw_off(const CaseDesign& design, Random& random) {
-  OffParameter off;
-  off.joint = random.below(design.nominal.joints.size());
-  const NominalJoint& joint = design.nominal.joints[off.joint];
-  std::vector<std::pair<std::string, std::string>> possible;
-  if (joint.stiffness > 0.0) possible.emplace_back("compliance", "stiffness");
-  if (joint.coulomb > 0.0) possible.emplace_back("coulomb_friction", "level");
-  if (joint.viscous > 0.0 && is_rich(design.base.motion))
-    possible.emplace_back("viscous_friction", "damping");
-  if (joint.joint_friction > 0.0) possible.emplace_back("joint_friction", "level");
-  std::tie(off.id, off.parameter) = possible[random.below(possible.size())];
+  const std::size_t joint = random.below(design.nominal.joints.size());
+  std::vector<OffParameter> possible;
+  for (const char* id : {"compliance", "coulomb_friction", "viscous_friction", "joint_friction"}) {
+    const SubjectKind* kind = kind_of(id);
+    if (kind->stated_by(design.nominal.joints[joint]) &&
+        (is_rich(design.base.motion) || !kind->is(kWantsRich)))
+      possible.push_back({kind, joint});
+  }
+  OffParameter off = possible[random.below(possible.size())];
   const double far = random.uniform(3.0, 6.0) * kTolerance;
   off.factor = random.uniform() < 0.5 ? 1.0 + far : 1.0 / (1.0 + far);
   return off;
-}
-
-void put_off(const OffParameter& off, NominalRobot& truth) {
-  NominalJoint& joint = truth.joints[off.joint];
-  if (off.id == "compliance") joint.stiffness *= off.factor;
-  if (off.id == "coulomb_friction") joint.coulomb *= off.factor;
-  if (off.id == "viscous_friction") joint.viscous *= off.factor;
-  if (off.id == "joint_friction") joint.joint_friction *= off.factor;
 }
 
 struct Plan {
@@ -96,9 +87,9 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   design.noise_seed = random.bits();
   design.held_out_seed = random.bits();
   const bool wants_rich = std::any_of(plan.subjects.begin(), plan.subjects.end(),
-                                      [](const SubjectKind* k) { return k->wants_rich; });
+                                      [](const SubjectKind* k) { return k->is(kWantsRich); });
   const bool wants_law = std::any_of(plan.subjects.begin(), plan.subjects.end(),
-                                     [](const SubjectKind* k) { return k->stage == "command"; });
+                                     [](const SubjectKind* k) { return k->law_rms != nullptr; });
   design.world = &world_of(options.world, number);
   const CaseNeeds needs{wants_rich, wants_law, options.duration_s, options.held_out_s};
   const RecordingForm form = design.world->draw_form(needs, random);
@@ -115,7 +106,7 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     Subject& s = design.subjects[i];
     const NominalJoint& joint = design.nominal.joints[s.joint];
-    const double floor = typical_floor(joint.prismatic, !s.kind->in_truth);
+    const double floor = typical_floor(joint.prismatic, !s.kind->stage.in_truth);
     s.amplitude = plan.over_floor[i] > 0.0
                       ? amplitude_for(s, design.nominal, figures, plan.over_floor[i] * floor)
                       : 0.0;
@@ -126,14 +117,9 @@ CaseDesign build(const Plan& plan, int number, const CaseOptions& options, Rando
   if (plan.kind == CaseKind::kParameter) {
     design.off = draw_off(design, random);
     // The factor is against the plant, whatever the draw within tolerance was.
-    NominalRobot exact = design.nominal;
-    put_off(*design.off, exact);
-    NominalJoint& to = design.truth.joints[design.off->joint];
-    const NominalJoint& from = exact.joints[design.off->joint];
-    if (design.off->id == "compliance") to.stiffness = from.stiffness;
-    if (design.off->id == "coulomb_friction") to.coulomb = from.coulomb;
-    if (design.off->id == "viscous_friction") to.viscous = from.viscous;
-    if (design.off->id == "joint_friction") to.joint_friction = from.joint_friction;
+    const auto value = design.off->kind->stated[0].value;
+    design.truth.joints[design.off->joint].*value =
+        design.nominal.joints[design.off->joint].*value * design.off->factor;
   }
   design.base = exact_session(design.truth);
   design.world->draw_laws(design.nominal, form.duration_s, design.base, random);
@@ -212,8 +198,7 @@ CaseDesign draw_case_with(const SubjectKind& kind, double over_floor, int number
 Session session_of(const CaseDesign& design, std::optional<std::size_t> without) {
   Session session = design.base;
   for (std::size_t i = 0; i < design.subjects.size(); ++i) {
-    if (without != i)
-      apply(design.subjects[i], design.subjects[i].amplitude, design.truth, session);
+    if (without != i) apply(design.subjects[i], design.subjects[i].amplitude, session);
   }
   return session;
 }

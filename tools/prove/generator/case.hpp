@@ -20,9 +20,9 @@ namespace ravencal::prove {
 enum class CaseKind { kControl, kSingle, kPair, kOutside, kParameter };
 std::string_view word_of(CaseKind kind);
 
-/// A nominal parameter that is out of its tolerance.
+/// A nominal parameter that is out of its tolerance: the first by which the plant states `kind`.
 struct OffParameter {
-  std::string id, parameter;  ///< as diagnose would report it
+  const SubjectKind* kind = nullptr;
   std::size_t joint = 0;
   double factor = 1.0;  ///< truth over plant
 };

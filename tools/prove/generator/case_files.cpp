@@ -93,13 +93,6 @@ record::Recording as_given(const record::Recording& whole, const Session& sessio
   return out;
 }
 
-/// Motion that never turns shows these as an offset, a stiffness or a level.
-bool shows_at_reversals(std::string_view id) {
-  constexpr std::string_view kIds[] = {"backlash",   "joint_friction",   "hysteresis",
-                                       "presliding", "coulomb_friction", "asymmetric_friction"};
-  return std::find(std::begin(kIds), std::end(kIds), id) != std::end(kIds);
-}
-
 class Maker {
  public:
   Maker(const CaseDesign& design, const std::function<bool()>& look)
@@ -175,7 +168,7 @@ class Maker {
     const NominalJoint& joint = design_.nominal.joints[s.joint];
     // An effect may show in several joints and both channels; the clearest that is given counts.
     double size = 0.0, floor = 1.0, ratio = -1.0;
-    std::string channel = s.kind->in_truth ? "position" : "effort", joint_seen = joint.name;
+    std::string channel = s.kind->stage.in_truth ? "position" : "effort", joint_seen = joint.name;
     for (std::size_t j = 0; j < design_.nominal.joints.size(); ++j) {
       const NominalJoint& seen = design_.nominal.joints[j];
       const Channels a = channels_of(with, seen, rate_hz), b = channels_of(without, seen, rate_hz);
@@ -183,7 +176,7 @@ class Maker {
                                rms_difference(a.effort, b.effort)};
       const bool given[2] = {all.with_truth, all.with_torque};
       for (std::size_t c = 0; c < 2; ++c) {
-        if (j != s.joint && s.kind->id != "payload") continue;
+        if (j != s.joint && !s.kind->is(kEverywhere)) continue;
         if (!given[c] || sizes[c] / floors_[j][c] <= ratio) continue;
         size = sizes[c];
         floor = floors_[j][c];
@@ -192,28 +185,26 @@ class Maker {
         joint_seen = seen.name;
       }
     }
-    if (s.kind->stage == "command") {  // the law's own residual, which the loop does not spread
-      size = command_size(s, all, with);
+    if (s.kind->law_rms != nullptr) {
+      const JointPhysics& p = all.robot.joints[s.joint];
+      const VectorXd effort = with.samples.col(*with.column(record::Role::kDriveTorque, p.name)) *
+                              p.reduction / p.gearbox_ratio;
+      size = s.kind->law_rms(s, rms(effort), all.duration_s);
       floor = floors_[s.joint][1];
       ratio = all.with_torque ? size / floor : -1.0;
       channel = "command";
     }
     const OwnPart own = own_part(s, all, with, without, ratio);
-    Json fixed = Json::object();
-    for (const auto& [name, value] : s.details) fixed[name] = value;
     return {{"id", s.kind->id},
-            {"outside", s.kind->outside},
+            {"outside", s.kind->is(kOutside)},
             {"joint", joint.name},
             {"joint_seen", joint_seen},
-            {"from", s.kind->id == "coupling" || s.kind->id == "wrong_joint_load" ||
-                             s.kind->id == "bending_arm"
-                         ? design_.nominal.joints[s.from].name
-                         : ""},
-            {"stage", s.kind->stage},
+            {"from", s.from ? design_.nominal.joints[*s.from].name : ""},
+            {"stage", s.kind->stage.word},
             {"parameter", s.kind->parameter},
             {"value", reported_value(s)},
             {"amplitude", s.amplitude},
-            {"details", fixed},
+            {"details", s.details},
             {"channel", channel},
             {"size", size},
             {"floor", floor},
@@ -233,7 +224,7 @@ class Maker {
   /// that is clearest.
   OwnPart own_part(const Subject& s, const Session& all, const record::Recording& with,
                    const record::Recording& without, double ratio) const {
-    if (s.kind->stage == "command") return {"", ratio};
+    if (s.kind->law_rms != nullptr) return {"", ratio};
     OwnPart own{"", -1.0};
     for (const bool position : {true, false}) {
       if (!(position ? all.with_truth : all.with_torque)) continue;
@@ -245,37 +236,15 @@ class Maker {
     return own;
   }
 
-  static double command_size(const Subject& s, const Session& all, const record::Recording& with) {
-    const JointPhysics& p = all.robot.joints[s.joint];
-    const VectorXd effort = with.samples.col(*with.column(record::Role::kDriveTorque, p.name)) *
-                            p.reduction / p.gearbox_ratio;
-    if (s.kind->id == "controller_gain") return s.amplitude * rms(effort);
-    double on = 0.0;
-    for (const auto& [a, b] : s.interval_s) on += b - a;
-    return s.amplitude * std::sqrt(on / all.duration_s);
-  }
-
-  /// What diagnose would print for a perfect fit, with its sign.
-  static double reported_value(const Subject& s) {
-    constexpr std::string_view kSigned[] = {
-        "homing_offset", "gain_error",      "coupling",         "slip",
-        "thermal_drift", "torque_constant", "input_disturbance"};
-    const bool is_signed =
-        std::find(std::begin(kSigned), std::end(kSigned), s.kind->id) != std::end(kSigned);
-    const double sign = s.details.at("sign");
-    if (s.kind->id == "controller_gain") return 1.0 + sign * s.amplitude;
-    return is_signed ? sign * s.amplitude : s.amplitude;
-  }
-
   /// Slow motion does not excite everything.
   [[nodiscard]] bool excited() const {
     const MotionKind motion = design_.base.motion;
-    return std::all_of(
-        design_.subjects.begin(), design_.subjects.end(), [motion](const Subject& s) {
-          return s.amplitude == 0.0 ||
-                 ((is_rich(motion) || !s.kind->wants_rich) &&
-                  (motion != MotionKind::kOneWay || !shows_at_reversals(s.kind->id)));
-        });
+    return std::all_of(design_.subjects.begin(), design_.subjects.end(),
+                       [motion](const Subject& s) {
+                         return s.amplitude == 0.0 ||
+                                ((is_rich(motion) || !s.kind->is(kWantsRich)) &&
+                                 (motion != MotionKind::kOneWay || !s.kind->is(kAtReversals)));
+                       });
   }
 
   [[nodiscard]] std::string manifest(Json subjects, const Session& all) const {
@@ -286,8 +255,9 @@ class Maker {
     }
     Json off = nullptr;
     if (design_.off) {
-      off = {{"id", design_.off->id},
-             {"parameter", design_.off->parameter},
+      const std::string_view key = design_.off->kind->stated[0].rotary;  // name and unit
+      off = {{"id", design_.off->kind->id},
+             {"parameter", key.substr(0, key.find('_'))},
              {"joint", design_.nominal.joints[design_.off->joint].name},
              {"factor", design_.off->factor}};
     }

@@ -40,6 +40,7 @@ class Chain {
   [[nodiscard]] ChainDynamics at(const Vector3d& joints, const Vector3d& velocities) const;
   [[nodiscard]] Vector3d weight(const Vector3d& joints) const;
   [[nodiscard]] const std::vector<ChainLink>& links() const { return links_; }
+  [[nodiscard]] std::vector<ChainLink>& links() { return links_; }
   [[nodiscard]] const Vector3d& gravity() const { return gravity_; }
 
  private:

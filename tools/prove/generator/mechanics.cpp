@@ -21,24 +21,19 @@ namespace {
 
 double clamped(double x, double limit) { return limit > 0.0 ? std::clamp(x, -limit, limit) : x; }
 
-double hill_at(double height, double centre, double width, double x) {
-  const double u = (x - centre) / width;
-  return height == 0.0 ? 0.0 : height * std::exp(-u * u);
-}
-
 /// Level at which the friction slides now.
 double sliding_level(const DryFriction& f, double velocity, double position, double load,
                      double scale) {
   const double ratio = velocity / f.stribeck_velocity;
   double level = f.level + f.load_share * std::abs(load);
   if (f.stribeck_extra != 0.0) level += f.stribeck_extra * std::exp(-ratio * ratio);
-  level += hill_at(f.local_extra, f.local_centre, f.local_width, position);
+  level += f.local.at(position);
   return level * scale * (1.0 + (velocity < 0.0 ? -f.asymmetry : f.asymmetry));
 }
 
 /// Slope of the bristles; their own reference, so that the slope does not change with the load.
 double bristle_slope(const DryFriction& f) {
-  const double reference = f.level + f.stribeck_extra + f.local_extra;
+  const double reference = f.level + f.stribeck_extra + f.local.height;
   return (reference > 0.0 ? reference : f.load_share) / f.displacement;
 }
 
@@ -87,20 +82,20 @@ CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, 
     moved += wave.amplitude * std::sin(wave.order * drive + wave.phase_rad);
     slope += wave.amplitude * wave.order * std::cos(wave.order * drive + wave.phase_rad);
   }
-  moved += hill_at(c.bump.height, c.bump.centre, c.bump.width, drive);
+  moved += c.bump.at(drive);
   const double elastic = moved - y[Mechanics::kJoint] - y[Mechanics::kCreep];
   const double b = c.gap_half_width;
   const double stretch = elastic > b ? elastic - b : (elastic < -b ? elastic + b : 0.0);
   const bool taut = b == 0.0 || stretch != 0.0;
   CableState s;
   const double static_part =
-      spring(c, stretch) + c.hysteresis_stiffness * c.hysteresis_yield * y[Mechanics::kLoop];
-  if (c.creep_compliance > 0.0)
-    s.creep_rate = (c.creep_compliance * static_part - y[Mechanics::kCreep]) / c.creep_time_s;
+      spring(c, stretch) + c.hysteresis.stiffness * c.hysteresis.yield * y[Mechanics::kLoop];
+  if (c.creep.compliance > 0.0)
+    s.creep_rate = (c.creep.compliance * static_part - y[Mechanics::kCreep]) / c.creep.time_s;
   const double rate = taut ? slope * drive_velocity - y[Mechanics::kJointVelocity] : 0.0;
-  if (c.hysteresis_stiffness > 0.0) {
+  if (c.hysteresis.stiffness > 0.0) {
     const double h = y[Mechanics::kLoop];
-    s.loop_rate = (rate - 0.5 * std::abs(rate) * h - 0.5 * rate * std::abs(h)) / c.hysteresis_yield;
+    s.loop_rate = (rate - 0.5 * std::abs(rate) * h - 0.5 * rate * std::abs(h)) / c.hysteresis.yield;
   }
   s.tension = static_part + c.damping * rate;
   return s;
@@ -181,7 +176,7 @@ struct Mechanics::Impl {
                       sliding_level(dry, v, s[kMotor], tension[i], inputs.friction_scale[i]));
       std::copy(friction.rate.begin(), friction.rate.end(), r + kBristle1);
       const double viscous = joint.viscous * v * (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
-      const double leak = joint.tension_leak * tension[joint.leak_from];
+      const double leak = joint.leak.share * tension[joint.leak.from];
       r[kMotorVelocity] =
           (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous - reaction[i] - leak) /
           joint.motor_inertia;

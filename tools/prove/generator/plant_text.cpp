@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "prove/generator/nominal.hpp"
+#include "prove/generator/subject.hpp"
 
 namespace ravencal::prove {
 namespace {
 
 std::string list(const Vector3d& v) {
   return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", v[0], v[1], v[2]);
-}
-
-std::string effect(const char* id, std::initializer_list<std::pair<const char*, double>> values) {
-  std::string text = fmt::format("\n  [[joint.effect]]\n  id = \"{}\"\n", id);
-  for (const auto& [key, value] : values) text += fmt::format("  {} = {:.9g}\n", key, value);
-  return text;
 }
 
 std::string joint_text(const NominalJoint& j, bool says_way, bool states_controller) {
@@ -37,28 +31,12 @@ std::string joint_text(const NominalJoint& j, bool says_way, bool states_control
         "  dac_limit_counts = {:.9g}\n",
         j.kp, j.kd, j.dac_limit_counts);
   }
-  if (j.stiffness > 0.0) {
-    text += effect("compliance",
-                   {{p ? "stiffness_n_per_m" : "stiffness_n_m_per_rad", j.stiffness},
-                    {p ? "damping_n_s_per_m" : "damping_n_m_s_per_rad", j.cable_damping}});
-  }
-  if (j.joint_friction > 0.0) {
-    text += effect("joint_friction", {{p ? "level_n" : "level_n_m", j.joint_friction},
-                                      {p ? "presliding_m" : "presliding_rad", j.joint_presliding}});
-  }
-  if (j.coulomb > 0.0)
-    text += effect("coulomb_friction", {{p ? "level_n" : "level_n_m", j.coulomb}});
-  if (j.viscous > 0.0) {
-    text += effect("viscous_friction",
-                   {{p ? "damping_n_s_per_m" : "damping_n_m_s_per_rad", j.viscous}});
-  }
-  if (j.stribeck_extra > 0.0) {
-    text += effect("stribeck_friction",
-                   {{p ? "extra_n" : "extra_n_m", j.stribeck_extra},
-                    {p ? "velocity_m_per_s" : "velocity_rad_per_s", j.stribeck_velocity}});
-  }
-  if (j.presliding > 0.0) {
-    text += effect("presliding", {{p ? "displacement_m" : "displacement_rad", j.presliding}});
+  for (const SubjectKind& kind : vocabulary_kinds()) {
+    if (!kind.stated_by(j) || kind.stated[0].rotary.empty()) continue;
+    text += fmt::format("\n  [[joint.effect]]\n  id = \"{}\"\n", kind.id);
+    for (const auto& [value, rotary, prismatic] : kind.stated)
+      if (value != nullptr)
+        text += fmt::format("  {} = {:.9g}\n", p ? prismatic : rotary, j.*value);
   }
   return text;
 }

@@ -29,11 +29,9 @@ double along(double t_s, double homed_at_s) {
   return at_rest_s + 0.5 * off_s * std::abs(off_s) / kRampS;
 }
 
-/// Motion of the external encoder's mount.
-double carried(const JointSession& j, const Vector3d& joints, Index i, double t_s) {
-  const double other = joints[static_cast<Index>(j.bend.with)];
-  return j.bend.share * (joints[i] - j.bend.centre) * (other - j.bend.centre_with) +
-         j.sway * std::sin(kTwoPi * j.sway_hz * t_s);
+double sum_of(const AddedOverTime& added, double t_s, double start = 0.0) {
+  for (const auto& add : added) start += add(t_s);
+  return start;
 }
 
 /// Channels and events.
@@ -72,15 +70,10 @@ Disturber::Disturber(const JointSession& joint, std::uint64_t seed, const std::s
 void Disturber::apply(double t_s, Index i, CycleInputs& inputs) {
   const double effort = effort_.step(effort_random_);
   const double level = level_.step(level_random_);
-  inputs.disturbance[i] =
-      (on_ ? effort : 0.0) + joint_.hum * std::sin(kTwoPi * joint_.hum_hz * t_s);
-  const double warm =
-      joint_.friction_warm_up * std::exp(-std::max(0.0, t_s) / joint_.warm_up_time_s);
-  inputs.friction_scale[i] = std::max(0.1, 1.0 + (on_ ? level : 0.0) + warm);
-  double length = joint_.drift * (1.0 - std::exp(-std::max(0.0, t_s) / joint_.drift_time_s));
-  for (const auto& [at_s, size] : joint_.slips)
-    length += size * std::clamp((t_s - at_s) / 0.03, 0.0, 1.0);
-  inputs.length[i] = length;
+  inputs.disturbance[i] = sum_of(joint_.added_effort, t_s, on_ ? effort : 0.0);
+  inputs.friction_scale[i] =
+      std::max(0.1, sum_of(joint_.added_friction, t_s, 1.0 + (on_ ? level : 0.0)));
+  inputs.length[i] = sum_of(joint_.added_length, t_s);
 }
 
 TruthSensor::TruthSensor(const JointSession& joint, std::uint64_t seed, const std::string& name,
@@ -137,13 +130,10 @@ double Recorder::encoder_rad(Index i, double motor, double t_s) const {
   return counts * quantum;
 }
 
-double Recorder::pulses_n_m(Index i, double t_s) const {
-  const JointPhysics& p = session_.robot.joints[static_cast<std::size_t>(i)];
-  double torque = 0.0;
-  for (const auto& pulse : session_.joints[static_cast<std::size_t>(i)].pulses)
-    if (t_s >= pulse.begin_s && t_s < pulse.end_s)
-      torque += pulse.effort / (p.reduction / p.gearbox_ratio);
-  return torque;
+double Recorder::added_torque_n_m(Index i, double t_s) const {
+  const auto n = static_cast<std::size_t>(i);
+  const JointPhysics& p = session_.robot.joints[n];
+  return sum_of(session_.joints[n].added_input, t_s) / (p.reduction / p.gearbox_ratio);
 }
 
 void Recorder::disturb(double t_s, CycleInputs& inputs) {
@@ -160,7 +150,9 @@ void Recorder::read_truth(double t_s, const Vector3d& joints) {
       const auto back =
           static_cast<std::size_t>(std::lround(session_.joints[n].truth_delay_s / kCycleS));
       const Vector3d& then = history_[history_.size() - 1 - std::min(back, history_.size() - 1)];
-      reading.value[i] = sensors_[n].read(then[i] + carried(session_.joints[n], then, i, t_s));
+      double added = 0.0;
+      for (const auto& add : session_.joints[n].added_truth) added += add(t_s, then);
+      reading.value[i] = sensors_[n].read(then[i] + added);
     }
     const double latency_s = std::max(
         0.0, session_.truth_latency_s + session_.truth_latency_deviation_s * stamps_.normal());

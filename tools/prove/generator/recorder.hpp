@@ -67,8 +67,8 @@ class Recorder {
   }
   /// Motor angle in rad as the encoder of joint `i` counts it, lost counts included.
   [[nodiscard]] double encoder_rad(Eigen::Index i, double motor, double t_s) const;
-  /// Pulses on the drive's input of joint `i` at the time, torque at the capstan.
-  [[nodiscard]] double pulses_n_m(Eigen::Index i, double t_s) const;
+  /// What is added to the drive's input of joint `i`, torque at the capstan.
+  [[nodiscard]] double added_torque_n_m(Eigen::Index i, double t_s) const;
 
   /// Once a cycle each: noise and lengths of the cables; readings of the external encoders that
   /// were due at `t_s`; the row, where the throttled stream has one.

@@ -4,6 +4,7 @@
 // have. Quantities of a joint are referred to the joint: rad and N m, or m and N.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,18 @@
 #include "prove/generator/chain.hpp"
 
 namespace ravencal::prove {
+
+/// A smooth hill over position, or a wave.
+struct Hill {
+  double height = 0.0, centre = 0.0, width = 1.0;
+  [[nodiscard]] double at(double position) const {
+    const double u = (position - centre) / width;
+    return height == 0.0 ? 0.0 : height * std::exp(-u * u);
+  }
+};
+struct Wave {
+  double amplitude = 0.0, order = 0.0, phase_rad = 0.0;
+};
 
 /// Dry friction: LuGre (Canudas de Wit et al., IEEE TAC 1995) in up to three parallel elements,
 /// which with different displacements yield one after the other (generalised Maxwell slip).
@@ -23,16 +36,7 @@ struct DryFriction {
   double damping = 0.0;            ///< of the bristles
   double load_share = 0.0;         ///< of the tension that passes through
   double asymmetry = 0.0;          ///< level times 1 + asymmetry forwards, 1 - asymmetry backwards
-  double local_extra = 0.0;        ///< further level around a place (outside of the vocabulary)
-  double local_centre = 0.0, local_width = 1.0;
-};
-
-/// A smooth hill of the transmission or a wave over position.
-struct Hill {
-  double height = 0.0, centre = 0.0, width = 1.0;
-};
-struct Wave {
-  double amplitude = 0.0, order = 0.0, phase_rad = 0.0;
+  Hill local;                      ///< further level around a place (outside of the vocabulary)
 };
 
 struct CablePhysics {
@@ -40,10 +44,12 @@ struct CablePhysics {
   double damping = 0.0;
   double stiffening = 0.0;  ///< stretch w in k w sinh(s / w); 0: straight
   double gap_half_width = 0.0;
-  double hysteresis_stiffness = 0.0;  ///< Bouc-Wen: initial slope and stretch that saturates it
-  double hysteresis_yield = 1.0;
-  double creep_compliance = 0.0;
-  double creep_time_s = 1.0;
+  struct Strands {
+    double stiffness = 0.0, yield = 1.0;
+  } hysteresis;  ///< Bouc-Wen: initial slope and stretch that saturates it
+  struct Creep {
+    double compliance = 0.0, time_s = 1.0;
+  } creep;
   double ratio_error = 0.0;
   Wave eccentricity;
   Hill bump;
@@ -61,9 +67,11 @@ struct JointPhysics {
   CablePhysics cable;
   double torque_ratio = 0.0;  ///< relative error of the motor's torque
   Wave ripple;
-  double saturation = 0.0;    ///< the amplifier clips here; 0: never
-  double tension_leak = 0.0;  ///< share of another joint's tension that loads this motor
-  int leak_from = 0;
+  double saturation = 0.0;  ///< the amplifier clips here; 0: never
+  struct Leak {
+    double share = 0.0;
+    Eigen::Index from = 0;
+  } leak;  ///< share of another joint's tension that loads this motor
   bool follows_links =
       false;  ///< its cable runs over the links that move it, not over their drives
   double flexible_inertia = 0.0, flexible_stiffness = 0.0, flexible_damping = 0.0;

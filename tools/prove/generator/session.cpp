@@ -48,7 +48,7 @@ class Runner {
       row.motor_velocity[i] = started_ ? (row.motor_rad[i] - last_motor_[i]) / kCycleS : 0.0;
       double torque =
           j.kp * (wanted[i] * p.reduction - row.motor_rad[i]) - j.kd * row.motor_velocity[i];
-      torque += recorder_.pulses_n_m(i, t_s);
+      torque += recorder_.added_torque_n_m(i, t_s);
       double dac = std::trunc(torque * j.dac_counts_per_n_m);
       if (j.dac_limit_counts > 0.0) dac = std::clamp(dac, -j.dac_limit_counts, j.dac_limit_counts);
       row.torque[i] = dac / j.dac_counts_per_n_m;

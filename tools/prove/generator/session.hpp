@@ -16,6 +16,8 @@
 
 namespace ravencal::prove {
 
+using AddedOverTime = std::vector<std::function<double(double t_s)>>;
+
 /// The controller of one joint as it really is, and what its recorder adds. Torques of `kp`, `kd`
 /// at the capstan per motor rad; noise in joint units.
 struct JointSession {
@@ -28,23 +30,12 @@ struct JointSession {
   double white = 0.0, coloured = 0.0, walk_per_root_s = 0.0;  ///< of the truth
   double disturbance = 0.0;      ///< of the motor's effort: deviation of coloured noise
   double friction_wander = 0.0;  ///< relative deviation of the dry friction's level
-  double friction_warm_up = 0.0, warm_up_time_s = 1.0;  ///< level times 1 + a exp(-t / T)
-  double hum = 0.0, hum_hz = 1.0;                       ///< effort over time, outside vocabulary
-  double sway = 0.0, sway_hz = 1.0;  ///< of what holds the external encoder, outside vocabulary
-  /// Posture bends the link between encoder and joint: share times both joints' distance from their
-  /// centres. Outside of the vocabulary.
-  struct Bend {
-    double share = 0.0;
-    std::size_t with = 0;
-    double centre = 0.0, centre_with = 0.0;
-  } bend;
-  double drift = 0.0, drift_time_s = 1.0;
-  std::vector<std::pair<double, double>> slips;      ///< time, size
   std::vector<std::pair<double, long>> lost_counts;  ///< time, counts of the motor encoder
-  struct Pulse {
-    double begin_s, end_s, effort;
-  };
-  std::vector<Pulse> pulses;   ///< added to the drive's input, and recorded with it
+  /// What hidden effects add over time: to the motor's effort, to its dry friction in relation to
+  /// the level, to the length of the cable, and to the effort asked of the drive, which is
+  /// recorded.
+  AddedOverTime added_effort, added_friction, added_length, added_input;
+  std::vector<std::function<double(double t_s, const Vector3d& joints)>> added_truth;
   double truth_delay_s = 0.0;  ///< of this joint's truth, beyond the recorder's latency
   MotionRange range;
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "prove/generator/subject.hpp"
+
 namespace ravencal::prove {
 namespace {
 
@@ -33,7 +35,25 @@ VectorXd slope(const VectorXd& x, const VectorXd& t_s) {
   return out;
 }
 
-/// -1 to 1: which side of a gap of that width the position pushes.
+MatrixXd together(const std::vector<VectorXd>& columns, Index rows) {
+  MatrixXd out(rows, static_cast<Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
+  return out;
+}
+
+void add_groups(const Signals& s, const NominalJoint& joint, std::size_t number,
+                const VectorXd& known, bool in_truth, TermLibrary& library) {
+  for (const SubjectKind& kind : vocabulary_kinds()) {
+    if (kind.terms == nullptr || kind.stage.in_truth != in_truth || kind.stated_by(joint)) continue;
+    Terms terms{s, joint, number, known};
+    kind.terms(terms);
+    for (MatrixXd& columns : terms.added)
+      library.groups.push_back({std::string(kind.id), std::move(columns)});
+  }
+}
+
+}  // namespace
+
 VectorXd play(const VectorXd& q, double width) {
   VectorXd out(q.size());
   double side = 0.0;
@@ -51,15 +71,7 @@ MatrixXd wave(const VectorXd& q, double order) {
   return out;
 }
 
-MatrixXd together(const std::vector<VectorXd>& columns, Index rows) {
-  MatrixXd out(rows, static_cast<Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) out.col(static_cast<Index>(c)) = columns[c];
-  return out;
-}
-
-double narrow(const NominalJoint& j) { return j.prismatic ? 3e-5 : 6e-4; }
-
-}  // namespace
+double narrow(const NominalJoint& joint) { return joint.prismatic ? 3e-5 : 6e-4; }
 
 Signals signals_of(const record::Recording& r, const NominalRobot& plant, std::size_t joint) {
   const NominalJoint& j = plant.joints[joint];
@@ -115,32 +127,7 @@ TermLibrary position_library(const Signals& s, const NominalRobot& plant, std::s
     if (j.joint_friction > 0.0) nuisance.push_back(s.side * (j.joint_friction / j.stiffness));
   }
   lib.nuisance = together(nuisance, s.rows());
-  const auto add = [&](const char* id, const MatrixXd& columns) {
-    lib.groups.push_back({id, columns});
-  };
-  const VectorXd t = s.t_s.array() - s.t_s[0];
-  const double whole_s = t[t.size() - 1];
-  add("homing_offset", VectorXd::Ones(s.rows()));
-  add("gain_error", s.q);
-  for (std::size_t k = 0; k < s.others.size(); ++k)
-    if (k != joint) add("coupling", s.others[k]);
-  if (j.stiffness <= 0.0) add("compliance", s.weight);
-  add("backlash", s.weight.array().sign().matrix());
-  if (j.joint_friction <= 0.0) add("joint_friction", play(s.q, 4.0 * narrow(j)));
-  add("hysteresis", play(s.q, 40.0 * narrow(j)));
-  VectorXd slow(s.rows());
-  double state = s.weight[0];
-  for (Index i = 0; i < s.rows(); ++i) {
-    if (i > 0) state += (s.weight[i] - state) * std::min(1.0, (t[i] - t[i - 1]) / 10.0);
-    slow[i] = state;
-  }
-  add("creep", slow - s.weight);
-  add("eccentricity", wave(s.q, j.reduction / j.gearbox_ratio));
-  for (const double share : {0.35, 0.45, 0.55, 0.65}) {
-    add("slip", (t.array() > share * whole_s).cast<double>().matrix());
-  }
-  add("delay", s.v);
-  add("thermal_drift", (1.0 - (-3.0 * t.array() / whole_s).exp()).matrix());
+  add_groups(s, j, joint, {}, true, lib);
   return lib;
 }
 
@@ -157,20 +144,7 @@ TermLibrary drive_library(const Signals& s, const NominalRobot& plant, std::size
   if (known_dry > 0.0) nuisance.push_back(s.side);
   if (j.viscous > 0.0) nuisance.push_back(s.v);
   lib.nuisance = together(nuisance, s.rows());
-  const auto add = [&](const char* id, const MatrixXd& columns) {
-    lib.groups.push_back({id, columns});
-  };
-  if (j.coulomb <= 0.0) add("coulomb_friction", s.side);
-  if (j.viscous <= 0.0) add("viscous_friction", s.v);
-  const VectorXd ratio = s.v / (3.0 * j.stribeck_velocity);
-  if (j.stribeck_extra <= 0.0)
-    add("stribeck_friction", s.side.array() * (-ratio.array().square()).exp());
-  if (j.presliding <= 0.0) add("presliding", play(s.q, 10.0 * narrow(j)) - s.side);
-  add("asymmetric_friction", s.side.cwiseAbs());
-  add("load_dependent_friction", s.side.cwiseProduct(s.weight.cwiseAbs()));
-  add("torque_constant", known);
-  add("torque_ripple", wave(s.q, 2.0 * j.reduction / j.gearbox_ratio));
-  if (j.mass_kg <= 0.0) add("gravity", wave(s.q, 1.0));
+  add_groups(s, j, joint, known, false, lib);
   return lib;
 }
 

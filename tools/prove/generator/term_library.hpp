@@ -25,6 +25,13 @@ struct Signals {
 Signals signals_of(const record::Recording& recording, const NominalRobot& plant,
                    std::size_t joint);
 
+/// -1 to 1: which side of a gap of that width the position pushes.
+Eigen::VectorXd play(const Eigen::VectorXd& q, double width);
+/// Sine and cosine.
+Eigen::MatrixXd wave(const Eigen::VectorXd& q, double order);
+/// Width of a play that any joint passes at once.
+double narrow(const NominalJoint& joint);
+
 /// A linear problem: which of the groups explain y? Columns of `nuisance` are always in.
 struct TermLibrary {
   struct Group {
@@ -35,6 +42,18 @@ struct TermLibrary {
   Eigen::MatrixXd nuisance;  ///< the plant's own parameters
   std::vector<Group> groups;
   double smallest = 0.0;  ///< RMS below which a term is not worth a name (STLSQ's threshold)
+};
+
+/// What a kind makes its groups of.
+struct Terms {
+  const Signals& s;
+  const NominalJoint& joint;
+  std::size_t number;            ///< of the joint
+  const Eigen::VectorXd& known;  ///< effort that the plant explains; empty for positions
+  Eigen::VectorXd t_s = s.t_s.array() - s.t_s[0];
+  double whole_s = t_s[t_s.size() - 1];
+  std::vector<Eigen::MatrixXd> added{};
+  void add(Eigen::MatrixXd columns) { added.push_back(std::move(columns)); }
 };
 
 /// Truth minus what plant and motors say; needs `truth`.

@@ -13,20 +13,14 @@ namespace {
 
 constexpr int kSteps = 20;  // per millisecond
 
-double bell(double height, double centre, double width, double x) {
-  const double u = (x - centre) / width;
-  return height == 0.0 ? 0.0 : height * std::exp(-u * u);
-}
-
 /// Dry friction after a step of `travel` at `velocity`; `scale` is of the level.
 double rubbed(const DryFriction& f, double exponent, double effort, double velocity,
               double position, double load, double scale, double travel) {
-  const double reference = f.level + f.stribeck_extra + f.local_extra;
+  const double reference = f.level + f.stribeck_extra + f.local.height;
   const double slope = (reference > 0.0 ? reference : f.load_share) / f.displacement;
   if (slope <= 0.0) return 0.0;
   const double level = (hess_soom_level(f.level, f.stribeck_extra, f.stribeck_velocity, velocity) +
-                        f.load_share * std::abs(load) +
-                        bell(f.local_extra, f.local_centre, f.local_width, position)) *
+                        f.load_share * std::abs(load) + f.local.at(position)) *
                        scale * (1.0 + (velocity < 0.0 ? -f.asymmetry : f.asymmetry));
   // Friction that goes with a load does not vanish where the load changes sign.
   return dahl_after(effort, std::max(level, 0.01 * slope * f.displacement), slope, exponent,
@@ -95,17 +89,16 @@ void OtherArm::pull_cable(Index i, double drive, double drive_velocity, double l
   const JointPhysics& joint = robot_.joints[static_cast<std::size_t>(i)];
   const CablePhysics& c = joint.cable;
   const double phase = c.eccentricity.order * drive + c.eccentricity.phase_rad;
-  const double end = drive + length + c.eccentricity.amplitude * std::sin(phase) +
-                     bell(c.bump.height, c.bump.centre, c.bump.width, drive);
+  const double end = drive + length + c.eccentricity.amplitude * std::sin(phase) + c.bump.at(drive);
   const double end_velocity =
       drive_velocity * (1.0 + c.eccentricity.amplitude * c.eccentricity.order * std::cos(phase));
   const double stretch = stretch_behind_play(end - s.joint - s.creep.strain(), c.gap_half_width,
                                              c.stiffness, joint.prismatic ? 10.0 : 1.0);
   const double held =
       c.stiffness * stretch +
-      s.strands.move(c.hysteresis_stiffness, c.hysteresis_yield, stretch - s.stretch);
+      s.strands.move(c.hysteresis.stiffness, c.hysteresis.yield, stretch - s.stretch);
   s.stretch = stretch;
-  s.creep.step(held, c.creep_compliance, c.creep_time_s, dt_s);
+  s.creep.step(held, c.creep.compliance, c.creep.time_s, dt_s);
   s.tension = held + c.damping * contact_share(stretch, c.gap_half_width) *
                          (end_velocity - s.joint_velocity);
 }
@@ -166,7 +159,7 @@ void OtherArm::step(const CycleInputs& inputs, double dt_s) {
                            (1.0 + (s.motor_velocity < 0.0 ? -asymmetry : asymmetry));
     const double effort = drive_effort(i, inputs.effort[i], inputs.disturbance[i], dt_s) -
                           s.motor_friction - viscous - reaction[i] -
-                          joint.tension_leak * tension[joint.leak_from];
+                          joint.leak.share * tension[joint.leak.from];
     s.motor_velocity += dt_s * effort / joint.motor_inertia;
     s.joint_velocity += dt_s * acceleration[i];
     s.motor += dt_s * s.motor_velocity;

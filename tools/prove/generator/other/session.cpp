@@ -76,7 +76,8 @@ class OtherRunner {
   double cascade(Index i, double error_rad, double t_s) {
     const JointSession& j = session_.joints[static_cast<std::size_t>(i)];
     const double velocity_error = j.kp / j.kd * error_rad - velocity_[i];
-    const double torque = j.kd * (velocity_error + integral_[i]) + recorder_.pulses_n_m(i, t_s);
+    const double torque =
+        j.kd * (velocity_error + integral_[i]) + recorder_.added_torque_n_m(i, t_s);
     const double whole = std::round(torque * j.dac_counts_per_n_m);
     const bool clips = j.dac_limit_counts > 0.0 && std::abs(whole) > j.dac_limit_counts;
     // The integral waits while the drive clips.
