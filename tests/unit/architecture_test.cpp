@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = RAVENCAL_SOURCE_DIR;
 
-// Every room and what its files may include, by the first word of an include path. Arrows point
+// Each module and what its files may include, by the first word of an include path. Arrows point
 // left: core <- record <- model and core <- physics, then the programs. The plugin sees core and
 // model only; of the plugin, others see its C header (ravencal/) only, and `convert` tries the
-// kernels. A file belongs to the innermost room that holds it.
+// kernels. A file belongs to the innermost module that holds it.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"shared/core", {"core"}},
     {"shared/record", {"core", "record"}},
@@ -89,19 +89,19 @@ std::vector<fs::path> sources_below(const fs::path& folder) {
   return files;
 }
 
-std::vector<std::string> included_rooms(const fs::path& file) {
+std::vector<std::string> included_modules(const fs::path& file) {
   static const std::regex include(R"re(^#include "([a-z0-9_]+)/)re");
   std::ifstream stream(file);
-  std::vector<std::string> rooms;
+  std::vector<std::string> modules;
   for (std::string line; std::getline(stream, line);) {
     std::smatch match;
-    if (std::regex_search(line, match, include)) rooms.push_back(match[1]);
+    if (std::regex_search(line, match, include)) modules.push_back(match[1]);
   }
-  return rooms;
+  return modules;
 }
 
-/// The innermost room that holds the file; empty if there is none.
-std::string room_of(const fs::path& file) {
+/// The innermost module that holds the file; empty if there is none.
+std::string module_of(const fs::path& file) {
   fs::path folder = file.parent_path().lexically_relative(kRoot);
   while (!folder.empty() && !kMayInclude.contains(folder.string())) folder = folder.parent_path();
   return folder.string();
@@ -111,41 +111,41 @@ TEST(Architecture, IncludesPointOneWay) {
   std::set<std::string> seen;
   for (const char* part : kProduct) {
     for (const fs::path& file : sources_below(part)) {
-      const std::string room = room_of(file);
-      ASSERT_FALSE(room.empty()) << file << " is in no room of this test's table";
-      seen.insert(room);
-      for (const std::string& target : included_rooms(file)) {
-        EXPECT_TRUE(kMayInclude.at(room).contains(target)) << file << " includes " << target;
+      const std::string module = module_of(file);
+      ASSERT_FALSE(module.empty()) << file << " is in no module of this test's table";
+      seen.insert(module);
+      for (const std::string& target : included_modules(file)) {
+        EXPECT_TRUE(kMayInclude.at(module).contains(target)) << file << " includes " << target;
       }
     }
   }
-  EXPECT_EQ(seen.size(), kMayInclude.size()) << "a room of the table has no files";
+  EXPECT_EQ(seen.size(), kMayInclude.size()) << "a module of the table has no files";
 }
 
-/// The way of a recording through the diagnosis: each room sees itself and those before it.
-TEST(Architecture, TheRoomsOfDiagnoseFollowTheSample) {
-  const std::vector<std::string> rooms = {"findings", "track",   "model", "vocabulary",
-                                          "search",   "explain", "report"};
-  const fs::path house = kRoot / "tools/diagnose";
-  const auto place = [&](const std::string& room) {
-    return std::find(rooms.begin(), rooms.end(), room) - rooms.begin();
+/// The way of a recording through the diagnosis: each module sees itself and those before it.
+TEST(Architecture, TheModulesOfDiagnoseFollowTheSample) {
+  const std::vector<std::string> modules = {"findings", "track",   "model", "vocabulary",
+                                            "search",   "explain", "report"};
+  const fs::path folder = kRoot / "tools/diagnose";
+  const auto place = [&](const std::string& module) {
+    return std::find(modules.begin(), modules.end(), module) - modules.begin();
   };
   static const std::regex include(R"re(^#include "diagnose/(?:([a-z_]+)/)?[a-z_]+\.hpp")re");
   for (const fs::path& file : sources_below("tools/diagnose")) {
     const std::string own =
-        file.parent_path() == house ? "" : file.parent_path().filename().string();
+        file.parent_path() == folder ? "" : file.parent_path().filename().string();
     std::ifstream stream(file);
     for (std::string line; std::getline(stream, line);) {
       std::smatch match;
       if (!std::regex_search(line, match, include)) continue;
       EXPECT_LE(place(match[1]), place(own)) << file << ": " << line;
     }
-    EXPECT_TRUE(own.empty() || place(own) < static_cast<std::ptrdiff_t>(rooms.size())) << file;
+    EXPECT_TRUE(own.empty() || place(own) < static_cast<std::ptrdiff_t>(modules.size())) << file;
   }
 }
 
 /// What an effect is stands in tables; neither diagnose nor its blind trials compare ids.
-TEST(Architecture, NoRoomOfDiagnoseOrOfItsTrialsComparesIds) {
+TEST(Architecture, NoModuleOfDiagnoseOrOfItsTrialsComparesIds) {
   static const std::regex row(R"re(^ *\{(?:\.id = |\{)"([a-z_]+)")re");
   static const std::regex compared(R"re([=!]= "([a-z_]+)")re");
   std::set<std::string> ids;
@@ -163,8 +163,8 @@ TEST(Architecture, NoRoomOfDiagnoseOrOfItsTrialsComparesIds) {
   for (const fs::path& file : sources_below("tools/prove/generator/kinds"))
     each_match(file, row, add);
   EXPECT_GE(ids.size(), named + 7);  // those from outside of the vocabulary
-  for (const char* room : {"tools/diagnose", "tools/prove"}) {
-    for (const fs::path& file : sources_below(room)) {
+  for (const char* module : {"tools/diagnose", "tools/prove"}) {
+    for (const fs::path& file : sources_below(module)) {
       each_match(file, compared, [&](const std::string& id, const std::string& line) {
         EXPECT_FALSE(ids.contains(id)) << file << ": " << line;
       });
@@ -207,9 +207,10 @@ TEST(Architecture, NothingOutsideThePluginIncludesItsInside) {
   for (const char* part : kProduct) {
     if (std::string_view(part) == "rt_plugin") continue;
     for (const fs::path& file : sources_below(part)) {
-      for (const std::string& target : included_rooms(file)) {
+      for (const std::string& target : included_modules(file)) {
         EXPECT_NE(target, "rt_plugin") << file;
-        EXPECT_TRUE(target != "kernels" || room_of(file) == "tools/deployment/conversion") << file;
+        EXPECT_TRUE(target != "kernels" || module_of(file) == "tools/deployment/conversion")
+            << file;
       }
     }
   }

@@ -112,9 +112,9 @@ struct Mechanics::Impl {
       gain(i, i) = 1.0 + joint.cable.ratio_error;
       (joint.follows_links ? over_drives : over_links).row(i).setZero();
     }
-    const Eigen::Matrix3d wound = (Eigen::Matrix3d::Identity() - over_drives).inverse();
-    drive_from_motor = wound * gain;
-    drive_from_joint = wound * over_links;
+    const Eigen::Matrix3d coupled = (Eigen::Matrix3d::Identity() - over_drives).inverse();
+    drive_from_motor = coupled * gain;
+    drive_from_joint = coupled * over_links;
     motor_from_drive = drive_from_motor.inverse();
   }
   Impl(const Impl&) = delete;

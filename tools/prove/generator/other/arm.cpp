@@ -47,9 +47,9 @@ OtherArm::OtherArm(const RobotPhysics& robot, const OtherLaws& laws)
     gain(row, row) += robot.joints[i].cable.ratio_error;
     (robot.joints[i].follows_links ? over_drives : over_links).row(row).setZero();
   }
-  const Eigen::Matrix3d wound = (Eigen::Matrix3d::Identity() - over_drives).inverse();
-  drive_from_motor_ = wound * gain;
-  drive_from_joint_ = wound * over_links;
+  const Eigen::Matrix3d coupled = (Eigen::Matrix3d::Identity() - over_drives).inverse();
+  drive_from_motor_ = coupled * gain;
+  drive_from_joint_ = coupled * over_links;
 }
 
 Vector3d OtherArm::gathered(double Joint::*which) const {
