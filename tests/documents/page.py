@@ -2,7 +2,7 @@
 """A document as a reader follows it, who copies each block into one terminal in the root of a clone.
 
 ```sh and ```python are run, in the order of the page. A block whose first line is "# Needs SOMETHING" is not. ```text
-behind a block that is run holds lines of its output, in their order; "..." stands for what may differ.
+behind a block that is run holds parts of its output, in their order; "..." stands for what may differ.
 """
 
 from __future__ import annotations
@@ -132,12 +132,13 @@ def shortened(page: Page, blocks: list[Block], outcome: Outcome) -> None:
 
 
 def lacking(expected: list[str], output: str) -> str:
-    """The first of the expected lines that does not follow in the output; "" if all do."""
-    said = iter([" ".join(line.split()) for line in output.splitlines()])
+    """The first of the expected lines that does not follow in the output; "" if all do. Blanks do not count."""
+    said, at = re.sub(r"[ \t]+", " ", output), 0
     for line in expected:
-        pattern = re.escape(" ".join(line.split())).replace(re.escape("..."), ".*")
-        if not any(re.fullmatch(pattern, one) for one in said):
+        found = re.compile(re.escape(" ".join(line.split())).replace(re.escape("..."), ".*?")).search(said, at)
+        if not found:
             return line
+        at = found.end()
     return ""
 
 
@@ -198,7 +199,7 @@ def made_files(text: str, clone: Path, source: Path) -> Iterator[str]:
     """Files that the page names in a folder that its commands made, and that are not there."""
     for name in re.findall(r"`([\w.-]+/[\w./-]*\.\w+)`", text):
         top = name.split("/")[0]
-        if (clone / top).is_dir() and not (source / top).exists() and not (clone / name).exists():
+        if top not in NOT_SOURCE and (clone / top).is_dir() and not (source / top).exists() and not (clone / name).exists():
             yield name
 
 
@@ -210,7 +211,7 @@ def follow(page: Page, places: Places, work: Path, outcome: Outcome, text: str, 
     with page.beside(work) as more:
         environment = environment_of(work) | more
         for name, script in (("preparation", page.prepare), (page.path, script_of(text, run)), ("check", page.check)):
-            file, log = work / Path(name).name, work / "log"
+            file, log = work / Path(name).name, work / f"{Path(name).name}.log"
             file.write_text("set -eu\n" + script if name != page.path else script, encoding="utf-8")
             status = run_shell(file, clone, environment, log)
             said = log.read_text(encoding="utf-8", errors="replace")

@@ -3,13 +3,13 @@
 export PATH="$PWD/build/release/tools:$PWD/build/release/quadrature_reader:$PATH"
 plant=tools/plants/raven2.toml
 for seed in 1 2 3 4; do
-  ravencal trajectory sinusoid --duration-s 40 --seed $seed --out $seed.csv
+  ravencal trajectory sinusoid --duration-s 20 --seed $seed --out $seed.csv
   edges=$([ $seed != 2 ] || echo --edges edges.db)
   ravencal simulate --plant $plant --trajectory $seed.csv --seed $seed $edges --out run$seed.db
 done
 ravencal-encoders --config quadrature_reader/encoders.toml --replay edges.db --home --out truth.db
 ravencal merge run2.db truth.db --out merged.db
-ravencal export merged.db --to-s 39.9 --profile raven2 --out authors.csv
+ravencal export merged.db --to-s 19.9 --profile raven2 --out authors.csv
 rm [1-4].csv run2.db edges.db merged.db
 cp tests/golden/models/keras2_dense.h5 model.h5
 cp tests/golden/models/scaling.json .
