@@ -48,7 +48,6 @@ class Page:
     path: str
     prepare: str = ""  # shell, run before the page: the reader's own recordings
     shorter: Mapping[str, str] = field(default_factory=dict)  # text of the page: what is run in its place
-    check: str = ""  # shell, run behind the page: figures that it states
     missing: Callable[[Places], str] = lambda places: ""  # why this machine cannot run it; "" if it can
     beside: Callable[[Path], contextlib.AbstractContextManager[dict[str, str]]] = nothing  # runs meanwhile; its environment
 
@@ -209,19 +208,15 @@ def follow(page: Page, places: Places, work: Path, outcome: Outcome, text: str, 
     shortened(page, run, outcome)
     outcome.blocks, outcome.commands = len(run), sum(block.count() for block in run)
     with page.beside(work) as more:
-        environment = environment_of(work) | more
-        for name, script in (("preparation", page.prepare), (page.path, script_of(text, run)), ("check", page.check)):
-            file, log = work / Path(name).name, work / f"{Path(name).name}.log"
-            file.write_text("set -eu\n" + script if name != page.path else script, encoding="utf-8")
-            status = run_shell(file, clone, environment, log)
-            said = log.read_text(encoding="utf-8", errors="replace")
-            if name == page.path:
-                outputs = outputs_of(said)
-                judge(page, blocks, outputs, outcome)
+        for name, script in (("preparation", "set -eu\n" + page.prepare), (Path(page.path).name, script_of(text, run))):
+            (work / name).write_text(script, encoding="utf-8")
+            status = run_shell(work / name, clone, environment_of(work) | more, work / "log")
+            said = (work / "log").read_text(encoding="utf-8", errors="replace")
             if status != 0:
                 tail = "\n".join(said.replace(MARK, "").splitlines()[-TAIL_LINES:])
-                outcome.faults.append(f"{page.path}: {'' if name == page.path else name + ' '}ended with {status}\n{tail}")
+                outcome.faults.append(f"{page.path}: {name} ended with {status}\n{tail}")
                 return
+    judge(page, blocks, outputs_of(said), outcome)
     outcome.faults += [f"{page.path}: its commands do not make {name}" for name in made_files(text, clone, places.source)]
 
 
