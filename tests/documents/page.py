@@ -209,9 +209,10 @@ def follow(page: Page, places: Places, work: Path, outcome: Outcome, text: str, 
     outcome.blocks, outcome.commands = len(run), sum(block.count() for block in run)
     with page.beside(work) as more:
         for name, script in (("preparation", "set -eu\n" + page.prepare), (Path(page.path).name, script_of(text, run))):
+            log = work / f"{name}.log"
             (work / name).write_text(script, encoding="utf-8")
-            status = run_shell(work / name, clone, environment_of(work) | more, work / "log")
-            said = (work / "log").read_text(encoding="utf-8", errors="replace")
+            status = run_shell(work / name, clone, environment_of(work) | more, log)
+            said = log.read_text(encoding="utf-8", errors="replace")
             if status != 0:
                 tail = "\n".join(said.replace(MARK, "").splitlines()[-TAIL_LINES:])
                 outcome.faults.append(f"{page.path}: {name} ended with {status}\n{tail}")

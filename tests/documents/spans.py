@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -43,11 +43,11 @@ def fault_of(programs: Mapping[str, Path], words: list[str]) -> str:
     return f"{' '.join(command) or name} has no {', '.join(wrong)}" if wrong else ""
 
 
-def unknown_words(programs: Mapping[str, Path], source: Path, pages: list[str]) -> list[str]:
+def unknown_words(programs: Mapping[str, Path], source: Path, documents: Iterable[Path]) -> list[str]:
     faults = []
-    for page in pages:
-        for line, words in spans_of((source / page).read_text(encoding="utf-8")):
+    for document in documents:
+        for line, words in spans_of(document.read_text(encoding="utf-8")):
             fault = fault_of(programs, words)
             if fault:
-                faults.append(f"{page}:{line}: `{' '.join(words)}`: {fault}")
+                faults.append(f"{document.relative_to(source)}:{line}: `{' '.join(words)}`: {fault}")
     return faults
