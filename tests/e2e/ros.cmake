@@ -9,7 +9,7 @@ target_link_libraries(ravencal_ros_rig PUBLIC GTest::gtest fmt::fmt PRIVATE rave
 ravencal_test(NAME ros_run_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/ros_run_test.cpp
   LIBS ravencal_ros_rig ravencal::record LABELS e2e COST 10)
 ravencal_test(NAME ros_robot_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/ros_robot_test.cpp
-  LIBS ravencal_ros_rig ravencal::record ravencal_test_rig LABELS e2e COST 10)
+  LIBS ravencal_ros_rig ravencal_test_rig LABELS e2e COST 10)
 foreach(program ros_run_test ros_robot_test)
   add_dependencies(${program} ravencal ravencal_plugin)
   if(TARGET ravencal-ros)

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The virtual RAVEN as ROS's own programs see it, and `ravencal calibrate` and the tutorial on it.
+// The virtual RAVEN as ROS's own programs see it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 
 #include "e2e/ros_rig.hpp"
-#include "record/load.hpp"
 #include "rt/rig.hpp"
 
 namespace ravencal::test {
 namespace {
-
-namespace fs = std::filesystem;
 
 class RosRobot : public RosRig {
  protected:
@@ -94,59 +88,6 @@ TEST_F(RosRobot, SaysWhatItNeeds) {
                             RAVENCAL_SOURCE_DIR)),
             4);
   EXPECT_NE(log("log.txt").find("start roscore"), std::string::npos) << log("log.txt");
-}
-
-/// Root mean square of true minus published elbow.
-double elbow_error_deg(const fs::path& path) {
-  const auto run = record::load_recording(path, {});
-  EXPECT_TRUE(run.ok()) << run.error().message;
-  const auto truth = *run->column("truth.elbow");
-  const auto published = *run->column("jpos.elbow");
-  double sum = 0.0;
-  int rows = 0;
-  for (Eigen::Index row = 0; row < run->rows(); ++row) {
-    const double error = run->samples(row, truth) - run->samples(row, published);
-    if (std::isnan(error)) continue;
-    sum += error * error;
-    ++rows;
-  }
-  EXPECT_GT(rows, 500);
-  return std::sqrt(sum / std::max(rows, 1)) * 180.0 / M_PI;
-}
-
-/// The commands of the tutorial, in their order, as a reader pastes them.
-std::string tutorial_script() {
-  std::ifstream file(RAVENCAL_SOURCE_DIR "/tools/recording/ros/TUTORIAL.md");
-  std::string script;
-  bool inside = false;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("```")) {
-      inside = line == "```sh test";
-      continue;
-    }
-    if (inside) script += line + "\n";
-  }
-  return script;
-}
-
-TEST_F(RosRobot, DoesWhatTheTutorialSays) {
-  const std::string script = tutorial_script();
-  ASSERT_NE(script.find("ravencal calibrate"), std::string::npos);
-  std::ofstream(folder_ / "tutorial.sh")
-      << "set -eu\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n"
-      << "plants=" RAVENCAL_SOURCE_DIR "/tools/plants\nplugin=" RAVENCAL_PLUGIN_PATH "\n"
-      << script;
-  start_master();  // the reader's roscore
-  EXPECT_EQ(run("timeout 3000 bash tutorial.sh", "tutorial.txt"), 0)
-      << log("tutorial.txt") << log("robot.log");
-  for (const char* made : {"evening1/model.onnx", "evening1/weights.blob", "evening1/report.html",
-                           "evening1/train.html", "evening1/evaluate.json", "corrected.db"}) {
-    EXPECT_TRUE(fs::exists(folder_ / made)) << made << "\n" << log("tutorial.txt");
-  }
-  EXPECT_NE(log("tutorial.txt").find("settings.weights"), std::string::npos);
-  // The robot's own joints are several degrees off; those that it publishes now are not.
-  EXPECT_GT(elbow_error_deg(folder_ / "evening1/test.db"), 5.0);
-  EXPECT_LT(elbow_error_deg(folder_ / "corrected.db"), 2.0);
 }
 
 }  // namespace

@@ -13,8 +13,3 @@ ravencal_test(NAME worlds_test
 target_compile_definitions(worlds_test PRIVATE
   RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>" RAVENCAL_WORLDS_DIR="${RAVENCAL_WORLDS_DIR}")
 add_dependencies(worlds_test ravencal)
-ravencal_test(NAME diagnose_tutorial_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/tutorial_test.cpp
-  LIBS fmt::fmt nlohmann_json::nlohmann_json LABELS real promise COST 10)
-target_compile_definitions(diagnose_tutorial_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
-add_dependencies(diagnose_tutorial_test ravencal)

@@ -64,6 +64,9 @@ TEST(Session, RecordsEveryFieldWithItsTruth) {
   const auto time = recording->column("time");
   ASSERT_TRUE(time.has_value());
   EXPECT_EQ(recording->samples(0, *time), 0.0);
+  EXPECT_NEAR(std::stod(recording->meta.at("origin.time")),
+              1e-9 * static_cast<double>(recording->t_ns[0]), 1e-9)
+      << "what `export --profile raven2` adds to it";
   const auto counts = recording->column("truth_counts.elbow");
   const auto truth = recording->column("truth.elbow");
   ASSERT_TRUE(counts && truth);

@@ -211,7 +211,11 @@ class Session {
 
   /// One row: truth by `counts`, what the robot says, the counts; no truth if there are none.
   core::Status write_row(const Row& row, std::span<const std::int64_t> counts) {
-    if (summary_.rows == 0) first_row_ns_ = row.t_ns;
+    if (summary_.rows == 0) {
+      first_row_ns_ = row.t_ns;
+      RAVENCAL_RETURN_IF_ERROR(
+          writer_.set_meta("origin.time", fmt::format("{}", 1e-9 * static_cast<double>(row.t_ns))));
+    }
     values_.clear();
     for (std::size_t i = 0; i < counts.size(); ++i) {
       values_.push_back(static_cast<double>(counts[i]) *
