@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The physics that `ravencal diagnose` found, read from plant_improved.toml in its folder and turned
-// into columns over a stream of samples. Widths, orders and the numbers of the cable come from the
-// diagnosis; the user of the columns fits their sizes.
+// The physics that `ravencal diagnose` found, read from plant_improved.toml in its folder and
+// turned into columns over a stream of samples. Widths, orders and the numbers of the cable come
+// from the diagnosis; the user of the columns fits their sizes.
 #pragma once
 
 #include <filesystem>
