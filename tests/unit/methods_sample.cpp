@@ -88,8 +88,8 @@ std::filesystem::path sample_diagnosis(const std::string& name, double width_rad
     if (std::string(joint) == "elbow")
       plant << "[[joint.effect]]\nid = \"gain_error\"\nratio = 0.1\n";
     else
-      plant << "[[joint.effect]]\nid = \"joint_friction\"\nstretch = 0.05\nwidth = " << width_rad
-            << "\n";
+      plant << "[[joint.effect]]\nid = \"joint_friction\"\nstretch_rad = 0.05\nwidth_rad = "
+            << width_rad << "\n";
   }
   return folder;
 }

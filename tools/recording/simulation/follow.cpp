@@ -305,8 +305,8 @@ class Follower {
 }  // namespace
 
 core::Result<FollowResult> follow_recording(const physics::Plant& plant,
-                                        const record::Recording& recording,
-                                        const FollowOptions& options) {
+                                            const record::Recording& recording,
+                                            const FollowOptions& options) {
   if (recording.rows() < 2) {
     return core::Error{core::ErrorCode::kData,
                        fmt::format("{}: nothing to follow", recording.source)};

@@ -41,7 +41,7 @@ struct FollowResult {
 
 /// Errors (kData): no joint of the plant has what is needed in the recording.
 core::Result<FollowResult> follow_recording(const physics::Plant& plant,
-                                        const record::Recording& recording,
-                                        const FollowOptions& options);
+                                            const record::Recording& recording,
+                                            const FollowOptions& options);
 
 }  // namespace ravencal::simulation
