@@ -2,8 +2,8 @@
 //
 // The controller's desired joints, which hold the correction. While the motors do not follow, they
 // move with it, so that a press of the pedal finds the motor position that it would find without
-// the plugin. At a press, the motor step is compared with the one that the controller would make
-// alone. ABI.md has the proof. Real-time thread only.
+// the plugin. While they do, what the motors are sent to stays within their own limits. ABI.md has
+// the argument. Real-time thread only.
 #pragma once
 
 #include <array>
@@ -21,11 +21,6 @@ inline constexpr std::array<double, RAVENCAL_JOINTS> kMotorCountJi = {1.1533e-5,
 
 class DesiredJoints {
  public:
-  /// A press may add so many counts to a motor's command.
-  static constexpr double kPressCounts = 2.0;
-  /// The same where the operator moves the desired pose in that very cycle, which cannot be told
-  /// from a pose in other coordinates: as far as a motor turns in a cycle (exports.cpp, RE40).
-  static constexpr double kCommandedPressCounts = 512.0;
   /// Inverse kinematics of the measured pose, which the controller holds in whole micrometres, give
   /// the measured joints to within so many counts: 1.7 micrometres at 1 cm from the remote centre.
   static constexpr double kSeedCounts = 16.0;
@@ -47,37 +42,45 @@ class DesiredJoints {
   JointVector at_hook(const ravencal_arm& arm, const JointVector& before_ji,
                       const JointVector& now_ji, Phase phase) noexcept;
 
-  /// Before the inverse cable coupling. `commanded`: the desired pose moved since the cycle before.
-  /// In the first cycle of a press, returns whether the press would move a motor because of the
-  /// correction; `agreed_ji` is then the correction with which it does not.
-  bool at_coupling(const JointVector& desired_ji, const JointVector& correction_ji, bool commanded,
-                   JointVector& agreed_ji) noexcept;
+  /// Before the inverse cable coupling: the correction that is in the desired joints, as far as it
+  /// is a part of `correction_ji`. Another one than that only in the first cycle of a press, which
+  /// is then doubted. A command of any size says nothing about it.
+  JointVector correction_in(const JointVector& desired_ji,
+                            const JointVector& correction_ji) noexcept;
 
-  /// The press in force was found to disagree.
-  void doubt_press() noexcept { press_is_doubted_ = true; }
+  /// The same cycle, after it: motor_side_ji(...), where the motors go if they follow.
+  JointVector send(const JointVector& desired_ji, const JointVector& correction_ji) noexcept;
+
+  /// `desired_ji` without the correction. While the motors follow and there is one, within the
+  /// limits of the joints, or as far beyond as they were sent last.
+  [[nodiscard]] JointVector motor_side_ji(const JointVector& desired_ji,
+                                          const JointVector& correction_ji) const noexcept;
+
+  /// The desired joints of the press in force held another correction than the one applied.
   [[nodiscard]] bool press_is_doubted() const noexcept { return press_is_doubted_; }
+  /// The last command ended at a limit of the motor side.
+  [[nodiscard]] bool is_at_limit() const noexcept { return is_at_limit_; }
 
  private:
   struct Joint {
-    float shown_ji = 0.0F;    ///< desired joint at the last hook
-    float left_ji = 0.0F;     ///< the same when it was looked at last, moved
-    double motor_ji = 0.0;    ///< that one without the correction: what the motor is sent to
-    double without_ji = 0.0;  ///< what the motor would be sent to without the plugin, from where it
-                              ///< last followed
-    float own_ji = 0.0F;      ///< measured, of the cycle at hand
+    float shown_ji = 0.0F;             ///< desired joint at the last hook
+    float left_ji = 0.0F;              ///< the same when it was looked at last, moved
+    float shown_correction_ji = 0.0F;  ///< the one in shown_ji
+    float left_correction_ji = 0.0F;   ///< the one in left_ji
+    double motor_ji = 0.0;             ///< left_ji without it: where the motor is sent to
+    float own_ji = 0.0F;               ///< measured, of the cycle at hand
   };
+  [[nodiscard]] double motor_side_ji(std::size_t joint, float desired_ji,
+                                     float correction_ji) const noexcept;
   void see_seed(Joint& joint, float desired_ji, float correction_ji) const noexcept;
-  [[nodiscard]] bool agrees(const Joint& joint, float desired_ji, float correction_ji,
-                            double allowed_counts) const noexcept;
 
   JointVector lowest_ji_;  ///< where the controller's inverse kinematics saturate
   JointVector highest_ji_;
   std::array<Joint, RAVENCAL_JOINTS> joints_{};
   Phase phase_ = Phase::kFree;
-  bool is_press_ = false;      ///< the first cycle in which the motors follow
-  bool is_from_init_ = false;  ///< and the one before was of INIT
-  bool has_been_corrected_ = false;
+  bool is_press_ = false;  ///< the first cycle in which the motors follow
   bool press_is_doubted_ = false;
+  bool is_at_limit_ = false;
 };
 
 }  // namespace ravencal::rt

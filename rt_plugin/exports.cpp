@@ -46,12 +46,12 @@ void set_defaults(ravencal_config* config) noexcept {
   std::memset(config->public_key, 0, sizeof config->public_key);
   std::memset(config->telemetry_name, 0, sizeof config->telemetry_name);
   // Ten times the speed of the authors' trajectory follower, 2.182 deg/s, 3 deg/s and 5 mm/s
-  // (HaonanPeng/raven2_CRTK_Python_controller): hysteresis at a reversal needs it. A fade, which
-  // moves no motor, takes half a second at this speed for the whole of a RAVEN-II's offset (7.5
-  // deg, 10.5 mm between the controller's hard stops and the authors' encoder zero).
+  // (HaonanPeng/raven2_CRTK_Python_controller): hysteresis at a reversal needs it.
   constexpr float kRate[RAVENCAL_JOINTS] = {0.38F, 0.52F, 0.05F};
   // Corrections beyond 11.5 deg or 20 mm are not calibration but a fault.
   constexpr float kLargest[RAVENCAL_JOINTS] = {0.2F, 0.2F, 0.02F};
+  // A fade, which moves no motor, takes half a second at most for the largest correction.
+  constexpr float kLongestFadeS = 0.5F;
   // An offset shrinks by a tenth of the commanded motion at most, and by half a count of the
   // motor's encoder per tick: 2 pi / 4000 rad of the motor / 136.196, 121.522 and 2158.59 rad/m
   // (RAVEN-II's reductions), halved.
@@ -61,7 +61,7 @@ void set_defaults(ravencal_config* config) noexcept {
   // the network answers to the motor command that it causes.
   config->follow_share = 0.1F;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    config->slew_ji_per_s[j] = kRate[j];
+    config->slew_ji_per_s[j] = std::max(kRate[j], kLargest[j] / kLongestFadeS);
     config->max_correction_rate_ji_per_s[j] = kRate[j];
     config->max_correction_ji[j] = kLargest[j];
     config->blend_ji_per_s[j] = kBlend[j];
@@ -73,6 +73,12 @@ void set_defaults(ravencal_config* config) noexcept {
   }
   config->remote_centre_m = 0.0F;
   config->remote_centre_radius_m = 0.0F;
+  config->resume_after_stop = 0;
+  config->joint_mask = (1U << RAVENCAL_JOINTS) - 1U;
+  config->share = 1.0F;
+  // At most one error in 16 lies so far from the mean, whatever its distribution is (Chebyshev),
+  // and of a normal one in 16 000: what the network asks for beyond it was not in its training.
+  config->cap_deviations = 4.0F;
 }
 
 /// Copies what both know, all but struct_size.
@@ -82,6 +88,12 @@ void copy_config(const ravencal_config& from, std::uint32_t host_size,
   const std::size_t known = std::min<std::size_t>(host_size, sizeof from);
   std::memcpy(reinterpret_cast<char*>(&to) + kFirst, reinterpret_cast<const char*>(&from) + kFirst,
               known - kFirst);
+}
+
+/// What hosts get that were built before there was a choice.
+void as_before_3_2(ravencal_config& config) noexcept {
+  config.resume_after_stop = 1;
+  config.cap_deviations = 0.0F;
 }
 
 std::int32_t default_config(ravencal_config* config) noexcept {
@@ -108,6 +120,7 @@ bool is_range(const ravencal_config& config) noexcept {
 }
 
 bool is_share(float value) noexcept { return value >= 0.0F && value <= 1.0F; }
+bool is_mask(std::uint32_t joints) noexcept { return joints < 1U << RAVENCAL_JOINTS; }
 
 bool is_valid(const ravencal_config& config) noexcept {
   constexpr std::uint32_t kShortestTickNs = 10'000;
@@ -118,9 +131,11 @@ bool is_valid(const ravencal_config& config) noexcept {
   return config.tick_ns >= kShortestTickNs && config.tick_ns <= kLongestTickNs &&
          config.hold_ns <= kLongestHoldNs && (countable || config.step_budget_ns == 0) &&
          config.max_isa <= RAVENCAL_ISA_NEON && config.arm <= RAVENCAL_ARM_GREEN &&
-         is_range(config) && is_share(config.blend_share) && is_share(config.follow_share) &&
-         is_positive(config.blend_ji_per_s) && is_positive(config.slew_ji_per_s) &&
-         is_positive(config.max_correction_ji) && is_positive(config.max_correction_rate_ji_per_s);
+         is_range(config) && is_share(config.share) && is_mask(config.joint_mask) &&
+         config.cap_deviations >= 0.0F && is_share(config.blend_share) &&
+         is_share(config.follow_share) && is_positive(config.blend_ji_per_s) &&
+         is_positive(config.slew_ji_per_s) && is_positive(config.max_correction_ji) &&
+         is_positive(config.max_correction_rate_ji_per_s);
 }
 
 std::size_t storage_size() noexcept { return sizeof(ravencal_instance); }
@@ -137,6 +152,7 @@ std::int32_t create(const ravencal_config* config, void* storage, std::size_t st
   set_defaults(&settings);
   settings.struct_size = sizeof settings;
   copy_config(*config, config->struct_size, settings);
+  if (config->struct_size < offsetof(ravencal_config, share)) as_before_3_2(settings);
   if (!is_valid(settings)) return RAVENCAL_ERROR_ARGUMENT;
   const bool misaligned = reinterpret_cast<std::uintptr_t>(storage) % storage_alignment() != 0;
   if (storage_bytes < storage_size() || misaligned) return RAVENCAL_ERROR_MEMORY;
@@ -168,7 +184,21 @@ const char* last_error(const ravencal_instance* instance) noexcept {
 
 void enable(ravencal_instance* instance, std::int32_t on) noexcept {
   if (instance == nullptr) return;
-  instance->enabled.store(on != 0 ? 1 : 0, std::memory_order_relaxed);
+  instance->operation.set_mode(on != 0 ? RAVENCAL_MODE_ARM : RAVENCAL_MODE_OFF);
+}
+
+std::int32_t set_mode(ravencal_instance* instance, std::int32_t mode) noexcept {
+  if (instance == nullptr || mode < RAVENCAL_MODE_OFF || mode > RAVENCAL_MODE_SHADOW) {
+    return RAVENCAL_ERROR_ARGUMENT;
+  }
+  instance->operation.set_mode(mode);
+  return RAVENCAL_SUCCESS;
+}
+
+std::int32_t set_share(ravencal_instance* instance, float share, std::uint32_t joints) noexcept {
+  if (instance == nullptr || !is_share(share) || !is_mask(joints)) return RAVENCAL_ERROR_ARGUMENT;
+  instance->operation.set_share(share, joints);
+  return RAVENCAL_SUCCESS;
 }
 
 std::int32_t info(const ravencal_instance* instance, ravencal_info* result) noexcept {
@@ -191,29 +221,22 @@ std::int32_t step(ravencal_instance* instance, const ravencal_state* state,
   return ravencal::rt::step(*instance, *state, *output);
 }
 
-void take_out(const ravencal_instance& instance, const float desired_ji[RAVENCAL_JOINTS],
-              float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
-  const ravencal::rt::JointVector& correction_ji = instance.envelope.correction_ji();
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    const bool corrected = correction_ji[j] != 0.0F;
-    uncorrected_ji[j] = corrected ? desired_ji[j] - correction_ji[j] : desired_ji[j];
-  }
-}
-
 void uncorrect_desired(const ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
                        float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
   if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
   const OwnFloatMode own_mode;
-  take_out(*instance, desired_ji, uncorrected_ji);
+  const ravencal::rt::JointVector motor_ji = instance->desired.motor_side_ji(
+      {desired_ji[0], desired_ji[1], desired_ji[2]}, instance->envelope.correction_ji());
+  std::copy(motor_ji.begin(), motor_ji.end(), uncorrected_ji);
 }
 
 void uncorrect_command(ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
-                       std::int32_t commanded, float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
+                       std::int32_t /*commanded*/, float uncorrected_ji[RAVENCAL_JOINTS]) noexcept {
   if (instance == nullptr || desired_ji == nullptr || uncorrected_ji == nullptr) return;
   const OwnFloatMode own_mode;
-  ravencal::rt::check_press(*instance, {desired_ji[0], desired_ji[1], desired_ji[2]},
-                            commanded != 0);
-  take_out(*instance, desired_ji, uncorrected_ji);
+  const ravencal::rt::JointVector motor_ji =
+      ravencal::rt::motor_command_ji(*instance, {desired_ji[0], desired_ji[1], desired_ji[2]});
+  std::copy(motor_ji.begin(), motor_ji.end(), uncorrected_ji);
 }
 
 void uncorrect_pose(const ravencal_instance* instance, const float corrected_ji[RAVENCAL_JOINTS],
@@ -246,8 +269,7 @@ std::int32_t counters(const ravencal_instance* instance, ravencal_counters* resu
 
 void reset(ravencal_instance* instance) noexcept {
   if (instance == nullptr) return;
-  instance->enabled.store(0, std::memory_order_relaxed);
-  instance->reset_requested.store(1, std::memory_order_relaxed);
+  instance->operation.reset();
 }
 
 std::int32_t flight(const ravencal_instance* instance, ravencal_flight* result) noexcept {
@@ -285,6 +307,8 @@ constexpr ravencal_api kApi = {
     &flight,
     &destroy,
     &uncorrect_command,
+    &set_mode,
+    &set_share,
 };
 
 }  // namespace

@@ -14,11 +14,7 @@ constexpr std::uint32_t kCalibratedJointsReady = (1U << RAVENCAL_JOINTS) - 1U;
 StateGuards::StateGuards(const ravencal_config& config) noexcept
     : tick_ns_(config.tick_ns),
       max_encoder_step_(config.max_encoder_step_counts == 0 ? UINT64_MAX / kLongestGapTicks
-                                                            : config.max_encoder_step_counts) {
-  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    max_correction_ji_[j] = config.max_correction_ji[j];
-  }
-}
+                                                            : config.max_encoder_step_counts) {}
 
 std::uint32_t StateGuards::inspect(const ravencal_state& state) noexcept {
   ++cycles_;
@@ -27,10 +23,11 @@ std::uint32_t StateGuards::inspect(const ravencal_state& state) noexcept {
   return clock | inspect_robot(state) | inspect_pedal(state) | inspect_encoders(state.arm[0]);
 }
 
-std::uint32_t StateGuards::inspect_magnitude(const JointVector& predicted_ji) const noexcept {
+std::uint32_t StateGuards::inspect_magnitude(const JointVector& predicted_ji,
+                                             const JointVector& largest_ji) noexcept {
   bool too_large = false;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    too_large = too_large || std::fabs(predicted_ji[j]) > max_correction_ji_[j];
+    too_large = too_large || std::fabs(predicted_ji[j]) > largest_ji[j];
   }
   return too_large ? RAVENCAL_DOUBT_MAGNITUDE : 0U;
 }
@@ -47,6 +44,7 @@ std::uint32_t StateGuards::inspect_robot(const ravencal_state& state) const noex
 std::uint32_t StateGuards::inspect_pedal(const ravencal_state& state) noexcept {
   const bool moved = cycles_ > 1 && state.runlevel != runlevel_ && is_running(state.runlevel) &&
                      is_running(runlevel_);
+  has_stopped_ = cycles_ > 1 && is_running(runlevel_) && !is_running(state.runlevel);
   runlevel_ = state.runlevel;
   pedal_left_ns_ = moved ? kPedalNs : pedal_left_ns_ - std::min(pedal_left_ns_, passed_ns_);
   return pedal_left_ns_ > 0 ? RAVENCAL_DOUBT_PEDAL : 0U;

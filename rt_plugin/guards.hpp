@@ -34,7 +34,12 @@ class StateGuards {
   std::uint32_t inspect(const ravencal_state& state) noexcept;
 
   /// RAVENCAL_DOUBT_MAGNITUDE if a prediction exceeds what may be corrected.
-  [[nodiscard]] std::uint32_t inspect_magnitude(const JointVector& predicted_ji) const noexcept;
+  [[nodiscard]] static std::uint32_t inspect_magnitude(const JointVector& predicted_ji,
+                                                       const JointVector& largest_ji) noexcept;
+
+  /// The robot ran, with the pedal up or down, in the cycle before the inspected one, and does not
+  /// in this one.
+  [[nodiscard]] bool has_stopped() const noexcept { return has_stopped_; }
 
   /// Time that the robot's clock passed since the cycle before the inspected one, but at most a
   /// tick; 0 where the clock stood still or ran back. Before the first cycle the clock was 0.
@@ -54,7 +59,6 @@ class StateGuards {
   std::uint32_t inspect_clock(std::int64_t t_ns) noexcept;
   std::uint32_t inspect_encoders(const ravencal_arm& arm) noexcept;
 
-  JointVector max_correction_ji_{};
   std::uint32_t tick_ns_;
   std::uint64_t max_encoder_step_;  ///< counts per tick
   std::uint64_t cycles_ = 0;        ///< inspected
@@ -63,6 +67,7 @@ class StateGuards {
   std::uint64_t elapsed_ticks_ = 1;
   std::uint32_t passed_ns_ = 0;
   std::int32_t runlevel_ = 0;
+  bool has_stopped_ = false;
   std::uint32_t pedal_left_ns_ = 0;
   std::array<std::int32_t, RAVENCAL_JOINTS> counts_{};
 };

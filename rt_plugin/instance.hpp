@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 
 #include "ravencal/plugin.h"
@@ -14,6 +13,7 @@
 #include "rt_plugin/flight.hpp"
 #include "rt_plugin/guards.hpp"
 #include "rt_plugin/loaded_model.hpp"
+#include "rt_plugin/operation.hpp"
 #include "rt_plugin/overruns.hpp"
 #include "rt_plugin/shared_counters.hpp"
 #include "rt_plugin/stopwatch.hpp"
@@ -25,6 +25,7 @@ struct alignas(64) ravencal_instance {
   explicit ravencal_instance(const ravencal_config& settings) noexcept
       : config(settings),
         models(swap),
+        operation(settings),
         envelope(settings),
         guards(settings),
         overruns(settings),
@@ -41,6 +42,7 @@ struct alignas(64) ravencal_instance {
 
   // Real-time thread only.
   ravencal::rt::Succession models;
+  ravencal::rt::Operation operation;  ///< asked for by any thread
   ravencal::rt::Envelope envelope;
   ravencal::rt::StateGuards guards;
   ravencal::rt::OverrunWatch overruns;
@@ -55,10 +57,6 @@ struct alignas(64) ravencal_instance {
   ravencal::rt::SharedCounters shared_counters;
   ravencal::rt::FlightRecorder flight;
   ravencal::rt::Telemetry telemetry;  ///< opened at create
-
-  // Written by any thread, read by the real-time thread.
-  std::atomic<std::int32_t> enabled{0};
-  std::atomic<std::int32_t> reset_requested{0};
 
   // Loading thread only.
   ravencal::rt::LoadFailure last_load;

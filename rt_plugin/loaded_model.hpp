@@ -57,6 +57,10 @@ class LoadedModel {
   /// the model has no output, or where it exceeds config.max_correction_ji.
   [[nodiscard]] const JointVector& constant_ji() const noexcept { return constant_ji_; }
 
+  /// The largest correction: config.max_correction_ji, or what lies config.cap_deviations of the
+  /// training set's errors beyond their mean, if that is less.
+  [[nodiscard]] const JointVector& largest_ji() const noexcept { return largest_ji_; }
+
   [[nodiscard]] const ravencal_info& info() const noexcept { return info_; }
 
  private:
@@ -93,6 +97,7 @@ class LoadedModel {
   std::array<std::uint8_t, RAVENCAL_JOINTS> joint_of_output_{};
   std::size_t output_count_ = 0;
   JointVector constant_ji_{};
+  JointVector largest_ji_{};
 
   std::span<ChannelReader> readers_;  ///< of channels_, in their order
   std::span<float> channels_;         ///< their values in this tick

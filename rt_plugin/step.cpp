@@ -6,7 +6,8 @@
 #include "rt_plugin/step.hpp"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
+#include <cstddef>
 
 #include "core/constants.hpp"
 #include "core/run_level.hpp"
@@ -38,7 +39,7 @@ LoadedModel::Prediction predict(ravencal_instance& self) noexcept {
   }
   prediction = model->predict();
   if (model->info().needs_cycle_end != 0) prediction.doubts |= doubt_latch(self);
-  prediction.doubts |= self.guards.inspect_magnitude(prediction.error_ji);
+  prediction.doubts |= StateGuards::inspect_magnitude(prediction.error_ji, model->largest_ji());
   return prediction;
 }
 
@@ -51,53 +52,60 @@ struct Decision {
   bool rolled_back = false;
 };
 
-/// What the envelope is asked for in this cycle.
+/// What the envelope may lead the correction to in this cycle.
 CorrectionRequest request(const ravencal_instance& self, const ravencal_state& state,
                           const Decision& decision) noexcept {
   const LoadedModel* const model = self.models.current();
   const ravencal_arm& arm = state.arm[0];
   const bool latched = doubt_latch(self) == 0;
-  return {.predicted_ji = decision.prediction.error_ji,
-          .constant_ji = model == nullptr ? JointVector{} : model->constant_ji(),
-          .confidence = decision.prediction.confidence,
-          .same_weights = !decision.swapped,
-          .motors_follow = StateGuards::motors_follow(state),
-          .is_init = state.runlevel == core::kInit,
-          .own_ji = {arm.jpos_ji[0], arm.jpos_ji[1], arm.jpos_ji[2]},
-          .commanded_ji = latched ? self.commanded.moved_ji() : JointVector{},
-          .travelled_ji = latched ? self.commanded.travelled_ji() : JointVector{},
-          .passed_ns = self.guards.passed_ns()};
-}
-
-void take_requests(ravencal_instance& self) noexcept {
-  if (self.reset_requested.load(std::memory_order_relaxed) == 0) return;
-  self.reset_requested.store(0, std::memory_order_relaxed);
-  self.envelope.reset();
-  self.overruns.reset();
+  const JointVector constant_ji = model == nullptr ? JointVector{} : model->constant_ji();
+  CorrectionRequest asked{.confidence = decision.prediction.confidence,
+                          .same_weights = !decision.swapped,
+                          .motors_follow = StateGuards::motors_follow(state),
+                          .is_init = state.runlevel == core::kInit,
+                          .own_ji = {arm.jpos_ji[0], arm.jpos_ji[1], arm.jpos_ji[2]},
+                          .commanded_ji = latched ? self.commanded.moved_ji() : JointVector{},
+                          .travelled_ji = latched ? self.commanded.travelled_ji() : JointVector{},
+                          .largest_ji = model == nullptr
+                                            ? std::to_array(self.config.max_correction_ji)
+                                            : model->largest_ji(),
+                          .passed_ns = self.guards.passed_ns()};
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const float share = self.operation.share_of(j);
+    asked.predicted_ji[j] = share * decision.prediction.error_ji[j];
+    asked.constant_ji[j] = share * constant_ji[j];
+  }
+  return asked;
 }
 
 Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   Decision decision;
-  take_requests(self);
-  const bool enabled = self.enabled.load(std::memory_order_relaxed) != 0;
-  if (enabled && self.envelope.state() == RAVENCAL_STATE_OFF) self.armed_ns = state.t_ns;
-
   decision.doubts = self.guards.inspect(state);
+  const bool motors_follow = StateGuards::motors_follow(state);
+  const bool other_share = self.operation.advance(motors_follow, self.guards.has_stopped());
+  const std::int32_t mode = self.operation.mode();
+  if (self.operation.resets()) self.overruns.reset();
+  if (self.envelope.begins(mode)) self.armed_ns = state.t_ns;
+
   if (self.overruns.exhausted()) decision.doubts |= RAVENCAL_DOUBT_OVERRUN;
-  if (self.desired.press_is_doubted() && StateGuards::motors_follow(state)) {
-    decision.doubts |= RAVENCAL_DOUBT_PRESS;
-  }
+  if (self.desired.press_is_doubted() && motors_follow) decision.doubts |= RAVENCAL_DOUBT_PRESS;
   if ((decision.doubts & RAVENCAL_DOUBT_TIME) != 0) self.models.forget_history();
   // Before the first published state, that at the hook is the nearest to it.
   const ravencal_state& published = self.has_published ? self.published : state;
-  decision.swapped = self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
+  const bool other_weights =
+      self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
+  decision.swapped = other_weights;
   decision.prediction = predict(self);
   decision.doubts |= decision.prediction.doubts;
-  decision.status = self.envelope.advance(enabled, decision.doubts, request(self, state, decision));
+  CorrectionRequest asked = request(self, state, decision);
+  asked.same_weights = asked.same_weights && !other_share;
+  decision.status = self.envelope.advance({mode, decision.doubts, self.operation.resets()}, asked);
   if (decision.doubts == 0) self.models.note_sound_cycle();
   // Shown, but no reason to leave what is applied: that part is right.
-  if (self.envelope.is_at_limit()) decision.doubts |= RAVENCAL_DOUBT_LIMIT;
-  if (enabled && (decision.doubts & RAVENCAL_DOUBT_NETWORK) != 0) {
+  if (self.envelope.is_at_limit() || (motors_follow && self.desired.is_at_limit())) {
+    decision.doubts |= RAVENCAL_DOUBT_LIMIT;
+  }
+  if (mode != RAVENCAL_MODE_OFF && (decision.doubts & RAVENCAL_DOUBT_NETWORK) != 0) {
     decision.rolled_back = self.models.roll_back();
   }
   return decision;
@@ -166,8 +174,13 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
   write(self, state, decision, output);
   const JointVector desired_ji = self.desired.at_hook(
       state.arm[0], correction_before_ji, self.envelope.correction_ji(), phase_of(state));
-  if (output.struct_size >= sizeof output) {
+  if (output.struct_size >= offsetof(ravencal_output, would_be_ji)) {
     std::copy(desired_ji.begin(), desired_ji.end(), output.desired_ji);
+  }
+  if (output.struct_size >= sizeof output) {
+    const JointVector& would_be_ji = self.envelope.would_be_ji();
+    std::copy(would_be_ji.begin(), would_be_ji.end(), output.would_be_ji);
+    output.would_be_state = self.envelope.would_be_state();
   }
   // What follows is bookkeeping, the same every time.
   output.step_ns = self.stopwatch.since_ns(start);
@@ -176,13 +189,11 @@ std::int32_t step(ravencal_instance& self, const ravencal_state& state,
   return decision.status;
 }
 
-void check_press(ravencal_instance& self, const JointVector& desired_ji, bool commanded) noexcept {
-  JointVector agreed_ji;
-  if (!self.desired.at_coupling(desired_ji, self.envelope.correction_ji(), commanded, agreed_ji)) {
-    return;
-  }
-  self.envelope.take(agreed_ji);
-  self.desired.doubt_press();
+JointVector motor_command_ji(ravencal_instance& self, const JointVector& desired_ji) noexcept {
+  const JointVector& applied_ji = self.envelope.correction_ji();
+  const JointVector part_ji = self.desired.correction_in(desired_ji, applied_ji);
+  if (part_ji != applied_ji) self.envelope.keep_part(part_ji);
+  return self.desired.send(desired_ji, applied_ji);
 }
 
 void observe_cycle_end(ravencal_instance& self, const ravencal_state& state) noexcept {

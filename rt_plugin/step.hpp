@@ -12,8 +12,9 @@ namespace ravencal::rt {
 std::int32_t step(ravencal_instance& self, const ravencal_state& state,
                   ravencal_output& output) noexcept;
 
-/// [rt] Before the inverse cable coupling: lets no press move a motor because of the correction.
-void check_press(ravencal_instance& self, const JointVector& desired_ji, bool commanded) noexcept;
+/// [rt] Before the inverse cable coupling: the desired joints without the correction that is in
+/// them.
+JointVector motor_command_ji(ravencal_instance& self, const JointVector& desired_ji) noexcept;
 
 /// [rt] Keeps what the controller published: the next step reads torque, DAC, desired values and
 /// pose from it.

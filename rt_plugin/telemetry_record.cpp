@@ -10,7 +10,7 @@ void record(ravencal_instance& self, const ravencal_state& state, const ravencal
   tick.t_ns = state.t_ns;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     tick.jpos_ji[j] = state.arm[0].jpos_ji[j];
-    tick.correction_ji[j] = output.correction_ji[j];
+    tick.correction_ji[j] = self.envelope.would_be_ji()[j];
     tick.predicted_ji[j] = output.predicted_ji[j];
     tick.enc_counts[j] = state.arm[0].enc_counts[j];
   }
@@ -19,6 +19,7 @@ void record(ravencal_instance& self, const ravencal_state& state, const ravencal
   tick.state = output.state;
   tick.doubts = output.doubts;
   tick.step_ns = step_ns;
+  tick.would_be_state = self.envelope.would_be_state();
   self.flight.record(tick, self.envelope.faulted());
   self.telemetry.write(tick, self.counters);
 }

@@ -25,6 +25,7 @@ struct CorrectionRequest {
   JointVector own_ji{};         ///< measured joints without a correction
   JointVector commanded_ji{};   ///< how far each desired joint moved since the cycle before, >= 0
   JointVector travelled_ji{};   ///< the same, without what goes to and fro (CommandedMotion)
+  JointVector largest_ji{};     ///< the correction never exceeds this
   std::uint32_t passed_ns = 0;  ///< time since the cycle before, but at most a tick
 
   [[nodiscard]] float requested_ji(std::size_t joint) const noexcept {

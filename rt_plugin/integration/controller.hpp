@@ -6,7 +6,7 @@
 // Plain C++98, no libraries but libdl. README.md says which lines go where.
 //
 // Threads: open, close: not the real-time thread, and not while it calls the others. load: not the
-// real-time thread. enable, reset: any.
+// real-time thread. enable, shadow, set_share, reset: any.
 // correct, uncorrect, restore, observe, all_joints_ready: the real-time thread; bounded, no
 // allocation, no lock. An adapter that is not open, or whose open failed, changes nothing. It only
 // reads fields of the controller's structures and calls none of its functions but r2_jac.get_vel.
@@ -45,11 +45,8 @@ struct NoJacobian {
 template <typename Device, typename Identity = ByType, typename Jacobian = PublishedJacobian>
 class ControllerAdapter {
  public:
-  ControllerAdapter()
-      : library_(0), api_(0), instance_(0), storage_(0), saved_(0), commanded_(false) {
+  ControllerAdapter() : library_(0), api_(0), instance_(0), storage_(0), saved_(0) {
     memset(uncorrected_ji_, 0, sizeof uncorrected_ji_);
-    memset(&pose_, 0, sizeof pose_);
-    memset(rotation_, 0, sizeof rotation_);
     memset(&state_, 0, sizeof state_);
     memset(&output_, 0, sizeof output_);
     state_.struct_size = sizeof state_;
@@ -58,10 +55,10 @@ class ControllerAdapter {
   }
   ~ControllerAdapter() { close(); }
 
-  // Finds the arms in `device`, loads the plugin and the weights, and asks for the correction.
-  // False: error() says why, and the controller runs as if nothing had been added. Where only the
-  // weights were refused, is_open() is true and load() may bring others. An adapter that is open
-  // refuses, and goes on as it was.
+  // Finds the arms in `device`, loads the plugin and the weights, and begins in settings.mode: by
+  // default the correction is shown and not applied. False: error() says why, and the controller
+  // runs as if nothing had been added. Where only the weights were refused, is_open() is true and
+  // load() may bring others. An adapter that is open refuses, and goes on as it was.
   bool open(const ControllerSettings& settings, const Device& device) {
     if (instance_ != 0) return fail("the adapter is open; close it first, with the motors off", "");
     settings_ = settings;
@@ -72,7 +69,7 @@ class ControllerAdapter {
       close();
       return false;
     }
-    api_->enable(instance_, 1);
+    api_->set_mode(instance_, settings.mode);
     return settings.weights == 0 || load(settings.weights);
   }
 
@@ -89,8 +86,20 @@ class ControllerAdapter {
     if (instance_ != 0) api_->enable(instance_, on);
   }
 
-  // After a FAULT or too many overruns, with their cause removed: begins as after open, once
-  // enable(1) is called. Any thread.
+  // Shows what the correction would be, and applies none: one in force fades out, while the pedal
+  // is up. Any thread.
+  void shadow() {
+    if (instance_ != 0) api_->set_mode(instance_, RAVENCAL_MODE_SHADOW);
+  }
+
+  // How much of the correction is applied (0..1), and of which joints (bit 0: shoulder), once the
+  // pedal is up. False: no such share or joint. Any thread.
+  bool set_share(float share, unsigned joints) {
+    return instance_ != 0 && api_->set_share(instance_, share, joints) == RAVENCAL_SUCCESS;
+  }
+
+  // After a FAULT or too many overruns, with their cause removed: off, until enable(1) or shadow()
+  // is called. Any thread.
   void reset() {
     if (instance_ != 0) api_->reset(instance_);
   }
@@ -149,14 +158,11 @@ class ControllerAdapter {
         joint->jpos_d = output_.desired_ji[slot];
       }
     }
-    Mechanism& own = arms_.calibrated(device);
     // In INIT the desired pose stays what it was, while the correction has gone.
     if (runlevel == kInit &&
         memcmp(own_before_ji, corrected_before_ji, sizeof own_before_ji) != 0) {
-      move_desired_pose(own, corrected_before_ji, own_before_ji);
+      move_desired_pose(arms_.calibrated(device), corrected_before_ji, own_before_ji);
     }
-    commanded_ = memcmp(&own.pos_d, &pose_, sizeof pose_) != 0 ||
-                 memcmp(own.ori_d.R, rotation_, sizeof rotation_) != 0;
     return status;
   }
 
@@ -171,7 +177,7 @@ class ControllerAdapter {
       desired_ji[slot] = joint->jpos_d;
     }
     float uncorrected_ji[RAVENCAL_JOINTS];
-    api_->uncorrect_command(instance_, desired_ji, commanded_ ? 1 : 0, uncorrected_ji);
+    api_->uncorrect_command(instance_, desired_ji, 0, uncorrected_ji);
     for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
       saved_ji_[slot] = desired_ji[slot];
       arms_.joint(device, slot)->jpos_d = uncorrected_ji[slot];
@@ -195,9 +201,6 @@ class ControllerAdapter {
     for (int a = 0; a < FoundArms::kCount; ++a) {
       if (Mechanism* posed = arms_.posed(device, a)) fill_jacobian(*posed, state_.arm[a]);
     }
-    const Mechanism& own = arms_.calibrated(device);
-    memcpy(&pose_, &own.pos_d, sizeof pose_);
-    memcpy(rotation_, own.ori_d.R, sizeof rotation_);
     take_correction_out();
     api_->observe_cycle_end(instance_, &state_);
   }
@@ -211,7 +214,6 @@ class ControllerAdapter {
   typedef Arms<Device, Identity> FoundArms;
   typedef typename FoundArms::Mechanism Mechanism;
   typedef typename FoundArms::Joint Joint;
-  typedef __typeof__(static_cast<Mechanism*>(0)->pos_d) Pose;
 
   bool fail(const char* what, const char* more) {
     snprintf(error_, sizeof error_, "%s%s", what, more);
@@ -243,6 +245,13 @@ class ControllerAdapter {
     config.remote_centre_m = settings_.limits.remote_centre_m;
     config.remote_centre_radius_m = settings_.limits.remote_centre_radius_m;
     if (settings_.step_budget_ns != 0) config.step_budget_ns = settings_.step_budget_ns;
+    config.resume_after_stop = settings_.resume_after_stop != 0 ? 1 : 0;
+    config.joint_mask = settings_.joint_mask;
+    config.share = settings_.share;
+    for (int slot = 0; slot < RAVENCAL_JOINTS; ++slot) {
+      const float largest_ji = settings_.max_correction_ji[slot];
+      if (largest_ji != 0.0F) config.max_correction_ji[slot] = largest_ji;
+    }
     if (settings_.telemetry != 0) {
       strncpy(config.telemetry_name, settings_.telemetry, sizeof config.telemetry_name - 1);
     }
@@ -352,9 +361,6 @@ class ControllerAdapter {
   float uncorrected_ji_[RAVENCAL_JOINTS];  // jpos of the calibrated arm at the hook
   float saved_ji_[RAVENCAL_JOINTS];        // jpos_d between uncorrect and restore
   int saved_;
-  Pose pose_;  // desired, of the calibrated arm at the end of the cycle before
-  float rotation_[3][3];
-  bool commanded_;  // it was moved since
   char error_[256];
 };
 

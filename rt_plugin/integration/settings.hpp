@@ -41,14 +41,19 @@ struct JointLimits {
 };
 
 struct ControllerSettings {
-  // Everything absent.
+  // Everything absent, and a correction that is shown and not applied.
   ControllerSettings()
       : plugin(0),
         weights(0),
         telemetry(0),
         mechanisms(0),
         poses_as_published(0),
-        step_budget_ns(0) {
+        step_budget_ns(0),
+        mode(RAVENCAL_MODE_SHADOW),
+        share(1.0F),
+        joint_mask((1U << RAVENCAL_JOINTS) - 1U),
+        resume_after_stop(0) {
+    memset(max_correction_ji, 0, sizeof max_correction_ji);
     memset(&calibrated, 0, sizeof calibrated);
     memset(&other, 0, sizeof other);
     memset(&limits, 0, sizeof limits);
@@ -67,6 +72,15 @@ struct ControllerSettings {
   int poses_as_published;
   JointLimits limits;       // of the calibrated arm
   unsigned step_budget_ns;  // longer steps are overruns; 0: the plugin's default, half a cycle
+  int mode;                 // RAVENCAL_MODE_* after open
+  float share;              // 0..1 of the correction is applied
+  unsigned joint_mask;      // to these joints: bit 0 shoulder, 1 elbow, 2 insertion
+  // Larger corrections are refused: rad, rad, m; 0: the plugin's default. What the training of the
+  // weights saw bounds them as well.
+  float max_correction_ji[RAVENCAL_JOINTS];
+  // 1: after an emergency stop the correction comes back. 0: it is shown and not applied, until
+  // enable(1).
+  int resume_after_stop;
 };
 
 }  // namespace ravencal

@@ -40,7 +40,7 @@ ravencal_test(NAME plugin_parity_test
   LIBS ravencal_test_rig ravencal_blob_sample LABELS rt)
 ravencal_test(NAME plugin_property_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/envelope_property_test.cpp
-          ${CMAKE_CURRENT_LIST_DIR}/control_pair_property_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/control_pair_property_test.cpp ${CMAKE_CURRENT_LIST_DIR}/press_property_test.cpp
   LIBS ravencal_test_rig ravencal::physics rapidcheck Threads::Threads LABELS rt)
 ravencal_test(NAME plugin_host_test SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_host_test.cpp
   LIBS ravencal_test_rig ravencal_host nlohmann_json::nlohmann_json LABELS rt)

@@ -15,7 +15,7 @@ namespace {
 
 bool is_at_zero(std::int32_t state) {
   return state == RAVENCAL_STATE_OFF || state == RAVENCAL_STATE_ARMED ||
-         state == RAVENCAL_STATE_FAULT;
+         state == RAVENCAL_STATE_FAULT || state == RAVENCAL_STATE_SHADOW;
 }
 
 bool follows_prediction(std::int32_t state) {
@@ -59,9 +59,10 @@ std::string Witness::see_joint(std::size_t joint, const ravencal_state& state,
     return "a correction or prediction is no number";
   }
   const double passed_s = static_cast<double>(passed_ns_) * 1e-9;
-  const auto rate = static_cast<double>(output.state == RAVENCAL_STATE_ACTIVE
-                                            ? config_.max_correction_rate_ji_per_s[joint]
-                                            : config_.slew_ji_per_s[joint]);
+  const bool goes_on =
+      output.state == RAVENCAL_STATE_ACTIVE && state_before_ == RAVENCAL_STATE_ACTIVE;
+  const auto rate = static_cast<double>(goes_on ? config_.max_correction_rate_ji_per_s[joint]
+                                                : config_.slew_ji_per_s[joint]);
   // Rounding: a few units in the last place of the correction.
   const bool drops = state.runlevel == core::kInit && correction_ji == 0.0F;
   if (!drops && step > rate * passed_s * 1.0001 + 1e-8)

@@ -34,6 +34,6 @@ foreach(branch main crtk)
 endforeach()
 ravencal_test(NAME integration_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/integration_test.cpp ${CMAKE_CURRENT_LIST_DIR}/integration_motion_test.cpp
-          ${CMAKE_CURRENT_LIST_DIR}/integration_press_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/integration_press_test.cpp ${CMAKE_CURRENT_LIST_DIR}/integration_client_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/integration_press_property_test.cpp
   LIBS ravencal_test_rig ravencal::physics rapidcheck ${controller_builds} ${CMAKE_DL_LIBS} LABELS rt)

@@ -33,7 +33,9 @@ struct control_state {
 // Commands that reach the control loop in one cycle.
 struct commands {
   int pose_um[kMechanismRoom][3];  // added to pos_d
-  bool joints[kMechanismRoom];     // CRTK: joint commands arrive for that arm
+  bool has_pose[kMechanismRoom];   // pos_d is set
+  int position_um[kMechanismRoom][3];
+  bool joints[kMechanismRoom];  // CRTK: joint commands arrive for that arm
   float joint_ji[kMechanismRoom][3];
 };
 
@@ -77,6 +79,11 @@ inline void take_commands(robot_device& device, const param_pass& params, const 
   const bool enabled = params.runlevel == kDown;
 #endif
   for (int i = 0; i < kMechanisms && enabled; ++i) {
+    if (from.has_pose[i]) {
+      device.mech[i].pos_d.x = from.position_um[i][0];
+      device.mech[i].pos_d.y = from.position_um[i][1];
+      device.mech[i].pos_d.z = from.position_um[i][2];
+    }
     device.mech[i].pos_d.x += from.pose_um[i][0];
     device.mech[i].pos_d.y += from.pose_um[i][1];
     device.mech[i].pos_d.z += from.pose_um[i][2];

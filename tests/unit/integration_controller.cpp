@@ -54,7 +54,9 @@ struct controller {
   int moving;      // 1: the operator moves the arms while the pedal is down
   int joint_arms;  // CRTK: bit 0, the calibrated arm gets joint commands; bit 1, the other one
   float joint_step_ji[3];
-  int tip_um[3];  // added to the calibrated arm's desired position in each cycle
+  int tip_um[3];   // added to the calibrated arm's desired position in each cycle
+  int has_pose;    // a client writes the calibrated arm's desired position in each cycle
+  int pose_um[3];  // this one
   std::string error;
 };
 
@@ -98,7 +100,10 @@ commands collect_commands(controller& c) {
     given.joints[i] = (c.joint_arms & (is_calibrated ? 1 : 2)) != 0;
     for (int j = 0; j < 3; ++j) given.joint_ji[i][j] = c.joint_step_ji[j];
   }
-  for (int k = 0; k < 3; ++k) given.pose_um[c.green ? kGreenIndex : kGoldIndex][k] += c.tip_um[k];
+  const int own = c.green ? kGreenIndex : kGoldIndex;
+  for (int k = 0; k < 3; ++k) given.pose_um[own][k] += c.tip_um[k];
+  given.has_pose[own] = c.has_pose != 0;
+  for (int k = 0; k < 3; ++k) given.position_um[own][k] = c.pose_um[k];
   return given;
 }
 
@@ -145,6 +150,8 @@ controller* start(const controller_setup* setup) {
   c->joint_arms = 0;
   memset(c->joint_step_ji, 0, sizeof c->joint_step_ji);
   memset(c->tip_um, 0, sizeof c->tip_um);
+  memset(c->pose_um, 0, sizeof c->pose_um);
+  c->has_pose = 0;
   for (int i = 0; i < kMechanisms; ++i) {
     mechanism& m = c->device.mech[i];
     // A third mechanism is another arm on the gold side.
@@ -182,6 +189,8 @@ controller* start(const controller_setup* setup) {
   settings.limits.remote_centre_m = 0.47F;
   settings.limits.remote_centre_radius_m = setup->fault == SETTINGS_NO_CENTRE ? 0.0F : 0.013F;
   settings.step_budget_ns = setup->step_budget_ns;
+  settings.mode = setup->in_shadow ? RAVENCAL_MODE_SHADOW : RAVENCAL_MODE_ARM;
+  settings.resume_after_stop = setup->in_shadow ? 0 : 1;
   if (setup->fault == SETTINGS_ONE_SLOT) {
     settings.other.message_slot = settings.calibrated.message_slot;
   }
@@ -272,6 +281,16 @@ void command_joints(controller* c, int arms, const float step_ji[3]) {
 void command_tip(controller* c, const int step_um[3]) {
   memcpy(c->tip_um, step_um, sizeof c->tip_um);
 }
+void command_pose(controller* c, const int* position_um) {
+  c->has_pose = position_um != 0;
+  if (position_um != 0) memcpy(c->pose_um, position_um, sizeof c->pose_um);
+}
+void tip(const controller* c, int position_um[3]) {
+  const mechanism& m = calibrated(*const_cast<controller*>(c));
+  position_um[0] = m.pos.x;
+  position_um[1] = m.pos.y;
+  position_um[2] = m.pos.z;
+}
 void press(controller* c, int down) { c->device.surgeon_mode = down; }
 void move_by_hand(controller* c, int other, const float by_ji[3]) {
   const int index = c->green == (other == 0) ? kGreenIndex : kGoldIndex;
@@ -294,6 +313,11 @@ void adopt(controller* c, const controller* from) {
     joint.jpos -= corrected.correction_ji[j];
     joint.jpos_d -= corrected.correction_ji[j];
   }
+  // The desired pose holds the correction too; the arm has arrived there.
+  mechanism& own = calibrated(*c);
+  kinematics(own);
+  own.pos_d = own.pos;
+  own.ori_d = own.ori;
 }
 int is_homed(const controller* c) {
 #ifdef RAVENCAL_CRTK
@@ -309,6 +333,8 @@ int early_reads(const controller* c) {
   return sum;
 }
 void enable(controller* c, int on) { c->adapter.enable(on); }
+void shadow(controller* c) { c->adapter.shadow(); }
+void set_share(controller* c, float share, unsigned joints) { c->adapter.set_share(share, joints); }
 int open_again(controller* c) {
   const bool opened = c->adapter.open(c->settings, c->device);
   c->error = c->adapter.error();
@@ -356,10 +382,11 @@ const controller_api kApi = {
 #else
     "main",
 #endif
-    start,          error,       cycle,       begin_homing, unhome,   soft_stop,   command,
-    command_joints, command_tip, press,       move_by_hand, adopt,    enable,      open_again,
-    arms_agree,     reset,       load,        published,    seen,     output,      device,
-    motors,         joints,      true_motors, runlevel_of,  is_homed, early_reads, stop};
+    start,          error,       cycle,        begin_homing, unhome,     soft_stop,    command,
+    command_joints, command_tip, command_pose, tip,          press,      move_by_hand, adopt,
+    enable,         shadow,      set_share,    open_again,   arms_agree, reset,        load,
+    published,      seen,        output,       device,       motors,     joints,       true_motors,
+    runlevel_of,    is_homed,    early_reads,  stop};
 
 }  // namespace
 

@@ -32,6 +32,7 @@ typedef struct controller_setup {
   int wrong_slot; /* 1: the settings give each arm the other one's message slot */
   int fault;      /* SETTINGS_* */
   unsigned step_budget_ns;
+  int in_shadow; /* 1: as the adapter opens by default; 0: the correction is asked for at once */
 } controller_setup;
 
 typedef struct controller controller;
@@ -54,6 +55,11 @@ typedef struct controller_api {
   void (*command_joints)(controller* self, int arms, const float step_ji[3]);
   /* The operator moves the calibrated arm's tip by so much per cycle. */
   void (*command_tip)(controller* self, const int step_um[3]);
+  /* A client sets the calibrated arm's desired position, in each cycle in which the controller
+   * takes commands; null: it has left. */
+  void (*command_pose)(controller* self, const int* position_um);
+  /* Where the calibrated arm's tip is, as published. */
+  void (*tip)(const controller* self, int position_um[3]);
   /* CRTK: the request to press the pedal, which the PLC follows later. */
   void (*press)(controller* self, int down);
   /* Somebody moves the joints of the calibrated arm, or of the other one, while no motor does. */
@@ -61,6 +67,8 @@ typedef struct controller_api {
   /* Goes on from the state of another controller, without its correction. */
   void (*adopt)(controller* self, const controller* from);
   void (*enable)(controller* self, int on);
+  void (*shadow)(controller* self);
+  void (*set_share)(controller* self, float share, unsigned joints);
   /* Opens the adapter again with the same settings; whether it agreed. */
   int (*open_again)(controller* self);
   int (*arms_agree)(controller* self);

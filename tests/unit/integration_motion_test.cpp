@@ -219,14 +219,25 @@ TEST_P(IntegrationMotion, ReseedsDesiredFromActualWithinTheRoundingOfThePose) {
   EXPECT_GT(alarm[0], 1000.0 * kRadPerCount);
 }
 
-TEST_P(IntegrationMotion, IsBitForBitTheControllerBeforeWhereItIsUndoneOrOff) {
+TEST_P(IntegrationMotion, IsBitForBitTheControllerBeforeWhereItIsUndoneOffOrInShadow) {
   Controller before = made(CONTROLLER_WITHOUT, false);
   Controller not_opened = made(CONTROLLER_WITH, false);
   Controller off = made(CONTROLLER_WITH);
   api.enable(off.get(), 0);
-  const controller_setup wrong{
-      CONTROLLER_WITH, "/nonexistent/plugin.so", nullptr, nullptr, GetParam().green, 0, 0, 0, 0,
-      500000000};
+  const controller_setup wrong{CONTROLLER_WITH,
+                               "/nonexistent/plugin.so",
+                               nullptr,
+                               nullptr,
+                               GetParam().green,
+                               0,
+                               0,
+                               0,
+                               0,
+                               500000000,
+                               0};
+  controller_setup shown = setup(CONTROLLER_WITH);
+  shown.in_shadow = 1;
+  Controller shadow(api, shown);
   Controller refused(api, wrong);
   EXPECT_NE(std::string(api.error(refused.get())).find("cannot be loaded"), std::string::npos);
   const controller_setup damaged{CONTROLLER_WITH,
@@ -238,15 +249,17 @@ TEST_P(IntegrationMotion, IsBitForBitTheControllerBeforeWhereItIsUndoneOrOff) {
                                  0,
                                  0,
                                  0,
-                                 500000000};
+                                 500000000,
+                                 0};
   Controller without_weights(api, damaged);
   EXPECT_NE(std::string(api.error(without_weights.get())).find("/nonexistent.blob"),
             std::string::npos);
   const auto all = [&](const std::function<void(Controller&)>& act) {
-    for (Controller* c : {&before, &not_opened, &off, &refused, &without_weights}) act(*c);
+    for (Controller* c : {&before, &not_opened, &off, &shadow, &refused, &without_weights}) act(*c);
     const std::string wanted = before.bytes();
     EXPECT_TRUE(not_opened.bytes() == wanted);
     EXPECT_TRUE(off.bytes() == wanted);
+    EXPECT_TRUE(shadow.bytes() == wanted);
     EXPECT_TRUE(refused.bytes() == wanted);
     EXPECT_TRUE(without_weights.bytes() == wanted);
   };

@@ -23,8 +23,8 @@ class RandomOperation {
                  write_weights(model_for_home(which.green != 0), "press_home")},
         pair_(api_,
               {CONTROLLER_WITH, RAVENCAL_PLUGIN_PATH, weights_[0].c_str(), nullptr, which.green, 0,
-               0, 0, 0, 500000000U},
-              {CONTROLLER_WITHOUT, nullptr, nullptr, nullptr, which.green, 0, 0, 0, 0, 0}) {
+               0, 0, 0, 500000000U, 0},
+              {CONTROLLER_WITHOUT, nullptr, nullptr, nullptr, which.green, 0, 0, 0, 0, 0, 0}) {
     log_ << which.name << ", seed " << seed << ":";
     pair_.home();
     pair_.run(kPedalUp, 5);

@@ -94,7 +94,8 @@ class Integration : public ::testing::TestWithParam<Case> {
             0,
             0,
             0,
-            500000000};
+            500000000,
+            0};
   }
   [[nodiscard]] Controller made(int lines, bool with_plugin = true) const {
     const controller_setup chosen = setup(lines, with_plugin);

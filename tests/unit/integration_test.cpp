@@ -212,10 +212,11 @@ TEST_P(Integration, GoesOnAfterTooManyOverrunsOnceItIsReset) {
   controller.home();
   controller.run(kPedalUp, 1000);
   EXPECT_EQ(controller.output().doubts, RAVENCAL_DOUBT_OVERRUN);
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_ARMED) << "no correction begins";
   api.reset(controller.get());
   controller.run(kPedalUp, 1);
   EXPECT_EQ(controller.output().doubts, 0U);
-  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_FADING_OUT) << "until it is enabled again";
+  EXPECT_EQ(controller.output().state, RAVENCAL_STATE_OFF) << "until it is enabled again";
 }
 
 TEST_P(Integration, SeesJointsReadyOneByOneWithTheirState) {

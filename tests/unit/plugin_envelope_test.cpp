@@ -41,7 +41,7 @@ class Envelope : public ::testing::Test {
   }
 
   /// Doubts that may pass: the correction first stays as it is for hold_ns, then becomes its
-  /// constant part, the model's output mean.
+  /// constant part, the model's output mean, as far as it was as large.
   template <typename Disturb>
   void expect_hold_and_constant(Disturb disturb, std::uint32_t doubt) {
     activate();
@@ -58,10 +58,12 @@ class Envelope : public ::testing::Test {
   }
 
   void expect_constant() {
+    const auto before = std::to_array(rig.output.correction_ji);
     ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_CONSTANT));
     EXPECT_EQ(rig.tick(), RAVENCAL_HELD);
-    for (int j = 0; j < RAVENCAL_JOINTS; ++j) {
-      EXPECT_EQ(rig.output.correction_ji[j], kConstant[static_cast<std::size_t>(j)]);
+    for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+      const bool was_larger = std::fabs(before[j]) > std::fabs(kConstant[j]);
+      EXPECT_EQ(rig.output.correction_ji[j], was_larger ? kConstant[j] : before[j]) << j;
     }
   }
 
@@ -252,7 +254,7 @@ TEST_F(Envelope, HoldsThenAppliesTheConstantPartWhenAMotorCountsTooFast) {
     rig.tick();
   }
   EXPECT_EQ(rig.output.state, RAVENCAL_STATE_CONSTANT);
-  EXPECT_EQ(rig.output.correction_ji[0], kConstant[0]);
+  EXPECT_NEAR(rig.output.correction_ji[0], kConstant[0], 2e-4);
 }
 
 TEST_F(Envelope, AcceptsATickThatIsLateBySchedulingOnly) {

@@ -139,7 +139,8 @@ std::string precision_name(std::uint32_t precision) {
 
 const char* state_name(std::int32_t state) {
   constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {"off",  "armed",      "fading_in", "active",
-                                                        "hold", "fading_out", "constant",  "fault"};
+                                                        "hold", "fading_out", "constant",  "fault",
+                                                        "shadow"};
   return state >= 0 && state < RAVENCAL_STATE_COUNT ? kNames[state] : "unknown";
 }
 

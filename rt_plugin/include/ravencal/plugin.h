@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_ABI_MAJOR 3 /* anything but an appended field or function */
-#define RAVENCAL_ABI_MINOR 1 /* appended fields and functions */
+#define RAVENCAL_ABI_MINOR 2 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
@@ -60,8 +60,15 @@ extern "C" {
 /* A lasting doubt: only the constant part of the correction; the rest returns after the doubt. */
 #define RAVENCAL_STATE_CONSTANT 6
 #define RAVENCAL_STATE_FAULT 7
-#define RAVENCAL_STATE_COUNT 8
+/* Nothing is applied; would_be_ji shows what would be. Since 3.2. */
+#define RAVENCAL_STATE_SHADOW 8
+#define RAVENCAL_STATE_COUNT 9
 #define RAVENCAL_STATE_CAPACITY 16 /* room in the counter block */
+
+/* What the operator asks for. Since 3.2. */
+#define RAVENCAL_MODE_OFF 0
+#define RAVENCAL_MODE_ARM 1
+#define RAVENCAL_MODE_SHADOW 2
 
 /* Why a correction is not applied in full: bits of ravencal_output.doubts. */
 #define RAVENCAL_DOUBT_ROBOT_STATE 1u   /* run level or joints not ready */
@@ -77,8 +84,10 @@ extern "C" {
 #define RAVENCAL_DOUBT_DISTANCE 1024u    /* inputs jointly unlike the training set */
 #define RAVENCAL_DOUBT_OVERRUN 2048u     /* too many steps above step_budget_ns: until reset */
 #define RAVENCAL_DOUBT_PEDAL 4096u       /* the pedal moved less than 20 ms ago */
-#define RAVENCAL_DOUBT_LIMIT 8192u  /* pedal up: part of a correction would lead beyond a limit */
-#define RAVENCAL_DOUBT_PRESS 16384u /* this press would have moved a motor: correction held */
+/* Pedal up: part of a correction would lead beyond a limit. Pedal down: a command ended at one. */
+#define RAVENCAL_DOUBT_LIMIT 8192u
+/* The desired joints of this press held less of the correction: the rest was taken away. */
+#define RAVENCAL_DOUBT_PRESS 16384u
 #define RAVENCAL_DOUBT_KINDS 15
 #define RAVENCAL_DOUBT_CAPACITY 32 /* room in the counter block */
 
@@ -154,6 +163,10 @@ typedef struct ravencal_output {
   /* Since 3.1. Where the host has to put jpos_d of arm[0]: where the state had it, moved by the
    * change of the correction while the motors do not follow. */
   float desired_ji[RAVENCAL_JOINTS];
+  /* Since 3.2. In SHADOW, what would be added and the state that it would be in; else
+   * correction_ji and state. */
+  float would_be_ji[RAVENCAL_JOINTS];
+  int32_t would_be_state;
 } ravencal_output;
 
 /* Settings; fill with default_config first. */
@@ -187,6 +200,14 @@ typedef struct ravencal_config {
    * fail; radius 0: nowhere. */
   float remote_centre_m;
   float remote_centre_radius_m;
+  /* Since 3.2. After an emergency stop: 1: back to the mode of before, as hosts of 3.1 have it;
+   * 0: what was armed is in SHADOW, until it is armed again. */
+  uint32_t resume_after_stop;
+  uint32_t joint_mask; /* bit j: joint j is corrected; 7 */
+  float share;         /* 0..1 of what the weights ask for; 1 */
+  /* The largest correction is at most so many deviations of the training set's errors beyond their
+   * mean; 4; 0: max_correction_ji alone, as hosts of 3.1 have it. */
+  float cap_deviations;
 } ravencal_config;
 
 /* One change of the envelope's state. */
@@ -245,15 +266,15 @@ typedef struct ravencal_tick {
   uint64_t tick;
   int64_t t_ns;
   float jpos_ji[RAVENCAL_JOINTS]; /* the robot's own value */
-  float correction_ji[RAVENCAL_JOINTS];
+  float correction_ji[RAVENCAL_JOINTS]; /* in SHADOW, what would be added */
   float predicted_ji[RAVENCAL_JOINTS];
   float confidence;
   int32_t enc_counts[RAVENCAL_JOINTS]; /* motors of the calibrated joints */
   int32_t runlevel;
   int32_t state; /* RAVENCAL_STATE_* */
   uint32_t doubts;
-  uint32_t step_ns; /* of this step */
-  uint32_t reserved;
+  uint32_t step_ns;       /* of this step */
+  int32_t would_be_state; /* in SHADOW, the state that it would be in; else state. Since 3.2 */
 } ravencal_tick;
 
 #define RAVENCAL_FLIGHT_TICKS 200
@@ -298,7 +319,8 @@ typedef struct ravencal_api {
   /* [init] Why the last load was refused; a sentence. Never null. */
   const char* (*last_error)(const ravencal_instance* instance);
 
-  /* [any] Asks the correction to fade in (1) or out (0); it does neither with the pedal down. */
+  /* [any] Asks the correction to fade in (1: RAVENCAL_MODE_ARM) or out (0: _OFF); it does neither
+   * with the pedal down. */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
   /* [init] What runs; fields beyond info->struct_size are left out.
@@ -348,11 +370,18 @@ typedef struct ravencal_api {
   void (*destroy)(ravencal_instance* instance);
 
   /* Since 3.1. [rt] As uncorrect_desired, right before the inverse cable coupling and in every
-   * cycle that has one. In the first cycle of a press, the correction becomes the one with which
-   * this press moves no motor because of it (RAVENCAL_DOUBT_PRESS). `commanded`: 1 if the desired
-   * pose of arm[0] was moved since the last cycle's end. */
+   * cycle that has one. In the first cycle of a press, what the desired joints do not hold of the
+   * correction is taken away (RAVENCAL_DOUBT_PRESS). `commanded` is not read since 3.2. */
   void (*uncorrect_command)(ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
                             int32_t commanded, float uncorrected_ji[RAVENCAL_JOINTS]);
+
+  /* Since 3.2. [any] RAVENCAL_MODE_*. Into and out of SHADOW, a correction in force fades out
+   * first, with the pedal up. RAVENCAL_ERROR_ARGUMENT: no such mode. */
+  int32_t (*set_mode)(ravencal_instance* instance, int32_t mode);
+
+  /* Since 3.2. [any] How much of the correction is applied (0..1), and of which joints (bit j:
+   * joint j); in force once the pedal is up. RAVENCAL_ERROR_ARGUMENT: no such share or joint. */
+  int32_t (*set_share)(ravencal_instance* instance, float share, uint32_t joints);
 } ravencal_api;
 
 /* [init] The only exported symbol. Null if `host_abi_major` is not RAVENCAL_ABI_MAJOR. */
@@ -369,8 +398,8 @@ RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_ready, offsetof(ravencal_arm, joints_
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_size, sizeof(ravencal_state) == 976);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_time, offsetof(ravencal_state, t_ns) == 16);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_state_arm, offsetof(ravencal_state, arm) == 24);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 80);
-RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 220);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_output_size, sizeof(ravencal_output) == 96);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_config_size, sizeof(ravencal_config) == 236);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_transition_size, sizeof(ravencal_transition) == 32);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_counters_size, sizeof(ravencal_counters) == 968);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_info_size, sizeof(ravencal_info) == 144);
