@@ -159,6 +159,7 @@ std::int32_t create(const ravencal_config* config, void* storage, std::size_t st
   auto* const made = new (storage) ravencal_instance(settings);
   const std::int32_t code = made->telemetry.open(made->config);
   if (code == RAVENCAL_SUCCESS) {
+    made->requests.begin(made->telemetry.start_realtime_ns());
     *instance = made;
   } else {
     made->~ravencal_instance();

@@ -15,6 +15,7 @@
 #include "rt_plugin/loaded_model.hpp"
 #include "rt_plugin/operation.hpp"
 #include "rt_plugin/overruns.hpp"
+#include "rt_plugin/requests.hpp"
 #include "rt_plugin/shared_counters.hpp"
 #include "rt_plugin/stopwatch.hpp"
 #include "rt_plugin/succession.hpp"
@@ -43,6 +44,7 @@ struct alignas(64) ravencal_instance {
   // Real-time thread only.
   ravencal::rt::Succession models;
   ravencal::rt::Operation operation;  ///< asked for by any thread
+  ravencal::rt::Requests requests;    ///< asked for by programs
   ravencal::rt::Envelope envelope;
   ravencal::rt::StateGuards guards;
   ravencal::rt::OverrunWatch overruns;

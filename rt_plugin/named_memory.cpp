@@ -149,23 +149,36 @@ int make_file(std::span<const std::byte> content) noexcept {
 
 }  // namespace
 
-std::int32_t NamedMemory::reserve(std::size_t bytes) noexcept {
+std::int32_t NamedMemory::Segment::take(std::size_t bytes, unsigned mode) noexcept {
+  id = ::shmget(IPC_PRIVATE, bytes, IPC_CREAT | IPC_EXCL | static_cast<int>(mode));
+  if (id < 0) return refusal();
+  void* const memory = ::shmat(id, nullptr, 0);
+  const int reason = errno;
+  // Linux lets others attach to a removed segment for as long as somebody has it.
+  ::shmctl(id, IPC_RMID, nullptr);
+  errno = reason;
+  if (memory == reinterpret_cast<void*>(-1)) return refusal();
+  words = static_cast<std::uint64_t*>(memory);
+  std::memset(memory, 0, bytes);  // the first store to a page would fault in a tick
+  ::mlock(memory, bytes);
+  return RAVENCAL_SUCCESS;
+}
+
+void NamedMemory::Segment::detach() noexcept {
+  if (words != nullptr) ::shmdt(words);
+  words = nullptr;
+}
+
+std::int32_t NamedMemory::reserve(std::size_t bytes, std::size_t request_bytes) noexcept {
   void* const page =
       ::mmap(nullptr, sizeof(Held), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (page == MAP_FAILED) return refusal();
   ::mlock(page, sizeof(Held));
   held_ = new (page) Held;
-  held_->id = ::shmget(IPC_PRIVATE, bytes, IPC_CREAT | IPC_EXCL | static_cast<int>(kMode));
-  if (held_->id < 0) return refusal();
-  void* const memory = ::shmat(held_->id, nullptr, 0);
-  const int reason = errno;
-  // Linux lets readers attach to a removed segment for as long as somebody has it.
-  ::shmctl(held_->id, IPC_RMID, nullptr);
-  errno = reason;
-  if (memory == reinterpret_cast<void*>(-1)) return refusal();
-  held_->words = static_cast<std::uint64_t*>(memory);
-  std::memset(memory, 0, bytes);  // the first store to a page would fault in a tick
-  ::mlock(memory, bytes);
+  constexpr unsigned kMine = 0600;
+  std::int32_t code = held_->shown.take(bytes, kMode);
+  if (code == RAVENCAL_SUCCESS) code = held_->asked.take(request_bytes, kMine);
+  if (code != RAVENCAL_SUCCESS) return code;
   if (Forks::keep(*held_)) return RAVENCAL_SUCCESS;
   errno = ENOMEM;
   return RAVENCAL_ERROR_MEMORY;
@@ -192,8 +205,8 @@ std::int32_t NamedMemory::publish(const char* name, std::span<const std::byte> l
 }
 
 void NamedMemory::Held::detach() noexcept {
-  if (words != nullptr) ::shmdt(words);
-  words = nullptr;
+  shown.detach();
+  asked.detach();
   if (file >= 0) ::close(file);
   file = -1;
 }

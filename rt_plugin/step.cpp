@@ -82,6 +82,7 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   Decision decision;
   decision.doubts = self.guards.inspect(state);
   const bool motors_follow = StateGuards::motors_follow(state);
+  self.requests.take(self.telemetry.requests(), motors_follow, self.operation);
   const bool other_share = self.operation.advance(motors_follow, self.guards.has_stopped());
   const std::int32_t mode = self.operation.mode();
   if (self.operation.resets()) self.overruns.reset();

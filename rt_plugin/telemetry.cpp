@@ -4,11 +4,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <span>
 
 #include "core/version.hpp"
+#include "ravencal/control.h"
 #include "ravencal/telemetry.h"
 #include "rt_plugin/counter_words.hpp"
 
@@ -34,11 +36,12 @@ bool is_name(const char (&name)[64]) noexcept {
 }
 
 /// What never changes, for the file and for the start of the memory.
-Label make_label(const ravencal_config& config, int memory_id) noexcept {
+Label make_label(const ravencal_config& config, const NamedMemory& memory) noexcept {
   Label label{};
   std::memcpy(label.magic, RAVENCAL_TELEMETRY_MAGIC, kMagicBytes);
   label.version = RAVENCAL_TELEMETRY_VERSION;
-  label.memory_id = memory_id;
+  label.memory_id = memory.id();
+  label.request_id = memory.request_id();
   label.header_bytes = RAVENCAL_TELEMETRY_HEADER_BYTES;
   label.slot_bytes = sizeof(Slot);
   label.slot_count = RAVENCAL_TELEMETRY_SLOTS;
@@ -56,10 +59,11 @@ Label make_label(const ravencal_config& config, int memory_id) noexcept {
 std::int32_t Telemetry::open(const ravencal_config& config) noexcept {
   if (config.telemetry_name[0] == '\0') return RAVENCAL_SUCCESS;
   if (!is_name(config.telemetry_name)) return RAVENCAL_ERROR_ARGUMENT;
-  std::int32_t code = memory_.reserve(kSegmentBytes);
+  std::int32_t code = memory_.reserve(kSegmentBytes, sizeof(ravencal_request));
   if (code == RAVENCAL_SUCCESS) {
     Header header{};
-    header.label = make_label(config, memory_.id());
+    header.label = make_label(config, memory_);
+    start_realtime_ns_ = header.label.start_realtime_ns;
     header.counters.struct_size = sizeof header.counters;
     std::memcpy(memory_.words(), &header, sizeof header);
     const auto label = std::as_bytes(std::span(&header.label, 1));
@@ -75,7 +79,8 @@ void Telemetry::close() noexcept {
   memory_.release();
 }
 
-void Telemetry::write(const ravencal_tick& tick, const ravencal_counters& counters) noexcept {
+void Telemetry::write(const ravencal_tick& tick, const JointVector& offset_ji,
+                      const ravencal_counters& counters, std::uint64_t request_taken) noexcept {
   std::uint64_t* const words = memory_.words();
   if (words == nullptr) return;
   const std::size_t slot_byte =
@@ -83,12 +88,15 @@ void Telemetry::write(const ravencal_tick& tick, const ravencal_counters& counte
   std::uint64_t* const slot = words + word_at(slot_byte);
   store_word(slot[0], 2 * written_ + 1);
   store_record(slot + word_at(offsetof(Slot, tick)), tick);
+  const std::array<float, 4> offset = {offset_ji[0], offset_ji[1], offset_ji[2], 0.0F};
+  store_record(slot + word_at(offsetof(Slot, offset_ji)), offset);
   store_word(slot[0], 2 * written_ + 2);
   ++written_;
   std::uint64_t& sequence = words[word_at(offsetof(Header, counters_sequence))];
   store_word(sequence, 2 * written_ - 1);
   store_counted(words + word_at(offsetof(Header, counters)), counters);
   store_word(sequence, 2 * written_);
+  store_word(words[word_at(offsetof(Header, request_taken))], request_taken);
   store_word(words[word_at(offsetof(Header, written))], written_);
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "rt_plugin/joint_vector.hpp"
 #include "rt_plugin/named_memory.hpp"
 
 namespace ravencal::rt {
@@ -26,13 +27,21 @@ class Telemetry {
   std::int32_t open(const ravencal_config& config) noexcept;
 
   /// [rt] One tick and the counters after it. Does the same work whatever they hold.
-  void write(const ravencal_tick& tick, const ravencal_counters& counters) noexcept;
+  /// `offset_ji`: correction minus the wanted one. `request_taken`: number of the request.
+  void write(const ravencal_tick& tick, const JointVector& offset_ji,
+             const ravencal_counters& counters, std::uint64_t request_taken) noexcept;
+
+  /// [rt] Where programs of the same user ask for something (requests.hpp); null without memory.
+  [[nodiscard]] const std::uint64_t* requests() const noexcept { return memory_.requests(); }
+  /// Nanoseconds since 1970 at open().
+  [[nodiscard]] std::int64_t start_realtime_ns() const noexcept { return start_realtime_ns_; }
 
  private:
   void close() noexcept;
 
   NamedMemory memory_;
   std::uint64_t written_ = 0;  ///< ticks
+  std::int64_t start_realtime_ns_ = 0;
 };
 
 }  // namespace ravencal::rt

@@ -21,7 +21,7 @@ void record(ravencal_instance& self, const ravencal_state& state, const ravencal
   tick.step_ns = step_ns;
   tick.would_be_state = self.envelope.would_be_state();
   self.flight.record(tick, self.envelope.faulted());
-  self.telemetry.write(tick, self.counters);
+  self.telemetry.write(tick, self.envelope.offset_ji(), self.counters, self.requests.taken());
 }
 
 }  // namespace ravencal::rt

@@ -265,7 +265,7 @@ typedef struct ravencal_info {
 typedef struct ravencal_tick {
   uint64_t tick;
   int64_t t_ns;
-  float jpos_ji[RAVENCAL_JOINTS]; /* the robot's own value */
+  float jpos_ji[RAVENCAL_JOINTS];       /* the robot's own value */
   float correction_ji[RAVENCAL_JOINTS]; /* in SHADOW, what would be added */
   float predicted_ji[RAVENCAL_JOINTS];
   float confidence;

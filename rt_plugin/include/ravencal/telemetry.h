@@ -28,7 +28,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_TELEMETRY_MAGIC "RAVENTEL" /* 8 characters, without the terminating zero */
-#define RAVENCAL_TELEMETRY_VERSION 2u
+#define RAVENCAL_TELEMETRY_VERSION 3u
 #define RAVENCAL_TELEMETRY_SLOTS 2048u /* two seconds at 1 kHz; a power of two */
 #define RAVENCAL_TELEMETRY_HEADER_BYTES 4096u
 
@@ -37,6 +37,8 @@ extern "C" {
 typedef struct ravencal_telemetry_slot {
   uint64_t sequence;
   ravencal_tick tick;
+  float offset_ji[RAVENCAL_JOINTS]; /* correction minus the wanted one, because motors follow it */
+  uint32_t reserved;
 } ravencal_telemetry_slot;
 
 /* What the file holds and the segment begins with. Complete before the file gets its name; never
@@ -50,7 +52,7 @@ typedef struct ravencal_telemetry_label {
   uint32_t slot_count;
   uint32_t tick_ns; /* ravencal_config.tick_ns */
   uint32_t writer_pid;
-  uint32_t reserved;
+  int32_t request_id;        /* of shmat: ravencal/control.h */
   int64_t start_realtime_ns; /* when the plugin was created, since 1970 */
   char plugin_version[24];
 } ravencal_telemetry_label;
@@ -63,13 +65,14 @@ typedef struct ravencal_telemetry_header {
   uint64_t written;           /* ticks written so far */
   uint64_t counters_sequence; /* guards counters */
   ravencal_counters counters;
+  uint64_t request_taken; /* number of the request that was taken last: ravencal/control.h */
 } ravencal_telemetry_header;
 
-RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_slot, sizeof(ravencal_telemetry_slot) == 96);
+RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_slot, sizeof(ravencal_telemetry_slot) == 112);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_closed,
                        offsetof(ravencal_telemetry_header, closed) == 72);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_header,
-                       sizeof(ravencal_telemetry_header) == 72 + 24 + 968);
+                       sizeof(ravencal_telemetry_header) == 72 + 24 + 968 + 8);
 
 #ifdef __cplusplus
 }
