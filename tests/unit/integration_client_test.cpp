@@ -86,11 +86,11 @@ class IntegrationClient : public Integration {
       write_weights(model_of_offsets(GetParam().green != 0), "client_offsets");
 };
 
-/// The main branch takes no absolute positions.
-class IntegrationClientOfPoses : public IntegrationClient {};
+/// The main branch takes no absolute positions and no joint commands.
+class IntegrationCrtkClient : public IntegrationClient {};
 
 INSTANTIATE_TEST_SUITE_P(EveryBranch, IntegrationClient, every_branch(), name_of_case);
-INSTANTIATE_TEST_SUITE_P(CrtkBranch, IntegrationClientOfPoses,
+INSTANTIATE_TEST_SUITE_P(CrtkBranch, IntegrationCrtkClient,
                          ::testing::Values(Case{"crtk_98_gold", controller_crtk_98, 0},
                                            Case{"crtk_17_green", controller_crtk_17, 1}),
                          name_of_case);
@@ -123,7 +123,7 @@ TEST_P(IntegrationClient, FindsNoCorrectionInShadow) {
   }
 }
 
-TEST_P(IntegrationClientOfPoses, ALineBegunWithTheRequestToPressMovesNoCorrection) {
+TEST_P(IntegrationCrtkClient, ALineBegunWithTheRequestToPressMovesNoCorrection) {
   for (const int plc_ms : {1, 20, 50, 100, 200}) {
     SCOPED_TRACE(std::to_string(plc_ms) + " ms");
     Pair both = pair();
@@ -162,7 +162,7 @@ TEST_P(IntegrationClient, AnIncrementInThePressesFirstCycleMovesTheArmAsWithoutT
   }
 }
 
-TEST_P(IntegrationClientOfPoses, AHeldPoseIsGoneToAndNotTakenForACorrection) {
+TEST_P(IntegrationCrtkClient, AHeldPoseIsGoneToAndNotTakenForACorrection) {
   Pair both = pair();
   const std::array<int, 3> from_um = tip(both.with());
   const auto corrected = std::to_array(both.with().output().correction_ji);
@@ -183,7 +183,7 @@ TEST_P(IntegrationClientOfPoses, AHeldPoseIsGoneToAndNotTakenForACorrection) {
   EXPECT_GT(moved_ji, 1.0 * Added::kDeg) << "the arm went there";
 }
 
-TEST_P(IntegrationClient, ACommandBeyondALimitOfTheMotorSideEndsThere) {
+TEST_P(IntegrationCrtkClient, ACommandBeyondALimitOfTheMotorSideEndsThere) {
   // Corrected elbow at 134.4 deg, within the controller's 135 deg: 141.3 deg at the motor side.
   Pair both = pair();
   both.move_by_hand(0, {0.0F, 0.6F, 0.0F});  // from 90 to 124.4 deg
@@ -199,12 +199,7 @@ TEST_P(IntegrationClient, ACommandBeyondALimitOfTheMotorSideEndsThere) {
         &controller == &both.with() ? controller.output().correction_ji[1] : 0;
     return static_cast<double>(jpos[1] - correction_ji);
   };
-  if (is_crtk()) {
-    both.stream(1, {0.0F, 2e-4F, 0.0F});
-  } else {
-    const std::array<int, 3> step_um = {0, 0, -20};
-    both.each([&](controller* c) { api.command_tip(c, step_um.data()); });
-  }
+  both.stream(1, {0.0F, 2e-4F, 0.0F});
   std::uint32_t doubts = 0;
   double highest_ji = 0.0;
   for (int i = 0; i < 3000; ++i) {
@@ -213,11 +208,9 @@ TEST_P(IntegrationClient, ACommandBeyondALimitOfTheMotorSideEndsThere) {
     highest_ji = std::max(highest_ji, elbow_ji(both.with()));
   }
   EXPECT_LE(highest_ji, 2.356194490 + kTolerance[1]);
-  if (is_crtk()) {
-    EXPECT_GT(highest_ji, 2.35);
-    EXPECT_NE(doubts & RAVENCAL_DOUBT_LIMIT, 0U);
-    EXPECT_EQ(doubts & RAVENCAL_DOUBT_PRESS, 0U);
-  }
+  EXPECT_GT(highest_ji, 2.35);
+  EXPECT_NE(doubts & RAVENCAL_DOUBT_LIMIT, 0U);
+  EXPECT_EQ(doubts & RAVENCAL_DOUBT_PRESS, 0U);
 }
 
 TEST_P(IntegrationClient, AnEmergencyStopLeavesWhatWasArmedInShadow) {
