@@ -132,6 +132,7 @@ class Soak {
 
   void home() {
     ++homings;
+    rig.api().set_mode(rig.instance.get(), RAVENCAL_MODE_SHADOW);
     twin_.home([&] {
       ravencal_state state = rig.state;
       state.t_ns = twin_.t_ns();
@@ -139,6 +140,7 @@ class Soak {
       for (ravencal_arm& arm : state.arm) arm.joints_ready = 0;
       step(state);
     });
+    rig.enable();
     desired_ji_ = twin_.estimate_ji();
     target_ji_ = desired_ji_;
   }

@@ -33,6 +33,7 @@ class Flight : public ::testing::Test {
     now.state = rig.output.state;
     now.doubts = rig.output.doubts;
     now.confidence = rig.output.confidence;
+    now.would_be_state = rig.output.would_be_state;
     now.step_ns = rig.output.step_ns;
     now.tick = seen.size() + 1;
     seen.push_back(now);

@@ -110,7 +110,7 @@ model::CalibrationModel make_narrow_correction() {
 }
 
 const std::vector<Transition> kTransitions = {
-    {"fade", [](ControlledTwin&) {}, true, 100},
+    {"fade", [](ControlledTwin&) {}, true, 200},
     {"disabled", [](ControlledTwin& robot) { robot.rig().enable(false); }, false},
     {"disabled_and_enabled",
      [](ControlledTwin& robot) {
