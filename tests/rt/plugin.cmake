@@ -16,6 +16,7 @@ ravencal_test(NAME plugin_envelope_test
   SOURCES ${PROJECT_SOURCE_DIR}/tests/unit/plugin_envelope_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_pedal_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_press_test.cpp
+          ${PROJECT_SOURCE_DIR}/tests/unit/plugin_mode_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_weights_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_counters_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_distance_test.cpp

@@ -198,9 +198,8 @@ Rig::Rig(const std::function<void(ravencal_config&)>& configure)
         ravencal_config settings = library.default_config();
         // Tests share their machine: how long a step takes there decides nothing.
         settings.step_budget_ns = 0;
-        // Random weights ask for any correction; tests of these two settings change them.
+        // Random weights ask for any correction; tests of the cap set it.
         settings.cap_deviations = 0.0F;
-        settings.resume_after_stop = 1;
         configure(settings);
         return settings;
       }()),

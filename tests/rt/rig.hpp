@@ -62,8 +62,8 @@ std::filesystem::path write_weights(
 class Rig {
  public:
   explicit Rig(std::uint32_t max_isa = RAVENCAL_ISA_BEST);
-  /// With settings changed from the defaults; those are without a step budget here, without a cap
-  /// by the weights, and the correction comes back after an emergency stop.
+  /// With settings changed from the defaults; those are without a step budget here and
+  /// without a cap by the weights.
   explicit Rig(const std::function<void(ravencal_config&)>& configure);
 
   void load(const model::CalibrationModel& model,

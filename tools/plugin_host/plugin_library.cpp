@@ -44,6 +44,8 @@ ravencal_config Library::default_config(std::string_view arm) const {
   ravencal_config config{};
   config.struct_size = sizeof config;
   api_->default_config(&config);
+  // Programs replay and simulate what an operator armed: nobody arms it again after a stop.
+  config.resume_after_stop = 1;
   const model::Arm known = model::arm_from(arm).value_or(model::Arm::kUnknown);
   config.arm =
       static_cast<std::uint32_t>(known);  // rt_plugin/admission.cpp asserts that both agree
@@ -138,9 +140,8 @@ std::string precision_name(std::uint32_t precision) {
 }
 
 const char* state_name(std::int32_t state) {
-  constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {"off",  "armed",      "fading_in", "active",
-                                                        "hold", "fading_out", "constant",  "fault",
-                                                        "shadow"};
+  constexpr const char* kNames[RAVENCAL_STATE_COUNT] = {
+      "off", "armed", "fading_in", "active", "hold", "fading_out", "constant", "fault", "shadow"};
   return state >= 0 && state < RAVENCAL_STATE_COUNT ? kNames[state] : "unknown";
 }
 

@@ -21,7 +21,7 @@ class Library {
 
   [[nodiscard]] const ravencal_api& api() const { return *api_; }
   /// The plugin's own defaults, for weights of the arm of that name ("gold", "green"); of any arm
-  /// where the name says none.
+  /// where the name says none; but after an emergency stop the correction comes back.
   [[nodiscard]] ravencal_config default_config(std::string_view arm = {}) const;
 
  private:
