@@ -41,7 +41,10 @@ TEST(Origin, IsThatOfTheRecordings) {
                                         {"controller", "crtk"},
                                         {"coordinates", "corrected"}});
   const Recording* const recordings[] = {&recording};
-  const auto result = train(recordings);
+  EXPECT_FALSE(train(recordings).ok()) << "what is left of an error is not the error";
+  Origin given;
+  given.coordinates = Coordinates::kCorrected;
+  const auto result = train(recordings, given);
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->model.origin,
             (Origin{Arm::kGreen, Coordinates::kCorrected, "RAVEN-II", "crtk"}));
