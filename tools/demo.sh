@@ -79,10 +79,12 @@ export root plant
 
 # One recording as a robot evening makes it: the robot's states and every edge of the external
 # encoders, each on its own clock; the encoder driver homes from the edges; the merge puts the truth
-# beside the states. Edges are stamped where they happen, so there is no delay to take out.
+# beside the states. Edges are stamped where they happen, so there is no delay to take out. Each
+# recording has a run seed and a homing of its own, so that no test shares what wanders, or the constant
+# that a homing leaves, with the training.
 make_recording() { # NAME TRAJECTORY PAYLOAD SEED
   ravencal simulate --plant "$plant" --trajectory "$2" --payload-g "$3" --seed "$4" \
-    --out "$1.robot.db" --edges "$1.edges.db"
+    --homing-seed "$4" --out "$1.robot.db" --edges "$1.edges.db"
   ravencal-encoders --config "$root/quadrature_reader/encoders.toml" --replay "$1.edges.db" --home --out "$1.truth.db"
   ravencal merge "$1.robot.db" "$1.truth.db" --clock wall --delay-ms 0 --out "$1.db"
   rm "$1.robot.db" "$1.truth.db" "$1.edges.db"
@@ -122,12 +124,12 @@ learn() { # PAYLOAD
 run_live() { # PAYLOAD
   ravencal host --plugin "$plugin" --weights "$out/weights_$1g.blob" --plant "$plant" \
     --trajectory "$out/test_$1g.csv" --payload-g "$1" --seed "$((200 + $1))" \
-    --ticks "$live_ticks" --json "$out/host_$1g.json" >"$out/host_$1g.txt" 2>&1
+    --homing-seed "$((200 + $1))" --ticks "$live_ticks" --json "$out/host_$1g.json" >"$out/host_$1g.txt" 2>&1
 }
 
 act_calibrate() {
   local payload loops=() loop failed=0
-  step "act one, calibrate: zig-zags at five sparsities, unloaded and with 500 g: states and encoder edges of the twin, labels by the driver, $(nproc) at a time"
+  step "act one, calibrate: zig-zags at five sparsities, unloaded and with 500 g, each homed anew: states and encoder edges of the twin, labels by the driver, $(nproc) at a time"
   make_recordings
   for payload in 0 500; do
     step "train, pack and evaluate, $(label_of "$payload")"
@@ -161,7 +163,7 @@ show_calibrate() {
   local payload
   for payload in 0 500; do
     echo
-    echo "act one, $(label_of "$payload"), on unseen random motion of the twin, the network's own correction (above: as the plugin applied it in the loop):"
+    echo "act one, $(label_of "$payload"), on unseen random motion of the twin, homed apart from the training, the network's own correction (above: as the plugin applied it in the loop, homed apart as well):"
     cat "$out/evaluate_${payload}g.txt"
   done
 }

@@ -20,6 +20,7 @@
 #include "model/motion_range.hpp"
 #include "model/origin.hpp"
 #include "model/packed_network.hpp"
+#include "model/random_seeds.hpp"
 #include "model/trust_region.hpp"
 
 namespace ravencal::model {
@@ -65,6 +66,7 @@ struct CalibrationModel {
   std::optional<LoopGains> loop_gains;  ///< none: nobody computed them
   std::vector<ExpectedError> expected;  ///< [outputs]; empty: unknown
   std::optional<MotionRange> motion;    ///< of the training; none: nobody computed it
+  std::vector<RandomSeeds> seeds;       ///< of training recordings of the twin; others have none
   double row_period_s = 0.01;           ///< time between training rows: the unit of lagged features
   std::map<std::string, std::string>
       provenance;  ///< version, recordings and hashes, seed, settings

@@ -35,7 +35,11 @@ def motion(chain: Chain, name: str, longest_s: float = 90.0) -> str:
 
 
 def recording(chain: Chain, name: str, plant: str, trajectory: str, *options: object) -> None:
-    chain.ravencal("simulate", "--plant", plant, "--trajectory", trajectory, "--seed", chain.seed(), *options, "--out", name)
+    """Each with a run seed and a homing of its own, so that no test shares the training's."""
+    seed = chain.seed()
+    chain.ravencal(
+        "simulate", "--plant", plant, "--trajectory", trajectory, "--seed", seed, "--homing-seed", seed, *options, "--out", name
+    )
 
 
 def calibrate(chain: Chain) -> None:
@@ -55,9 +59,12 @@ def calibrate(chain: Chain) -> None:
             ("--method", "units"),
             ("--features", "light-open"),
             ("--features", "light-open", "--hidden", "64,32", "--epochs", 20),
-            ("--validate", "test.db", "--features", "light-open", "--hidden", "32", "--epochs", 10),
+            ("--validate", "validate.db", "--features", "light-open", "--hidden", "32", "--epochs", 10),
         )
     )
+    if "--validate" in method:
+        motion(chain, "validate.csv")
+        recording(chain, "validate.db", plant, "validate.csv", *load)
     chain.ravencal("train", "train.db", *method, "--seed", chain.seed(), "--out", "model.onnx")
     chain.ravencal("info", "model.onnx")
     chain.ravencal(
@@ -132,7 +139,9 @@ def encoders(chain: Chain) -> None:
     chain.ravencal("merge", "robot.db", "truth.db", "--clock", "wall", "--delay-ms", 0, "--out", "train.db")
     chain.ravencal("info", "train.db")
     chain.ravencal("train", "train.db", "--method", "linear", "--out", "model.onnx")
-    chain.ravencal("evaluate", "model.onnx", "train.db", "--json", "evaluate.json")
+    motion(chain, "u.csv", 40.0)
+    recording(chain, "test.db", plant, "u.csv")
+    chain.ravencal("evaluate", "model.onnx", "test.db", "--json", "evaluate.json")
 
 
 def channels_of(chain: Chain, file: str, *options: object) -> dict[str, tuple]:

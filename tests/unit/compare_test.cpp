@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "core/whole_file.hpp"
+#include "learn/onnx_file.hpp"
 #include "study/compare_evaluate.hpp"
 #include "study/compare_tables.hpp"
 #include "unit/browser.hpp"
@@ -215,6 +216,54 @@ TEST_F(Compare, KeepsModelsThatConvertTakesAndSaysWhyOthersCannotBeLoaded) {
   EXPECT_FALSE(c.methods[1].loop.loadable);
   EXPECT_FALSE(c.methods[1].loop.why_not.empty());
   EXPECT_GT(c.methods[1].own_step.p999_us, 0.0);
+}
+
+/// As `simulate` writes it.
+std::map<std::string, std::string> meta_of_seeds(int run, int homing) {
+  return {{"plant_hash", "00ff"},
+          {"seed", std::to_string(run)},
+          {"homing_seed", std::to_string(homing)}};
+}
+
+TEST_F(Compare, RefusesATestThatSharesARunSeedWithTheTraining) {
+  train_.meta = meta_of_seeds(2, 1);
+  test_.meta = meta_of_seeds(3, 2);
+  record::Recording loaded = test_;
+  loaded.source = "loaded.db";
+  loaded.meta = meta_of_seeds(2, 3);
+  data_.sets["load"] = {&loaded};
+  const auto refused = compare(data_, options_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
+  EXPECT_NE(refused.error().message.find("loaded.db: has the run seed 2 of sample.db"),
+            std::string::npos)
+      << refused.error().message;
+  EXPECT_FALSE(fs::exists(options_.out)) << "before any method is fitted";
+
+  options_.same_seed = true;
+  test_.meta = meta_of_seeds(3, 1);
+  const Comparison c = run();
+  ASSERT_TRUE(write_comparison(c, options_.out).ok());
+  const auto json =
+      nlohmann::json::parse(core::read_whole_file(options_.out / "compare.json").value());
+  ASSERT_EQ(json["same_seed"].size(), 1U);
+  EXPECT_EQ(json["same_seed"][0]["tested"], "loaded.db");
+  EXPECT_EQ(json["same_seed"][0]["seed"], 2);
+  ASSERT_EQ(json["one_homing"].size(), 1U);
+  EXPECT_EQ(json["one_homing"][0]["tested"], "sample.db");
+  const std::string table = core::read_whole_file(options_.out / "compare.md").value();
+  for (const char* words : {"same seed: loaded.db", "one homing: sample.db"})
+    EXPECT_NE(table.find(words), std::string::npos) << table;
+}
+
+TEST_F(Compare, ItsModelsKeepTheSeedsOfTheirTraining) {
+  train_.meta = meta_of_seeds(2, 1);
+  options_.methods = {"linear"};
+  const Comparison c = run();
+  const auto model = learn::read_onnx(options_.out / c.methods[0].model_file);
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  ASSERT_EQ(model->seeds.size(), 1U);
+  EXPECT_EQ(model->seeds[0].run, 2U);
 }
 
 }  // namespace

@@ -66,19 +66,19 @@ TEST_F(FilesOfACommand, AFolderOfOutputsReplacesNoInputInIt) {
 }
 
 TEST_F(FilesOfACommand, TwoOutputsHaveTwoNames) {
-  const Outcome outcome = run("evaluate m.onnx s.db --json both --report ./both");
+  const Outcome outcome = run("evaluate m.onnx u.db --json both --report ./both");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.text.find("two outputs"), std::string::npos) << outcome.text;
 }
 
 TEST_F(FilesOfACommand, DevicesAndPipesAreWrittenTo) {
-  const Outcome printed = run("evaluate m.onnx s.db --json /dev/stdout");
+  const Outcome printed = run("evaluate m.onnx u.db --json /dev/stdout");
   EXPECT_EQ(printed.exit_code, 0) << printed.text;
   EXPECT_NE(printed.text.find("\"bias_removed\""), std::string::npos) << printed.text;
   EXPECT_TRUE(fs::is_symlink("/dev/stdout"));
   struct stat device = {};
   ASSERT_EQ(::stat("/dev/null", &device), 0);
-  const Outcome gone = run("evaluate m.onnx s.db --json /dev/null --report /dev/null");
+  const Outcome gone = run("evaluate m.onnx u.db --json /dev/null --report /dev/null");
   EXPECT_EQ(gone.exit_code, 0) << gone.text;
   ASSERT_EQ(::stat("/dev/null", &device), 0);
   EXPECT_TRUE(S_ISCHR(device.st_mode));

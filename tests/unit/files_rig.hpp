@@ -26,8 +26,8 @@ inline std::string bytes_of(const std::filesystem::path& path) {
 }
 
 /// Tests that run commands in one folder of their own, which holds trajectory t.csv, recordings
-/// s.db and s.csv, r.db without the truth, edges e.db with it, truth.db from these, model m.onnx,
-/// weights w.blob and a key.
+/// s.db and s.csv, u.db with other seeds for tests, r.db without the truth, edges e.db with it,
+/// truth.db from these, model m.onnx, weights w.blob and a key.
 class FilesRig : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -38,7 +38,12 @@ class FilesRig : public testing::Test {
     for (const std::string& arguments : {
              std::string("trajectory sinusoid --duration-s 40 --out t.csv"),
              fmt::format("simulate --plant {} --trajectory t.csv --out s.db", kPlant),
-             fmt::format("simulate --plant {} --trajectory t.csv --out r.db --edges e.db", kPlant),
+             fmt::format(
+                 "simulate --plant {} --trajectory t.csv --seed 2 --homing-seed 2 --out u.db",
+                 kPlant),
+             fmt::format("simulate --plant {} --trajectory t.csv --seed 3 --homing-seed 3 --out "
+                         "r.db --edges e.db",
+                         kPlant),
              std::string("export s.db --out s.csv"),
              std::string("train s.db --method linear --out m.onnx"),
              std::string("convert m.onnx --out w.blob --calibrate s.db --unbounded-loop"),

@@ -157,7 +157,7 @@ const std::vector<Command> kCommands = {
     {"train_network",
      "train ../s.db --features light --hidden 32 --epochs 40 --threads 1 --out OUT",
      {"OUT"}},
-    {"evaluate", "evaluate ../m.onnx ../s.db --json OUT --report OUT.2", {"OUT", "OUT.2"}},
+    {"evaluate", "evaluate ../m.onnx ../u.db --json OUT --report OUT.2", {"OUT", "OUT.2"}},
     {"merge", "merge ../r.db ../truth.db --clock wall --delay-ms 0 --overwrite --out OUT", {"OUT"}},
     {"diagnose",
      "diagnose ../s.db --plant " + kPublished + " --placebo 0 --out .",

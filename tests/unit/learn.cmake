@@ -9,6 +9,7 @@ ravencal_test(NAME learn_test
     ${CMAKE_CURRENT_LIST_DIR}/learn/simulated_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/origin_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/coordinates_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/learn/shared_seeds_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/loop_noise_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/expectation_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/learn/motion_range_test.cpp

@@ -80,8 +80,9 @@ TEST_F(MainRoad, TheTruthIsNeverOfferedAsAnInput) {
 
 TEST_F(MainRoad, EvaluateAsAppliedShowsWhatTheHostShows) {
   expect_ok("trajectory sinusoid --duration-s 20 --seed 9 --out test.csv --force");
-  expect_ok(fmt::format("simulate --plant {} --trajectory test.csv --seed 9 --out test.db --force",
-                        kPlant));
+  expect_ok(fmt::format(
+      "simulate --plant {} --trajectory test.csv --seed 9 --homing-seed 9 --out test.db --force",
+      kPlant));
   const Outcome evaluated = expect_ok(
       fmt::format("evaluate m.onnx test.db --json evaluated.json --as-applied {}", plugin()));
   EXPECT_NE(evaluated.text.find("as the plugin applies it"), std::string::npos) << evaluated.text;

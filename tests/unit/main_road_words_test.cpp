@@ -75,7 +75,39 @@ TEST_F(MainRoadWords, APlantThatIsNoTomlSaysSo) {
 
 TEST_F(MainRoadWords, EvaluationOnTrainingDataWarnsUnderAnyName) {
   fs::copy_file(folder_ / "s.db", folder_ / "copy.db", fs::copy_options::overwrite_existing);
-  expect(0, "evaluate m.onnx copy.db", {"copy.db: the model was trained on it"});
+  expect(0, "evaluate m.onnx copy.db --same-seed", {"copy.db: the model was trained on it"});
+}
+
+// What wanders on the twin is in both, whatever the motion is.
+TEST_F(MainRoadWords, ARunSeedOfTheTrainingIsNoTest) {
+  expect(0, "trajectory sinusoid --duration-s 20 --seed 8 --out other.csv", {});
+  const std::string simulate = "simulate --plant " + kPlant + " --trajectory other.csv ";
+  expect(0, simulate + "--homing-seed 8 --out leak.db", {});
+  expect(0, simulate + "--seed 8 --homing-seed 8 --out honest.db", {});
+  expect(0, simulate + "--seed 8 --out session.db", {});
+  const std::vector<std::string> refusal = {"leak.db: has the run seed 1 of s.db", "--seed",
+                                            "--same-seed"};
+  expect(3, "evaluate m.onnx leak.db", refusal);
+  expect(3, "train s.db --method linear --validate leak.db --out x.onnx", refusal);
+  EXPECT_FALSE(fs::exists(folder_ / "x.onnx"));
+  expect(3, "compare --train s.db --test leak.db --methods raw bias --out rivals", refusal);
+  expect(3, "ablate removal --train s.db --test leak.db --plan --out study", refusal);
+
+  expect(0, "evaluate m.onnx leak.db --same-seed --json leak.json", {"same seed: leak.db"});
+  EXPECT_NE(bytes_of(folder_ / "leak.json").find("\"same_seed\""), std::string::npos);
+  expect(0, "train s.db --method linear --validate leak.db --same-seed --out leaking.onnx",
+         {"same seed: leak.db"});
+  expect(
+      0,
+      "compare --train s.db --test leak.db --methods raw bias --no-curve --same-seed --out rivals",
+      {"same seed: leak.db"});
+
+  expect(0, "evaluate m.onnx session.db",
+         {"one homing: session.db has the homing (seed 1) of s.db"});
+  const Outcome honest = run("evaluate m.onnx honest.db --json honest.json");
+  EXPECT_EQ(honest.exit_code, 0) << honest.text;
+  EXPECT_EQ(honest.text.find("homing"), std::string::npos) << honest.text;
+  EXPECT_EQ(bytes_of(folder_ / "honest.json").find("same_seed"), std::string::npos);
 }
 
 TEST_F(MainRoadWords, ARecordingCountsOnceInTraining) {

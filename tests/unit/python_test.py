@@ -166,7 +166,7 @@ class Program(Test):
         cls.folder = tempfile.TemporaryDirectory()
         plant = ravencal.Plant.load(PLANT)
         for seed in (1, 2):
-            ravencal.simulate(plant, motion(seed), seed=seed, out=f"{cls.folder.name}/{seed}.db")
+            ravencal.simulate(plant, motion(seed), seed=seed, homing_seed=seed, out=f"{cls.folder.name}/{seed}.db")
 
     @classmethod
     def tearDownClass(cls):
@@ -208,7 +208,12 @@ class Program(Test):
         self.assertAlmostEqual(np.sqrt(np.mean((elbow.corrected - elbow.truth) ** 2)), elbow.calibrated.rmse)
         self.assertLess(elbow.calibrated.rmse, elbow.raw.rmse)
         self.assertEqual(evaluation.warnings, [])
-        self.assertIn("the model was trained on it", ravencal.evaluate(model, self.one).warnings[0])
+        self.refused(ravencal.DataError, lambda: ravencal.evaluate(model, self.one), "1.db: has the run seed 1 of 1.db", "same")
+        same = ravencal.evaluate(model, self.one, same_seed=True)
+        self.assertIn("the model was trained on it", same.warnings[0])
+        self.assertIn("same seed: ", str(same))
+        self.assertEqual(json.loads(same.json())["same_seed"][0]["seed"], 1)
+        self.assertNotIn("same_seed", json.loads(evaluation.json()))
         self.refused(KeyError, lambda: evaluation["elbo"], "did you mean 'elbow'?")
         self.refused(ravencal.UsageError, lambda: ravencal.train([self.one, self.one]), "1.db: is given twice")
         self.refused(ravencal.UsageError, lambda: ravencal.train(self.one, method="linea"), "did you mean 'linear'?")

@@ -14,6 +14,8 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
+#include "commands/same_seed_option.hpp"
+#include "learn/shared_seeds.hpp"
 #include "study/ablation_report.hpp"
 #include "study/pool.hpp"
 
@@ -35,6 +37,7 @@ struct AblateArguments {
   bool partial = false;
   bool check = false;
   bool json = false;
+  bool same_seed = false;
 };
 
 std::vector<std::string> absolute(const std::vector<std::string>& paths) {
@@ -85,6 +88,25 @@ void tell_changes(const study::Plan& plan, const fs::path& folder) {
   }
 }
 
+/// Refuses tests that are none, and warns of what each condition shares with its training.
+core::Status check_seeds(const study::Plan& plan, bool same_seed,
+                         study::RecordingStore& recordings) {
+  for (const study::Condition& condition : plan.conditions) {
+    std::vector<const record::Recording*> training, tested;
+    for (const auto& [paths, list] :
+         {std::pair{&condition.train, &training}, std::pair{&condition.test, &tested}}) {
+      for (const std::string& path : *paths) {
+        RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const one, recordings.get(path));
+        list->push_back(one);
+      }
+    }
+    const learn::SharedSeeds shared = learn::shared_seeds(learn::seeds_of(training), tested);
+    if (!same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
+    print_warnings(learn::sentences_of(shared));
+  }
+  return {};
+}
+
 core::Result<study::Plan> planned(AblateArguments& arguments, study::RecordingStore& recordings) {
   if (arguments.train.empty() || (arguments.test.empty() && arguments.test_homing.empty())) {
     return core::usage_error(
@@ -93,6 +115,7 @@ core::Result<study::Plan> planned(AblateArguments& arguments, study::RecordingSt
   RAVENCAL_ASSIGN_OR_RETURN(study::Plan plan,
                             study::make_plan(arguments.study, arguments.settings, arguments.load,
                                              conditions_of(arguments), recordings));
+  RAVENCAL_RETURN_IF_ERROR(check_seeds(plan, arguments.same_seed, recordings));
   std::error_code error;
   fs::create_directories(fs::path(arguments.out) / "jobs", error);
   if (error) {
@@ -229,6 +252,7 @@ void add_data_options(CLI::App& command, AblateArguments& arguments) {
                      "Recordings after 0, 1, 2, ... homings since those of --train");
   command.add_option("--train-rehomed", arguments.train_rehomed,
                      "Recordings to train on, of several homings");
+  add_same_seed_option(command, arguments.same_seed);
   (void)add_load_options(command, arguments.load);
 }
 

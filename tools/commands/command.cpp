@@ -108,6 +108,11 @@ std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange
               ->check(cli::positive())};
 }
 
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "ravencal: warning: {}\n", warning);
+}
+
 bool is_among(const std::string& path, const std::vector<std::string>& others) {
   return std::any_of(others.begin(), others.end(), [&](const std::string& other) {
     std::error_code unknown;

@@ -33,6 +33,8 @@ std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOption
 /// --from-s and --to-s of every recording that the command reads.
 std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range);
 
+void print_warnings(const std::vector<std::string>& warnings);
+
 /// True if that file is among them, by whatever path.
 bool is_among(const std::string& path, const std::vector<std::string>& others);
 

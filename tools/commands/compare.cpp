@@ -15,6 +15,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
+#include "commands/same_seed_option.hpp"
 #include "core/version.hpp"
 #include "exchange/load.hpp"
 #include "host/loop.hpp"
@@ -196,6 +197,7 @@ void add_data_options(CLI::App& command, CompareArguments& a) {
       .add_option("--out", a.options.out, "Folder for compare.json, .html, .csv, .md, .tex, models")
       ->required();
   command.add_option("--test-profile", a.test_profile, "Profile of the test files, if another");
+  add_same_seed_option(command, a.options.same_seed);
   (void)add_load_options(command, a.load);
   command.add_option("--title", a.options.title, "Title of the page");
   add_joints_option(command, a.options.joints);

@@ -11,6 +11,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "commands/same_seed_option.hpp"
 #include "core/whole_file.hpp"
 #include "exchange/load.hpp"
 #include "host/replay.hpp"
@@ -29,6 +30,7 @@ struct EvaluateArguments {
   std::string json;
   std::string report;
   std::string plugin;
+  bool same_seed = false;
   record::LoadOptions load;
 };
 
@@ -66,10 +68,12 @@ core::Status run(const EvaluateArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
                             exchange::load_recordings(arguments.recordings, arguments.load));
-  RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
+  const learn::SharedSeeds shared = learn::shared_seeds(model.seeds, pointers_to(recordings));
+  if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
+  RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,
                             learn::evaluate(model, pointers_to(recordings)));
-  for (const std::string& warning : learn::warnings_of(evaluation, model, pointers_to(recordings)))
-    fmt::print(stderr, "ravencal: warning: {}\n", warning);
+  evaluation.shared = shared;
+  print_warnings(learn::warnings_of(evaluation, model, pointers_to(recordings)));
   fmt::print("{}{}", learn::evaluation_table(evaluation),
              learn::expectation_table(evaluation, true));
   std::optional<host::Summary> applied;
@@ -100,6 +104,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command->add_option("--as-applied", arguments->plugin,
                       "libravencal_plugin.so: also show what the arm has with the plugin's limits, "
                       "as `host --recording` does");
+  add_same_seed_option(*command, arguments->same_seed);
   (void)add_load_options(*command, arguments->load);
   command->footer(
       "The table shows the network's own correction. With the pedal down the plugin lets it "

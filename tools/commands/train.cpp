@@ -19,6 +19,7 @@
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
 #include "commands/origin_options.hpp"
+#include "commands/same_seed_option.hpp"
 #include "commands/session_option.hpp"
 #include "exchange/load.hpp"
 #include "learn/calibration_report.hpp"
@@ -51,6 +52,7 @@ struct TrainArguments {
   std::uint32_t networks = 1;
   std::string isa;
   std::string method;
+  bool same_seed = false;
   OriginOptions origin;
   record::LoadOptions load;
   learn::TrainOptions train;
@@ -126,11 +128,6 @@ core::Status write_report(const TrainArguments& arguments, const Trained& traine
       arguments.report));
   fmt::print("report: {}\n", arguments.report);
   return {};
-}
-
-void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    fmt::print(stderr, "ravencal: warning: {}\n", warning);
 }
 
 /// What the plant knows: recordings of its simulation over the workspace.
@@ -247,6 +244,9 @@ core::Status run(TrainArguments arguments) {
                             exchange::load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
                             exchange::load_recordings(arguments.validation, arguments.load));
+  const learn::SharedSeeds shared =
+      learn::shared_seeds(learn::seeds_of(pointers_to(training)), pointers_to(held_out));
+  if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
   cli::catch_interrupts_of_work();
   RAVENCAL_ASSIGN_OR_RETURN(Trained trained, arguments.method == kNetwork
                                                  ? train_network(arguments, training, held_out)
@@ -261,8 +261,9 @@ core::Status run(TrainArguments arguments) {
   RAVENCAL_RETURN_IF_ERROR(write_model(trained, arguments.out));
   const auto& shown = held_out.empty() ? training : held_out;
   const std::string title = title_of_shown(arguments, !held_out.empty());
-  RAVENCAL_ASSIGN_OR_RETURN(const learn::Evaluation evaluation,
+  RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,
                             learn::evaluate(trained.model, pointers_to(shown)));
+  evaluation.shared = shared;
   print_warnings(learn::warnings_of(evaluation));
   fmt::print("{}{}: {} features, {} rows; {}:\n{}{}", trained.course, arguments.out,
              trained.model.features.size(), trained.rows, title,
@@ -280,6 +281,7 @@ void add_data_options(CLI::App& command, TrainArguments& arguments) {
   command.add_option("--out", arguments.out, "Model to write (.onnx)")->required();
   command.add_option("--validate", arguments.validation,
                      "Held-out recordings that choose the epoch; never the test set");
+  add_same_seed_option(command, arguments.same_seed);
   command.add_option("--report", arguments.report, "HTML page to write");
   command
       .add_option("--method", arguments.method,
@@ -384,8 +386,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "         ravencal train run1.db run2.db --validate run3.db --features light "
       "--hidden 128,64,32 --out arm.onnx\n"
       "         ravencal train run*.db --validate run3.db --features light-open --plant "
-      "raven2.toml "
-      "--out arm.onnx");
+      "raven2.toml --out arm.onnx");
   on_call(*command, exit_code,
           {.read = {"recordings", "--validate", "--physics", "--plant", "--profile"},
            .written = {"--out", "--report"}},

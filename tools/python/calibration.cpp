@@ -86,12 +86,15 @@ TrainedModel train(const py::object& training, choice::ChoiceOptions options,
   return {std::move(chosen.model), std::move(table), std::move(chosen.warnings)};
 }
 
-JudgedModel evaluate(const TrainedModel& trained, const py::object& tested) {
+JudgedModel evaluate(const TrainedModel& trained, const py::object& tested, bool same_seed) {
   const std::vector<RecordingPointer> held = recordings_of(tested);
   const auto recordings = pointers_to(held);
   return away_from_python(py::none(), [&](const Watch&) -> core::Result<JudgedModel> {
+    const learn::SharedSeeds shared = learn::shared_seeds(trained.model.seeds, recordings);
+    if (!same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
     RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,
                               learn::evaluate(trained.model, recordings));
+    evaluation.shared = shared;
     std::vector<std::string> warnings = learn::warnings_of(evaluation, trained.model, recordings);
     return JudgedModel{std::move(evaluation), std::move(warnings)};
   });
@@ -211,7 +214,7 @@ void add_calibration(py::module_& module) {
       py::arg("robot") = "", py::arg("controller") = "", py::arg("coordinates") = "",
       py::arg("session") = "auto", py::arg("progress") = py::none());
   module.def("evaluate", &evaluate, "Says how well a model corrects recordings.", py::arg("model"),
-             py::arg("recordings"));
+             py::arg("recordings"), py::kw_only(), py::arg("same_seed") = false);
 }
 
 }  // namespace ravencal::python

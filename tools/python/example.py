@@ -24,8 +24,9 @@ def motion(seed, duration_s=100.0):
     return t_s, middle + reach * np.sin(2 * np.pi * rates_hz * t_s[:, None])
 
 
-training = ravencal.simulate(plant, motion(1), seed=1, payload_g=500)
-test = ravencal.simulate(plant, motion(2), seed=2, payload_g=500)
+# Another seed wanders otherwise, and another homing leaves another constant: the test has neither of the training.
+training = ravencal.simulate(plant, motion(1), seed=1, homing_seed=1, payload_g=500)
+test = ravencal.simulate(plant, motion(2), seed=2, homing_seed=2, payload_g=500)
 
 # A channel is a NumPy array that looks into the recording. What the robot believes is off by so much:
 for joint in plant.joints:

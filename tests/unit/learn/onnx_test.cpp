@@ -47,6 +47,7 @@ model::CalibrationModel sample_model() {
   model.trust = trust;
   model.expected = {{0.02, 0.01, 0.05, 0.015}, {1.0 / 3.0, 0.0, 0.5, 0.25}};
   model.motion = {{{-0.5, 1.0 / 3.0}, "tau.elbow", {-2.0, 3.0}}, {{-0.01, 0.02}, "", {}}};
+  model.seeds = {{"run1.db", 2, 18446744073709551615U, 1}, {"run2.db", 3, 4, 0}};
   model.row_period_s = 0.01;
   model.provenance = {{"seed", "3"}, {"recordings", "run \"1\".db sha256:00"}};
   return model;
@@ -148,6 +149,7 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
     EXPECT_EQ((*read->motion)[k].load.high, (*model.motion)[k].load.high);
     EXPECT_EQ((*read->motion)[k].load_channel, (*model.motion)[k].load_channel);
   }
+  EXPECT_EQ(read->seeds, model.seeds);
   EXPECT_EQ(read->provenance, model.provenance);
   ASSERT_EQ(read->layers.size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -305,7 +307,7 @@ TEST_F(OnnxFile, RefusesAnythingWhoseMetadataLacksOneKey) {
     const std::string& key = entry.first;
     // Models of earlier versions have none of these.
     if (key == "ravencal.input_trust" || key == "ravencal.origin" || key == "ravencal.gains" ||
-        key == "ravencal.motion" || key == "ravencal.expected") {
+        key == "ravencal.motion" || key == "ravencal.expected" || key == "ravencal.random_seeds") {
       continue;
     }
     const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
@@ -322,6 +324,8 @@ TEST_F(OnnxFile, RefusesEveryWrongValueInTheMetadataWithoutCrashing) {
     const std::string& key = entry.first;
     for (const char* wrong : {"", "[", "[]", "{}", "null", "\"text\"", "[null]", "-1", "[1e999]"}) {
       if (key == "ravencal.provenance" && std::string(wrong) == "{}") continue;
+      if (key == "ravencal.random_seeds" && std::string(wrong) == "[]")
+        continue;  // none was simulated
       const std::string refusal = refusal_after([&](onnx::ModelProto& proto) {
         for (auto& property : *proto.mutable_metadata_props()) {
           if (property.key() == key) property.set_value(wrong);

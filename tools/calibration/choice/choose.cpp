@@ -20,6 +20,7 @@
 #include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
 #include "learn/recordings_at_hook.hpp"
+#include "learn/shared_seeds.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 
@@ -276,6 +277,7 @@ core::Result<Choice> choose_model(
   model.loop_gains = model::loop_gains(model, choice.rows);
   describe(rows, options, sets, choice);
   if (options.at_hook) model::set_trained_at_hook(model);
+  model.seeds = learn::seeds_of(training);
   model.provenance["recordings"] = learn::files_text(training);
   return choice;
 }

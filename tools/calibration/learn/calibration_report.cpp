@@ -83,6 +83,8 @@ report::CalibrationReport make_report(const model::CalibrationModel& model,
     table.note = fmt::format("{} of {} rows are left out because a feature is lost.",
                              evaluation.rows_without_feature, evaluation.rows);
   }
+  for (const std::string& sentence : sentences_of(evaluation.shared))
+    table.note += fmt::format("{}{}.", table.note.empty() ? "" : " ", sentence);
   std::vector<std::string> words;
   for (const JointEvaluation& joint : evaluation.joints) {
     const core::DisplayUnit unit = core::display_unit(joint.unit);

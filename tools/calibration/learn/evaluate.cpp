@@ -286,7 +286,11 @@ std::string evaluation_json(const Evaluation& evaluation) {
         {"interval_95", {expected.low * unit.per_si, expected.high * unit.per_si}},
         {"rmse_about_mean", expected.about_mean * unit.per_si}};
   }
-  return nlohmann::ordered_json{{"joints", joints}}.dump(2) + "\n";
+  nlohmann::ordered_json json = {{"joints", joints}};
+  const SharedSeeds& shared = evaluation.shared;
+  if (!shared.runs.empty()) json["same_seed"] = shared_seeds_json(shared.runs);
+  if (!shared.homings.empty()) json["one_homing"] = shared_seeds_json(shared.homings);
+  return json.dump(2) + "\n";
 }
 
 std::string evaluation_table(const Evaluation& evaluation) {
@@ -313,7 +317,9 @@ std::string evaluation_table(const Evaluation& evaluation) {
     line.push_back(fall_of(joint));
     extend(line, motion_cells(joint, unit.per_si));
   }
-  return aligned(lines);
+  std::string text = aligned(lines);
+  for (const std::string& sentence : sentences_of(evaluation.shared)) text += sentence + "\n";
+  return text;
 }
 
 }  // namespace ravencal::learn

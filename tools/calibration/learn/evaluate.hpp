@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "learn/shared_seeds.hpp"
 #include "model/calibration_model.hpp"
 #include "record/recording.hpp"
 
@@ -61,6 +62,7 @@ struct Evaluation {
   std::vector<JointEvaluation> joints;
   std::size_t rows = 0;
   std::size_t rows_without_feature = 0;  ///< left out
+  SharedSeeds shared;                    ///< with the training; set by who tests, for the table
 };
 
 /// Errors (kData): channels are missing, or a joint has no usable row.

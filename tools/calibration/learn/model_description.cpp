@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "learn/training_json.hpp"
 #include "model/loop_text.hpp"
 #include "model/origin_json.hpp"
 
@@ -41,6 +42,10 @@ std::string describe_in_words(const model::CalibrationModel& model) {
                       : "trust: none, the confidence is always 1; train the model anew\n";
   text += fmt::format("origin: {}\n", describe(model.origin));
   text += loop_text(model);
+  for (const model::RandomSeeds& seeds : model.seeds) {
+    text += fmt::format("simulated: {}, run seed {}, homing seed {}\n", seeds.recording, seeds.run,
+                        seeds.homing);
+  }
   for (const auto& [key, value] : model.provenance) text += fmt::format("{}: {}\n", key, value);
   text += "features (trained range, SI units):\n";
   for (std::size_t k = 0; k < model.features.size(); ++k) {
@@ -78,6 +83,7 @@ std::string describe_in_json(const model::CalibrationModel& model) {
   }
   json["origin"] = model::origin_json(model.origin);
   json["loop"] = loop_json(model);
+  json["seeds"] = seeds_json(model.seeds);
   json["provenance"] = model.provenance;
   return json.dump(2);
 }

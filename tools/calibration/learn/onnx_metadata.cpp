@@ -259,6 +259,7 @@ Metadata metadata_of(const model::CalibrationModel& model) {
   if (model.loop_gains) metadata["ravencal.gains"] = gains_text(*model.loop_gains);
   if (!model.expected.empty()) metadata["ravencal.expected"] = expected_text(model.expected);
   if (model.motion) metadata["ravencal.motion"] = motion_text(*model.motion);
+  if (!model.seeds.empty()) metadata["ravencal.random_seeds"] = seeds_json(model.seeds).dump();
   return metadata;
 }
 
@@ -292,6 +293,10 @@ core::Result<model::CalibrationModel> model_from_metadata(const Metadata& metada
   if (metadata.contains("ravencal.expected")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json expected, reader.value("ravencal.expected"));
     RAVENCAL_ASSIGN_OR_RETURN(model.expected, expected_from(expected, model.outputs.size()));
+  }
+  if (metadata.contains("ravencal.random_seeds")) {
+    RAVENCAL_ASSIGN_OR_RETURN(const json seeds, reader.value("ravencal.random_seeds"));
+    RAVENCAL_ASSIGN_OR_RETURN(model.seeds, seeds_from(seeds));
   }
   if (metadata.contains("ravencal.gains")) {
     RAVENCAL_ASSIGN_OR_RETURN(const json gains, reader.value("ravencal.gains"));

@@ -12,6 +12,7 @@
 #include "learn/motion_range.hpp"
 #include "learn/recording_origin.hpp"
 #include "learn/recordings_at_hook.hpp"
+#include "learn/shared_seeds.hpp"
 #include "learn/simulated.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
@@ -237,6 +238,18 @@ void keep_constants(const Dataset& data, TrainResult& result) {
   }
 }
 
+/// Of what chose the epoch, and of what was simulated for the training, the model keeps the seeds
+/// as well: their wander has left its mark, too.
+void keep_names(std::span<const Recording* const> training,
+                std::span<const Recording* const> validation,
+                std::span<const Recording* const> simulated, CalibrationModel& model) {
+  for (const auto& recordings : {training, validation, simulated}) {
+    for (model::RandomSeeds& seeds : seeds_of(recordings)) model.seeds.push_back(std::move(seeds));
+  }
+  model.provenance["recordings"] = files_text(training);
+  if (!validation.empty()) model.provenance["validation"] = files_text(validation);
+}
+
 }  // namespace
 
 core::Result<TrainResult> train_model(std::span<const Recording* const> recorded_training,
@@ -289,8 +302,7 @@ core::Result<TrainResult> train_model(std::span<const Recording* const> recorded
   model.motion = motion_range(model.outputs, training);
   describe(options, result);
   if (at_hook) model::set_trained_at_hook(model);
-  model.provenance["recordings"] = files_text(training);
-  if (!validation.empty()) model.provenance["validation"] = files_text(validation);
+  keep_names(training, validation, options.simulated, model);
   return result;
 }
 

@@ -88,4 +88,37 @@ core::Result<model::MotionRange> motion_from(const json& joints, std::size_t out
   return motion;
 }
 
+json seeds_json(const std::vector<model::RandomSeeds>& seeds) {
+  json list = json::array();
+  for (const model::RandomSeeds& one : seeds) {
+    list.push_back({{"recording", one.recording},
+                    {"seed", one.run},
+                    {"homing_seed", one.homing},
+                    {"rehomings", one.rehomings}});
+  }
+  return list;
+}
+
+core::Result<std::vector<model::RandomSeeds>> seeds_from(const json& list) {
+  const auto wrong = [] {
+    return core::data_error(
+        "metadata 'ravencal.random_seeds' is not a list of recordings with seeds");
+  };
+  if (!list.is_array()) return wrong();
+  std::vector<model::RandomSeeds> seeds;
+  for (const json& item : list) {
+    model::RandomSeeds& one = seeds.emplace_back();
+    for (const auto& [key, value] :
+         {std::pair{"seed", &one.run}, std::pair{"homing_seed", &one.homing},
+          std::pair{"rehomings", &one.rehomings}}) {
+      if (!item.is_object() || !item.contains(key) || !item[key].is_number_unsigned())
+        return wrong();
+      *value = item[key].get<std::uint64_t>();
+    }
+    if (!item.contains("recording") || !item["recording"].is_string()) return wrong();
+    one.recording = item["recording"].get<std::string>();
+  }
+  return seeds;
+}
+
 }  // namespace ravencal::learn

@@ -13,6 +13,7 @@
 #include "learn/onnx_file.hpp"
 #include "model/blob_writer.hpp"
 #include "study/compare_evaluate.hpp"
+#include "study/compare_seeds.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -68,11 +69,13 @@ bool errors_lie_apart(const Group& group) {
 struct Groups {
   std::vector<Group> all;
   double weight = 1.0;  ///< of a group's minutes: groups share their rows, or have their own
-  std::optional<MapAxes> axes;  ///< of the test's error maps; none where joints are apart
+  std::optional<MapAxes> axes;            ///< of the test's error maps; none where joints are apart
+  std::vector<model::RandomSeeds> seeds;  ///< of the training
 };
 
 core::Result<Groups> make_groups(const CompareData& data, const CompareOptions& options) {
   Groups groups;
+  groups.seeds = learn::seeds_of(data.train);
   RAVENCAL_ASSIGN_OR_RETURN(Group whole,
                             make_group(data, options, options.features, options.joints));
   const bool apart = errors_lie_apart(whole);
@@ -246,8 +249,10 @@ class MethodRun {
     const std::string name =
         result_.id + (groups_.all.size() > 1 ? "_" + group.problem.outputs.front().joint : "") +
         (recurrent ? ".blob" : ".onnx");
-    RAVENCAL_RETURN_IF_ERROR(recurrent ? model::write_blob(*model, folder / name)
-                                       : learn::write_onnx(*model, folder / name));
+    model::CalibrationModel kept = *model;
+    kept.seeds = groups_.seeds;
+    RAVENCAL_RETURN_IF_ERROR(recurrent ? model::write_blob(kept, folder / name)
+                                       : learn::write_onnx(kept, folder / name));
     result_.model_file += (result_.model_file.empty() ? "models/" : ", models/") + name;
     if (!options_.measure || groups_.all.size() > 1) {
       loop.why_not_measured =
@@ -305,9 +310,8 @@ core::Result<std::vector<const Method*>> wanted_methods(const CompareOptions& op
   }
   for (const std::string& id : options.methods) {
     if (std::find(known.begin(), known.end(), id) == known.end()) {
-      return core::Error{core::ErrorCode::kUsage,
-                         fmt::format("--methods: there is no method '{}'; there are {}", id,
-                                     fmt::join(known, ", "))};
+      return core::usage_error(fmt::format("--methods: there is no method '{}'; there are {}", id,
+                                           fmt::join(known, ", ")));
     }
   }
   return wanted;
@@ -347,6 +351,10 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   if (data.train.empty() || !data.sets.contains("test") || data.sets.at("test").empty())
     return core::Error{core::ErrorCode::kUsage, "needs recordings to train on and to test on"};
   RAVENCAL_ASSIGN_OR_RETURN(const auto wanted, wanted_methods(options));
+  CompareOutcome outcome;
+  Comparison& comparison = outcome.comparison;
+  comparison.shared = shared_with_tests(data);
+  if (!options.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(comparison.shared));
   RAVENCAL_ASSIGN_OR_RETURN(Groups groups, make_groups(data, options));
   const std::filesystem::path folder = options.out / "methods";
   std::error_code error;
@@ -355,12 +363,9 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
     return core::Error{core::ErrorCode::kIo,
                        fmt::format("{}: {}", folder.string(), error.message())};
   }
-  CompareOutcome outcome;
-  Comparison& comparison = outcome.comparison;
   comparison.title = options.title;
   comparison.facts = options.facts;
   comparison.order = name_of(groups.all.front().problem.order);
-  comparison.training_minutes = 0.0;
   for (const Group& group : groups.all)
     comparison.training_minutes += minutes_of(group.train, group.problem) * groups.weight;
   comparison.loop_budget_us = options.loop_budget_us;

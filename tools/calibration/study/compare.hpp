@@ -28,6 +28,7 @@ struct CompareOptions {
   std::vector<std::string> methods;                 ///< ids; empty: all
   std::vector<double> shares = {0.125, 0.25, 0.5};  ///< of the learning curve, below 1
   bool poses = false;                               ///< rows are in no order
+  bool same_seed = false;  ///< tests may share run seeds with the training; the tables say so
   methods::Settings settings;
   double loop_budget_us = 500.0;
   std::vector<std::pair<std::string, std::string>> facts;

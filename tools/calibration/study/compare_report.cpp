@@ -44,6 +44,8 @@ Json comparison_json(const Comparison& c, const std::vector<Table>& tables) {
             {"training_minutes", c.training_minutes},
             {"loop_budget_us", c.loop_budget_us},
             {"facts", Json::object()},
+            {"same_seed", learn::shared_seeds_json(c.shared.runs)},
+            {"one_homing", learn::shared_seeds_json(c.shared.homings)},
             {"verdicts", Json::array()},
             {"tables", Json::array()},
             {"map", map_json(c.map)},

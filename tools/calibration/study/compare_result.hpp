@@ -14,6 +14,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/result.hpp"
+#include "learn/shared_seeds.hpp"
 #include "study/error_blocks.hpp"
 
 namespace ravencal::study {
@@ -120,6 +121,7 @@ struct Comparison {
   std::vector<RivalVerdict> verdicts;
   CompareGrid map;
   double loop_budget_us = 500.0;
+  learn::SharedSeeds shared;  ///< of all sets
 };
 
 /// One method's file, with blocks, for resuming. Errors: kIo.

@@ -87,6 +87,8 @@ Table errors_table(const Comparison& c) {
       "Bold: least of a column. Intervals: 95 %, block bootstrap over time; that of a peak cannot "
       "reach beyond what was seen. " +
       reasons(c);
+  for (const std::string& sentence : learn::sentences_of(c.shared))
+    table.note += (table.note.ends_with(' ') ? "" : " ") + sentence + ".";
   return table;
 }
 

@@ -309,8 +309,9 @@ def train(
     were not fitted to. method: auto, linear or units. `arm` (gold, green), `robot`, `controller` and `coordinates` (motor,
     corrected) say what the files do not."""
 
-def evaluate(model: Model, recordings: _Recordings) -> Evaluation:
-    """Says how well a model corrects recordings that training never saw."""
+def evaluate(model: Model, recordings: _Recordings, *, same_seed: bool = False) -> Evaluation:
+    """Says how well a model corrects recordings that training never saw. A simulated recording with a run seed of the
+    training is refused (DataError) without `same_seed`; with it, the table and the JSON say so."""
 
 def diagnose(
     training: _Recordings,
