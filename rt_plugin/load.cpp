@@ -4,8 +4,6 @@
 // everything else out in one mapping, run the blob's self-test. Not for the real-time thread.
 #include <sys/mman.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -19,6 +17,7 @@
 #include "model/mean_gain.hpp"
 #include "rt_plugin/admission.hpp"
 #include "rt_plugin/blob_memory.hpp"
+#include "rt_plugin/cap.hpp"
 #include "rt_plugin/layout.hpp"
 #include "rt_plugin/loaded_model.hpp"
 
@@ -284,19 +283,13 @@ class ModelLoader {
     }
     kernels::clear_memory(m.network_, ticks_per_row(), m.scratch_.data());
     m.output_count_ = view_.output_count();
-    m.largest_ji_ = std::to_array(config_.max_correction_ji);
     for (std::size_t j = 0; j < m.output_count_; ++j) {
       m.joint_of_output_[j] = view_.output(j).slot;
       m.output_mean_[j] = static_cast<float>(view_.output_mean(j));
       m.output_scale_[j] = static_cast<float>(view_.output_scale(j));
       const std::uint8_t joint = m.joint_of_output_[j];
-      const float mean_ji = std::fabs(m.output_mean_[j]);
-      m.constant_ji_[joint] =
-          mean_ji <= config_.max_correction_ji[joint] ? m.output_mean_[j] : 0.0F;
-      if (config_.cap_deviations > 0.0F) {
-        const float seen_ji = mean_ji + config_.cap_deviations * std::fabs(m.output_scale_[j]);
-        m.largest_ji_[joint] = std::min(m.largest_ji_[joint], seen_ji);
-      }
+      m.constant_ji_[joint] = constant_ji(config_, joint, m.output_mean_[j]);
+      m.largest_ji_[joint] = largest_ji(config_, joint, m.output_mean_[j], m.output_scale_[j]);
     }
   }
 

@@ -58,7 +58,7 @@ class LoadedModel {
   [[nodiscard]] const JointVector& constant_ji() const noexcept { return constant_ji_; }
 
   /// The largest correction: config.max_correction_ji, or what lies config.cap_deviations of the
-  /// training set's errors beyond their mean, if that is less.
+  /// training set's errors beyond their mean, if that is less. 0 where the model has no output.
   [[nodiscard]] const JointVector& largest_ji() const noexcept { return largest_ji_; }
 
   [[nodiscard]] const ravencal_info& info() const noexcept { return info_; }

@@ -36,7 +36,9 @@ class Requests {
         request.kind == RAVENCAL_REQUEST_OFF || request.kind == RAVENCAL_REQUEST_RESET;
     if (is_known && motors_follow && !at_once) return;
     seen_ = request.number;
-    if (!is_known || request.number <= taken_) return;
+    // Numbers may wrap: one that lies far ahead shuts nobody out.
+    const bool is_newer = static_cast<std::int64_t>(request.number - taken_) > 0;
+    if (!is_known || !is_newer) return;
     taken_ = request.number;
     if (request.kind == RAVENCAL_REQUEST_SHARE) {
       operation.set_share(request.share, request.joints);

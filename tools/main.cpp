@@ -40,9 +40,10 @@ int run(int argc, char** argv) {
   commands::add_robot(app, exit_code);
   commands::add_calibrate(app, exit_code);
   commands::add_monitor(app, exit_code);
+  commands::add_control(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, monitor, recommend, robot and run.\n"
+      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot and run.\n"
       "`tools/run build` makes them.");
 #endif
   ravencal::cli::check_numbers(app);

@@ -10,3 +10,9 @@ ravencal_test(NAME plugin_lifecycle_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/lifecycle_test.cpp
     ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
   LIBS ravencal_test_rig ravencal_monitor LABELS rt)
+ravencal_test(NAME plugin_control_test
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/control_test.cpp
+    ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
+  LIBS ravencal_test_rig ravencal_control ravencal_monitor Threads::Threads LABELS rt)
+target_compile_definitions(plugin_control_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")
+add_dependencies(plugin_control_test ravencal)

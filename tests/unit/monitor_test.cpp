@@ -104,16 +104,16 @@ TEST(Watch, KnowsHowOldTheNewestTickIsAndCallsASilentLoopStalled) {
   watch.take(NumberedTick{6, tick_number(6)}, 1'000'000);
   watch.end_poll(100.02);
   EXPECT_TRUE(watch.is_current());
-  EXPECT_STREQ(watch.state(), "active");
+  EXPECT_EQ(watch.state(), "active");
   watch.end_poll(100.52);
   EXPECT_NEAR(watch.age_s(), 0.5, 1e-9);
   EXPECT_FALSE(watch.is_stalled());
   watch.end_poll(101.52);
   EXPECT_NEAR(watch.age_s(), 1.5, 1e-9);
-  EXPECT_STREQ(watch.state(), "stalled");
+  EXPECT_EQ(watch.state(), "stalled");
   watch.take(NumberedTick{7, tick_number(7)}, 1'000'000);
   watch.end_poll(101.54);
-  EXPECT_STREQ(watch.state(), "active");
+  EXPECT_EQ(watch.state(), "active");
   watch.begin_writer();
   watch.end_poll(105.0);
   EXPECT_FALSE(watch.is_current()) << "another writer: nothing is known yet";
@@ -184,6 +184,32 @@ TEST_F(Monitor, ShowsStateJointsAndDoubtsInWords) {
   }
 }
 
+/// In SHADOW nothing is applied, and whatever shows it says so.
+TEST_F(Monitor, ShowsWhatWouldBeAppliedInShadowBesideWhatIs) {
+  NumberedTick numbered{7, tick_number(7), {0.001F, 0.0F, 0.0F}};
+  numbered.tick.jpos_ji[0] = 0.5F;
+  numbered.tick.correction_ji[0] = 0.01F;
+  numbered.tick.state = RAVENCAL_STATE_SHADOW;
+  numbered.tick.would_be_state = RAVENCAL_STATE_ACTIVE;
+  Watch watch;
+  watch.take(numbered, 1'000'000);
+  const auto lines = monitor::draw(watch, reader(), {name, "", "", true});
+  const std::string text = joined(lines);
+  for (const char* part : {"shadow (would be active)", "would be", "offset", "28.648   28.648 deg",
+                           "+0.573", "+0.057"}) {
+    EXPECT_TRUE(contains(text, part)) << part << " in\n" << text;
+  }
+  for (const std::string& line : lines) EXPECT_LE(columns_of(line), 80U) << line;
+  const auto json = nlohmann::json::parse(monitor::tick_json(watch));
+  EXPECT_EQ(json["state"], "shadow");
+  EXPECT_EQ(json["would_be_state"], "active");
+  EXPECT_EQ(json["joints"][0]["corrected"], 0.5);
+  EXPECT_EQ(json["joints"][0]["correction"], 0.0);
+  EXPECT_NEAR(json["joints"][0]["would_be"].get<double>(), 0.01, 1e-7);
+  EXPECT_NEAR(json["joints"][0]["offset"].get<double>(), 0.001, 1e-8);
+  EXPECT_TRUE(contains(monitor::draw_line(watch, {name, "", "", true}), "28.648+0.000 deg"));
+}
+
 TEST_F(Monitor, StreamsOneObjectPerLineInSiUnits) {
   Watch watch;
   EXPECT_EQ(monitor::tick_json(watch), "");
@@ -220,6 +246,7 @@ class Recorded : public Monitor {
     recording.emplace(std::move(made).value());
   }
   ~Recorded() override { std::filesystem::remove(path); }
+  void append(const NumberedTick& tick) { EXPECT_TRUE(recording->append(tick).ok()); }
   void append(std::uint64_t number, const ravencal_tick& tick) {
     const core::Status status = recording->append(NumberedTick{number, tick});
     EXPECT_TRUE(status.ok());
@@ -234,6 +261,26 @@ class Recorded : public Monitor {
   std::filesystem::path path;
   std::optional<monitor::TickRecording> recording;
 };
+
+TEST_F(Recorded, StoresWhatWouldBeAppliedBesideWhatIs) {
+  NumberedTick numbered{0, tick_number(0), {0.25F, 0.0F, 0.0F}};
+  append(numbered);
+  numbered.number = 1;
+  numbered.tick.t_ns += 1'000'000;
+  numbered.tick.state = RAVENCAL_STATE_SHADOW;
+  numbered.tick.would_be_state = RAVENCAL_STATE_HOLD;
+  append(numbered);
+  const record::Recording read = finished();
+  const auto value = [&](const char* channel, Eigen::Index row) {
+    return read.samples(row, read.column(channel).value());
+  };
+  const auto correction = static_cast<double>(numbered.tick.correction_ji[0]);
+  EXPECT_EQ(value("correction.shoulder", 0), correction);
+  EXPECT_EQ(value("correction.shoulder", 1), 0.0);
+  EXPECT_EQ(value("would_be.shoulder", 1), correction);
+  EXPECT_EQ(value("offset.shoulder", 1), 0.25);
+  EXPECT_EQ(value("would_be_state", 1), RAVENCAL_STATE_HOLD);
+}
 
 TEST_F(Recorded, StoresEveryTickAndLosesNothingOfIt) {
   for (std::uint64_t i = 0; i < 300; ++i) append(i, tick_number(i));

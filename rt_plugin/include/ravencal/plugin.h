@@ -60,12 +60,11 @@ extern "C" {
 /* A lasting doubt: only the constant part of the correction; the rest returns after the doubt. */
 #define RAVENCAL_STATE_CONSTANT 6
 #define RAVENCAL_STATE_FAULT 7
-/* Nothing is applied; would_be_ji shows what would be. Since 3.2. */
-#define RAVENCAL_STATE_SHADOW 8
+#define RAVENCAL_STATE_SHADOW 8 /* nothing is applied; would_be_ji shows what would be */
 #define RAVENCAL_STATE_COUNT 9
 #define RAVENCAL_STATE_CAPACITY 16 /* room in the counter block */
 
-/* What the operator asks for. Since 3.2. */
+/* What the operator asks for, since 3.2. */
 #define RAVENCAL_MODE_OFF 0
 #define RAVENCAL_MODE_ARM 1
 #define RAVENCAL_MODE_SHADOW 2
@@ -84,10 +83,10 @@ extern "C" {
 #define RAVENCAL_DOUBT_DISTANCE 1024u    /* inputs jointly unlike the training set */
 #define RAVENCAL_DOUBT_OVERRUN 2048u     /* too many steps above step_budget_ns: until reset */
 #define RAVENCAL_DOUBT_PEDAL 4096u       /* the pedal moved less than 20 ms ago */
-/* Pedal up: part of a correction would lead beyond a limit. Pedal down: a command ended at one. */
-#define RAVENCAL_DOUBT_LIMIT 8192u
-/* The desired joints of this press held less of the correction: the rest was taken away. */
-#define RAVENCAL_DOUBT_PRESS 16384u
+#define RAVENCAL_DOUBT_LIMIT                                                                      \
+  8192u                             /* a correction gave way at a limit, or a command ended there \
+                                     */
+#define RAVENCAL_DOUBT_PRESS 16384u /* this press's desired joints held less of the correction */
 #define RAVENCAL_DOUBT_KINDS 15
 #define RAVENCAL_DOUBT_CAPACITY 32 /* room in the counter block */
 
@@ -163,8 +162,7 @@ typedef struct ravencal_output {
   /* Since 3.1. Where the host has to put jpos_d of arm[0]: where the state had it, moved by the
    * change of the correction while the motors do not follow. */
   float desired_ji[RAVENCAL_JOINTS];
-  /* Since 3.2. In SHADOW, what would be added and the state that it would be in; else
-   * correction_ji and state. */
+  /* Since 3.2. What would be added in SHADOW, and in which state; else correction_ji and state. */
   float would_be_ji[RAVENCAL_JOINTS];
   int32_t would_be_state;
 } ravencal_output;
@@ -186,28 +184,21 @@ typedef struct ravencal_config {
   uint8_t public_key[32];           /* Ed25519 */
   char telemetry_name[64];          /* POSIX shared memory ("/ravencal-left") or "" */
   uint32_t arm;                     /* RAVENCAL_ARM_*: whose weights are taken */
-  /* Pedal down: the correction changes by at most this share (0..1) of the commanded motion of its
-   * joint; 0.1. */
-  float follow_share;
-  /* Pedal down: an offset shrinks by at most this share (0..1) of the commanded motion of its joint
-   * (0.1), and by at most this rate. */
-  float blend_share;
+  float follow_share;               /* pedal down: of the commanded motion of a joint; 0..1; 0.1 */
+  float blend_share; /* the same of an offset that shrinks (0.1), and by at most this rate: */
   float blend_ji_per_s[RAVENCAL_JOINTS];
   /* Since 3.1. Limits at which the controller's inverse kinematics saturate joints 1 to 3; none. */
   float lowest_ji[RAVENCAL_JOINTS];
   float highest_ji[RAVENCAL_JOINTS];
-  /* Insertion at which the wrist is in the remote centre, and how near to it inverse kinematics
-   * fail; radius 0: nowhere. */
+  /* Insertion with the wrist in the remote centre; inverse kinematics fail nearer than the radius.
+   */
   float remote_centre_m;
   float remote_centre_radius_m;
-  /* Since 3.2. After an emergency stop: 1: back to the mode of before, as hosts of 3.1 have it;
-   * 0: what was armed is in SHADOW, until it is armed again. */
+  /* Since 3.2. After an emergency stop: 0: SHADOW; 1: the mode of before, as hosts of 3.1 have. */
   uint32_t resume_after_stop;
-  uint32_t joint_mask; /* bit j: joint j is corrected; 7 */
-  float share;         /* 0..1 of what the weights ask for; 1 */
-  /* The largest correction is at most so many deviations of the training set's errors beyond their
-   * mean; 4; 0: max_correction_ji alone, as hosts of 3.1 have it. */
-  float cap_deviations;
+  uint32_t joint_mask;  /* bit j: joint j is corrected; 7 */
+  float share;          /* 0..1 of what the weights ask for; 1 */
+  float cap_deviations; /* largest: the training's mean error and so many deviations; 4; 0: any */
 } ravencal_config;
 
 /* One change of the envelope's state. */
@@ -319,8 +310,7 @@ typedef struct ravencal_api {
   /* [init] Why the last load was refused; a sentence. Never null. */
   const char* (*last_error)(const ravencal_instance* instance);
 
-  /* [any] Asks the correction to fade in (1: RAVENCAL_MODE_ARM) or out (0: _OFF); it does neither
-   * with the pedal down. */
+  /* [any] Asks the correction to fade in (1: _MODE_ARM) or out (0), while the pedal is up. */
   void (*enable)(ravencal_instance* instance, int32_t on);
 
   /* [init] What runs; fields beyond info->struct_size are left out.
@@ -369,18 +359,16 @@ typedef struct ravencal_api {
   /* [init] Releases what load took. The storage stays the host's. */
   void (*destroy)(ravencal_instance* instance);
 
-  /* Since 3.1. [rt] As uncorrect_desired, right before the inverse cable coupling and in every
-   * cycle that has one. In the first cycle of a press, what the desired joints do not hold of the
-   * correction is taken away (RAVENCAL_DOUBT_PRESS). `commanded` is not read since 3.2. */
+  /* Since 3.1. [rt] As uncorrect_desired, right before the inverse cable coupling in every cycle
+   * that has one. A press takes away what the desired joints do not hold of the correction
+   * (RAVENCAL_DOUBT_PRESS). `commanded` is not read since 3.2. */
   void (*uncorrect_command)(ravencal_instance* instance, const float desired_ji[RAVENCAL_JOINTS],
                             int32_t commanded, float uncorrected_ji[RAVENCAL_JOINTS]);
 
-  /* Since 3.2. [any] RAVENCAL_MODE_*. Into and out of SHADOW, a correction in force fades out
-   * first, with the pedal up. RAVENCAL_ERROR_ARGUMENT: no such mode. */
+  /* Since 3.2. [any] RAVENCAL_MODE_*; a correction in force fades out first, with the pedal up. */
   int32_t (*set_mode)(ravencal_instance* instance, int32_t mode);
 
-  /* Since 3.2. [any] How much of the correction is applied (0..1), and of which joints (bit j:
-   * joint j); in force once the pedal is up. RAVENCAL_ERROR_ARGUMENT: no such share or joint. */
+  /* Since 3.2. [any] How much is applied (0..1), to which joints (bit j), once the pedal is up. */
   int32_t (*set_share)(ravencal_instance* instance, float share, uint32_t joints);
 } ravencal_api;
 

@@ -40,23 +40,28 @@ Json json_of(const ravencal_counters& counters) {
 std::string tick_json(const Watch& watch) {
   if (!watch.newest()) return "";
   const ravencal_tick& tick = watch.newest()->tick;
+  const char* const state = watch.is_stalled() ? "stalled" : plugin_host::state_name(tick.state);
   Json json = {{"number", watch.newest()->number},
                {"t_ns", tick.t_ns},
                {"age_s", watch.age_s()},
-               {"state", watch.state()},
+               {"state", state},
                {"last_state", plugin_host::state_name(tick.state)},
+               {"would_be_state", plugin_host::state_name(tick.would_be_state)},
                {"runlevel", tick.runlevel},
                {"confidence", number(tick.confidence)},
                {"step_ns", tick.step_ns},
                {"doubts", doubts_in_words(tick.doubts)}};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    json["joints"].push_back({{"joint", units_of(j).joint},
-                              {"unit", units_of(j).si},
-                              {"raw", number(tick.jpos_ji[j])},
-                              {"corrected", number(tick.jpos_ji[j] + tick.correction_ji[j])},
-                              {"correction", number(tick.correction_ji[j])},
-                              {"predicted", number(tick.predicted_ji[j])},
-                              {"encoder_counts", tick.enc_counts[j]}});
+    json["joints"].push_back(
+        {{"joint", units_of(j).joint},
+         {"unit", units_of(j).si},
+         {"raw", number(tick.jpos_ji[j])},
+         {"corrected", number(tick.jpos_ji[j] + watch.newest()->applied_ji(j))},
+         {"correction", number(watch.newest()->applied_ji(j))},
+         {"would_be", number(tick.correction_ji[j])},
+         {"offset", number(watch.newest()->offset_ji[j])},
+         {"predicted", number(tick.predicted_ji[j])},
+         {"encoder_counts", tick.enc_counts[j]}});
   }
   json["counters"] = json_of(watch.counters());
   json["missed_ticks"] = watch.missed();

@@ -167,12 +167,11 @@ void TelemetryReader::read(std::vector<NumberedTick>& ticks) {
         label().header_bytes + static_cast<std::size_t>(next_ % slots) * sizeof(Slot);
     const std::uint64_t whole = 2 * next_ + 2;
     if (word_at(slot) != whole) continue;  // overwritten meanwhile
-    std::array<std::uint64_t, sizeof(ravencal_tick) / kWordBytes> words{};
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      words[i] = word_at(slot + offsetof(Slot, tick) + i * kWordBytes);
-    }
+    std::array<std::uint64_t, sizeof(Slot) / kWordBytes> words{};
+    for (std::size_t i = 0; i < words.size(); ++i) words[i] = word_at(slot + i * kWordBytes);
     if (word_at(slot) != whole) continue;
-    ticks.push_back({next_, std::bit_cast<ravencal_tick>(words)});
+    const auto read = std::bit_cast<Slot>(words);
+    ticks.push_back({next_, read.tick, std::to_array(read.offset_ji)});
   }
 }
 
@@ -204,6 +203,11 @@ bool TelemetryReader::is_replaced() const {
 std::uint32_t TelemetryReader::writer_pid() const { return label().writer_pid; }
 std::uint32_t TelemetryReader::tick_ns() const { return label().tick_ns; }
 std::int64_t TelemetryReader::start_realtime_ns() const { return label().start_realtime_ns; }
+
+int TelemetryReader::request_id() const { return label().request_id; }
+std::uint64_t TelemetryReader::request_taken() const {
+  return word_at(offsetof(Header, request_taken));
+}
 
 std::string TelemetryReader::plugin_version() const {
   const char* const text = label().plugin_version;

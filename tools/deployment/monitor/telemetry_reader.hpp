@@ -5,6 +5,8 @@
 // before use. Not thread-safe: one thread owns a reader.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +22,12 @@ namespace ravencal::monitor {
 struct NumberedTick {
   std::uint64_t number = 0;
   ravencal_tick tick{};
+  std::array<float, RAVENCAL_JOINTS> offset_ji{};  ///< correction minus the wanted one
+
+  /// What is added to the joint: nothing in SHADOW, where tick.correction_ji is what would be.
+  [[nodiscard]] float applied_ji(std::size_t joint) const {
+    return tick.state == RAVENCAL_STATE_SHADOW ? 0.0F : tick.correction_ji[joint];
+  }
 };
 
 enum class Writer {
@@ -53,6 +61,10 @@ class TelemetryReader {
   [[nodiscard]] std::uint32_t writer_pid() const;
   [[nodiscard]] std::uint32_t tick_ns() const;
   [[nodiscard]] std::int64_t start_realtime_ns() const;
+  /// Of the memory for requests (ravencal/control.h), for shmat.
+  [[nodiscard]] int request_id() const;
+  /// Number of the request that the plugin took last.
+  [[nodiscard]] std::uint64_t request_taken() const;
   [[nodiscard]] std::string plugin_version() const;
 
  private:

@@ -16,8 +16,8 @@ namespace {
 using record::Channel;
 using record::Role;
 
-constexpr std::size_t kPerJoint = 4;
-constexpr std::size_t kCommon = 6;
+constexpr std::size_t kPerJoint = 6;
+constexpr std::size_t kCommon = 7;
 constexpr std::size_t kChannels = RAVENCAL_JOINTS * kPerJoint + kCommon;
 
 std::vector<Channel> make_channels() {
@@ -27,10 +27,12 @@ std::vector<Channel> make_channels() {
     const std::string unit = units_of(j).si;
     channels.push_back({"jpos." + joint, unit, Role::kJointEstimate, joint});
     channels.push_back({"correction." + joint, unit, Role::kFeature, joint});
+    channels.push_back({"would_be." + joint, unit, Role::kFeature, joint});
+    channels.push_back({"offset." + joint, unit, Role::kFeature, joint});
     channels.push_back({"predicted." + joint, unit, Role::kFeature, joint});
     channels.push_back({"enc." + joint, "counts", Role::kFeature, joint});
   }
-  for (const char* name : {"runlevel", "state", "doubts"}) {
+  for (const char* name : {"runlevel", "state", "would_be_state", "doubts"}) {
     channels.push_back({name, "1", Role::kStatus, ""});
   }
   channels.push_back({"confidence", "1", Role::kFeature, ""});
@@ -45,12 +47,15 @@ std::array<double, kChannels> row_of(const NumberedTick& numbered) {
   std::size_t i = 0;
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     row[i++] = static_cast<double>(tick.jpos_ji[j]);
+    row[i++] = static_cast<double>(numbered.applied_ji(j));
     row[i++] = static_cast<double>(tick.correction_ji[j]);
+    row[i++] = static_cast<double>(numbered.offset_ji[j]);
     row[i++] = static_cast<double>(tick.predicted_ji[j]);
     row[i++] = tick.enc_counts[j];
   }
   row[i++] = tick.runlevel;
   row[i++] = tick.state;
+  row[i++] = tick.would_be_state;
   row[i++] = tick.doubts;
   row[i++] = static_cast<double>(tick.confidence);
   row[i++] = tick.step_ns;

@@ -23,27 +23,30 @@ std::string joined(const std::vector<std::string>& words) {
   return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
-std::string joint_line(const ravencal_tick& tick, std::size_t j, const History& history,
+std::string joint_line(const NumberedTick& numbered, std::size_t j, const History& history,
                        bool ascii) {
+  const ravencal_tick& tick = numbered.tick;
   const JointUnits& units = units_of(j);
   const auto shown = [&](float value) { return static_cast<double>(value) * units.shown_per_si; };
-  return fmt::format("{:<10}{:>9.3f} {:>9.3f} {:<4}{:>+8.3f} {:>+8.3f}  {}", units.joint,
-                     shown(tick.jpos_ji[j]), shown(tick.jpos_ji[j] + tick.correction_ji[j]),
+  return fmt::format("{:<9}{:>9.3f}{:>9.3f} {:<3}{:>+8.3f}{:>+8.3f}{:>+8.3f}  {}", units.joint,
+                     shown(tick.jpos_ji[j]), shown(tick.jpos_ji[j] + numbered.applied_ji(j)),
                      units.shown, shown(tick.correction_ji[j]), shown(tick.predicted_ji[j]),
-                     history.sparkline(ascii));
+                     shown(numbered.offset_ji[j]), history.sparkline(ascii));
 }
 
 void add_tick(std::vector<std::string>& lines, const Watch& watch, bool ascii) {
   const ravencal_tick& tick = watch.newest()->tick;
-  lines.push_back(fmt::format("state       {:<12} run level {} ({})   confidence {:.2f}",
+  lines.push_back(fmt::format("state       {:<12}  run level {} ({})  confidence {:.2f}",
                               watch.state(), tick.runlevel, run_level_in_words(tick.runlevel),
                               static_cast<double>(tick.confidence)));
   lines.push_back("doubts now  " + joined(doubts_in_words(tick.doubts)));
   lines.emplace_back();
-  lines.push_back(fmt::format("{:<10}{:>9} {:>9} {:<4}{:>8} {:>8}  {}", "joint", "raw", "corrected",
-                              "", "correct.", "network", "correction, last 10 s"));
+  const bool is_shadow = tick.state == RAVENCAL_STATE_SHADOW;
+  lines.push_back(fmt::format("{:<9}{:>9}{:>9} {:<3}{:>8}{:>8}{:>8}  {}", "joint", "raw",
+                              "published", "", is_shadow ? "would be" : "correct.", "network",
+                              "offset", "correct., last 10 s"));
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
-    lines.push_back(joint_line(tick, j, watch.correction(j), ascii));
+    lines.push_back(joint_line(*watch.newest(), j, watch.correction(j), ascii));
   }
   lines.push_back(fmt::format("encoders  {:>9} {:>9} {:>9} counts", tick.enc_counts[0],
                               tick.enc_counts[1], tick.enc_counts[2]));
@@ -125,10 +128,10 @@ std::string draw_line(const Watch& watch, const Surroundings& surroundings) {
   std::string line = fmt::format("tick {} {}", watch.newest()->number, watch.state());
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const JointUnits& units = units_of(j);
-    line +=
-        fmt::format("  {} {:.3f}{:+.3f} {}", units.joint,
-                    static_cast<double>(tick.jpos_ji[j]) * units.shown_per_si,
-                    static_cast<double>(tick.correction_ji[j]) * units.shown_per_si, units.shown);
+    line += fmt::format("  {} {:.3f}{:+.3f} {}", units.joint,
+                        static_cast<double>(tick.jpos_ji[j]) * units.shown_per_si,
+                        static_cast<double>(watch.newest()->applied_ji(j)) * units.shown_per_si,
+                        units.shown);
   }
   return line + fmt::format("  step {:.1f} us  doubts {}", tick.step_ns / 1e3,
                             joined(doubts_in_words(tick.doubts)));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "monitor/watch.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -81,8 +83,12 @@ void Watch::end_poll(double now_s) {
   looked_ = true;
 }
 
-const char* Watch::state() const {
-  return is_stalled() ? "stalled" : plugin_host::state_name(newest_->tick.state);
+std::string Watch::state() const {
+  const ravencal_tick& tick = newest_->tick;
+  if (is_stalled()) return "stalled";
+  const char* const name = plugin_host::state_name(tick.state);
+  if (tick.state != RAVENCAL_STATE_SHADOW) return name;
+  return fmt::format("{} (would be {})", name, plugin_host::state_name(tick.would_be_state));
 }
 
 void Watch::begin_writer() {

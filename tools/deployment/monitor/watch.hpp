@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Present state of the plugin: the newest tick, the counters, the ticks that this reader missed,
-// and the last ten seconds in steps of 0.4 s.
+// and the last ten seconds in steps of 0.5 s.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace ravencal::monitor {
 /// The last ten seconds of one value: of each step the lowest and the highest.
 class History {
  public:
-  static constexpr std::size_t kSteps = 25;
-  static constexpr std::uint64_t kStepNs = 400'000'000;
+  static constexpr std::size_t kSteps = 20;
+  static constexpr std::uint64_t kStepNs = 500'000'000;
 
   /// `step`: number of the step to which the value belongs; never less than before.
   void add(std::uint64_t step, double value);
@@ -65,8 +65,8 @@ class Watch {
   [[nodiscard]] bool is_stalled() const { return age_s() > kStalledAfter_s; }
   /// False until a tick came, or could have, after the first look: what lay there may be old.
   [[nodiscard]] bool is_current() const { return fresh_ || is_stalled(); }
-  /// Of the newest tick: "active" and so on; "stalled".
-  [[nodiscard]] const char* state() const;
+  /// Of the newest tick: "active" and so on; "stalled"; "shadow (would be active)".
+  [[nodiscard]] std::string state() const;
   [[nodiscard]] const History& correction(std::size_t joint) const { return correction_[joint]; }
   [[nodiscard]] const History& step_us() const { return step_us_; }
 

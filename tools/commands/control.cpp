@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "control/control.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "commands/command.hpp"
+#include "commands/commands.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+/// In the order of RAVENCAL_REQUEST_*.
+constexpr std::array<const char*, RAVENCAL_REQUEST_KINDS> kWords = {"off", "arm", "shadow", "share",
+                                                                    "reset"};
+constexpr std::array<const char*, RAVENCAL_JOINTS> kJoints = {"shoulder", "elbow", "insertion"};
+
+struct Arguments {
+  std::string what;
+  double percent = -1.0;
+  std::vector<std::string> joints;
+  std::string name;
+  double wait_s = 2.0;
+};
+
+core::Error usage(const std::string& what) { return {core::ErrorCode::kUsage, what}; }
+
+core::Result<control::Request> request_of(const Arguments& arguments) {
+  control::Request request;
+  const auto word = std::find(kWords.begin(), kWords.end(), arguments.what);
+  request.kind = static_cast<std::uint32_t>(std::distance(kWords.begin(), word));
+  const bool is_share = request.kind == RAVENCAL_REQUEST_SHARE;
+  if (is_share != (arguments.percent >= 0.0)) {
+    return usage(is_share ? "share needs a percentage: ravencal control share 10 --name N"
+                          : fmt::format("'{}' takes no percentage", arguments.what));
+  }
+  if (!is_share && !arguments.joints.empty()) return usage("--joints belongs to share");
+  if (!is_share) return request;
+  request.share = static_cast<float>(arguments.percent / 100.0);
+  if (arguments.joints.empty()) return request;
+  request.joints = 0;
+  for (const std::string& joint : arguments.joints) {
+    const auto found = std::find(kJoints.begin(), kJoints.end(), joint);
+    if (found == kJoints.end()) {
+      return usage(fmt::format("--joints: '{}' is none of {}", joint, fmt::join(kJoints, ", ")));
+    }
+    request.joints |= 1U << std::distance(kJoints.begin(), found);
+  }
+  return request;
+}
+
+/// "off" ends every correction; whatever begins one says which.
+core::Result<std::vector<std::string>> names_of(const Arguments& arguments) {
+  if (!arguments.name.empty()) return std::vector{arguments.name};
+  std::vector<std::string> names = control::own_names();
+  const std::string existing = names.empty() ? "there is none of this user on this machine"
+                                             : fmt::format("there are: {}", fmt::join(names, ", "));
+  if (arguments.what != "off") {
+    return usage(fmt::format("'{}' needs --name; {}", arguments.what, existing));
+  }
+  if (names.empty()) {
+    return core::Error{core::ErrorCode::kIo, "no controller with telemetry: " + existing};
+  }
+  return names;
+}
+
+core::Status run(const Arguments& arguments, int& exit_code) {
+  RAVENCAL_ASSIGN_OR_RETURN(const control::Request request, request_of(arguments));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::string> names, names_of(arguments));
+  cli::catch_interrupts();
+  core::Status first;
+  for (const std::string& name : names) {
+    const auto answer =
+        control::ask(name, request, arguments.wait_s, [] { return !cli::interrupted(); });
+    if (!answer.ok()) {
+      // One controller that is gone keeps no other from being switched off.
+      if (first.ok()) first = answer.error();
+      continue;
+    }
+    switch (answer.value()) {
+      case control::Answer::kTaken:
+        fmt::print("{}: {}: taken\n", name, arguments.what);
+        break;
+      case control::Answer::kWaitsForPedal:
+        fmt::print("{}: {}: the pedal is down; it is taken when that is up\n", name,
+                   arguments.what);
+        break;
+      case control::Answer::kNotTaken:
+        fmt::print("{}: {}: not taken within {:g} s; is the control loop running?\n", name,
+                   arguments.what, arguments.wait_s);
+        exit_code = cli::kFinding;
+        break;
+    }
+  }
+  return first;
+}
+
+}  // namespace
+
+void add_control(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("control", "Ask the plugin in a running controller for a mode or a share");
+  command->add_option("what", arguments->what, "off, shadow, arm, share or reset")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>(kWords.begin(), kWords.end())));
+  command->add_option("percent", arguments->percent, "Of share: how much is applied")
+      ->check(CLI::Range(0.0, 100.0));
+  command
+      ->add_option("--joints", arguments->joints,
+                   "Of share: shoulder, elbow, insertion; default: all")
+      ->delimiter(',');
+  command->add_option("--name", arguments->name,
+                      "Name of the telemetry, like /ravencal-left; off without it: all of them");
+  command->add_option("--wait-s", arguments->wait_s, "Wait so long for the plugin to take it")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->footer(
+      "shadow shows the correction and applies none; arm applies it; off ends it; reset leaves a\n"
+      "FAULT for off. All but off and reset are taken while the pedal is up. Only the user of the\n"
+      "control process may ask.\n"
+      "Example: ravencal control share 10 --joints elbow --name /ravencal-left");
+  on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
+}
+
+}  // namespace ravencal::commands
