@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
@@ -20,6 +21,7 @@
 #include "learn/onnx_file.hpp"
 #include "record/load.hpp"
 #include "report/report.hpp"
+#include "shadow/operation.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -64,7 +66,26 @@ std::string json_of(const learn::Evaluation& evaluation,
   return json.dump(2) + "\n";
 }
 
-core::Status run(const EvaluateArguments& arguments) {
+/// A recording of `monitor --record` has no truth and needs no model: it says what the plugin did.
+core::Status show_operation(const EvaluateArguments& arguments, int& exit_code) {
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
+                            exchange::load_recordings({arguments.model}, arguments.load));
+  const record::Recording& recording = recordings.front();
+  if (!shadow::is_of_monitor(recording)) {
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: evaluate needs a model and recordings with truth, or a "
+                                   "recording of `ravencal monitor --record` alone",
+                                   arguments.model)};
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(const shadow::Operation operation, shadow::operation_in(recording));
+  fmt::print("{}", shadow::operation_text(operation));
+  if (!shadow::findings(operation).empty()) exit_code = cli::kFinding;
+  if (arguments.json.empty()) return {};
+  return core::write_whole_file(arguments.json, shadow::operation_json(operation));
+}
+
+core::Status run(const EvaluateArguments& arguments, int& exit_code) {
+  if (arguments.recordings.empty()) return show_operation(arguments, exit_code);
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
                             exchange::load_recordings(arguments.recordings, arguments.load));
@@ -97,8 +118,11 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand(
       "evaluate", "Print RMSE and peak error per joint: raw, bias removed, calibrated");
-  command->add_option("model", arguments->model, "Model (.onnx)")->required();
-  command->add_option("recordings", arguments->recordings, "Recordings (.db, .csv)")->required();
+  command
+      ->add_option("model", arguments->model,
+                   "Model (.onnx); or a recording of `monitor --record`, alone")
+      ->required();
+  command->add_option("recordings", arguments->recordings, "Recordings (.db, .csv)");
   command->add_option("--json", arguments->json, "Write the figures as JSON");
   command->add_option("--report", arguments->report, "Write an HTML page");
   command->add_option("--as-applied", arguments->plugin,
@@ -112,10 +136,13 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       "by at most a tenth of a joint's commanded motion: --as-applied shows what is left then.\n"
       "Trained motion: calibrated RMSE of rows within and beyond the speeds and efforts that the\n"
       "training had of the joint.\n"
-      "Example: ravencal evaluate arm.onnx test.db --json test.json");
+      "A recording of `monitor --record` says what the plugin did, or in shadow would have done;\n"
+      "exit 1: something in it speaks against arming.\n"
+      "Example: ravencal evaluate arm.onnx test.db --json test.json\n"
+      "         ravencal evaluate first_hour.db");
   on_call(*command, exit_code,
           {.read = {"model", "recordings", "--profile"}, .written = {"--json", "--report"}},
-          [arguments] { return run(*arguments); });
+          [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 
 }  // namespace ravencal::commands

@@ -190,8 +190,7 @@ typedef struct ravencal_config {
   /* Since 3.1. Limits at which the controller's inverse kinematics saturate joints 1 to 3; none. */
   float lowest_ji[RAVENCAL_JOINTS];
   float highest_ji[RAVENCAL_JOINTS];
-  /* Insertion with the wrist in the remote centre; inverse kinematics fail nearer than the radius.
-   */
+  /* Insertion with the wrist in the remote centre; inverse kinematics fail within the radius. */
   float remote_centre_m;
   float remote_centre_radius_m;
   /* Since 3.2. After an emergency stop: 0: SHADOW; 1: the mode of before, as hosts of 3.1 have. */
