@@ -105,6 +105,7 @@ TEST_F(Control, TakesNothingButOffAndResetWithThePedalDown) {
   rig.set_pedal(true);
   EXPECT_EQ(ask({RAVENCAL_REQUEST_ARM, 1.0F, 7}, 0.2), Answer::kWaitsForPedal);
   expect_shadow_goes_on();
+  EXPECT_EQ(ask({RAVENCAL_REQUEST_SHARE, 0.1F, 7}), Answer::kOtherWaits) << "or that is lost";
   rig.set_pedal(false);
   ASSERT_TRUE(rig.tick_until(RAVENCAL_STATE_ACTIVE)) << "it lay there until the pedal was up";
   rig.set_pedal(true);

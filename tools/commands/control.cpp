@@ -94,6 +94,11 @@ core::Status run(const Arguments& arguments, int& exit_code) {
         fmt::print("{}: {}: the pedal is down; it is taken when that is up\n", name,
                    arguments.what);
         break;
+      case control::Answer::kOtherWaits:
+        fmt::print("{}: {}: not asked; an earlier request waits until the pedal is up\n", name,
+                   arguments.what);
+        exit_code = cli::kFinding;
+        break;
       case control::Answer::kNotTaken:
         fmt::print("{}: {}: not taken within {:g} s; is the control loop running?\n", name,
                    arguments.what, arguments.wait_s);

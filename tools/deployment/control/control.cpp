@@ -67,6 +67,13 @@ class Memory {
   }
 
   [[nodiscard]] std::uint64_t number() const { return word(0).load(std::memory_order_acquire); }
+  /// A whole request lies here that is newer than the one taken last.
+  [[nodiscard]] bool holds_waiting(std::uint64_t taken) const {
+    std::array<std::uint64_t, kWords> words{};
+    for (std::size_t i = 0; i < kWords; ++i) words[i] = word(i).load(std::memory_order_acquire);
+    return static_cast<std::int64_t>(words[0] - taken) > 0 &&
+           words[3] == RAVENCAL_REQUEST_CHECK(words[0], words[1], words[2]);
+  }
 
   /// The number last: the plugin does not look before it has changed.
   void write(const ravencal_request& request) {
@@ -104,12 +111,15 @@ ravencal_request made(const Request& request, std::uint64_t number) {
   return result;
 }
 
+bool is_taken_at_once(const Request& request) {
+  return request.kind == RAVENCAL_REQUEST_OFF || request.kind == RAVENCAL_REQUEST_RESET;
+}
+
 bool waits_for_pedal(const Request& request, TelemetryReader& reader) {
   std::vector<monitor::NumberedTick> ticks;
   reader.read(ticks);
-  const bool at_once =
-      request.kind == RAVENCAL_REQUEST_OFF || request.kind == RAVENCAL_REQUEST_RESET;
-  return !at_once && !ticks.empty() && ticks.back().tick.runlevel == core::kPedalDown;
+  return !is_taken_at_once(request) && !ticks.empty() &&
+         ticks.back().tick.runlevel == core::kPedalDown;
 }
 
 }  // namespace
@@ -119,6 +129,10 @@ core::Result<Answer> ask(const std::string& name, const Request& request, double
   RAVENCAL_ASSIGN_OR_RETURN(TelemetryReader reader, TelemetryReader::open(name));
   if (!is_own_file(name)) return io_error(name, "is the telemetry of another user");
   RAVENCAL_ASSIGN_OR_RETURN(Memory memory, Memory::attach(name, reader.request_id()));
+  // There is room for one: "off" and "reset" end what waits, all else would lose it.
+  if (!is_taken_at_once(request) && memory.holds_waiting(reader.request_taken())) {
+    return Answer::kOtherWaits;
+  }
   const std::uint64_t number = next_number(reader.request_taken(), memory.number());
   memory.write(made(request, number));
   const auto begun = Clock::now();

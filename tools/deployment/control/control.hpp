@@ -24,6 +24,7 @@ struct Request {
 enum class Answer {
   kTaken,
   kWaitsForPedal,  ///< the pedal is down: it lies there until it is up
+  kOtherWaits,     ///< not asked: an earlier request still waits for the pedal
   kNotTaken,       ///< nobody looked at it in time
 };
 

@@ -74,7 +74,7 @@ void add_row(Operation& operation, Columns& value, Eigen::Index row) {
   operation.shadow_ticks += value("state", row) == RAVENCAL_STATE_SHADOW ? 1 : 0;
   operation.pedal_down_ticks += follows ? 1 : 0;
   operation.corrected_ticks += follows && is_corrected(would_be) ? 1 : 0;
-  operation.presses += follows && !followed ? 1 : 0;
+  operation.presses += row > 0 && follows && !followed ? 1 : 0;
   count(operation.ticks_in_state, would_be);
   const auto doubts = static_cast<std::uint32_t>(value("doubts", row));
   for (std::size_t kind = 0; kind < RAVENCAL_DOUBT_KINDS; ++kind) {

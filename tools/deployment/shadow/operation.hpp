@@ -46,8 +46,8 @@ bool is_of_monitor(const record::Recording& recording);
 /// Errors (kData): a channel is missing, or there is no row.
 core::Result<Operation> operation_in(const record::Recording& recording);
 
-/// What speaks against arming, a sentence each: a fault, a press that is doubted or that changed the
-/// correction, steps that were too long.
+/// What speaks against arming, a sentence each: a fault, a press that is doubted or that changed
+/// the correction, steps that were too long.
 std::vector<std::string> findings(const Operation& operation);
 
 /// The page, for a terminal; and the same as JSON, in SI units.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <nlohmann/json.hpp>
 
@@ -89,7 +90,10 @@ std::string operation_text(const Operation& operation) {
   for (std::size_t state = 0; state < operation.ticks_in_state.size(); ++state) {
     add(plugin_host::state_name(static_cast<std::int32_t>(state)), operation.ticks_in_state[state]);
   }
-  text += "doubt\n";
+  const bool has_doubt =
+      std::any_of(operation.ticks_in_doubt.begin(), operation.ticks_in_doubt.end(),
+                  [](std::uint64_t ticks) { return ticks > 0; });
+  text += has_doubt ? "doubt\n" : "doubt: none\n";
   for (std::size_t kind = 0; kind < operation.ticks_in_doubt.size(); ++kind) {
     add(plugin_host::doubt_name(kind), operation.ticks_in_doubt[kind]);
   }
