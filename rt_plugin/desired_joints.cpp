@@ -80,8 +80,7 @@ JointVector DesiredJoints::correction_in(const JointVector& desired_ji,
     if (phase_ != Phase::kFollows) see_seed(joint, desired_ji[j], correction_ji[j]);
     if (!is_press_) continue;
     // A command of this cycle went out from the desired joint or pose of the cycle before.
-    const bool is_left = desired_ji[j] == joint.shown_ji && desired_ji[j] != joint.left_ji;
-    const float held_ji = is_left ? joint.shown_correction_ji : joint.left_correction_ji;
+    const float held_ji = joint.left_correction_ji;
     const float kept_ji = Correction::part_of(correction_ji[j], held_ji);
     const bool agrees =
         is_near(static_cast<double>(held_ji), static_cast<double>(correction_ji[j]), j) ||

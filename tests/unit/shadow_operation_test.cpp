@@ -4,7 +4,9 @@
 // known, and every finding found.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -19,6 +21,7 @@ record::Recording ticks(Eigen::Index rows) {
   record::Recording recording;
   recording.source = "R.db";
   recording.meta["profile"] = "telemetry";
+  recording.meta["tick_ns"] = "1000000";
   for (const char* joint : {"shoulder", "elbow", "insertion"}) {
     for (const char* kind : {"jpos.", "would_be.", "offset."}) {
       recording.channels.push_back(
@@ -130,6 +133,18 @@ TEST(ShadowOperation, CountsLostTicksAndTakesNoChangeAcrossThem) {
   EXPECT_EQ(operation.value().joints[1].press_change_ji, 0.0);
 }
 
+TEST(ShadowOperation, TakesALostOrWildValueForNone) {
+  record::Recording recording = one_second();
+  set(recording, "doubts", 10, 1, std::nan(""));
+  set(recording, "doubts", 11, 1, -1e300);
+  set(recording, "would_be_state", 12, 1, 1e300);
+  set(recording, "would_be.elbow", 13, 1, std::numeric_limits<double>::infinity());
+  const auto operation = operation_in(recording);
+  ASSERT_TRUE(operation.ok());
+  EXPECT_EQ(operation.value().ticks_in_doubt[6], 198U);
+  EXPECT_NEAR(operation.value().joints[1].largest_ji, 0.121, 1e-12);
+}
+
 TEST(ShadowOperation, SaysWhichChannelIsMissing) {
   record::Recording recording = one_second();
   recording.channels[4].name = "other";
@@ -139,6 +154,10 @@ TEST(ShadowOperation, SaysWhichChannelIsMissing) {
             std::string::npos)
       << operation.error().message;
   EXPECT_FALSE(operation_in(ticks(0)).ok());
+  record::Recording no_tick = one_second();
+  no_tick.meta["tick_ns"] = "none";
+  ASSERT_FALSE(operation_in(no_tick).ok());
+  EXPECT_NE(operation_in(no_tick).error().message.find("meta 'tick_ns'"), std::string::npos);
   EXPECT_TRUE(is_of_monitor(recording));
   recording.meta["profile"] = "raven2";
   EXPECT_FALSE(is_of_monitor(recording));

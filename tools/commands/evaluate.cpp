@@ -77,6 +77,10 @@ core::Status show_operation(const EvaluateArguments& arguments, int& exit_code) 
                                    "recording of `ravencal monitor --record` alone",
                                    arguments.model)};
   }
+  if (!arguments.report.empty() || !arguments.plugin.empty()) {
+    return core::Error{core::ErrorCode::kUsage,
+                       "a recording of the monitor has no --report and no --as-applied"};
+  }
   RAVENCAL_ASSIGN_OR_RETURN(const shadow::Operation operation, shadow::operation_in(recording));
   fmt::print("{}", shadow::operation_text(operation));
   if (!shadow::findings(operation).empty()) exit_code = cli::kFinding;
@@ -89,6 +93,13 @@ core::Status run(const EvaluateArguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model, learn::read_onnx(arguments.model));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Recording> recordings,
                             exchange::load_recordings(arguments.recordings, arguments.load));
+  for (const record::Recording& recording : recordings) {
+    if (!shadow::is_of_monitor(recording)) continue;
+    return core::Error{core::ErrorCode::kUsage,
+                       fmt::format("{}: is a recording of the monitor, which has no truth; give it "
+                                   "to evaluate alone",
+                                   recording.source)};
+  }
   const learn::SharedSeeds shared = learn::shared_seeds(model.seeds, pointers_to(recordings));
   if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
   RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,

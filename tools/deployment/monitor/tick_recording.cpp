@@ -74,7 +74,7 @@ core::Result<TickRecording> TickRecording::create(const std::filesystem::path& p
       {"plugin_version", reader.plugin_version()},
       {"writer_pid", fmt::format("{}", reader.writer_pid())},
       {"writer_start_realtime_ns", fmt::format("{}", reader.start_realtime_ns())},
-      {"rows", fmt::format("one per tick of {} ns", reader.tick_ns())}};
+      {"tick_ns", fmt::format("{}", reader.tick_ns())}};
   RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
                             record::RecordingWriter::create(path, meta, make_channels()));
   return TickRecording(std::move(writer));
