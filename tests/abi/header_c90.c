@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The plugin's header in plain C90, as an old controller would include it. */
+#include "ravencal/control.h"
 #include "ravencal/plugin.h"
 #include "ravencal/control.h"
 #include "ravencal/telemetry.h"

@@ -2,6 +2,7 @@
 //
 // The plugin's header in the oldest and the newest C++ that a controller may be written in.
 // Compiled once per standard; RAVENCAL_STANDARD names the function.
+#include "ravencal/control.h"
 #include "ravencal/plugin.h"
 #include "ravencal/control.h"
 #include "ravencal/telemetry.h"
