@@ -3,7 +3,6 @@
  * The plugin's header in plain C90, as an old controller would include it. */
 #include "ravencal/control.h"
 #include "ravencal/plugin.h"
-#include "ravencal/control.h"
 #include "ravencal/telemetry.h"
 
 int ravencal_header_in_c(void);

@@ -4,7 +4,6 @@
 // Compiled once per standard; RAVENCAL_STANDARD names the function.
 #include "ravencal/control.h"
 #include "ravencal/plugin.h"
-#include "ravencal/control.h"
 #include "ravencal/telemetry.h"
 
 int RAVENCAL_STANDARD();
