@@ -17,6 +17,7 @@
 #include <bit>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <thread>
 
@@ -31,14 +32,29 @@ namespace ravencal::test {
 constexpr std::size_t kRequestWords = sizeof(ravencal_request) / sizeof(std::uint64_t);
 using RequestWords = std::array<std::uint64_t, kRequestWords>;
 
+inline bool write_text(const char* path, const std::string& text) {
+  std::ofstream file(path);
+  file << text << std::flush;
+  return file.good();
+}
+
+/// Mounts of its own; without root in a user namespace, where this user stays who it is.
+inline bool have_own_mounts() {
+  if (::unshare(CLONE_NEWNS) == 0) return true;
+  const std::string uid = std::to_string(::geteuid());
+  const std::string gid = std::to_string(::getegid());
+  return ::unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0 &&
+         write_text("/proc/self/uid_map", uid + " " + uid + " 1") &&
+         write_text("/proc/self/setgroups", "deny") &&
+         write_text("/proc/self/gid_map", gid + " " + gid + " 1");
+}
+
 /// Gives this process a /dev/shm that nobody else sees: "off" without a name ends the correction of
 /// every plugin there, also that of a test beside this one. False where the system forbids it.
 inline bool have_own_shared_memory() {
-  static const bool have = [] {
-    const bool apart = ::unshare(CLONE_NEWNS) == 0 || ::unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0;
-    return apart && ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-           ::mount("none", "/dev/shm", "tmpfs", 0, "mode=1777") == 0;
-  }();
+  static const bool have = have_own_mounts() &&
+                           ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+                           ::mount("none", "/dev/shm", "tmpfs", 0, "mode=1777") == 0;
   return have;
 }
 

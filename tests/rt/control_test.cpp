@@ -59,7 +59,7 @@ TEST_F(Control, TakesNothingButOffAndResetWithThePedalDown) {
 TEST_F(Control, SaysThatNobodyTookItWhereTheLoopStands) {
   const auto answer = control::ask(name, {RAVENCAL_REQUEST_ARM, 1.0F, 7}, 0.1, [] { return true; });
   ASSERT_TRUE(answer.ok()) << answer.error().message;
-  EXPECT_EQ(answer.value(), Answer::kNotTaken);
+  EXPECT_EQ(answer.value(), Answer::kStands);
 }
 
 TEST_F(Control, IsForTheUserOfTheControlProcessAlone) {
@@ -108,8 +108,8 @@ TEST_F(Control, EndsAsTheProgramSays) {
   loop.join();
   EXPECT_TRUE(rig.tick_until(RAVENCAL_STATE_OFF));
   const Ended stands = call_control("arm --wait-s 0.1 --name " + name);
-  EXPECT_EQ(stands.code, 1) << stands.text;
-  EXPECT_NE(stands.text.find("not taken within 0.1 s"), std::string::npos) << stands.text;
+  EXPECT_EQ(stands.code, 3) << stands.text;
+  EXPECT_NE(stands.text.find("the control loop stands"), std::string::npos) << stands.text;
 }
 
 }  // namespace

@@ -8,7 +8,9 @@
 #include <array>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/exit_code.hpp"
@@ -29,8 +31,10 @@ struct Arguments {
   double percent = -1.0;
   std::vector<std::string> joints;
   std::string name;
-  double wait_s = 2.0;
+  std::optional<double> wait_s;
 };
+
+constexpr double kUsualWait_s = 2.0;
 
 core::Error usage(const std::string& what) { return {core::ErrorCode::kUsage, what}; }
 
@@ -38,6 +42,7 @@ core::Result<control::Request> request_of(const Arguments& arguments) {
   control::Request request;
   const auto word = std::find(kWords.begin(), kWords.end(), arguments.what);
   request.kind = static_cast<std::uint32_t>(std::distance(kWords.begin(), word));
+  request.stays = !arguments.wait_s;
   const bool is_share = request.kind == RAVENCAL_REQUEST_SHARE;
   if (is_share != (arguments.percent >= 0.0)) {
     return usage(is_share ? "share needs a percentage: ravencal control share 10 --name N"
@@ -73,38 +78,41 @@ core::Result<std::vector<std::string>> names_of(const Arguments& arguments) {
   return names;
 }
 
+/// Exit code and sentence of an answer.
+std::pair<int, std::string> told(control::Answer answer, double wait_s) {
+  switch (answer) {
+    case control::Answer::kTaken:
+      return {cli::kOk, "taken"};
+    case control::Answer::kWaitsForPedal:
+      return {cli::kOk, "the pedal is down; it is taken when that is up"};
+    case control::Answer::kOtherWaits:
+      return {cli::kFinding, "not asked; an earlier request waits until the pedal is up"};
+    case control::Answer::kOvertaken:
+      return {cli::kFinding, "another program asked at the same time; look with ravencal monitor"};
+    case control::Answer::kNotTaken:
+      return {cli::kFinding, fmt::format("not taken within {:g} s, and withdrawn", wait_s)};
+    case control::Answer::kStands:
+      break;
+  }
+  return {cli::kData, "not taken, and withdrawn: the control loop stands"};
+}
+
 core::Status run(const Arguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const control::Request request, request_of(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::string> names, names_of(arguments));
   cli::catch_interrupts();
+  const double wait_s = arguments.wait_s.value_or(kUsualWait_s);
   core::Status first;
   for (const std::string& name : names) {
-    const auto answer =
-        control::ask(name, request, arguments.wait_s, [] { return !cli::interrupted(); });
+    const auto answer = control::ask(name, request, wait_s, [] { return !cli::interrupted(); });
     if (!answer.ok()) {
       // One controller that is gone keeps no other from being switched off.
       if (first.ok()) first = answer.error();
       continue;
     }
-    switch (answer.value()) {
-      case control::Answer::kTaken:
-        fmt::print("{}: {}: taken\n", name, arguments.what);
-        break;
-      case control::Answer::kWaitsForPedal:
-        fmt::print("{}: {}: the pedal is down; it is taken when that is up\n", name,
-                   arguments.what);
-        break;
-      case control::Answer::kOtherWaits:
-        fmt::print("{}: {}: not asked; an earlier request waits until the pedal is up\n", name,
-                   arguments.what);
-        exit_code = cli::kFinding;
-        break;
-      case control::Answer::kNotTaken:
-        fmt::print("{}: {}: not taken within {:g} s; is the control loop running?\n", name,
-                   arguments.what, arguments.wait_s);
-        exit_code = cli::kFinding;
-        break;
-    }
+    const auto [code, sentence] = told(answer.value(), wait_s);
+    fmt::print("{}: {}: {}\n", name, arguments.what, sentence);
+    exit_code = std::max(exit_code, code);
   }
   return first;
 }
@@ -126,13 +134,15 @@ void add_control(CLI::App& app, int& exit_code) {
       ->delimiter(',');
   command->add_option("--name", arguments->name,
                       "Name of the telemetry, like /ravencal-left; off without it: all of them");
-  command->add_option("--wait-s", arguments->wait_s, "Wait so long for the plugin to take it")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
+  command
+      ->add_option("--wait-s", arguments->wait_s,
+                   "Wait so long for the plugin to take it, also for the pedal, and withdraw it "
+                   "then; default: 2, and what waits for the pedal is left there")
+      ->check(CLI::Range(0.05, 1e6));
   command->footer(
       "shadow shows the correction and applies none; arm applies it; off ends it; reset leaves a\n"
       "FAULT for off. All but off and reset are taken while the pedal is up. Only the user of the\n"
-      "control process may ask.\n"
+      "control process may ask. Exit 1: not taken; 3: no such controller, or its loop stands.\n"
       "Example: ravencal control share 10 --joints elbow --name /ravencal-left");
   on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
 }

@@ -102,6 +102,7 @@ struct TelemetryReader::Segment {
   const std::uint64_t* words = nullptr;
   std::size_t bytes = 0;
   ino_t inode = 0;
+  uid_t owner = 0;
 };
 
 core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
@@ -122,6 +123,7 @@ core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
                : fmt::format("{}: cannot be opened: {}", name, std::strerror(errno))};
   }
   segment->inode = status.st_ino;
+  segment->owner = status.st_uid;
   const Label& label = segment->label;
   if (!S_ISREG(status.st_mode) || !is_telemetry(label)) {
     return data_error(name, "is shared memory of something else");
@@ -200,6 +202,7 @@ bool TelemetryReader::is_replaced() const {
   return ::stat((kFolder + name_).c_str(), &status) == 0 && status.st_ino != segment_->inode;
 }
 
+std::uint32_t TelemetryReader::owner_uid() const { return segment_->owner; }
 std::uint32_t TelemetryReader::writer_pid() const { return label().writer_pid; }
 std::uint32_t TelemetryReader::tick_ns() const { return label().tick_ns; }
 std::int64_t TelemetryReader::start_realtime_ns() const { return label().start_realtime_ns; }

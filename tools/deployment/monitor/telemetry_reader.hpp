@@ -58,6 +58,8 @@ class TelemetryReader {
   [[nodiscard]] bool is_replaced() const;
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  /// User of the file that was opened, whatever the name leads to by now.
+  [[nodiscard]] std::uint32_t owner_uid() const;
   [[nodiscard]] std::uint32_t writer_pid() const;
   [[nodiscard]] std::uint32_t tick_ns() const;
   [[nodiscard]] std::int64_t start_realtime_ns() const;
