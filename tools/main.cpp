@@ -34,6 +34,7 @@ int run(int argc, char** argv) {
   commands::add_prove(app, exit_code);
 #ifdef RAVENCAL_ALL_COMMANDS
   commands::add_ablate(app, exit_code);
+  commands::add_study(app, exit_code);
   commands::add_compare(app, exit_code);
   commands::add_recommend(app, exit_code);
   commands::add_run(app, exit_code);
@@ -43,7 +44,7 @@ int run(int argc, char** argv) {
   commands::add_control(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot and run.\n"
+      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot, run and study.\n"
       "`tools/run build` makes them.");
 #endif
   ravencal::cli::check_numbers(app);

@@ -11,8 +11,8 @@ namespace ravencal::core {
 namespace {
 
 constexpr std::array<std::string_view, kFeatureGroupCount> kGroupNames = {
-    "time_and_state", "joint_pose", "motor_pose",    "end_effector_pose", "velocity",
-    "torque",         "current",    "encoder_value", "encoder_offset",    "void"};
+    "time_and_state", "joint_pose", "motor_pose",    "end_effector_pose", "velocity", "torque",
+    "current",        "jacobian",   "encoder_value", "encoder_offset",    "void"};
 
 FeatureGroup group_of(RavenField field) {
   switch (field) {
@@ -21,6 +21,7 @@ FeatureGroup group_of(RavenField field) {
     case RavenField::kSublevel:
     case RavenField::kLastSeq:
     case RavenField::kType:
+    case RavenField::kGraspD:
       return FeatureGroup::kTimeAndState;
     case RavenField::kJpos:
     case RavenField::kJposD:
@@ -32,15 +33,15 @@ FeatureGroup group_of(RavenField field) {
     case RavenField::kPosD:
     case RavenField::kOri:
     case RavenField::kOriD:
-    case RavenField::kGraspD:
       return FeatureGroup::kEndEffectorPose;
     case RavenField::kMvel:
     case RavenField::kJvel:
-    case RavenField::kJacVel:
       return FeatureGroup::kVelocity;
     case RavenField::kTau:
-    case RavenField::kJacF:
       return FeatureGroup::kTorque;
+    case RavenField::kJacVel:
+    case RavenField::kJacF:
+      return FeatureGroup::kJacobian;
     case RavenField::kDac:
       return FeatureGroup::kCurrent;
     case RavenField::kEncVals:

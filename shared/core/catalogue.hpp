@@ -19,21 +19,23 @@
 
 namespace ravencal::core {
 
-/// Ablation groups. The first seven are the paper's feature groups; its re-homing study found that
-/// the last three break the calibration.
+/// Ablation groups, those of the paper's Table II: its joint poses are kJointPose and kMotorPose,
+/// its torque is kTorque and kCurrent. Its re-homing study found that the last three break the
+/// calibration.
 enum class FeatureGroup : std::uint8_t {
-  kTimeAndState,     ///< time, run level, sub level, last_seq, board type
+  kTimeAndState,     ///< time, run level, sub level, last_seq, board type, grasp_d
   kJointPose,        ///< jpos, jpos_d
   kMotorPose,        ///< mpos, mpos_d
-  kEndEffectorPose,  ///< pos, ori, pos_d, ori_d, grasp_d
-  kVelocity,         ///< mvel, jvel, jac_vel
-  kTorque,           ///< tau, jac_f
+  kEndEffectorPose,  ///< pos, ori, pos_d, ori_d
+  kVelocity,         ///< mvel, jvel
+  kTorque,           ///< tau
   kCurrent,          ///< dac_val (commanded current)
+  kJacobian,         ///< jac_vel, jac_f
   kEncoderValue,     ///< encVals
   kEncoderOffset,    ///< encoffsets
   kVoid,             ///< every value of the unconnected slot 3
 };
-inline constexpr std::size_t kFeatureGroupCount = 10;
+inline constexpr std::size_t kFeatureGroupCount = 11;
 
 /// Name used on the command line and in files, e.g. "joint_pose".
 std::string_view name_of(FeatureGroup group);

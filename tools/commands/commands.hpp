@@ -30,6 +30,7 @@ void add_run(CLI::App& app, int& exit_code);
 void add_robot(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_ablate(CLI::App& app, int& exit_code);
+void add_study(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_recommend(CLI::App& app, int& exit_code);
 

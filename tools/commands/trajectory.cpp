@@ -58,6 +58,7 @@ core::Status run_zigzag(const Options& options) {
   trajectory::ZigzagOptions zigzag;
   RAVENCAL_ASSIGN_OR_RETURN(zigzag.kind, trajectory::zigzag_kind_from(options.kind));
   RAVENCAL_ASSIGN_OR_RETURN(zigzag.divisions, divisions_from(options.sparsity));
+  zigzag.pace = options.pace;
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory made, trajectory::make_zigzag(zigzag));
   return save(made, options);
 }
@@ -76,6 +77,7 @@ core::Status run_sinusoid(const Options& options) {
 void add_common(CLI::App& command, Options& options) {
   command.add_option("--out", options.out, "CSV to write: t_s,shoulder_rad,elbow_rad,insertion_m")
       ->required();
+  command.add_option("--pace", options.pace, "Times the authors' speeds")->capture_default_str();
   command.add_flag("--force", options.force, "Replace an existing file");
   command.add_flag("--json", options.json, "Print the summary as JSON");
 }
@@ -103,7 +105,6 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       command->add_subcommand("sinusoid", "Test: random targets and speeds per joint");
   add_common(*sinusoid, *options);
   sinusoid->add_option("--duration-s", options->duration_s, "Length, s")->capture_default_str();
-  sinusoid->add_option("--pace", options->pace, "Times the authors' speeds")->capture_default_str();
   sinusoid->add_option("--seed", options->seed, "Random seed")->capture_default_str();
   sinusoid->add_option("--mode", options->mode, "paper: half cosines; code: the authors' script")
       ->check(CLI::IsMember({"paper", "code"}))

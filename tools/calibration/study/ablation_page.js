@@ -34,7 +34,8 @@ function groups_of(columns) {
 function bars({ title, columns, rows }) {
   const reference = rows.find((row) => ["no ablation", "none"].includes(row.title)) ?? rows[0];
   const bar = ({ mean: value, ci95: [low, high], mark }) => ({ value, low, high, marked: mark === "worse" });
-  return groups_of(columns).map(([group, indices]) => figure(
+  const rmse_of = (indices) => indices.filter((i) => !columns[i].title.endsWith(" peak"));
+  return groups_of(columns).map(([group, all]) => [group, rmse_of(all)]).map(([group, indices]) => figure(
     bar_chart(`${title}, ${group}`, rows.map((row) => row.title), indices.map((i) => ({
       title: columns[i].title, unit: columns[i].unit, reference: reference.cells[i].mean, bars: rows.map(({ cells }) => bar(cells[i])),
     }))),

@@ -19,26 +19,38 @@ struct FeatureSet {
   std::vector<std::string> terms;
 };
 
-/// Sets that are removed in turn: the seven groups, their unions, and joints 1 to 7.
+/// The rows of the paper's Tables II and III, in its order: seven groups and joints 1 to 3.
+std::span<const FeatureSet> paper_sets();
+/// The first of paper_sets(), which are no joint's.
+std::span<const FeatureSet> grouped_sets();
+/// paper_sets(), then parts of its groups, and joints 4 to 7.
 std::span<const FeatureSet> ablated_sets();
 /// Sets that the re-homing study removes from all features, one by one and together.
 std::span<const FeatureSet> homing_sets();
+/// Every pose but the encoders': what "only encoder" leaves out.
+const FeatureSet& other_poses();
 
 /// Ids that findings and tables refer to.
 inline constexpr std::string_view kNoAblation = "none";
+inline constexpr std::string_view kOperatingStatus = "time_and_state";
+inline constexpr std::string_view kJointPoses = "joint_and_motor_pose";
+inline constexpr std::string_view kEndEffector = "end_effector_pose";
 inline constexpr std::string_view kAllPoses = "all_poses";
-inline constexpr std::string_view kMotorSidePoses = "joint_and_motor_pose";
+inline constexpr std::string_view kTorques = "torque_and_current";
 inline constexpr std::string_view kAllFeatures = "all";
 inline constexpr std::string_view kNoEncoder = "no_encoder";
 inline constexpr std::string_view kOnlyEncoder = "only_encoder";
+/// "joint_1" to "joint_7".
+std::string joint_set(int joint);
+bool is_joint_set(const FeatureSet& set);
 
 /// How a feature is spoilt at test time. Uniform noise is drawn anew for each sample and column;
-/// mean, deviation, least and greatest value are those of the training rows.
+/// mean, deviation, least and greatest value are those of Settings::noise_from.
 enum class Noise {
   kNone,
   kDeviation,  ///< + U(-deviation, +deviation): the paper's inaccurate ablation, its 'stdv'
-  kMean,       ///< + U(-|mean|, +|mean|)
-  kRange,      ///< + U(least, greatest)
+  kMean,       ///< + U(-|mean| / 2, +|mean| / 2)
+  kRange,      ///< + U(-range / 2, +range / 2), its 'min-max'
   kZero,       ///< = 0
   kFlip,       ///< x -1, its 'temp'
   kTriple      ///< x 3
@@ -46,30 +58,46 @@ enum class Noise {
 std::string_view name_of(Noise noise);
 std::string_view title_of(Noise noise);
 
-/// One test of a trained network. Id: "none" or "<noise>:<set>".
+/// Whose rows say how large noise is.
+enum class NoiseFrom {
+  kTest,     ///< the test's, as the authors' notebooks do
+  kTraining  ///< the training's
+};
+std::string_view name_of(NoiseFrom rows);
+
+/// Where noise goes.
+enum class NoiseInto {
+  kInputs,         ///< the network's inputs alone, as the paper's text says
+  kBelievedAsWell  ///< and the believed angles that the correction is added to, as it was released
+};
+
+/// One test of a trained network. Id: "none", "<noise>:<set>" or "released:<set>".
 struct Variant {
   std::string id;
   Noise noise = Noise::kNone;
   std::vector<std::string> terms;  ///< features that are spoilt
+  NoiseInto into = NoiseInto::kInputs;
 };
 
 /// Which tests a network undergoes.
 enum class TestSet {
   kPlain,    ///< as it is
-  kFull,     ///< and all that the inaccurate and the torque ablation spoil
-  kEncoder,  ///< and with inaccurate encoder features
+  kPaper,    ///< and all that the paper's Tables III and IV spoil
+  kFull,     ///< and the further sets, and the other kinds of noise
+  kEncoder,  ///< as it is, and with inaccurate encoder features
 };
 std::string_view name_of(TestSet set);
 std::vector<Variant> variants_of(TestSet set);
 
-/// The torque ablation's sets (drive torque, motor current, both) and treatments.
+/// The torque ablation's sets (drive torque, motor current, both: the paper's) and treatments.
 std::span<const FeatureSet> torque_sets();
 inline constexpr Noise kTorqueNoises[] = {Noise::kDeviation, Noise::kFlip, Noise::kTriple};
-/// The kinds of noise beyond kDeviation, applied to the seven groups and all poses.
+/// The kinds of noise beyond kDeviation, applied to grouped_sets().
 inline constexpr Noise kOtherNoises[] = {Noise::kMean, Noise::kRange, Noise::kZero, Noise::kFlip};
-/// The first sets of ablated_sets(), which kOtherNoises spoil.
-std::span<const FeatureSet> grouped_sets();
 
 std::string variant_id(Noise noise, std::string_view set);
+/// The test of a set as the authors' notebooks spoil it: where the set has believed angles of
+/// joints 1 and 2, the noise is in these as well; elsewhere it is that of the inputs alone.
+std::string released_id(std::string_view set);
 
 }  // namespace ravencal::study

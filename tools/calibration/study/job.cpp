@@ -75,11 +75,15 @@ std::span<const double> column(const Eigen::MatrixXd& matrix, Eigen::Index index
 /// Grows a job's result row by row.
 class Tester {
  public:
-  Tester(const model::CalibrationModel& model, std::vector<TestData> tests, JobResult& result)
+  Tester(const model::CalibrationModel& model, std::vector<TestData> tests, NoiseFrom noise_from,
+         JobResult& result)
       : model_(model), tests_(std::move(tests)), result_(result) {
     for (const model::OutputSpec& output : model.outputs) {
       result_.joints.push_back({output.joint, output.unit});
     }
+    std::vector<const model::FeatureMatrix*> inputs;
+    for (const TestData& test : tests_) inputs.push_back(&test.inputs);
+    ranges_ = noise_from == NoiseFrom::kTest ? ranges_of_tests(inputs) : ranges_of_training(model);
     find_grid();
   }
 
@@ -104,13 +108,36 @@ class Tester {
       }
       const auto columns = columns_of(model_, data.recording->channels, variant.terms);
       if (columns.empty()) return;  // nothing of this set is among the network's inputs
-      errors.push_back(corrected_errors(
-          model_, data, spoil(data.inputs, model_, columns, variant.noise, seed * 1000 + i)));
+      const model::FeatureMatrix inputs =
+          spoil(data.inputs, ranges_, columns, variant.noise, seed * 1000 + i);
+      errors.push_back(corrected_errors(model_, data, inputs));
+      if (variant.into == NoiseInto::kBelievedAsWell) {
+        add_to_believed_angles(data, inputs, errors.back());
+      }
     }
     keep(variant.id, errors, variant.noise == Noise::kNone);
   }
 
  private:
+  /// The noise of the inputs is in the believed angles that the correction is added to.
+  void add_to_believed_angles(const TestData& data, const model::FeatureMatrix& inputs,
+                              Eigen::MatrixXd& errors) const {
+    for (std::size_t k = 0; k < model_.outputs.size(); ++k) {
+      const model::OutputSpec& output = model_.outputs[k];
+      if (output.unit != "rad") continue;
+      for (std::size_t f = 0; f < model_.features.size(); ++f) {
+        const model::FeatureSpec& feature = model_.features[f];
+        if (feature.channel != output.estimate_channel ||
+            feature.transform != model::Transform::kValue || feature.lag_rows != 0) {
+          continue;
+        }
+        const auto column = static_cast<Eigen::Index>(f);
+        errors.col(static_cast<Eigen::Index>(k)) +=
+            (inputs.col(column) - data.inputs.col(column)).cast<double>();
+      }
+    }
+  }
+
   void find_grid() {
     if (result_.joints.size() < 2) return;
     std::vector<double> x;
@@ -149,6 +176,7 @@ class Tester {
   const model::CalibrationModel& model_;
   std::vector<TestData> tests_;
   JobResult& result_;
+  ColumnRanges ranges_;
   std::vector<double> x_;  ///< truth of the map's axes, all tests end to end
   std::vector<double> y_;
 };
@@ -189,7 +217,7 @@ core::Result<std::optional<JobResult>> run_job(const Plan& plan, const Job& job,
     RAVENCAL_ASSIGN_OR_RETURN(TestData data, test_data(trained.model, *recording));
     tests.push_back(std::move(data));
   }
-  Tester tester(trained.model, std::move(tests), *result);
+  Tester tester(trained.model, std::move(tests), plan.settings.noise_from, *result);
   if (job.tests != TestSet::kPlain) tester.test_untrained();
   for (const Variant& variant : variants_of(job.tests)) {
     tester.test(variant, job.seed);

@@ -92,15 +92,12 @@ class Planner {
 
   void add_homing(std::size_t condition, const std::string& base) {
     add(condition, kAllFeatures, base, TestSet::kEncoder);
-    for (const FeatureSet& set : homing_sets()) add_without(condition, base, set);
-    std::vector<std::string> encoder;
-    const std::set<std::string> all = names_selected(base, channels_);
-    for (const std::string& name :
-         names_selected("group:encoder_value,group:encoder_offset", channels_)) {
-      if (all.contains(name)) encoder.push_back(name);
+    for (const FeatureSet& set : homing_sets()) {
+      if (plan_.study != kPaperStudy || set.id == kNoEncoder) add_without(condition, base, set);
     }
-    if (encoder.empty()) return;
-    add(condition, kOnlyEncoder, fmt::format("{}", fmt::join(encoder, ",")), TestSet::kPlain);
+    if (const auto features = without(base, other_poses(), channels_)) {
+      add(condition, kOnlyEncoder, *features, TestSet::kEncoder);
+    }
   }
 
  private:
@@ -138,7 +135,8 @@ std::string hashes_of(const Plan& plan, const std::vector<std::string>& paths) {
 }
 
 core::Status check(const Plan& plan) {
-  constexpr std::string_view kStudies[] = {"removal", "inaccurate", "torque", "homing", "all"};
+  constexpr std::string_view kStudies[] = {"removal", "inaccurate", "torque",
+                                           "homing",  kPaperStudy,  "all"};
   if (std::find(std::begin(kStudies), std::end(kStudies), plan.study) == std::end(kStudies)) {
     return core::Error{core::ErrorCode::kUsage, fmt::format("'{}' is no study; they are {}",
                                                             plan.study, fmt::join(kStudies, ", "))};
@@ -170,18 +168,19 @@ std::string words_of(const record::LoadOptions& load) {
 }  // namespace
 
 bool includes(const Plan& plan, std::string_view study) {
-  return plan.study == study || plan.study == "all";
+  return plan.study == study || plan.study == "all" || plan.study == kPaperStudy;
 }
 
 std::string description_of(const Plan& plan, const Job& job) {
   const Condition& condition = plan.conditions[job.condition];
   const Settings& s = plan.settings;
   return fmt::format(
-      "ravencal ablation 1; train {}; test {}; load {} {} {}; features {}; seed {}; hidden {}; "
-      "epochs {}; batch {}; kernels {}; tests {}",
+      "ravencal ablation 2; train {}; test {}; load {} {} {}; features {}; seed {}; hidden {}; "
+      "epochs {}; batch {}; kernels {}; tests {}; noise of {} rows",
       hashes_of(plan, condition.train), hashes_of(plan, condition.test), plan.load.profile,
       plan.load.profile_options.arm, words_of(plan.load), job.features, job.seed,
-      fmt::join(s.hidden, ","), s.epochs, s.batch, learn::name_of(s.isa), name_of(job.tests));
+      fmt::join(s.hidden, ","), s.epochs, s.batch, learn::name_of(s.isa), name_of(job.tests),
+      name_of(s.noise_from));
 }
 
 learn::TrainOptions train_options(const Plan& plan, const Job& job, unsigned threads) {
@@ -241,9 +240,10 @@ core::Result<Plan> make_plan(std::string study, Settings settings, record::LoadO
       continue;
     }
     if (plan.study == "homing") continue;
-    planner.add(c, kNoAblation, plan.settings.features, TestSet::kFull);
+    const bool paper = plan.study == kPaperStudy;
+    planner.add(c, kNoAblation, plan.settings.features, paper ? TestSet::kPaper : TestSet::kFull);
     if (!includes(plan, "removal")) continue;
-    for (const FeatureSet& set : ablated_sets()) {
+    for (const FeatureSet& set : paper ? paper_sets() : ablated_sets()) {
       planner.add_without(c, plan.settings.features, set);
     }
   }

@@ -28,6 +28,7 @@ struct Settings {
   std::uint32_t batch = 1024;
   std::uint32_t seeds = 5;
   std::uint64_t first_seed = 3;  ///< then every 10 on, as the authors'
+  NoiseFrom noise_from = NoiseFrom::kTest;
   learn::Isa isa = learn::best_isa();
 };
 
@@ -57,8 +58,11 @@ struct Job {
   std::string key;          ///< 16 hexadecimal digits
 };
 
+inline constexpr std::string_view kPaperStudy = "paper";
+
 struct Plan {
-  std::string study;  ///< removal, inaccurate, torque, homing or all
+  std::string
+      study;  ///< removal, inaccurate, torque, homing, paper (the paper's rows of these) or all
   Settings settings;
   record::LoadOptions load;
   std::vector<Condition> conditions;
@@ -82,7 +86,7 @@ learn::TrainOptions train_options(const Plan& plan, const Job& job, unsigned thr
 /// Rows that the job trains on.
 std::uint64_t training_rows(const Plan& plan, const Job& job);
 
-/// Whether the plan's study is this one, or all.
+/// Whether the plan's study is this one, or one that contains it.
 bool includes(const Plan& plan, std::string_view study);
 
 /// The file that holds a plan or a result.

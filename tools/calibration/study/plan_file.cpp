@@ -13,13 +13,25 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kPlanSchema = 1;
+constexpr int kPlanSchema = 2;
 
 Json settings_json(const Settings& s) {
-  return {{"features", s.features},     {"homing_features", s.homing_features},
-          {"hidden", s.hidden},         {"epochs", s.epochs},
-          {"batch", s.batch},           {"seeds", s.seeds},
-          {"first_seed", s.first_seed}, {"kernels", learn::name_of(s.isa)}};
+  return {{"features", s.features},
+          {"homing_features", s.homing_features},
+          {"hidden", s.hidden},
+          {"epochs", s.epochs},
+          {"batch", s.batch},
+          {"seeds", s.seeds},
+          {"first_seed", s.first_seed},
+          {"kernels", learn::name_of(s.isa)},
+          {"noise_from", name_of(s.noise_from)}};
+}
+
+NoiseFrom noise_from(const std::string& name) {
+  for (const NoiseFrom rows : {NoiseFrom::kTest, NoiseFrom::kTraining}) {
+    if (name_of(rows) == name) return rows;
+  }
+  throw std::invalid_argument(fmt::format("'{}' are no rows that noise is of", name));
 }
 
 /// Throws nlohmann's exceptions for what is missing or of another type.
@@ -35,6 +47,7 @@ Settings settings_from(const Json& json) {
   const auto isa = learn::isa_from(json.at("kernels").get<std::string>());
   if (!isa) throw std::invalid_argument("'kernels' is no instruction set");
   s.isa = *isa;
+  s.noise_from = noise_from(json.at("noise_from").get<std::string>());
   return s;
 }
 
@@ -46,7 +59,7 @@ std::optional<double> time_from(const Json& load, const char* key) {
 }
 
 TestSet tests_from(const std::string& name) {
-  for (const TestSet set : {TestSet::kPlain, TestSet::kFull, TestSet::kEncoder}) {
+  for (const TestSet set : {TestSet::kPlain, TestSet::kPaper, TestSet::kFull, TestSet::kEncoder}) {
     if (name_of(set) == name) return set;
   }
   throw std::invalid_argument(fmt::format("'{}' is no set of tests", name));

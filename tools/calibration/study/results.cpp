@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/results.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -87,16 +88,16 @@ const ConditionResults::Sampled& ConditionResults::sampled(const Tested& row,
 }
 
 ConditionResults::Sampled ConditionResults::mean_ratio(const Tested& row, const Tested& reference,
-                                                       std::size_t from) const {
+                                                       JointRange joints) const {
   const auto divide = [](double a, double b) { return a / b; };
   const auto add = [](double a, double b) { return a + b; };
-  Sampled sum = combine(sampled(row, from), sampled(reference, from), divide);
-  for (std::size_t joint = from + 1; joint < joints_.size(); ++joint) {
+  Sampled sum = combine(sampled(row, joints.first), sampled(reference, joints.first), divide);
+  for (std::size_t joint = joints.first + 1; joint < joints.end; ++joint) {
     sum = combine(sum, combine(sampled(row, joint), sampled(reference, joint), divide), add);
   }
-  const auto joints = static_cast<double>(joints_.size() - from);
+  const auto count = static_cast<double>(joints.end - joints.first);
   for (auto* values : {&sum.seeds, &sum.resamples}) {
-    for (double& value : *values) value /= joints;
+    for (double& value : *values) value /= count;
   }
   return sum;
 }
@@ -105,15 +106,27 @@ Figure ConditionResults::rmse(const Tested& row, std::size_t joint) const {
   return figure_of(sampled(row, joint));
 }
 
-Figure ConditionResults::ratio(const Tested& row, const Tested& reference, std::size_t from) const {
-  return figure_of(mean_ratio(row, reference, from));
+Figure ConditionResults::peak(const Tested& row, std::size_t joint) const {
+  Sampled peaks;
+  for (const std::vector<ErrorBlocks>& recordings :
+       chosen(rows_.at(row.row)[joint], row.recording)) {
+    double peak = 0.0;
+    for (const ErrorBlocks& blocks : recordings) peak = std::max(peak, blocks.peak);
+    peaks.seeds.push_back(peak);
+  }
+  return figure_of(peaks);
+}
+
+Figure ConditionResults::ratio(const Tested& row, const Tested& reference,
+                               JointRange joints) const {
+  return figure_of(mean_ratio(row, reference, joints));
 }
 
 Figure ConditionResults::ratio_difference(const Tested& row, const Tested& other,
-                                          const Tested& reference, std::size_t from) const {
+                                          const Tested& reference, JointRange joints) const {
   const auto subtract = [](double a, double b) { return a - b; };
   return figure_of(
-      combine(mean_ratio(row, reference, from), mean_ratio(other, reference, from), subtract));
+      combine(mean_ratio(row, reference, joints), mean_ratio(other, reference, joints), subtract));
 }
 
 const ErrorBlocks& ConditionResults::first_seed(const RowId& row, std::size_t joint,

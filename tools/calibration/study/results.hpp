@@ -30,13 +30,19 @@ struct RowId {
 struct Figure {
   double mean = 0.0;
   double deviation = 0.0;  ///< sample standard deviation over seeds; NaN with one seed
-  Interval interval;       ///< 95 %, of the mean
+  Interval interval;       ///< 95 %, of the mean; NaN for a peak
 };
 
 /// A row in one of its tests (by place in Condition::test), or in all of them together.
 struct Tested {
   RowId row;
   std::optional<std::size_t> recording;
+};
+
+/// Joints [first, end) of a condition.
+struct JointRange {
+  std::size_t first = 0;
+  std::size_t end = 0;
 };
 
 /// Results of one condition: all its rows saw the same test recordings.
@@ -54,12 +60,14 @@ class ConditionResults {
 
   /// RMSE of a joint, SI units.
   [[nodiscard]] Figure rmse(const Tested& row, std::size_t joint) const;
-  /// RMSE of `row` over that of `reference`, mean of joints `from` and after; paired.
-  [[nodiscard]] Figure ratio(const Tested& row, const Tested& reference,
-                             std::size_t from = 0) const;
+  /// Largest magnitude of a joint's error, SI units. It is one sample: it has no interval.
+  [[nodiscard]] Figure peak(const Tested& row, std::size_t joint) const;
+  [[nodiscard]] JointRange all_joints() const { return {0, joints_.size()}; }
+  /// RMSE of `row` over that of `reference`, mean of these joints; paired.
+  [[nodiscard]] Figure ratio(const Tested& row, const Tested& reference, JointRange joints) const;
   /// ratio(row) - ratio(other), paired.
   [[nodiscard]] Figure ratio_difference(const Tested& row, const Tested& other,
-                                        const Tested& reference, std::size_t from = 0) const;
+                                        const Tested& reference, JointRange joints) const;
 
   /// Of the first seed.
   [[nodiscard]] const ErrorBlocks& first_seed(const RowId& row, std::size_t joint,
@@ -80,7 +88,7 @@ class ConditionResults {
   [[nodiscard]] const Resamples& resamples(std::optional<std::size_t> recording) const;
   [[nodiscard]] const Sampled& sampled(const Tested& row, std::size_t joint) const;
   [[nodiscard]] Sampled mean_ratio(const Tested& row, const Tested& reference,
-                                   std::size_t from) const;
+                                   JointRange joints) const;
 
   const Condition* condition_;
   std::vector<JointName> joints_;

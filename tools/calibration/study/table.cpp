@@ -120,6 +120,52 @@ std::string cell_markdown(const Cell& cell, int decimals) {
   return markdown;
 }
 
+// ------------------------------------------------------------------ text
+
+std::string cell_plain(const Cell& cell, int decimals) {
+  const CellText text = text_of(cell, decimals);
+  std::string plain = text.figure;
+  if (!text.deviation.empty()) plain += " ±" + text.deviation;
+  if (!text.theirs.empty()) plain += " (" + text.theirs + ")";
+  return plain + (cell.mark == Mark::kNone ? " " : "*");
+}
+
+/// Characters of UTF-8 text, each as wide as the next.
+std::size_t width_of(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) >> 6U) != 2U;
+  }));
+}
+
+/// One column group: titles to the left, figures to the right, as wide as they need.
+std::string block_text(const Table& table, const GroupRun& run) {
+  std::vector<std::vector<std::string>> lines(table.rows.size() + 1);
+  lines.front().push_back(run.group.empty() ? table.row_title : run.group);
+  for (std::size_t r = 0; r < table.rows.size(); ++r) lines[r + 1].push_back(table.rows[r].title);
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+    lines.front().push_back(heading_of(table.columns[i]) + " ");
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+      lines[r + 1].push_back(cell_plain(table.rows[r].cells[i], decimals_of(table, i)));
+    }
+  }
+  std::vector<std::size_t> widths(lines.front().size(), 0);
+  for (const auto& line : lines) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      widths[i] = std::max(widths[i], width_of(line[i]));
+    }
+  }
+  std::string text;
+  for (const auto& line : lines) {
+    std::string row;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const std::string space(widths[i] - width_of(line[i]), ' ');
+      row += i == 0 ? line[i] + space : "  " + space + line[i];
+    }
+    text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
 // ------------------------------------------------------------------ LaTeX
 
 std::string latex_escape(std::string_view text) {
@@ -252,6 +298,21 @@ std::string to_markdown(const Table& table) {
   return markdown;
 }
 
+std::string to_text(const Table& table) {
+  std::string text = table.title + "\n";
+  std::vector<GroupRun> runs;
+  for (const GroupRun& run : groups_of(table)) {
+    if (run.group.empty() && !runs.empty() && runs.back().group.empty()) {
+      runs.back().count += run.count;
+    } else {
+      runs.push_back(run);
+    }
+  }
+  for (const GroupRun& run : runs) text += "\n" + block_text(table, run);
+  for (const std::string& note : notes_of(table)) text += "\n" + note + "\n";
+  return text;
+}
+
 std::string to_latex(const Table& table) {
   std::string latex = fmt::format(
       "\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n"
@@ -298,14 +359,17 @@ core::Status write_tables(std::span<const Table> tables, const std::filesystem::
                           const std::string& preface) {
   std::string markdown = preface;
   std::string latex;
+  std::string text;
   for (const Table& table : tables) {
+    text += to_text(table) + "\n";
     markdown += to_markdown(table) + "\n";
     latex += to_latex(table) + "\n";
   }
-  const auto write = [&](const char* ending, const std::string& text) {
-    return core::write_whole_file(stem.string() + ending, text);
+  const auto write = [&](const char* ending, const std::string& content) {
+    return core::write_whole_file(stem.string() + ending, content);
   };
   RAVENCAL_RETURN_IF_ERROR(write(".csv", to_csv(tables)));
+  RAVENCAL_RETURN_IF_ERROR(write(".txt", text));
   RAVENCAL_RETURN_IF_ERROR(write(".md", markdown));
   return write(".tex", latex);
 }

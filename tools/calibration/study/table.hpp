@@ -67,13 +67,16 @@ struct Table {
 nlohmann::ordered_json table_json(const Table& table);
 /// GitHub's pipe table below a bold caption; the row title of a column group is `group: title`.
 std::string to_markdown(const Table& table);
+/// Columns of even width for a terminal, one block per column group; a mark is `*`, `theirs` is in
+/// parentheses. Intervals are left out.
+std::string to_text(const Table& table);
 /// A floating table; needs \usepackage{booktabs} and, for interval text, nothing else.
 std::string to_latex(const Table& table);
 /// RFC 4180 with one line per cell:
 /// table,row,group,column,unit,mean,deviation,low,high,theirs,mark, text. Unknown figures are
 /// empty; figures are given with all their digits.
 std::string to_csv(std::span<const Table> tables);
-/// Writes STEM.csv, STEM.md below `preface` and STEM.tex, each whole. Errors: kIo.
+/// Writes STEM.txt, STEM.csv, STEM.md below `preface` and STEM.tex, each whole. Errors: kIo.
 core::Status write_tables(std::span<const Table> tables, const std::filesystem::path& stem,
                           const std::string& preface);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "core/random.hpp"
@@ -16,20 +17,15 @@ struct Span {
   double high = 0.0;
 };
 
-Span span_of(const model::CalibrationModel& model, Eigen::Index column, Noise noise) {
+Span span_of(const ColumnRanges& ranges, Eigen::Index column, Noise noise) {
+  const auto within = [](double half_width) { return Span{-half_width, half_width}; };
   switch (noise) {
-    case Noise::kDeviation: {
-      // A column that never changed in training has scale 1 for want of a deviation, which is 0.
-      const bool constant = model.input_min(column) == model.input_max(column);
-      const double deviation = constant ? 0.0 : model.input.scale(column);
-      return {-deviation, deviation};
-    }
-    case Noise::kMean: {
-      const double magnitude = std::abs(model.input.mean(column));
-      return {-magnitude, magnitude};
-    }
+    case Noise::kDeviation:
+      return within(ranges.deviation(column));
+    case Noise::kMean:
+      return within(0.5 * std::abs(ranges.mean(column)));
     case Noise::kRange:
-      return {model.input_min(column), model.input_max(column)};
+      return within(0.5 * (ranges.greatest(column) - ranges.least(column)));
     default:
       return {};
   }
@@ -66,13 +62,45 @@ std::vector<Eigen::Index> columns_of(const model::CalibrationModel& model,
   return columns;
 }
 
-model::FeatureMatrix spoil(model::FeatureMatrix inputs, const model::CalibrationModel& model,
+ColumnRanges ranges_of_training(const model::CalibrationModel& model) {
+  ColumnRanges ranges{model.input.mean, model.input.scale, model.input_min, model.input_max};
+  // A column that never changed in training has scale 1 for want of a deviation, which is 0.
+  ranges.deviation =
+      (model.input_min.array() == model.input_max.array()).select(0.0, model.input.scale.array());
+  return ranges;
+}
+
+ColumnRanges ranges_of_tests(std::span<const model::FeatureMatrix* const> tests) {
+  const Eigen::Index columns = tests.front()->cols();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  ColumnRanges ranges{Eigen::VectorXd::Zero(columns), Eigen::VectorXd::Zero(columns),
+                      Eigen::VectorXd::Constant(columns, kInfinite),
+                      Eigen::VectorXd::Constant(columns, -kInfinite)};
+  double rows = 0.0;
+  // Welford's update: counts of millions beside deviations of a few are not subtracted as squares.
+  for (const model::FeatureMatrix* const test : tests) {
+    for (Eigen::Index row = 0; row < test->rows(); ++row) {
+      const Eigen::VectorXd values = test->row(row).cast<double>();
+      if (!values.allFinite()) continue;
+      rows += 1.0;
+      const Eigen::VectorXd before = values - ranges.mean;
+      ranges.mean += before / rows;
+      ranges.deviation += before.cwiseProduct(values - ranges.mean);
+      ranges.least = ranges.least.cwiseMin(values);
+      ranges.greatest = ranges.greatest.cwiseMax(values);
+    }
+  }
+  ranges.deviation = (ranges.deviation / std::max(rows, 1.0)).cwiseSqrt();
+  return ranges;
+}
+
+model::FeatureMatrix spoil(model::FeatureMatrix inputs, const ColumnRanges& ranges,
                            const std::vector<Eigen::Index>& columns, Noise noise,
                            std::uint64_t seed) {
   core::Random random(seed);
   const float factor = factor_of(noise);
   for (const Eigen::Index column : columns) {
-    const Span span = span_of(model, column, noise);
+    const Span span = span_of(ranges, column, noise);
     for (Eigen::Index row = 0; row < inputs.rows(); ++row) {
       const double added = span.low + (span.high - span.low) * random.uniform();
       inputs(row, column) =

@@ -16,7 +16,6 @@ namespace {
 using core::Random;
 
 constexpr double kLongestS = 24.0 * 3600.0;
-constexpr double kLeastPace = 0.1, kMostPace = 10.0;
 
 /// run_r2_random_joint_movement.py: bands of the turning points and of the speed, per joint.
 struct Band {

@@ -27,6 +27,10 @@ struct Trajectory {
 
 inline constexpr double kSampleRateHz = 100.0;
 
+/// Limits of `pace`, of every trajectory.
+inline constexpr double kLeastPace = 0.1;
+inline constexpr double kMostPace = 10.0;
+
 /// Range that a trajectory may use.
 struct JointLimits {
   Eigen::Vector3d low_ji;
@@ -46,6 +50,7 @@ core::Result<ZigzagKind> zigzag_kind_from(std::string_view name);
 struct ZigzagOptions {
   ZigzagKind kind = ZigzagKind::kYz;  ///< the authors' training files
   int divisions = 3;                  ///< sparsity is 1/divisions; 1 to 100
+  double pace = 1.0;                  ///< times the speed limits of the authors' follower
   JointLimits limits = default_limits();
 };
 core::Result<Trajectory> make_zigzag(const ZigzagOptions& options);
@@ -60,7 +65,7 @@ struct RandomOptions {
   RandomMode mode = RandomMode::kPaper;
   double duration_s = 600.0;
   std::uint64_t seed = 1;
-  double pace = 1.0;  ///< times the authors' speeds, 0.1 to 10
+  double pace = 1.0;  ///< times the authors' speeds
 };
 core::Result<Trajectory> make_random(const RandomOptions& options);
 

@@ -82,13 +82,13 @@ std::vector<Vector3d> snake_corners(int divisions) {
 }
 
 /// Positions at kSampleRateHz along straight lines, each as fast as the slowest joint allows.
-std::vector<Vector3d> follow(const std::vector<Vector3d>& corners) {
+std::vector<Vector3d> follow(const std::vector<Vector3d>& corners, double pace) {
   std::vector<Vector3d> samples = {corners.front()};
   double clock_s = 0.0;
   double start_s = 0.0;
   for (std::size_t i = 1; i < corners.size(); ++i) {
     const Vector3d change = corners[i] - corners[i - 1];
-    const double duration_s = change.cwiseAbs().cwiseQuotient(kSpeedLimit).maxCoeff();
+    const double duration_s = change.cwiseAbs().cwiseQuotient(pace * kSpeedLimit).maxCoeff();
     while (clock_s + 1.0 / kSampleRateHz <= start_s + duration_s) {
       clock_s += 1.0 / kSampleRateHz;
       samples.push_back(corners[i - 1] + change * ((clock_s - start_s) / duration_s));
@@ -132,6 +132,10 @@ core::Result<Trajectory> make_zigzag(const ZigzagOptions& options) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("sparsity 1/{} is outside 1/1 to 1/100", options.divisions)};
   }
+  if (!(options.pace >= kLeastPace && options.pace <= kMostPace)) {
+    return core::Error{core::ErrorCode::kUsage, fmt::format("pace {} is outside {} to {}",
+                                                            options.pace, kLeastPace, kMostPace)};
+  }
   const Vector3d range = options.limits.high_ji - options.limits.low_ji;
   if (!(range.minCoeff() > 0.0)) {
     return core::Error{core::ErrorCode::kUsage,
@@ -144,7 +148,7 @@ core::Result<Trajectory> make_zigzag(const ZigzagOptions& options) {
     corner = centre + range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5)));
   }
   Trajectory trajectory;
-  trajectory.joints_ji = round_corners(follow(corners));
+  trajectory.joints_ji = round_corners(follow(corners, options.pace));
   for (Vector3d& joints : trajectory.joints_ji) {  // the last bit of rounding
     joints = joints.cwiseMax(options.limits.low_ji).cwiseMin(options.limits.high_ji);
   }

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/study_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/exit_code.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "commands/command.hpp"
+#include "commands/network_options.hpp"
+#include "commands/same_seed_option.hpp"
+#include "learn/shared_seeds.hpp"
+#include "study/ablation_report.hpp"
+#include "study/ablation_tables.hpp"
+#include "study/paper_figures.hpp"
+
+namespace ravencal::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> absolute(const std::vector<std::string>& paths) {
+  std::vector<std::string> result;
+  for (const std::string& path : paths) result.push_back(fs::absolute(path).string());
+  return result;
+}
+
+/// Which recordings answer which question. Homing tests are after 0, 1, 2, ... homings.
+std::vector<study::Condition> conditions_of(const StudyArguments& a) {
+  std::vector<study::Condition> conditions;
+  const auto add = [&](std::string_view title, const auto& train, const auto& test, bool homing,
+                       bool rehomed) {
+    conditions.push_back({std::string(title), absolute(train), absolute(test), homing, rehomed});
+  };
+  const bool only_homing = a.study == "homing";
+  if (!only_homing) add(study::kUnloaded, a.train, a.test, false, false);
+  if (!only_homing && (!a.train_loaded.empty() || !a.test_loaded.empty())) {
+    add(study::kLoaded, a.train_loaded, a.test_loaded, false, false);
+  }
+  const auto& runs = only_homing && a.test_homing.empty() ? a.test : a.test_homing;
+  const bool with_homing = only_homing || a.study == "all" || a.study == study::kPaperStudy;
+  if (with_homing && !runs.empty()) {
+    add(study::kHomedOnce, a.train, runs, true, false);
+    if (!a.train_rehomed.empty()) add(study::kRehomed, a.train_rehomed, runs, true, true);
+  }
+  return conditions;
+}
+
+std::string minutes(double seconds) {
+  return seconds < 120.0 ? fmt::format("{:.0f} s", seconds)
+                         : fmt::format("{:.0f} min", seconds / 60.0);
+}
+
+/// Says which inputs are no longer those of the plan that lies in the folder.
+void tell_changes(const study::Plan& plan, const fs::path& folder) {
+  if (!fs::exists(study::plan_path(folder))) return;
+  const auto before = study::read_plan(folder);
+  if (!before.ok()) return;
+  for (const study::Input& input : plan.inputs) {
+    for (const study::Input& old : before->inputs) {
+      if (old.path == input.path && old.sha256 != input.sha256) {
+        fmt::print(stderr,
+                   "ravencal: warning: {} changed since the last plan: its networks are "
+                   "trained anew\n",
+                   input.path);
+      }
+    }
+  }
+}
+
+/// Refuses tests that are none, and warns of what each condition shares with its training.
+core::Status check_seeds(const study::Plan& plan, bool same_seed,
+                         study::RecordingStore& recordings) {
+  for (const study::Condition& condition : plan.conditions) {
+    std::vector<const record::Recording*> training, tested;
+    for (const auto& [paths, list] :
+         {std::pair{&condition.train, &training}, std::pair{&condition.test, &tested}}) {
+      for (const std::string& path : *paths) {
+        RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const one, recordings.get(path));
+        list->push_back(one);
+      }
+    }
+    const learn::SharedSeeds shared = learn::shared_seeds(learn::seeds_of(training), tested);
+    if (!same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
+    print_warnings(learn::sentences_of(shared));
+  }
+  return {};
+}
+
+core::Result<study::Plan> planned(StudyArguments& arguments, study::RecordingStore& recordings) {
+  if (arguments.train.empty() || (arguments.test.empty() && arguments.test_homing.empty())) {
+    return core::usage_error(
+        "--train and --test: name the recordings (only --job and --collect go by the plan)");
+  }
+  RAVENCAL_ASSIGN_OR_RETURN(study::Plan plan,
+                            study::make_plan(arguments.study, arguments.settings, arguments.load,
+                                             conditions_of(arguments), recordings));
+  RAVENCAL_RETURN_IF_ERROR(check_seeds(plan, arguments.same_seed, recordings));
+  std::error_code error;
+  fs::create_directories(fs::path(arguments.out) / "jobs", error);
+  if (error) {
+    return core::Error{core::ErrorCode::kIo,
+                       fmt::format("--out {}: {}", arguments.out, error.message())};
+  }
+  tell_changes(plan, arguments.out);
+  RAVENCAL_RETURN_IF_ERROR(study::write_plan(plan, arguments.out));
+  return plan;
+}
+
+/// Job numbers as Slurm's --array takes them: 0-5,7.
+std::string ranges_of(const std::vector<std::size_t>& jobs) {
+  std::string text;
+  for (std::size_t i = 0; i < jobs.size();) {
+    std::size_t end = i;
+    while (end + 1 < jobs.size() && jobs[end + 1] == jobs[end] + 1) ++end;
+    text += fmt::format("{}{}", text.empty() ? "" : ",", jobs[i]);
+    if (end > i) text += fmt::format("-{}", jobs[end]);
+    i = end + 1;
+  }
+  return text;
+}
+
+unsigned workers_of(const StudyArguments& arguments) {
+  return arguments.pool.workers > 0 ? arguments.pool.workers
+                                    : std::max(1U, std::thread::hardware_concurrency());
+}
+
+core::Status show_plan(const study::Plan& plan, const StudyArguments& arguments) {
+  RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
+  const double seconds = study::estimated_seconds(plan, missing);
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {{"plan", study::plan_path(arguments.out).string()},
+                                         {"jobs", plan.jobs.size()},
+                                         {"missing", missing.size()},
+                                         {"array", ranges_of(missing)},
+                                         {"core_seconds", seconds}};
+    fmt::print("{}\n", json.dump());
+    return {};
+  }
+  for (std::size_t i = 0; i < plan.jobs.size(); ++i) {
+    const study::Job& job = plan.jobs[i];
+    const bool done = !std::binary_search(missing.begin(), missing.end(), i);
+    fmt::print("{:>4}  {:<26} {:<22} seed {:<3} {:>3} features{}\n", i,
+               plan.conditions[job.condition].title, job.row, job.seed, job.width,
+               done ? "  done" : "");
+  }
+  for (const std::string& sentence : plan.left_out) fmt::print("left out: {}\n", sentence);
+  fmt::print("{} networks, {} to train: about {} of one core, {} with {} at a time\n",
+             plan.jobs.size(), missing.size(), minutes(seconds),
+             minutes(seconds / workers_of(arguments)), workers_of(arguments));
+  return {};
+}
+
+core::Status collect(const study::Plan& plan, const StudyArguments& arguments, int& exit_code) {
+  RAVENCAL_ASSIGN_OR_RETURN(const study::Results results, study::read_results(plan, arguments.out));
+  if (!results.missing.empty() && !arguments.partial) {
+    return core::Error{
+        core::ErrorCode::kData,
+        fmt::format("{} of {} jobs have no result: {}; run them, or add --partial for tables with "
+                    "gaps",
+                    results.missing.size(), plan.jobs.size(), ranges_of(results.missing))};
+  }
+  const std::vector<study::Finding> findings = study::findings_of(results);
+  RAVENCAL_RETURN_IF_ERROR(study::write_ablation_report(plan, results, findings, arguments.out));
+  if (arguments.json) {
+    fmt::print("{}", study::findings_json(findings));
+  } else {
+    if (arguments.print_tables) {
+      for (const study::Table& table : study::ablation_tables(plan, results)) {
+        fmt::print("{}\n", study::to_text(table));
+      }
+    }
+    fmt::print("{}report: {}\n", study::findings_text(findings),
+               (fs::path(arguments.out) / "report.html").string());
+  }
+  if (arguments.check && !study::all_hold(findings)) exit_code = cli::kFinding;
+  return {};
+}
+
+core::Status run_jobs(const study::Plan& plan, const StudyArguments& arguments,
+                      study::RecordingStore& recordings) {
+  RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
+  if (missing.empty()) return {};
+  const double seconds = study::estimated_seconds(plan, missing) / workers_of(arguments);
+  fmt::print(stderr, "{} of {} networks to train, {} at a time: about {}\n", missing.size(),
+             plan.jobs.size(), workers_of(arguments), minutes(seconds));
+  cli::Progress progress("networks");
+  RAVENCAL_ASSIGN_OR_RETURN(const study::PoolSummary summary,
+                            study::run_all(plan, arguments.out, recordings, arguments.pool,
+                                           [&](double done, const std::string& detail) {
+                                             progress.update(done, detail);
+                                             return !cli::interrupted();
+                                           }));
+  if (!summary.interrupted) {
+    fmt::print(stderr, "{} networks trained and tested in {:.1f} s, {} were there\n", summary.ran,
+               summary.wall_s, summary.there_already);
+    return {};
+  }
+  return core::Error{
+      core::ErrorCode::kIo,
+      fmt::format("interrupted: {} of {} networks are done; the same command continues",
+                  summary.there_already + summary.ran, plan.jobs.size())};
+}
+
+}  // namespace
+
+core::Status run_study(StudyArguments arguments, int& exit_code) {
+  if (static_cast<int>(arguments.plan) + static_cast<int>(arguments.job.has_value()) +
+          static_cast<int>(arguments.collect) >
+      1) {
+    return core::usage_error("--plan, --job and --collect: one at a time");
+  }
+  cli::catch_interrupts_of_work();
+  if (arguments.job || arguments.collect) {
+    RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, study::read_plan(arguments.out));
+    if (arguments.collect) return collect(plan, arguments, exit_code);
+    study::RecordingStore recordings(plan.load);
+    return study::run_one(plan, *arguments.job, arguments.out, recordings, arguments.pool.threads,
+                          [](double) { return !cli::interrupted(); });
+  }
+  const bool none_named = arguments.train.empty() && arguments.test.empty();
+  if (none_named && arguments.make_recordings) {
+    RAVENCAL_RETURN_IF_ERROR(arguments.make_recordings(arguments));
+  } else if (none_named && arguments.plan) {
+    RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, study::read_plan(arguments.out));
+    return show_plan(plan, arguments);
+  }
+  study::RecordingStore recordings(arguments.load);
+  RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, planned(arguments, recordings));
+  if (arguments.plan) return show_plan(plan, arguments);
+  RAVENCAL_RETURN_IF_ERROR(run_jobs(plan, arguments, recordings));
+  return collect(plan, arguments, exit_code);
+}
+
+void add_study_data_options(CLI::App& command, StudyArguments& arguments) {
+  command.add_option("--train", arguments.train, "Recordings to train on, no load");
+  command.add_option("--test", arguments.test,
+                     "Recordings to test on; for homing: after 0, 1, 2, ... homings");
+  command.add_option("--train-loaded", arguments.train_loaded, "The same with 500 g");
+  command.add_option("--test-loaded", arguments.test_loaded, "The same with 500 g");
+  command.add_option("--test-homing", arguments.test_homing,
+                     "Recordings after 0, 1, 2, ... homings since those of --train");
+  command.add_option("--train-rehomed", arguments.train_rehomed,
+                     "Recordings to train on, of several homings");
+  add_same_seed_option(command, arguments.same_seed);
+  (void)add_load_options(command, arguments.load);
+}
+
+void add_study_network_options(CLI::App& command, StudyArguments& arguments) {
+  study::Settings& settings = arguments.settings;
+  command.add_option("--features", settings.features,
+                     fmt::format("Features that are ablated; default: {}", study::kBaseFeatures));
+  command.add_option(
+      "--homing-features", settings.homing_features,
+      fmt::format("All features of the homing study; default: {}", study::kHomingFeatures));
+  add_hidden_option(command, settings.hidden);
+  add_epoch_options(command, settings.epochs, settings.batch);
+  command
+      .add_option_function<std::string>(
+          "--noise-from",
+          [&settings](const std::string& rows) {
+            settings.noise_from = rows == name_of(study::NoiseFrom::kTest)
+                                      ? study::NoiseFrom::kTest
+                                      : study::NoiseFrom::kTraining;
+          },
+          "Rows whose deviation is the inaccurate features' noise: test (the authors') or training")
+      ->check(CLI::IsMember({"test", "training"}))
+      ->default_str("test");
+  command.add_option("--seeds", settings.seeds, "Networks per row")
+      ->check(CLI::Range(1U, 1000U))
+      ->capture_default_str();
+  command
+      .add_option("--seed", settings.first_seed,
+                  "Seed of the first network; each further one adds 10")
+      ->capture_default_str();
+}
+
+void add_study_run_options(CLI::App& command, StudyArguments& arguments) {
+  command.add_flag(
+      "--plan", arguments.plan,
+      "List the jobs and the time they take; train nothing. Without recordings: those of the plan "
+      "in --out");
+  command.add_option("--job", arguments.job, "Run this job of the plan in --out, and no other");
+  command.add_flag("--collect", arguments.collect, "Make tables and report of the plan's results");
+  command.add_flag("--partial", arguments.partial,
+                   "With --collect: leave gaps where jobs have no result");
+  command
+      .add_option("--workers", arguments.pool.workers,
+                  "Networks at the same time; 0: one per core. Changes no result")
+      ->check(CLI::Range(0U, 1024U));
+  command.add_option("--threads", arguments.pool.threads, "Threads per network; changes no result")
+      ->check(CLI::Range(1U, 1024U))
+      ->capture_default_str();
+  command.add_flag("--check", arguments.check, "Exit with 1 unless every tested finding holds");
+  command.add_flag("--json", arguments.json, "Print the plan's size or the findings as JSON");
+}
+
+}  // namespace ravencal::commands
