@@ -139,6 +139,10 @@ struct Robot {
   double inner_rate_hz = 10000.0;            ///< integration; a multiple of control_rate_hz
   std::array<double, 3> gravity_m_per_s2{};  ///< in frame 0
   std::array<double, 4> tool_joints_rad{};   ///< roll, wrist, grasp1, grasp2: held
+  /// The first homing after that of power-on shifts every motor encoder's value by a draw within
+  /// ± this; later ones shift none, and the offsets of tool and void slots stay. 0: no value
+  /// shifts, and every homing draws those offsets.
+  double rehoming_shift_counts = 0.0;
 
   bool operator==(const Robot&) const = default;
 };

@@ -59,6 +59,7 @@ core::Status read_robot(TomlTable& root, Robot& robot, bool& gravity_stated) {
     robot.gravity_m_per_s2 = array_of<3>(table->numbers("gravity_m_per_s2", 3, kGravityRange));
   if (table->has("tool_joints_rad"))
     robot.tool_joints_rad = array_of<4>(table->numbers("tool_joints_rad", 4, kPositionRange));
+  robot.rehoming_shift_counts = table->number_or("rehoming_shift_counts", 0.0, kCountsRange);
   const double steps = robot.inner_rate_hz / robot.control_rate_hz;
   if (!(robot.control_rate_hz > 0.0) || !(steps >= 1.0) || steps != std::floor(steps)) {
     table->fail("inner_rate_hz", "inner_rate_hz must be a whole multiple of control_rate_hz");

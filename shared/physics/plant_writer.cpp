@@ -84,6 +84,8 @@ void write_robot(PlantText& out, const Robot& robot) {
   out.value("inner_rate_hz", robot.inner_rate_hz);
   out.value("gravity_m_per_s2", robot.gravity_m_per_s2);
   out.value("tool_joints_rad", robot.tool_joints_rad);
+  if (robot.rehoming_shift_counts != 0.0)
+    out.value("rehoming_shift_counts", robot.rehoming_shift_counts);
 }
 
 void write_environment(PlantText& out, const Plant& plant) {

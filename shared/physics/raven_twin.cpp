@@ -201,7 +201,24 @@ struct RavenTwin::Impl {
         std::llround(static_cast<double>(cycle) * 1e9 / plant.robot.control_rate_hz));
   }
 
-  /// Offsets of the slots that homing sets without a dynamic joint: tool and void.
+  /// What a homing does beside driving joints 1 to 3 to their stops (Robot::rehoming_shift_counts).
+  void shift_encoders(core::Random& random) {
+    const double shift = plant.robot.rehoming_shift_counts;
+    if (homings == 1 || shift == 0.0) draw_other_offsets(random);
+    if (homings != 2 || shift == 0.0) return;
+    for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
+      const auto counts = static_cast<std::int64_t>(random.uniform(-shift, shift));
+      power_on_counts[slot] += counts;
+      // Tool joints find their stops again; nothing homes the void slot.
+      if (slot < 4) continue;
+      const auto sign = static_cast<std::int64_t>(controller.encoder_sign(slot));
+      controller.set_encoder_offset(static_cast<JointSlot>(slot),
+                                    controller.state().encoder_offset[slot] + sign * counts);
+    }
+    read_encoders();  // homing starts from what they say now
+  }
+
+  /// Offsets of the slots without a dynamic joint: tool and void.
   void draw_other_offsets(core::Random& random) {
     for (const JointSlot slot : {JointSlot::kVoid, JointSlot::kRoll, JointSlot::kWrist,
                                  JointSlot::kGrasp1, JointSlot::kGrasp2}) {
@@ -260,7 +277,7 @@ void RavenTwin::start_homing() {
   core::Random random((twin.options.homing_seed * 1'000'003 + ++twin.homings) * 2);
   twin.physics.draw_stop_seats(random);
   twin.physics.restart_disturbances(random);
-  twin.draw_other_offsets(random);
+  twin.shift_encoders(random);
   twin.controller.start_homing();
   twin.homing_random = random;
 }

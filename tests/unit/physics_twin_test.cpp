@@ -56,6 +56,37 @@ TEST(Twin, EveryHomingSetsOtherOffsetsAndEqualSeedsSetEqualOnes) {
   EXPECT_NE(void_before, 0.0);
 }
 
+TEST(Twin, ShiftsItsEncodersAtTheFirstRehomingOnly) {
+  Plant plant = shipped_plant();
+  EXPECT_GT(plant.robot.rehoming_shift_counts, 0.0);
+  // Counts at the controller's home pose: motors are where they were within the seat of the stops.
+  const auto counts_after = [&plant](int homings) {
+    RavenTwin twin = homed_twin(plant, 1, 5);
+    for (int i = 1; i < homings; ++i) twin.home();
+    EXPECT_LT((twin.estimate_ji() - kHome).cwiseAbs().maxCoeff(), 1.0 * kDeg) << homings;
+    const Vector3d raw_ji = twin.truth().joints_ji - twin.estimate_ji();
+    EXPECT_NEAR(raw_ji[1] / kDeg, -7.5, 1.5) << homings;
+    const RavenMessage message = twin.begin_cycle();
+    std::vector<double> counts;
+    for (std::size_t slot = 0; slot < core::kSlotCount; ++slot)
+      counts.push_back(at(message, RavenField::kEncVals, slot));
+    return counts;
+  };
+  const auto shifted = [](const std::vector<double>& a, const std::vector<double>& b) {
+    int slots = 0;
+    for (std::size_t slot = 0; slot < a.size(); ++slot)
+      slots += std::abs(a[slot] - b[slot]) > 3000.0 ? 1 : 0;
+    return slots;
+  };
+  const auto first = counts_after(1), second = counts_after(2), third = counts_after(3);
+  EXPECT_EQ(shifted(first, second), 8);
+  EXPECT_EQ(shifted(second, third), 0);
+  plant.robot.rehoming_shift_counts = 0.0;
+  const auto before = counts_after(1), after = counts_after(2);
+  for (const std::size_t slot : {0UL, 1UL, 2UL, 3UL})
+    EXPECT_LT(std::abs(before[slot] - after[slot]), 3000.0) << slot;
+}
+
 TEST(Twin, SaysThatHomingFailed) {
   Plant plant = shipped_plant();
   plant.joints[1].homing->dac_threshold_counts = 1e6;  // the command is clipped far below

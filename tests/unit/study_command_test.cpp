@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <regex>
+#include <set>
 #include <string>
 
 #include "core/whole_file.hpp"
+#include "record/recording_reader.hpp"
 #include "unit/browser.hpp"
 #include "unit/run_command.hpp"
 #include "unit/study_arm.hpp"
@@ -53,14 +56,14 @@ class StudyCommand : public testing::Test {
 TEST_F(StudyCommand, PlansRunsOneJobAndCollectsOnlyWhatIsWhole) {
   const Outcome planned = ablate("removal " + data() + " --plan");
   EXPECT_EQ(planned.exit_code, 0) << planned.text;
-  EXPECT_NE(planned.text.find("18 networks, 18 to train: about"), std::string::npos)
+  EXPECT_NE(planned.text.find("19 networks, 19 to train: about"), std::string::npos)
       << planned.text;
   EXPECT_EQ(ablate("removal --job 3").exit_code, 0);
   const Outcome json = ablate("removal --plan --json");
-  EXPECT_NE(json.text.find("\"array\":\"0-2,4-17\""), std::string::npos) << json.text;
+  EXPECT_NE(json.text.find("\"array\":\"0-2,4-18\""), std::string::npos) << json.text;
   const Outcome gap = ablate("removal --collect");
   EXPECT_EQ(gap.exit_code, 3);
-  EXPECT_NE(gap.text.find("17 of 18 jobs have no result: 0-2,4-17"), std::string::npos) << gap.text;
+  EXPECT_NE(gap.text.find("18 of 19 jobs have no result: 0-2,4-18"), std::string::npos) << gap.text;
   EXPECT_FALSE(fs::exists(out() / "report.html"));
   EXPECT_EQ(ablate("removal --collect --partial").exit_code, 0);
   EXPECT_TRUE(fs::exists(out() / "report.html"));
@@ -73,13 +76,17 @@ TEST_F(StudyCommand, RunsEveryStudyAndWritesItsTablesInEveryForm) {
   const Outcome done = ablate("all " + data() + homing);
   ASSERT_EQ(done.exit_code, 0) << done.text;
   EXPECT_NE(done.text.find("Encoder values break after homing"), std::string::npos) << done.text;
-  for (const char* file : {"tables.csv", "tables.md", "tables.tex", "findings.json", "report.html"})
+  for (const char* file :
+       {"tables.csv", "tables.md", "tables.txt", "tables.tex", "findings.json", "report.html"})
     EXPECT_TRUE(fs::exists(out() / file)) << file;
   const auto csv = core::read_whole_file(out() / "tables.csv");
   ASSERT_TRUE(csv.ok());
-  for (const char* row : {"removal,joint 2,500 g,elbow", "inaccurate,torques,unloaded,insertion",
-                          "torque,\"torques, × −1\",unloaded",
-                          "homing_2,all features,elbow [deg],1", "samples,\"unloaded, shoulder\""})
+  for (const char* row :
+       {"removal,joint 2,500 g,elbow,", "removal,joint 2,500 g,elbow peak,",
+        "inaccurate,velocity,unloaded,insertion", "inaccurate_released,joint 1,unloaded,shoulder",
+        "torque,\"torques alone, × −1\",unloaded",
+        "homing,\"trained with re-homing: no other poses, only encoder\"",
+        "homing_2,all features,elbow [deg],1", "samples,\"unloaded, shoulder\""})
     EXPECT_NE(csv->find(row), std::string::npos) << row;
   if (test::has_browser()) {
     const auto opened = test::open_in_browser(out() / "report.html", out());
@@ -87,7 +94,7 @@ TEST_F(StudyCommand, RunsEveryStudyAndWritesItsTablesInEveryForm) {
     static const std::regex every_chart(R"(data-charts-drawn="(\d\d)/\1")");
     EXPECT_TRUE(std::regex_search(opened.dom.substr(0, opened.dom.find("<head>")), every_chart));
     for (const char* heading :
-         {"Removal ablation</h2>", "<h3>500 g</h3>", "<h3>unloaded, insertion</h3>",
+         {"Removal of features</h2>", "<h3>500 g</h3>", "<h3>unloaded, insertion</h3>",
           "Re-homing, trained with re-homing</h2>", ">kernels</th>"})
       EXPECT_NE(opened.dom.find(heading), std::string::npos) << heading;
   }
@@ -117,6 +124,46 @@ TEST_F(StudyCommand, UsageErrorsSayWhatToWrite) {
   EXPECT_EQ(features.exit_code, 2);
   EXPECT_NE(features.text.find("colour"), std::string::npos) << features.text;
   EXPECT_EQ(ablate("torque --collect").exit_code, 3);
+}
+
+TEST_F(StudyCommand, ThePapersStudyTakesRecordingsOfTheUser) {
+  const Outcome done = test::run_command(
+      fmt::format("{} study paper {} --test-homing {} {} --train-rehomed {} --out {} 2>&1",
+                  RAVENCAL_PROGRAM, data(), test_, again_, train_, out().string()));
+  ASSERT_EQ(done.exit_code, 0) << done.text;
+  EXPECT_FALSE(fs::exists(out() / "recordings")) << "the twin made some beside";
+  for (const char* words :
+       {"Removal of features: networks trained without", "Inaccurate features, inputs alone",
+        "Inaccurate features, as the authors' code was released", "Modified torque features",
+        "Modified pose features"})
+    EXPECT_NE(done.text.find(words), std::string::npos) << words << "\n" << done.text;
+  const auto csv = core::read_whole_file(out() / "tables.csv");
+  ASSERT_TRUE(csv.ok());
+  for (const char* theirs : {",12.2552,", ",0.1693,"})  // joint 1 as released; no encoder, re-homed
+    EXPECT_NE(csv->find(theirs), std::string::npos) << theirs;
+}
+
+TEST_F(StudyCommand, ThePapersStudyMakesItsRecordingsOnceAndApart) {
+  const std::string command = fmt::format(
+      "{} study paper --quick --test-s 60 --epochs 1 --seeds 1 --hidden 2 --out {} "
+      "--plan",
+      RAVENCAL_PROGRAM, out().string());
+  const Outcome planned = test::run_command(command + " 2>&1");
+  ASSERT_EQ(planned.exit_code, 0) << planned.text;
+  EXPECT_NE(planned.text.find("28 networks, 28 to train"), std::string::npos) << planned.text;
+  std::map<std::string, fs::file_time_type> made;
+  std::set<std::string> run_seeds;
+  for (const auto& entry : fs::recursive_directory_iterator(out() / "recordings")) {
+    if (!entry.is_regular_file()) continue;
+    const auto recording = record::read_recording(entry.path());
+    ASSERT_TRUE(recording.ok()) << recording.error().message;
+    made[entry.path().string()] = entry.last_write_time();
+    run_seeds.insert(recording->meta.at("seed"));
+  }
+  EXPECT_EQ(made.size(), 32U);  // 2 x (5 to train on + 6 to test on) + 6 after homings + 4 re-homed
+  EXPECT_EQ(run_seeds.size(), made.size());
+  ASSERT_EQ(test::run_command(command + " 2>&1").exit_code, 0);
+  for (const auto& [path, time] : made) EXPECT_EQ(fs::last_write_time(path), time) << path;
 }
 
 TEST_F(StudyCommand, CompareRefusesToTestOnWhatItTrains) {
