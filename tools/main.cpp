@@ -44,7 +44,8 @@ int run(int argc, char** argv) {
   commands::add_control(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot, run and study.\n"
+      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot, run and "
+      "study.\n"
       "`tools/run build` makes them.");
 #endif
   ravencal::cli::check_numbers(app);

@@ -6,6 +6,8 @@
 
 #include "kernels/forward.hpp"
 #include "kernels/gru_memory.hpp"
+#include "kernels/lanes.hpp"
+#include "kernels/panel.hpp"
 #include "kernels/vector.hpp"
 
 namespace ravencal::kernels {
@@ -15,78 +17,61 @@ namespace {
 /// same.
 constexpr std::size_t kColumns = kMaxWindow - 1;
 
-/// Vectors of outputs whose sums fit into the registers, times kColumns.
-constexpr std::size_t kGruVectors = kVectorBytes == 64 ? 2 : 1;
+/// Lanes whose sums fit into the registers, times kColumns.
+constexpr int kGruLanes = lanes_of(kVectorBytes == 64 ? 2 : 1);
 
-/// Weight `j` of the kGroup that lie in a 32-bit lane (packed_network.hpp), in units of its row.
+/// weights * state + biases, for the state of every column; kGroup weights lie side by side.
 template <std::size_t kGroup>
-RAVENCAL_INLINE Floats weight_in(const Words& lane, std::size_t j) noexcept {
-  if constexpr (kGroup == 1) {
-    return same_bits<Floats>(lane);
-  } else if constexpr (kGroup == 2) {
-    return same_bits<Floats>(j == 0 ? lane << 16U : lane & 0xFFFF0000U);
-  } else {
-    const Words upper = lane << static_cast<std::uint32_t>(24 - 8 * j);
-    return __builtin_convertvector(same_bits<Ints>(upper) >> 24, Floats);
-  }
-}
+struct RecurrentKernel {
+  const float* states[kColumns];
+  std::size_t products_at[kColumns];  ///< where a column's products begin, in floats
+  float input_step;                   ///< kInt8: what the rows' units are divided by
 
-/// products[c] = weights * states[c] + biases, for every column c.
-template <std::size_t kGroup>
-[[gnu::noinline]] void recurrent_products(const PackedView& network, const PackedLayer& layer,
-                                          const float* const* states,
-                                          float* const* products) noexcept {
-  const std::byte* const base = network.base;
-  const std::size_t inputs = padded(layer.inputs, kGroup);
-  const auto* const biases = reinterpret_cast<const float*>(base + layer.biases_at);
-  const auto* const scales = reinterpret_cast<const float*>(base + layer.row_scales_at);
-  const Floats per_step = broadcast(kGroup == 4 ? 1.0F / layer.input_step : 1.0F);
-  for (std::size_t first = 0; first < layer.outputs; first += kPanelLanes) {
-    const std::size_t rest = layer.outputs - first;
-    const std::size_t lanes = rest < kPanelLanes ? rest : kPanelLanes;
-    const auto* const panel =
-        reinterpret_cast<const std::uint32_t*>(base + layer.weights_at) + first * (inputs / kGroup);
-    for (std::size_t lane = 0; lane < lanes; lane += kGruVectors * kWidth) {
-      Floats sums[kColumns][kGruVectors] = {};
-      const std::uint32_t* w = panel + lane;
-      for (std::size_t i = 0; i < inputs; i += kGroup, w += lanes) {
-        Words words[kGruVectors];
-        for (std::size_t v = 0; v < kGruVectors; ++v) {
-          __builtin_prefetch(reinterpret_cast<const std::byte*>(w + v * kWidth) + 8192);
-          words[v] = load<Words>(w + v * kWidth);
-        }
-        for (std::size_t j = 0; j < kGroup; ++j) {
-          for (std::size_t v = 0; v < kGruVectors; ++v) {
-            const Floats weight = weight_in<kGroup>(words[v], j);
-            for (std::size_t c = 0; c < kColumns; ++c) {
-              sums[c][v] += weight * broadcast(states[c][i + j]);
-            }
-          }
-        }
+  template <int kLanes>
+  RAVENCAL_INLINE static Lanes<kLanes> weights(const std::uint32_t* w, std::size_t j) noexcept {
+    if constexpr (kGroup == 1) {
+      return From<kLanes>(reinterpret_cast<const float*>(w));
+    } else {
+      Lanes<kLanes> all;
+      for (int v = 0; v < kLanes; v += kWidth) {
+        store(all.data() + v, weight_in<kGroup>(load<Words>(w + v), j));
       }
-      for (std::size_t v = 0; v < kGruVectors; ++v) {
-        const std::size_t at = first + lane + v * kWidth;
-        const Floats unit = kGroup == 4 ? load<Floats>(scales + at) * per_step : per_step;
-        const Floats bias = load<Floats>(biases + at);
-        for (std::size_t c = 0; c < kColumns; ++c) {
-          store(products[c] + at, sums[c][v] * unit + bias);
-        }
-      }
+      return all;
     }
   }
-}
+
+  template <int kLanes>
+  RAVENCAL_INLINE void run(const Panel& panel, std::size_t lane) const noexcept {
+    Lanes<kLanes> sums[kColumns];
+    for (Lanes<kLanes>& sum : sums) sum.setZero();
+    const auto* w = reinterpret_cast<const std::uint32_t*>(panel.weights) + lane;
+    for (std::size_t i = 0; i < panel.inputs; i += kGroup, w += panel.lanes) {
+      fetch_ahead<4 * kLanes>(w);
+      for (std::size_t j = 0; j < kGroup; ++j) {
+        const Lanes<kLanes> weight = weights<kLanes>(w, j);
+        for (std::size_t c = 0; c < kColumns; ++c) sums[c] += weight * states[c][i + j];
+      }
+    }
+    const From<kLanes> biases(panel.biases + lane);
+    const From<kLanes> scales(panel.row_scales + lane);
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      if constexpr (kGroup == 4) sums[c] *= scales * (1.0F / input_step);
+      To<kLanes>(panel.y + products_at[c] + lane) = sums[c] + biases;
+    }
+  }
+};
 
 /// after = update * before + (1 - update) * tanh(x_candidate + reset * h_candidate); `after` may be
 /// `before`. `x`: the projected inputs; `h`: the recurrent products; three blocks each.
 RAVENCAL_INLINE void advance_state(std::size_t units, const float* x, const float* h,
                                    const float* before, float* after) noexcept {
-  for (std::size_t i = 0; i < units; i += kWidth) {
-    const Floats update = sigmoid(load<Floats>(x + i) + load<Floats>(h + i));
-    const Floats reset = sigmoid(load<Floats>(x + units + i) + load<Floats>(h + units + i));
-    const Floats candidate = hyperbolic_tangent(load<Floats>(x + 2 * units + i) +
-                                                reset * load<Floats>(h + 2 * units + i));
-    const Floats kept = before == nullptr ? Floats{} : load<Floats>(before + i);
-    store(after + i, candidate + update * (kept - candidate));
+  const auto line = [](const float* at) { return From<kLine>(at); };
+  for (std::size_t i = 0; i < units; i += kLine, x += kLine, h += kLine) {
+    const Line update = sigmoid(line(x) + line(h));
+    const Line reset = sigmoid(line(x + units) + line(h + units));
+    const Line candidate = hyperbolic_tangent(line(x + 2 * units) + reset * line(h + 2 * units));
+    const Line kept = before == nullptr ? Line::Zero() : Line(line(before + i));
+    To<kLine>(after + i) = candidate + update * (kept - candidate);
   }
 }
 
@@ -96,25 +81,28 @@ RAVENCAL_INLINE void advance_state(std::size_t units, const float* x, const floa
   auto* const memory = reinterpret_cast<GruMemory*>(memory_bytes);
   const std::size_t units = padded(layer.inputs, kLineLanes);
   const std::size_t columns = layer.window - std::size_t{1};
-  auto* const product_memory = reinterpret_cast<float*>(memory + 1);
-  float* const slot = product_memory + columns * layer.outputs + memory->phase * columns * units;
-  const float* states[kColumns];
-  float* products[kColumns];
-  for (std::size_t c = 0; c < kColumns; ++c) {  // unused columns repeat the first
-    states[c] = slot + (c < columns ? c : 0) * units;
-    products[c] = product_memory + (c < columns ? c : 0) * layer.outputs;
-  }
+  auto* const products = reinterpret_cast<float*>(memory + 1);
+  float* const slot = products + columns * layer.outputs + memory->phase * columns * units;
+  const auto multiply = [&]<std::size_t kGroup>(RecurrentKernel<kGroup> kernel) {
+    for (std::size_t c = 0; c < kColumns; ++c) {  // unused columns repeat the first
+      kernel.states[c] = slot + (c < columns ? c : 0) * units;
+      kernel.products_at[c] = (c < columns ? c : 0) * layer.outputs;
+    }
+    kernel.input_step = layer.input_step;
+    run_panels<kGruLanes>(network, layer, kernel, products);
+  };
   if (layer.precision == Precision::kFloat32) {
-    recurrent_products<1>(network, layer, states, products);
+    multiply(RecurrentKernel<1>{});
   } else if (layer.precision == Precision::kBfloat16) {
-    recurrent_products<2>(network, layer, states, products);
+    multiply(RecurrentKernel<2>{});
   } else {
-    recurrent_products<4>(network, layer, states, products);
+    multiply(RecurrentKernel<4>{});
   }
   // From the oldest window to the newest, so that each state is read before it is replaced.
-  advance_state(units, x, products[columns - 1], states[columns - 1], y);
+  const auto products_of = [&](std::size_t c) { return products + c * layer.outputs; };
+  advance_state(units, x, products_of(columns - 1), slot + (columns - 1) * units, y);
   for (std::size_t c = columns - 1; c > 0; --c) {
-    advance_state(units, x, products[c - 1], states[c - 1], slot + c * units);
+    advance_state(units, x, products_of(c - 1), slot + (c - 1) * units, slot + c * units);
   }
   const auto* const biases = reinterpret_cast<const float*>(network.base + layer.biases_at);
   advance_state(units, x, biases, nullptr, slot);

@@ -18,9 +18,10 @@ namespace {
 /// A layer's quantised inputs, padded with zeros to a multiple of 4: in bytes or whole, as
 /// Int8Dot::kTakesBytes says.
 struct QuantisedInputs {
-  const std::int16_t* value;
-  const std::uint8_t* high;  ///< upper byte + 128
-  const std::uint8_t* low;   ///< lower byte
+  std::int16_t* value;
+  std::uint8_t* high;  ///< upper byte + 128
+  std::uint8_t* low;   ///< lower byte
+  float poison;        ///< NaN if an input was NaN, else 0
 };
 
 // Each Int8Dot sums, for kWidth outputs: add() takes 4 inputs' weights of each, sum() ends.

@@ -13,10 +13,10 @@ foreach(object IN LISTS header_objects)
   target_compile_options(${object} PRIVATE -Wall -Wextra -pedantic-errors -Werror)
 endforeach()
 
-set(kernel_objects $<TARGET_OBJECTS:ravencal_forward_portable>)
+set(kernel_objects "portable=$<TARGET_OBJECTS:ravencal_forward_portable>")
 foreach(isa avx2 avx2_vnni avx512 avx512_vnni)
   if(TARGET ravencal_forward_${isa})
-    string(APPEND kernel_objects "|$<TARGET_OBJECTS:ravencal_forward_${isa}>")
+    string(APPEND kernel_objects "|${isa}=$<TARGET_OBJECTS:ravencal_forward_${isa}>")
   endif()
 endforeach()
 # What the tests of the shared object must find out about a library that breaks their rules.

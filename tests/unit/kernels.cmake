@@ -14,8 +14,9 @@ ravencal_test(NAME kernels_memory_test
   LIBS ravencal::kernels LABELS unit)
 target_include_directories(kernels_memory_test PRIVATE ${PROJECT_SOURCE_DIR})
 
+get_target_property(eigen_folder Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 add_test(NAME Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator
-  COMMAND ${CMAKE_CURRENT_LIST_DIR}/kernels_cross_test ${CMAKE_CURRENT_BINARY_DIR}/aarch64)
+  COMMAND ${CMAKE_CURRENT_LIST_DIR}/kernels_cross_test ${CMAKE_CURRENT_BINARY_DIR}/aarch64 ${eigen_folder})
 set_tests_properties(Kernels.TheNeonBuildKeepsItsPromisesInAnEmulator PROPERTIES
   LABELS property TIMEOUT ${RAVENCAL_HANG_S} SKIP_RETURN_CODE 77)
 

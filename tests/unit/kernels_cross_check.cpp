@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "model/kernel_promise.hpp"
 #include "unit/kernels_network.hpp"
 
 namespace ravencal::kernels_test {
@@ -47,6 +48,24 @@ void check_precision(Precision precision, double tolerance) {
   }
 }
 
+/// Within one and the stated error, and NaN from NaN.
+void check_activation(Activation activation, double error) {
+  const Packed packed(
+      {{1, 16, activation, std::vector<float>(16, 1.0F), std::vector<float>(16, 0.0F)}},
+      Precision::kFloat32);
+  for (int step = -4000; step <= 4000; ++step) {
+    const float x = static_cast<float>(step) * 2.5e-3F;
+    const float y = packed.run(kernels::best_isa(), {x})[0];
+    const double expected = reference_activation(activation, static_cast<double>(x));
+    check(std::abs(y) <= 1.0F, "an activation within one", Precision::kFloat32);
+    check(std::abs(static_cast<double>(y) - expected) <= error, "an activation's error",
+          Precision::kFloat32);
+  }
+  const float from_nan =
+      packed.run(kernels::best_isa(), {std::numeric_limits<float>::quiet_NaN()})[0];
+  check(std::isnan(from_nan), "NaN from an activation of NaN", Precision::kFloat32);
+}
+
 }  // namespace
 }  // namespace ravencal::kernels_test
 
@@ -55,6 +74,8 @@ int main() {
   kernels_test::check_precision(kernels::Precision::kFloat32, 1e-5);
   kernels_test::check_precision(kernels::Precision::kBfloat16, 0.05);
   kernels_test::check_precision(kernels::Precision::kInt8, 0.05);
+  kernels_test::check_activation(model::Activation::kSigmoid, model::kSigmoidError);
+  kernels_test::check_activation(model::Activation::kTanh, model::kTanhError);
   std::printf("%s: %d promises not kept\n", kernels::name_of(kernels::best_isa()),
               kernels_test::failures);
   return kernels_test::failures == 0 ? 0 : 1;

@@ -16,7 +16,8 @@ namespace ravencal::kernels_test {
 namespace {
 
 constexpr std::uint32_t kTicksPerRow = 2;
-constexpr GruShape kSmall = {37, 21, 5, 3, 19};  // no width is a multiple of a vector
+constexpr GruShape kSmall = {37, 21, 5, 3, 19};     // no width is a multiple of a vector
+constexpr GruShape kOddLines = {37, 40, 5, 3, 19};  // the last panel is one line wide
 
 std::vector<kernels::Isa> supported_isas() {
   std::vector<kernels::Isa> found;
@@ -73,12 +74,14 @@ double worst_error(const GruNetwork& network, Precision precision, kernels::Isa 
 TEST(Gru, AgreesWithTheWindowInDoubleInEveryPrecisionAndInstructionSet) {
   const std::pair<Precision, double> tolerances[] = {
       {Precision::kFloat32, 1e-5}, {Precision::kBfloat16, 0.04}, {Precision::kInt8, 0.08}};
-  const GruNetwork network = random_gru(kSmall, 1);
-  for (const auto& [precision, tolerance] : tolerances) {
-    for (const kernels::Isa isa : supported_isas()) {
-      const double error = worst_error(network, precision, isa);
-      EXPECT_LT(error, tolerance) << kernels::name_of(isa);
-      EXPECT_GT(error, 0.0) << "compared with itself?";
+  for (const GruShape& shape : {kSmall, kOddLines}) {
+    const GruNetwork network = random_gru(shape, 1);
+    for (const auto& [precision, tolerance] : tolerances) {
+      for (const kernels::Isa isa : supported_isas()) {
+        const double error = worst_error(network, precision, isa);
+        EXPECT_LT(error, tolerance) << kernels::name_of(isa) << ' ' << shape.units;
+        EXPECT_GT(error, 0.0) << "compared with itself?";
+      }
     }
   }
 }

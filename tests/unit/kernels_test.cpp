@@ -157,6 +157,7 @@ TEST(Kernels, ActivationsStayWithinTheirStatedErrors) {
       for (int step = -400000; step <= 400000; ++step) {
         const float x = static_cast<float>(step) * 2.5e-4F;
         const auto y = packed.run(isa, {x});
+        ASSERT_LE(std::abs(y[0]), 1.0F) << kernels::name_of(isa);
         worst = std::max(worst, std::abs(static_cast<double>(y[0]) -
                                          reference_activation(activation, static_cast<double>(x))));
       }
@@ -190,6 +191,20 @@ TEST(Kernels, ANanInputGivesNanOutputsWhereverItIs) {
         auto inputs = random_inputs(37, random);
         inputs[at] = std::numeric_limits<float>::quiet_NaN();
         for (const float y : packed.run(isa, inputs)) EXPECT_TRUE(std::isnan(y));
+      }
+    }
+  }
+}
+
+TEST(Kernels, NoActivationLosesANan) {
+  for (const auto activation :
+       {Activation::kLinear, Activation::kSigmoid, Activation::kTanh, Activation::kRelu}) {
+    for (const auto precision : {Precision::kFloat32, Precision::kBfloat16, Precision::kInt8}) {
+      const Packed packed(activation_only(activation), precision);
+      for (const Isa isa : isas()) {
+        for (const float y : packed.run(isa, {std::numeric_limits<float>::quiet_NaN()})) {
+          EXPECT_TRUE(std::isnan(y)) << kernels::name_of(isa);
+        }
       }
     }
   }

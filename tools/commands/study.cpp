@@ -28,8 +28,7 @@ struct PaperArguments {
   bool quick = false;
 };
 
-/// What --quick takes in place of the paper's settings, where no option says otherwise: half an
-/// hour on two cores.
+/// What --quick takes in place of the paper's settings, where no option says otherwise.
 void shorten(const CLI::App& command, PaperArguments& arguments) {
   const auto is_open = [&](const char* option) { return command.count(option) == 0; };
   study::Settings& settings = arguments.study.settings;
@@ -79,9 +78,10 @@ void add_twin_options(CLI::App& command, PaperArguments& arguments) {
       .add_option("--recording-seed", arguments.recordings.seed,
                   "Run and homing seeds of the recordings follow from it")
       ->capture_default_str();
-  command.add_flag("--quick", arguments.quick,
-                   "Half an hour on two cores: --hidden 128,64,32 --epochs 60 --seeds 3 --test-s "
-                   "1800, where not given");
+  command.add_flag(
+      "--quick", arguments.quick,
+      "Some ten minutes on two cores: --hidden 128,64,32 --epochs 60 --seeds 3 --test-s "
+      "1800, where not given");
 }
 
 }  // namespace
