@@ -5,11 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <mutex>
-#include <optional>
 
-#include "core/side_by_side.hpp"
+#include "core/run_tasks.hpp"
 #include "core/version.hpp"
 #include "simulation/session.hpp"
 #include "trajectory/trajectory.hpp"
@@ -153,51 +150,6 @@ core::Result<bool> record(const physics::Plant& plant, const Wanted& wanted, dou
   return true;
 }
 
-/// Records what is wanted, side by side; the first error stops the rest.
-class Recorder {
- public:
-  Recorder(const physics::Plant& plant, const std::vector<Wanted>& wanted, double pace,
-           const std::function<bool(double)>& progress)
-      : plant_(plant), wanted_(wanted), pace_(pace), progress_(progress), shares_(wanted.size()) {}
-
-  /// True if all are there.
-  core::Result<bool> run(unsigned workers) {
-    core::for_each_index(wanted_.size(), workers, [&](std::size_t i) {
-      if (stop_) return;
-      const auto there =
-          record(plant_, wanted_[i], pace_, [&](double share) { return report(i, share); });
-      if (!there.ok()) fail(there.error());
-      if (there.ok() && *there) report(i, 1.0);
-    });
-    if (error_) return *error_;
-    return !stop_;
-  }
-
- private:
-  bool report(std::size_t index, double share) {
-    shares_[index] = share;
-    double sum = 0.0;
-    for (const std::atomic<double>& own : shares_) sum += own;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!stop_ && !progress_(sum / static_cast<double>(shares_.size()))) stop_ = true;
-    return !stop_;
-  }
-  void fail(const core::Error& error) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!error_) error_ = error;
-    stop_ = true;
-  }
-
-  const physics::Plant& plant_;
-  const std::vector<Wanted>& wanted_;
-  double pace_;
-  const std::function<bool(double)>& progress_;
-  std::vector<std::atomic<double>> shares_;  ///< done of each recording
-  std::mutex mutex_;                         ///< of progress_ and error_
-  std::atomic<bool> stop_{false};
-  std::optional<core::Error> error_;
-};
-
 }  // namespace
 
 core::Result<PaperRecordings> make_paper_recordings(const physics::Plant& plant,
@@ -216,9 +168,15 @@ core::Result<PaperRecordings> make_paper_recordings(const physics::Plant& plant,
   }
   List list(fs::absolute(own), options.seed);
   PaperRecordings recordings = listed(list, options.test_s);
-  Recorder recorder(plant, list.wanted(), pace, progress);
-  RAVENCAL_ASSIGN_OR_RETURN(const bool complete, recorder.run(options.workers));
-  recordings.interrupted = !complete;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const core::TasksDone done,
+      core::run_tasks(
+          list.wanted().size(), options.workers,
+          [&](std::size_t i, const simulation::ProgressFunction& report) {
+            return record(plant, list.wanted()[i], pace, report);
+          },
+          [&](double share, std::size_t, std::size_t) { return progress(share); }));
+  recordings.interrupted = done.interrupted;
   return recordings;
 }
 

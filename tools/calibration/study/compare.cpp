@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/run_tasks.hpp"
 #include "core/units.hpp"
 #include "learn/evaluate.hpp"
 #include "learn/onnx_file.hpp"
@@ -370,29 +371,28 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
     comparison.training_minutes += minutes_of(group.train, group.problem) * groups.weight;
   comparison.loop_budget_us = options.loop_budget_us;
   if (groups.axes) comparison.map = grid_of(*groups.axes, groups.all.front().problem.outputs);
-  double done = 0.0;
-  for (const Method* method : wanted) {
-    const std::string id(method->id());
+  // One after the other: their times are compared.
+  const auto run = [&](std::size_t i,
+                       const std::function<bool(double)>& report) -> core::Result<bool> {
+    const std::string id(wanted[i]->id());
     const std::filesystem::path file = folder / (id + ".json");
     const std::string key = key_of(options, id);
     std::optional<MethodResult> result = read_method(file, key);
     if (!result) {
-      result = MethodRun(*method, groups, options, [&](double share) {
-                 return options.look((done + share) / static_cast<double>(wanted.size()), id);
-               }).run();
-      if (!result) {
-        outcome.interrupted = true;
-        break;
-      }
+      result = MethodRun(*wanted[i], groups, options, report).run();
+      if (!result) return false;
       result->key = key;
       RAVENCAL_RETURN_IF_ERROR(write_method(*result, file));
     }
     comparison.methods.push_back(std::move(*result));
-    done += 1.0;
-    outcome.interrupted =
-        !options.look(done / static_cast<double>(wanted.size()), id) && method != wanted.back();
-    if (outcome.interrupted) break;
-  }
+    return true;
+  };
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const core::TasksDone done,
+      core::run_tasks(wanted.size(), 1, run, [&](double share, std::size_t, std::size_t i) {
+        return options.look(share, wanted[i]->id());
+      }));
+  outcome.interrupted = done.interrupted;
   comparison.verdicts = verdicts_of(comparison.methods, options.settings.seed);
   return outcome;
 }

@@ -5,14 +5,10 @@
 #include <fmt/ranges.h>
 #include <time.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <mutex>
-#include <thread>
 
 #include "core/random.hpp"
-#include "core/side_by_side.hpp"
+#include "core/run_tasks.hpp"
 #include "learn/trainer.hpp"
 
 namespace ravencal::study {
@@ -37,56 +33,6 @@ core::Result<bool> run_and_write(const Plan& plan, const Job& job,
   RAVENCAL_RETURN_IF_ERROR(write_result(*result, path));
   return true;
 }
-
-/// Hands out the missing jobs to the workers and keeps what they share.
-class Pool {
- public:
-  Pool(const Plan& plan, std::vector<std::size_t> jobs, const PoolProgress& progress)
-      : plan_(plan), jobs_(std::move(jobs)), shares_(jobs_.size()), progress_(progress) {}
-
-  void work(const std::filesystem::path& folder, RecordingStore& recordings, unsigned threads) {
-    for (std::size_t next = next_++; next < jobs_.size() && !stop_; next = next_++) {
-      const Job& job = plan_.jobs[jobs_[next]];
-      const auto done = run_and_write(plan_, job, folder, recordings, threads,
-                                      [&](double share) { return report(next, share, job); });
-      if (!done.ok()) fail(done.error());
-      if (done.ok() && *done) ++finished_;
-    }
-  }
-
-  [[nodiscard]] const std::optional<core::Error>& error() const { return error_; }
-  [[nodiscard]] std::size_t finished() const { return finished_; }
-
- private:
-  bool report(std::size_t index, double share, const Job& job) {
-    shares_[index] = share;
-    double sum = 0.0;
-    for (const std::atomic<double>& own : shares_) sum += own;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!stop_ &&
-        !progress_(sum / static_cast<double>(shares_.size()),
-                   fmt::format("{} of {} networks, {}", finished_.load(), jobs_.size(), job.row))) {
-      stop_ = true;
-    }
-    return !stop_;
-  }
-
-  void fail(const core::Error& error) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!error_) error_ = error;
-    stop_ = true;
-  }
-
-  const Plan& plan_;
-  std::vector<std::size_t> jobs_;
-  std::vector<std::atomic<double>> shares_;  ///< done of each job
-  const PoolProgress& progress_;
-  std::atomic<std::size_t> next_{0};
-  std::atomic<std::size_t> finished_{0};
-  std::atomic<bool> stop_{false};
-  std::mutex mutex_;  ///< of progress_ and error_
-  std::optional<core::Error> error_;
-};
 
 /// Processor time of this thread: the time of training without the machine's other work.
 double thread_seconds() {
@@ -156,20 +102,22 @@ core::Status run_one(const Plan& plan, std::size_t job, const std::filesystem::p
 core::Result<PoolSummary> run_all(const Plan& plan, const std::filesystem::path& folder,
                                   RecordingStore& recordings, const PoolOptions& options,
                                   const PoolProgress& progress) {
-  RAVENCAL_ASSIGN_OR_RETURN(std::vector<std::size_t> missing, missing_jobs(plan, folder));
-  PoolSummary summary;
-  summary.there_already = plan.jobs.size() - missing.size();
-  const std::size_t wanted =
-      options.workers > 0 ? options.workers : std::max(1U, std::thread::hardware_concurrency());
-  const std::size_t workers = std::min(wanted, missing.size());
+  RAVENCAL_ASSIGN_OR_RETURN(const std::vector<std::size_t> missing, missing_jobs(plan, folder));
   const Clock::time_point start = Clock::now();
-  Pool pool(plan, missing, progress);
-  core::side_by_side(workers, [&] { pool.work(folder, recordings, options.threads); });
-  if (pool.error()) return *pool.error();
-  summary.ran = pool.finished();
-  summary.interrupted = summary.ran < missing.size();
-  summary.wall_s = seconds_since(start);
-  return summary;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const core::TasksDone done,
+      core::run_tasks(
+          missing.size(), options.workers,
+          [&](std::size_t i, const JobProgress& report) {
+            return run_and_write(plan, plan.jobs[missing[i]], folder, recordings, options.threads,
+                                 report);
+          },
+          [&](double share, std::size_t finished, std::size_t i) {
+            return progress(share, fmt::format("{} of {} networks, {}", finished, missing.size(),
+                                               plan.jobs[missing[i]].row));
+          }));
+  return PoolSummary{done.finished, plan.jobs.size() - missing.size(), done.interrupted,
+                     seconds_since(start)};
 }
 
 double estimated_seconds(const Plan& plan, const std::vector<std::size_t>& jobs) {
