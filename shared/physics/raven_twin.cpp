@@ -204,8 +204,8 @@ struct RavenTwin::Impl {
   /// What a homing does beside driving joints 1 to 3 to their stops (Robot::rehoming_shift_counts).
   void shift_encoders(core::Random& random) {
     const double shift = plant.robot.rehoming_shift_counts;
-    if (homings == 1 || shift == 0.0) draw_other_offsets(random);
-    if (homings != 2 || shift == 0.0) return;
+    if (homings == 1 || shift == 0.0) return draw_other_offsets(random);
+    if (homings > 2) return;
     for (std::size_t slot = 0; slot < core::kSlotCount; ++slot) {
       const auto counts = static_cast<std::int64_t>(random.uniform(-shift, shift));
       power_on_counts[slot] += counts;

@@ -166,12 +166,14 @@ core::Status collect(const study::Plan& plan, const StudyArguments& arguments, i
                     results.missing.size(), plan.jobs.size(), ranges_of(results.missing))};
   }
   const std::vector<study::Finding> findings = study::findings_of(results);
-  RAVENCAL_RETURN_IF_ERROR(study::write_ablation_report(plan, results, findings, arguments.out));
+  const std::vector<study::Table> tables = study::ablation_tables(plan, results);
+  RAVENCAL_RETURN_IF_ERROR(
+      study::write_ablation_report(plan, results, tables, findings, arguments.out));
   if (arguments.json) {
     fmt::print("{}", study::findings_json(findings));
   } else {
     if (arguments.print_tables) {
-      for (const study::Table& table : study::ablation_tables(plan, results)) {
+      for (const study::Table& table : tables) {
         fmt::print("{}\n", study::to_text(table));
       }
     }
@@ -264,9 +266,7 @@ void add_study_network_options(CLI::App& command, StudyArguments& arguments) {
       .add_option_function<std::string>(
           "--noise-from",
           [&settings](const std::string& rows) {
-            settings.noise_from = rows == name_of(study::NoiseFrom::kTest)
-                                      ? study::NoiseFrom::kTest
-                                      : study::NoiseFrom::kTraining;
+            settings.noise_from = study::noise_from_name(rows).value();
           },
           "Rows whose deviation is the inaccurate features' noise: test (the authors') or training")
       ->check(CLI::IsMember({"test", "training"}))

@@ -106,9 +106,8 @@ core::Result<Json> leak_test(const ProofOptions& options, const LeakOptions& lea
   std::vector<std::vector<double>> features(count);
   std::vector<int> labels(count);
   const auto kinds = vocabulary_kinds();
-  std::atomic<std::size_t> done{0};
   const core::Status finished =
-      in_parallel(count, options.jobs, [&](std::size_t i) -> core::Status {
+      in_parallel(options, count, "{} of {} cases", [&](std::size_t i) -> core::Status {
         CaseOptions case_options;
         case_options.seed = options.seed ^ 0x6c65616bU;
         case_options.duration_s = leak.duration_s;
@@ -125,9 +124,6 @@ core::Result<Json> leak_test(const ProofOptions& options, const LeakOptions& lea
         if (hidden && leak.planted) leak.planted(files);
         features[i] = features_of(files, 18);
         labels[i] = hidden ? 1 : 0;
-        const double share = static_cast<double>(++done) / static_cast<double>(count);
-        if (options.look && !options.look(share, fmt::format("{} of {} cases", done.load(), count)))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
         return {};
       });
   RAVENCAL_RETURN_IF_ERROR(finished);

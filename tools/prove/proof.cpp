@@ -154,18 +154,14 @@ core::Status seal_cases(const ProofOptions& options) {
   RAVENCAL_RETURN_IF_ERROR(begin(options));
   const Workspace space{options.out};
   const auto count = static_cast<std::size_t>(all_cases(options));
-  std::atomic<std::size_t> done{0};
   const core::Status finished =
-      in_parallel(count, options.jobs, [&](std::size_t i) -> core::Status {
+      in_parallel(options, count, "case {} of {}", [&](std::size_t i) -> core::Status {
         const int number = static_cast<int>(i);
         if (!fs::exists(space.sealed(number))) {
           const double start_s = thread_s();
           RAVENCAL_ASSIGN_OR_RETURN(CaseFiles files, files_of(options, number));
           RAVENCAL_RETURN_IF_ERROR(seal_one(space, number, std::move(files), thread_s() - start_s));
         }
-        const double share = static_cast<double>(++done) / static_cast<double>(count);
-        if (options.look && !options.look(share, fmt::format("case {} of {}", done.load(), count)))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
         return {};
       });
   RAVENCAL_RETURN_IF_ERROR(finished);
@@ -259,17 +255,9 @@ core::Status run_cases(const ProofOptions& options) {
                                    "tool needs a fresh seal in another --out",
                                    options.tool.string())};
   }
-  std::atomic<std::size_t> done{0};
-  const core::Status finished =
-      in_parallel(open.size(), options.jobs, [&](std::size_t i) -> core::Status {
-        RAVENCAL_RETURN_IF_ERROR(run_case(options, space, open[i]));
-        const double share = static_cast<double>(++done) / static_cast<double>(open.size());
-        if (options.look &&
-            !options.look(share, fmt::format("{} of {} cases", done.load(), open.size())))
-          return core::Error{core::ErrorCode::kUsage, "stopped; the same command continues"};
-        return {};
-      });
-  RAVENCAL_RETURN_IF_ERROR(finished);
+  RAVENCAL_RETURN_IF_ERROR(in_parallel(options, open.size(), "{} of {} cases", [&](std::size_t i) {
+    return run_case(options, space, open[i]);
+  }));
   const fs::path path = options.out / "verdicts.json";
   if (fs::exists(path) || missing_verdicts(options) > 0) return {};
   Json hashes = Json::array();

@@ -12,7 +12,6 @@
 #include "learn/evaluate.hpp"
 #include "report/charts.hpp"
 #include "report/document.hpp"
-#include "study/ablation_tables.hpp"
 
 extern "C" {
 // Names of the assembler (ravencal_embed_script). NOLINTNEXTLINE(readability-identifier-naming)
@@ -107,9 +106,9 @@ Json page_json(const Plan& plan, const Results& results, const std::vector<Table
 }  // namespace
 
 core::Status write_ablation_report(const Plan& plan, const Results& results,
+                                   const std::vector<Table>& tables,
                                    const std::vector<Finding>& findings,
                                    const std::filesystem::path& folder) {
-  const std::vector<Table> tables = ablation_tables(plan, results);
   const std::string checked = findings_json(findings);
   RAVENCAL_RETURN_IF_ERROR(write_tables(tables, folder / "tables", ""));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "findings.json", checked));

@@ -166,6 +166,13 @@ std::string_view title_of(Noise noise) {
 
 std::string_view name_of(NoiseFrom rows) { return rows == NoiseFrom::kTest ? "test" : "training"; }
 
+std::optional<NoiseFrom> noise_from_name(std::string_view name) {
+  for (const NoiseFrom rows : {NoiseFrom::kTest, NoiseFrom::kTraining}) {
+    if (name_of(rows) == name) return rows;
+  }
+  return std::nullopt;
+}
+
 std::string_view name_of(TestSet set) {
   switch (set) {
     case TestSet::kPaper:

@@ -5,6 +5,7 @@
 // doi 10.1109/TASE.2025.3584757).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -64,6 +65,7 @@ enum class NoiseFrom {
   kTraining  ///< the training's
 };
 std::string_view name_of(NoiseFrom rows);
+std::optional<NoiseFrom> noise_from_name(std::string_view name);
 
 /// Where noise goes.
 enum class NoiseInto {

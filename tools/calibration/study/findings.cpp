@@ -100,16 +100,18 @@ void compare_rows(const ConditionResults& results, const std::pair<std::string, 
                   other.first, percent(results.ratio(b, none, joints)), points(difference));
 }
 
-/// Whether each of these joints keeps below (or goes above) the paper's mark without the set.
-void check_joints(const ConditionResults& results, const FeatureSet& set, JointRange joints,
+/// Whether each of these joints keeps below (or goes above) the paper's mark without the features
+/// of joint `left_out`.
+void check_joints(const ConditionResults& results, int left_out, JointRange joints,
                   bool spoilt_without, Finding& finding) {
   const Tested none{RowId{}, {}};
   for (std::size_t joint = joints.first; joint < joints.end; ++joint) {
-    const Figure rise = results.ratio({without(set.id), {}}, none, {joint, joint + 1});
+    const Figure rise = results.ratio({without(joint_set(left_out)), {}}, none, {joint, joint + 1});
     finding.verdict = both(finding.verdict,
                            spoilt_without ? above(rise, kMarkedRatio) : below(rise, kMarkedRatio));
-    finding.evidence += fmt::format("{}{} without {} {}", finding.evidence.empty() ? "" : "; ",
-                                    results.joints()[joint].name, set.title, percent(rise));
+    finding.evidence +=
+        fmt::format("{}{} without joint {} {}", finding.evidence.empty() ? "" : "; ",
+                    results.joints()[joint].name, left_out, percent(rise));
   }
 }
 
@@ -196,11 +198,11 @@ Finding joint_two_carries(const ConditionResults& results) {
 Finding joint_two_spoils(const ConditionResults& results) {
   Finding finding = begun(results, "joint_2_spoils",
                           "Without joint 2's features joints 2 and 3 are spoilt, joint 1 is not");
-  const FeatureSet set{joint_set(2), "joint 2", {}};
-  if (!has_all(results, {RowId{}, without(set.id)}) || results.joints().size() != 3) return finding;
+  if (!has_all(results, {RowId{}, without(joint_set(2))}) || results.joints().size() != 3)
+    return finding;
   finding.verdict = Verdict::kHolds;
-  check_joints(results, set, {0, 1}, false, finding);
-  check_joints(results, set, {1, 3}, true, finding);
+  check_joints(results, 2, {0, 1}, false, finding);
+  check_joints(results, 2, {1, 3}, true, finding);
   finding.evidence += "; the limit is +30 %";
   return finding;
 }
@@ -208,12 +210,10 @@ Finding joint_two_spoils(const ConditionResults& results) {
 Finding joints_one_and_three_are_free(const ConditionResults& results) {
   Finding finding = begun(results, "joints_1_and_3",
                           "The features of joint 1, and those of joint 3, can be left out");
-  const FeatureSet first{joint_set(1), "joint 1", {}};
-  const FeatureSet third{joint_set(3), "joint 3", {}};
-  if (!has_all(results, {RowId{}, without(first.id), without(third.id)})) return finding;
+  if (!has_all(results, {RowId{}, without(joint_set(1)), without(joint_set(3))})) return finding;
   finding.verdict = Verdict::kHolds;
-  check_joints(results, first, results.all_joints(), false, finding);
-  check_joints(results, third, results.all_joints(), false, finding);
+  check_joints(results, 1, results.all_joints(), false, finding);
+  check_joints(results, 3, results.all_joints(), false, finding);
   finding.evidence += "; the limit is +30 %";
   return finding;
 }

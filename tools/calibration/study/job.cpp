@@ -77,13 +77,10 @@ class Tester {
  public:
   Tester(const model::CalibrationModel& model, std::vector<TestData> tests, NoiseFrom noise_from,
          JobResult& result)
-      : model_(model), tests_(std::move(tests)), result_(result) {
+      : model_(model), tests_(std::move(tests)), noise_from_(noise_from), result_(result) {
     for (const model::OutputSpec& output : model.outputs) {
       result_.joints.push_back({output.joint, output.unit});
     }
-    std::vector<const model::FeatureMatrix*> inputs;
-    for (const TestData& test : tests_) inputs.push_back(&test.inputs);
-    ranges_ = noise_from == NoiseFrom::kTest ? ranges_of_tests(inputs) : ranges_of_training(model);
     find_grid();
   }
 
@@ -109,7 +106,7 @@ class Tester {
       const auto columns = columns_of(model_, data.recording->channels, variant.terms);
       if (columns.empty()) return;  // nothing of this set is among the network's inputs
       const model::FeatureMatrix inputs =
-          spoil(data.inputs, ranges_, columns, variant.noise, seed * 1000 + i);
+          spoil(data.inputs, ranges(), columns, variant.noise, seed * 1000 + i);
       errors.push_back(corrected_errors(model_, data, inputs));
       if (variant.into == NoiseInto::kBelievedAsWell) {
         add_to_believed_angles(data, inputs, errors.back());
@@ -119,6 +116,17 @@ class Tester {
   }
 
  private:
+  /// Of every input; most networks are tested without noise and need none.
+  const ColumnRanges& ranges() {
+    if (!ranges_ && noise_from_ == NoiseFrom::kTraining) ranges_ = ranges_of_training(model_);
+    if (!ranges_) {
+      std::vector<const model::FeatureMatrix*> inputs;
+      for (const TestData& test : tests_) inputs.push_back(&test.inputs);
+      ranges_ = ranges_of_tests(inputs);
+    }
+    return *ranges_;
+  }
+
   /// The noise of the inputs is in the believed angles that the correction is added to.
   void add_to_believed_angles(const TestData& data, const model::FeatureMatrix& inputs,
                               Eigen::MatrixXd& errors) const {
@@ -175,8 +183,9 @@ class Tester {
 
   const model::CalibrationModel& model_;
   std::vector<TestData> tests_;
+  NoiseFrom noise_from_;
   JobResult& result_;
-  ColumnRanges ranges_;
+  std::optional<ColumnRanges> ranges_;
   std::vector<double> x_;  ///< truth of the map's axes, all tests end to end
   std::vector<double> y_;
 };

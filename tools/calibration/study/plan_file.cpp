@@ -27,13 +27,6 @@ Json settings_json(const Settings& s) {
           {"noise_from", name_of(s.noise_from)}};
 }
 
-NoiseFrom noise_from(const std::string& name) {
-  for (const NoiseFrom rows : {NoiseFrom::kTest, NoiseFrom::kTraining}) {
-    if (name_of(rows) == name) return rows;
-  }
-  throw std::invalid_argument(fmt::format("'{}' are no rows that noise is of", name));
-}
-
 /// Throws nlohmann's exceptions for what is missing or of another type.
 Settings settings_from(const Json& json) {
   Settings s;
@@ -47,7 +40,9 @@ Settings settings_from(const Json& json) {
   const auto isa = learn::isa_from(json.at("kernels").get<std::string>());
   if (!isa) throw std::invalid_argument("'kernels' is no instruction set");
   s.isa = *isa;
-  s.noise_from = noise_from(json.at("noise_from").get<std::string>());
+  const auto noise_from = noise_from_name(json.at("noise_from").get<std::string>());
+  if (!noise_from) throw std::invalid_argument("'noise_from' is neither test nor training");
+  s.noise_from = *noise_from;
   return s;
 }
 

@@ -139,15 +139,20 @@ std::vector<double> run_joint(const Band& band, const RandomOptions& options, st
 
 }  // namespace
 
+core::Status check_pace(double pace) {
+  constexpr double kLeast = 0.1;
+  constexpr double kMost = 10.0;
+  if (pace >= kLeast && pace <= kMost) return {};
+  return core::Error{core::ErrorCode::kUsage,
+                     fmt::format("pace {} is outside {} to {}", pace, kLeast, kMost)};
+}
+
 core::Result<Trajectory> make_random(const RandomOptions& options) {
   if (!(options.duration_s >= 1.0) || options.duration_s > kLongestS) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("duration {} s is outside 1 s to 24 h", options.duration_s)};
   }
-  if (!(options.pace >= kLeastPace) || options.pace > kMostPace) {
-    return core::Error{core::ErrorCode::kUsage, fmt::format("pace {} is outside {} to {}",
-                                                            options.pace, kLeastPace, kMostPace)};
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_pace(options.pace));
   const auto count = static_cast<std::size_t>(options.duration_s * kSampleRateHz) + 1;
   Trajectory trajectory;
   trajectory.t_s.resize(count);

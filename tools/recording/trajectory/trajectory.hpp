@@ -27,9 +27,8 @@ struct Trajectory {
 
 inline constexpr double kSampleRateHz = 100.0;
 
-/// Limits of `pace`, of every trajectory.
-inline constexpr double kLeastPace = 0.1;
-inline constexpr double kMostPace = 10.0;
+/// Errors (kUsage): a pace, of any trajectory, that is not in 0.1 to 10.
+core::Status check_pace(double pace);
 
 /// Range that a trajectory may use.
 struct JointLimits {

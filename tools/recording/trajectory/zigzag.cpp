@@ -132,10 +132,7 @@ core::Result<Trajectory> make_zigzag(const ZigzagOptions& options) {
     return core::Error{core::ErrorCode::kUsage,
                        fmt::format("sparsity 1/{} is outside 1/1 to 1/100", options.divisions)};
   }
-  if (!(options.pace >= kLeastPace && options.pace <= kMostPace)) {
-    return core::Error{core::ErrorCode::kUsage, fmt::format("pace {} is outside {} to {}",
-                                                            options.pace, kLeastPace, kMostPace)};
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_pace(options.pace));
   const Vector3d range = options.limits.high_ji - options.limits.low_ji;
   if (!(range.minCoeff() > 0.0)) {
     return core::Error{core::ErrorCode::kUsage,
