@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <utility>
 
 #include "core/whole_file.hpp"
 #include "learn/onnx_file.hpp"
@@ -78,22 +79,38 @@ TEST_F(Compare, IntervalsTellMethodsApartOnlyWhereTheyDiffer) {
   EXPECT_LT(better.high, 0.01);
 }
 
+/// The file of a method's result; empty if there is none.
+fs::path job_of(const fs::path& out, const std::string& id) {
+  for (const auto& entry : fs::directory_iterator(out / "jobs")) {
+    if (nlohmann::json::parse(core::read_whole_file(entry.path()).value()).at("id") == id)
+      return entry.path();
+  }
+  return {};
+}
+
 TEST_F(Compare, GoesOnBehindWhatIsDone) {
   run();
-  const fs::path file = options_.out / "methods" / "linear.json";
+  const fs::path file = job_of(options_.out, "linear");
   nlohmann::json kept = nlohmann::json::parse(core::read_whole_file(file).value());
   kept["training_s"] = 12345.0;  // would be overwritten by another run
   ASSERT_TRUE(core::write_whole_file(file, kept.dump()).ok());
   EXPECT_EQ(run().methods[2].training_s, 12345.0);
-  options_.settings.seed = 4;
+  const std::uint64_t first = std::exchange(options_.settings.seed, 4);
   EXPECT_LT(run().methods[2].training_s, 12345.0) << "another seed is another result";
+  options_.settings.seed = first;
+  EXPECT_EQ(run().methods[2].training_s, 12345.0) << "and the first is still there";
 }
 
-TEST_F(Compare, RunsAMethodAgainWhoseFileIsDamaged) {
+TEST_F(Compare, RefusesADamagedResultByName) {
   run();
-  ASSERT_TRUE(core::write_whole_file(options_.out / "methods" / "bias.json", "{\"id\": 3").ok());
-  const Comparison c = run();
-  EXPECT_NEAR(rmse(c, 1, 0), 0.03 / std::sqrt(3.0) * 57.29578, 0.03);
+  const fs::path file = job_of(options_.out, "bias");
+  ASSERT_TRUE(core::write_whole_file(file, "{\"id\": 3").ok());
+  const auto refused = compare(data_, options_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
+  EXPECT_NE(refused.error().message.find(file.string()), std::string::npos);
+  fs::remove(file);
+  EXPECT_NEAR(rmse(run(), 1, 0), 0.03 / std::sqrt(3.0) * 57.29578, 0.03);
 }
 
 TEST_F(Compare, KeepsFinishedMethodsWhenStopped) {
@@ -103,8 +120,8 @@ TEST_F(Compare, KeepsFinishedMethodsWhenStopped) {
   ASSERT_TRUE(outcome.ok());
   EXPECT_TRUE(outcome->interrupted);
   EXPECT_EQ(outcome->comparison.methods.size(), 2U);
-  EXPECT_TRUE(fs::exists(options_.out / "methods" / "bias.json"));
-  EXPECT_FALSE(fs::exists(options_.out / "methods" / "network.json"));
+  EXPECT_FALSE(job_of(options_.out, "bias").empty());
+  EXPECT_TRUE(job_of(options_.out, "network").empty());
 }
 
 TEST_F(Compare, SameSeedSameErrors) {

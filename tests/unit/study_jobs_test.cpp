@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/whole_file.hpp"
+#include "study/job_store.hpp"
 #include "study/pool.hpp"
 #include "study/results.hpp"
 #include "study/test_noise.hpp"
@@ -169,11 +170,11 @@ TEST_F(StudyJobs, AResultThatIsDamagedOrAnothersIsRefusedByName) {
   const Plan made = plan("torque");
   const fs::path folder = out("damaged");
   ASSERT_TRUE(run_one(made, 0, folder, recordings_, 1, kGoOn).ok());
-  fs::copy_file(result_path(folder, made.jobs[0]), result_path(folder, made.jobs[1]));
+  fs::copy_file(result_path(folder, made.jobs[0].key), result_path(folder, made.jobs[1].key));
   const auto anothers = read_result(made, made.jobs[1], folder);
   ASSERT_FALSE(anothers.ok());
   EXPECT_NE(anothers.error().message.find("another job"), std::string::npos);
-  fs::resize_file(result_path(folder, made.jobs[0]), 1000);
+  fs::resize_file(result_path(folder, made.jobs[0].key), 1000);
   EXPECT_FALSE(read_result(made, made.jobs[0], folder).ok());
   EXPECT_FALSE(read_results(made, folder).ok());
 }

@@ -284,7 +284,7 @@ void add_compare(CLI::App& app, int& exit_code) {
       "         ravencal compare --train run1.db run2.db --test run3.db --features light --play "
       "0.001,0.003 "
       "--physics physics --plugin libravencal_plugin.so --out comparison\n"
-      "Finished methods are kept in OUT/methods: after Ctrl-C the same command continues with the "
+      "Finished methods are kept in OUT/jobs: after Ctrl-C the same command continues with the "
       "others.");
   on_call(
       *command, exit_code,

@@ -15,6 +15,7 @@
 #include "model/blob_writer.hpp"
 #include "study/compare_evaluate.hpp"
 #include "study/compare_seeds.hpp"
+#include "study/job_store.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -101,6 +102,28 @@ core::Result<Groups> make_groups(const CompareData& data, const CompareOptions& 
 /// Minutes of motion in the rows of these series that train.
 double minutes_of(std::span<const Series> series, const Problem& problem) {
   return static_cast<double>(methods::count_training_rows(series)) * problem.row_period_s / 60.0;
+}
+
+/// Everything that a method's result depends on.
+std::string description_of(const CompareOptions& options, std::string_view method) {
+  const methods::Settings& s = options.settings;
+  std::string key = fmt::format(
+      "{}; features {}; play {}; joints {}; shares {}; poses {}; seed {}; hidden {} activation {}; "
+      "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {} {}; lstm {} {}; inducing "
+      "{}; "
+      "trees {}; loop {}",
+      method, options.features, fmt::join(options.play, ","), fmt::join(options.joints, ","),
+      fmt::join(options.shares, ","), options.poses, s.seed, fmt::join(s.hidden, ","),
+      static_cast<int>(s.activation), s.epochs, s.batch, s.networks, s.learning_rate,
+      s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.gru_iterations, s.lstm_units,
+      s.lstm_iterations, s.inducing, s.trees, static_cast<bool>(options.measure));
+  for (const auto& [joint, features] : options.features_of)
+    key += fmt::format("; {}={}", joint, features);
+  for (const auto& [name, value] : options.facts) {
+    if (name.starts_with("physics") && !method.starts_with("physics")) continue;
+    key += "; " + name + " " + value;
+  }
+  return key;
 }
 
 class MethodRun {
@@ -248,8 +271,9 @@ class MethodRun {
     const bool recurrent =
         model->layers.size() > 1 && model->layers[0].kind == model::packed::LayerKind::kGruInput;
     const std::string name =
-        result_.id + (groups_.all.size() > 1 ? "_" + group.problem.outputs.front().joint : "") +
-        (recurrent ? ".blob" : ".onnx");
+        fmt::format("{}{}-{}.{}", result_.id,
+                    groups_.all.size() > 1 ? "_" + group.problem.outputs.front().joint : "",
+                    key_of(description_of(options_, result_.id)), recurrent ? "blob" : "onnx");
     model::CalibrationModel kept = *model;
     kept.seeds = groups_.seeds;
     RAVENCAL_RETURN_IF_ERROR(recurrent ? model::write_blob(kept, folder / name)
@@ -277,28 +301,6 @@ class MethodRun {
   MethodResult result_;
   bool stopped_ = false;
 };
-
-/// Everything that a method's result depends on.
-std::string key_of(const CompareOptions& options, std::string_view method) {
-  const methods::Settings& s = options.settings;
-  std::string key = fmt::format(
-      "{}; features {}; play {}; joints {}; shares {}; poses {}; seed {}; hidden {} activation {}; "
-      "epochs {} batch {} networks {} rate {} penalty {}; gru {} {} {} {}; lstm {} {}; inducing "
-      "{}; "
-      "trees {}; loop {}",
-      method, options.features, fmt::join(options.play, ","), fmt::join(options.joints, ","),
-      fmt::join(options.shares, ","), options.poses, s.seed, fmt::join(s.hidden, ","),
-      static_cast<int>(s.activation), s.epochs, s.batch, s.networks, s.learning_rate,
-      s.penalty_scale, s.gru_units, s.gru_dense, s.gru_epochs, s.gru_iterations, s.lstm_units,
-      s.lstm_iterations, s.inducing, s.trees, static_cast<bool>(options.measure));
-  for (const auto& [joint, features] : options.features_of)
-    key += fmt::format("; {}={}", joint, features);
-  for (const auto& [name, value] : options.facts) {
-    if (name.starts_with("physics") && !method.starts_with("physics")) continue;
-    key += "; " + name + " " + value;
-  }
-  return key;
-}
 
 core::Result<std::vector<const Method*>> wanted_methods(const CompareOptions& options) {
   std::vector<const Method*> wanted;
@@ -357,13 +359,6 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   comparison.shared = shared_with_tests(data);
   if (!options.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(comparison.shared));
   RAVENCAL_ASSIGN_OR_RETURN(Groups groups, make_groups(data, options));
-  const std::filesystem::path folder = options.out / "methods";
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    return core::Error{core::ErrorCode::kIo,
-                       fmt::format("{}: {}", folder.string(), error.message())};
-  }
   comparison.title = options.title;
   comparison.facts = options.facts;
   comparison.order = name_of(groups.all.front().problem.order);
@@ -374,15 +369,12 @@ core::Result<CompareOutcome> compare(const CompareData& data, const CompareOptio
   // One after the other: their times are compared.
   const auto run = [&](std::size_t i,
                        const std::function<bool(double)>& report) -> core::Result<bool> {
-    const std::string id(wanted[i]->id());
-    const std::filesystem::path file = folder / (id + ".json");
-    const std::string key = key_of(options, id);
-    std::optional<MethodResult> result = read_method(file, key);
+    const std::string job = description_of(options, wanted[i]->id());
+    RAVENCAL_ASSIGN_OR_RETURN(std::optional<MethodResult> result, read_method(job, options.out));
     if (!result) {
       result = MethodRun(*wanted[i], groups, options, report).run();
       if (!result) return false;
-      result->key = key;
-      RAVENCAL_RETURN_IF_ERROR(write_method(*result, file));
+      RAVENCAL_RETURN_IF_ERROR(write_method(*result, job, options.out));
     }
     comparison.methods.push_back(std::move(*result));
     return true;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/whole_file.hpp"
+#include "study/job_store.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -54,10 +55,7 @@ json to_json(const CompareJoint& joint, bool with_blocks) {
   for (const auto& [name, figure] : joint.sets) j["sets"][name] = to_json(figure);
   if (!with_blocks) return j;
   j["blocks"] = json::array();
-  for (const ErrorBlocks& b : joint.blocks) {
-    j["blocks"].push_back(
-        {{"squares", b.squares}, {"counts", b.counts}, {"correlation_s", b.correlation_s}});
-  }
+  for (const ErrorBlocks& blocks : joint.blocks) j["blocks"].push_back(json_of(blocks));
   return j;
 }
 CompareJoint joint_of(const json& j) {
@@ -66,13 +64,7 @@ CompareJoint joint_of(const json& j) {
   joint.unit = j.at("unit");
   for (const auto& [name, figure] : j.at("sets").items()) joint.sets[name] = figure_of(figure);
   if (!j.contains("blocks")) return joint;
-  for (const json& b : j["blocks"]) {
-    ErrorBlocks blocks;
-    blocks.squares = numbers_of(b.at("squares"));
-    blocks.counts = b.at("counts").get<std::vector<std::uint32_t>>();
-    blocks.correlation_s = number_of(b.at("correlation_s"));
-    joint.blocks.push_back(std::move(blocks));
-  }
+  for (const json& blocks : j["blocks"]) joint.blocks.push_back(blocks_from(blocks));
   return joint;
 }
 
@@ -112,7 +104,6 @@ MethodResult method_of(const json& j) {
     m.curve.push_back({p.at("share"), p.at("minutes"), numbers_of(p.at("rmse"))});
   for (const json& map : j.at("maps"))
     m.maps.push_back({map.at("joint"), map.at("unit"), numbers_of(map.at("rmse"))});
-  m.key = j.value("key", "");
   return m;
 }
 
@@ -157,25 +148,21 @@ nlohmann::ordered_json method_json(const MethodResult& m, bool with_blocks) {
   j["maps"] = json::array();
   for (const CompareMap& map : m.maps)
     j["maps"].push_back({{"joint", map.joint}, {"unit", map.unit}, {"rmse", map.rmse}});
-  if (with_blocks) j["key"] = m.key;
   return j;
 }
 
-core::Status write_method(const MethodResult& result, const std::filesystem::path& path) {
-  return core::write_whole_file(path, method_json(result, true).dump(1) + "\n");
+core::Status write_method(const MethodResult& result, const std::string& description,
+                          const std::filesystem::path& folder) {
+  return keep_result(folder, description, method_json(result, true));
 }
 
-std::optional<MethodResult> read_method(const std::filesystem::path& path, const std::string& key) {
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  const auto text = core::read_whole_file(path);
-  if (!text.ok()) return std::nullopt;
-  try {
-    MethodResult result = method_of(json::parse(*text));
-    if (result.key == key) return result;
-  } catch (const json::exception&) {
-    // The method is run again, as if there were no file.
-  }
-  return std::nullopt;
+core::Result<std::optional<MethodResult>> read_method(const std::string& description,
+                                                      const std::filesystem::path& folder) {
+  std::optional<MethodResult> result;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      [[maybe_unused]] const bool there,
+      take_result(folder, description, [&result](const json& j) { result = method_of(j); }));
+  return result;
 }
 
 core::Result<Comparison> read_comparison(const std::filesystem::path& path) {

@@ -94,7 +94,6 @@ struct MethodResult {
   StepTime own_step;  ///< one prediction by the method's own code
   LoopFitness loop;
   std::string model_file;  ///< below the output folder; empty if there is none to load
-  std::string key;         ///< what the result depends on; another key, another result
 
   /// Least minutes of the curve with a mean error (geometric, over joints) within 1.1 times the
   /// last one's.
@@ -124,12 +123,14 @@ struct Comparison {
   learn::SharedSeeds shared;  ///< of all sets
 };
 
-/// One method's file, with blocks, for resuming. Errors: kIo.
-core::Status write_method(const MethodResult& result, const std::filesystem::path& path);
-/// The method's result if the file is there and its key is `key`.
-std::optional<MethodResult> read_method(const std::filesystem::path& path, const std::string& key);
+/// Keeps a method's result, with its blocks, as that of the job `description`. Errors: kIo.
+core::Status write_method(const MethodResult& result, const std::string& description,
+                          const std::filesystem::path& folder);
+/// The job's result if it is there. Errors: kIo, kData if it is damaged.
+core::Result<std::optional<MethodResult>> read_method(const std::string& description,
+                                                      const std::filesystem::path& folder);
 
-/// As compare.json has it, or with the blocks and the key of the method's file.
+/// As compare.json has it, or with the blocks.
 nlohmann::ordered_json method_json(const MethodResult& result, bool with_blocks);
 /// From compare.json: what recommend() needs. Errors: kIo, kData.
 core::Result<Comparison> read_comparison(const std::filesystem::path& path);

@@ -219,7 +219,6 @@ core::Result<std::optional<JobResult>> run_job(const Plan& plan, const Job& job,
                          }));
   if (stopped) return std::optional<JobResult>();
   std::optional<JobResult> result(std::in_place);
-  result->description = description_of(plan, job);
   if (!trained.epochs.empty()) result->final_loss = trained.epochs.back().training;
   std::vector<TestData> tests;
   for (const Recording* recording : testing) {

@@ -40,7 +40,6 @@ struct RowMap {
 };
 
 struct JobResult {
-  std::string description;
   std::vector<JointName> joints;
   std::vector<RowErrors> rows;
   std::optional<report::MapGrid> grid;  ///< SI units; absent with one joint or no motion
@@ -56,10 +55,10 @@ core::Result<std::optional<JobResult>> run_job(const Plan& plan, const Job& job,
                                                RecordingStore& recordings, unsigned threads,
                                                const JobProgress& progress);
 
-/// Writes the job's file whole. Errors: kIo.
-core::Status write_result(const JobResult& result, const std::filesystem::path& path);
-/// The result in that file if it is there and is this job's; nothing if it is not there.
-/// Errors: kData if it is damaged or another's.
+/// Keeps the job's result. Errors: kIo.
+core::Status write_result(const Plan& plan, const Job& job, const JobResult& result,
+                          const std::filesystem::path& folder);
+/// The job's result if it is there. Errors: kIo, kData if it is damaged.
 core::Result<std::optional<JobResult>> read_result(const Plan& plan, const Job& job,
                                                    const std::filesystem::path& folder);
 

@@ -1,48 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A job's result as JSON. Numbers are written with all their digits and read back exactly.
-#include <fmt/format.h>
-
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
-#include "core/whole_file.hpp"
 #include "study/job.hpp"
+#include "study/job_store.hpp"
 
 namespace ravencal::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr int kJobSchema = 1;
-
-Json json_of(const ErrorBlocks& blocks) {
-  return {{"peak", blocks.peak},
-          {"effective_samples", blocks.effective_samples},
-          {"correlation_s", blocks.correlation_s},
-          {"counts", blocks.counts},
-          {"squares", blocks.squares}};
-}
-
-/// JSON has no infinity or NaN and the library reads them back as null: a network that overflowed.
-double number_or_infinite(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
-}
-
-ErrorBlocks blocks_from(const Json& json) {
-  ErrorBlocks blocks;
-  blocks.peak = number_or_infinite(json.at("peak"));
-  blocks.effective_samples = number_or_infinite(json.at("effective_samples"));
-  blocks.correlation_s = number_or_infinite(json.at("correlation_s"));
-  blocks.counts = json.at("counts").get<std::vector<std::uint32_t>>();
-  for (const Json& square : json.at("squares"))
-    blocks.squares.push_back(number_or_infinite(square));
-  if (blocks.counts.size() != blocks.squares.size()) {
-    throw std::invalid_argument("counts and squares differ in length");
-  }
-  return blocks;
-}
 
 Json json_of(const RowMap& map) {
   Json joints = Json::array();
@@ -71,10 +38,11 @@ RowMap map_from(const Json& json) {
 }
 
 Json json_of(const JobResult& result) {
-  Json json = {
-      {"schema", kJobSchema}, {"job", result.description}, {"final_loss", result.final_loss},
-      {"block_s", kBlockS},   {"joints", Json::array()},   {"rows", Json::array()},
-      {"maps", Json::array()}};
+  Json json = {{"final_loss", result.final_loss},
+               {"block_s", kBlockS},
+               {"joints", Json::array()},
+               {"rows", Json::array()},
+               {"maps", Json::array()}};
   for (const JointName& joint : result.joints) {
     json["joints"].push_back({{"name", joint.name}, {"unit", joint.unit}});
   }
@@ -100,8 +68,6 @@ Json json_of(const JobResult& result) {
 
 JobResult result_from(const Json& json) {
   JobResult result;
-  if (json.at("schema") != kJobSchema) throw std::invalid_argument("another version's result");
-  result.description = json.at("job");
   result.final_loss = number_or_infinite(json.at("final_loss"));
   for (const Json& joint : json.at("joints")) {
     result.joints.push_back({joint.at("name"), joint.at("unit")});
@@ -125,30 +91,19 @@ JobResult result_from(const Json& json) {
 
 }  // namespace
 
-core::Status write_result(const JobResult& result, const std::filesystem::path& path) {
-  // A requeued job may run while the earlier process still writes: each has a partial file of its
-  // own.
-  return core::write_whole_file(path, json_of(result).dump() + "\n");
+core::Status write_result(const Plan& plan, const Job& job, const JobResult& result,
+                          const std::filesystem::path& folder) {
+  return keep_result(folder, description_of(plan, job), json_of(result));
 }
 
 core::Result<std::optional<JobResult>> read_result(const Plan& plan, const Job& job,
                                                    const std::filesystem::path& folder) {
-  const std::filesystem::path path = result_path(folder, job);
-  std::error_code missing;
-  if (!std::filesystem::exists(path, missing)) return std::optional<JobResult>();
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
-  try {
-    JobResult result = result_from(Json::parse(text));
-    if (result.description != description_of(plan, job)) {
-      throw std::invalid_argument("it is the result of another job");
-    }
-    return std::optional(std::move(result));
-  } catch (const std::exception& error) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: is no result of this job: {}; remove it and run the job "
-                                   "again",
-                                   path.string(), error.what())};
-  }
+  std::optional<JobResult> result;
+  RAVENCAL_ASSIGN_OR_RETURN(
+      [[maybe_unused]] const bool there,
+      take_result(folder, description_of(plan, job),
+                  [&result](const Json& json) { result = result_from(json); }));
+  return result;
 }
 
 }  // namespace ravencal::study

@@ -10,21 +10,12 @@
 
 #include "learn/file_hash.hpp"
 #include "model/feature_spec.hpp"
+#include "study/job_store.hpp"
 
 namespace ravencal::study {
 namespace {
 
 using Channels = std::vector<record::Channel>;
-
-/// FNV-1a, 64 bits: names a description of a few hundred bytes; results carry it in full.
-std::string hash_of(std::string_view text) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : text) {
-    hash ^= static_cast<unsigned char>(c);
-    hash *= 0x100000001b3ULL;
-  }
-  return fmt::format("{:016x}", hash);
-}
 
 std::set<std::string> names_selected(std::string_view features, const Channels& channels) {
   std::set<std::string> names;
@@ -76,7 +67,7 @@ class Planner {
       job.seed = plan_.settings.first_seed + 10ULL * i;
       job.tests = tests;
       job.width = width;
-      job.key = hash_of(description_of(plan_, job));
+      job.key = key_of(description_of(plan_, job));
       plan_.jobs.push_back(std::move(job));
     }
   }

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The plan of a study: every network that it trains, each a job of its own that any process on any
-// machine may run. DIR/plan.json holds it; a job's result lies in DIR/jobs/<key>.json, where the
-// key follows from everything that the result depends on (inputs' hashes, features, seed,
-// settings), so that a changed input is a new job and an old result is never taken for a new one.
+// machine may run. DIR/plan.json holds it; study/job_store.hpp keeps the results.
 #pragma once
 
 #include <cstdint>
@@ -55,7 +53,7 @@ struct Job {
   std::uint64_t seed = 0;
   TestSet tests = TestSet::kPlain;
   std::uint32_t width = 0;  ///< number of features
-  std::string key;          ///< 16 hexadecimal digits
+  std::string key;          ///< key_of() its description
 };
 
 inline constexpr std::string_view kPaperStudy = "paper";
@@ -89,9 +87,8 @@ std::uint64_t training_rows(const Plan& plan, const Job& job);
 /// Whether the plan's study is this one, or one that contains it.
 bool includes(const Plan& plan, std::string_view study);
 
-/// The file that holds a plan or a result.
+/// The file that holds a plan.
 std::filesystem::path plan_path(const std::filesystem::path& folder);
-std::filesystem::path result_path(const std::filesystem::path& folder, const Job& job);
 
 /// Writes DIR/plan.json whole. Errors: kIo.
 core::Status write_plan(const Plan& plan, const std::filesystem::path& folder);

@@ -139,10 +139,6 @@ std::filesystem::path plan_path(const std::filesystem::path& folder) {
   return folder / "plan.json";
 }
 
-std::filesystem::path result_path(const std::filesystem::path& folder, const Job& job) {
-  return folder / "jobs" / (job.key + ".json");
-}
-
 core::Status write_plan(const Plan& plan, const std::filesystem::path& folder) {
   return core::write_whole_file(plan_path(folder), json_of(plan).dump(1) + "\n");
 }

@@ -27,10 +27,7 @@ core::Result<bool> run_and_write(const Plan& plan, const Job& job,
   RAVENCAL_ASSIGN_OR_RETURN(const std::optional<JobResult> result,
                             run_job(plan, job, recordings, threads, progress));
   if (!result) return false;
-  const std::filesystem::path path = result_path(folder, job);
-  std::error_code error;
-  std::filesystem::create_directories(path.parent_path(), error);
-  RAVENCAL_RETURN_IF_ERROR(write_result(*result, path));
+  RAVENCAL_RETURN_IF_ERROR(write_result(plan, job, *result, folder));
   return true;
 }
 
