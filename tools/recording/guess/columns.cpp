@@ -79,29 +79,39 @@ std::string time_unit_of(const Column& time, double step, Columns& columns) {
   return best;
 }
 
-/// The velocity's line against the position that it explains best.
+/// The position that explains a column best.
 struct Match {
   const Column* position = nullptr;
-  Line line;
+  double correlation = 0.0;  ///< 0 to 1
 };
 template <typename Relation>
-Match best_position(const std::vector<Column>& columns, const Column& column, double least,
+Match best_position(const std::vector<const Column*>& positions, double least,
                     Relation&& relation) {
   Match best;
-  for (const Column& position : columns) {
-    if (!position.is(Quantity::kPosition) || &position == &column || position.constant()) continue;
-    const std::optional<Line> line = relation(position);
-    if (!line || std::abs(line->correlation) < least) continue;
-    if (best.position == nullptr || std::abs(line->correlation) > std::abs(best.line.correlation))
-      best = {&position, *line};
+  for (const Column* position : positions) {
+    const std::optional<Line> line = relation(*position);
+    const double correlation = line ? std::abs(line->correlation) : 0.0;
+    if (correlation >= least && correlation > best.correlation) best = {position, correlation};
   }
   return best;
 }
 
+/// Positions that a column may belong to: those of its joint, where its name tells one, else all.
+std::vector<const Column*> positions_for(const Columns& columns, const Column& column) {
+  std::vector<const Column*> all, own;
+  for (const Column& position : columns.all) {
+    if (!position.is(Quantity::kPosition) || &position == &column || position.constant()) continue;
+    all.push_back(&position);
+    if (position.said.joint == column.said.joint) own.push_back(&position);
+  }
+  return column.said.joint.empty() || own.empty() ? all : own;
+}
+
 void decide(Column& column, const Column& position, Quantity quantity, std::string_view relation) {
   column.said.quantity = quantity;
-  if (column.said.joint.empty() || !position.said.joint.empty())
-    column.said.joint = position.said.joint;
+  if (column.said.is_desired_or_derivative && quantity == Quantity::kPosition)
+    column.said.side = Side::kCommand;
+  column.said.joint = position.said.joint;
   column.because = fmt::format("{} {}", relation, position.name);
 }
 
@@ -147,7 +157,8 @@ std::vector<std::string> joints_of(const Columns& columns) {
   return joints;
 }
 
-Columns columns_of(const record::Table& table, Guess& guess) {
+Columns columns_of(const record::Table& table, const std::vector<std::string>& joints,
+                   Guess& guess) {
   std::map<std::size_t, std::size_t> count_of_length;
   for (const record::TableColumn& column : table.columns) ++count_of_length[column.values.size()];
   std::size_t most = 0;
@@ -167,7 +178,7 @@ Columns columns_of(const record::Table& table, Guess& guess) {
     Column column;
     column.index = i;
     column.name = given.name;
-    column.said = read_column_name(column.name);
+    column.said = read_column_name(column.name, joints);
     column.values = Eigen::Map<const Eigen::VectorXd>(given.values.data(),
                                                       static_cast<Eigen::Index>(guess.rows));
     const auto finite = column.values.array().isFinite();
@@ -220,19 +231,22 @@ void find_quantities(Columns& columns) {
   std::vector<std::string> decided;
   for (Column& column : columns.all) {
     if (column.said.quantity || column.constant()) continue;
+    const auto positions = positions_for(columns, column);
+    // A name that leaves two meanings needs less of the values than one that leaves all.
+    const bool is_told = column.said.is_desired_or_derivative || column.said.side == Side::kCommand;
     const Match copied = best_position(
-        columns.all, column, kCopyCorrelation,
+        positions, is_told ? kSameMotion : kCopyCorrelation,
         [&](const Column& position) { return line_through(position.values, column.values); });
-    const Match derived =
-        best_position(columns.all, column, kDerivativeCorrelation, [&](const Column& position) {
+    const Match derived = best_position(
+        positions, column.said.is_desired_or_derivative ? kDerivativeCorrelation : kCopyCorrelation,
+        [&](const Column& position) {
           return derivative_line(columns.t_s, position.values, column.values);
         });
-    const double copy = std::abs(copied.line.correlation);
-    if (derived.position != nullptr && std::abs(derived.line.correlation) > copy)
+    if (derived.position != nullptr && derived.correlation > copied.correlation)
       decide(column, *derived.position, Quantity::kVelocity, "derivative of");
     else if (copied.position != nullptr)
       decide(column, *copied.position, Quantity::kPosition, "moves as");
-    if (column.said.quantity)
+    if (column.said.quantity && !column.said.is_desired_or_derivative)
       decided.push_back(fmt::format("{} ({})", column.name, column.because));
   }
   if (!decided.empty())

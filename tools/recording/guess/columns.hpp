@@ -44,7 +44,8 @@ struct Columns {
 std::vector<std::string> joints_of(const Columns& columns);
 
 /// The columns of numbers that have as many rows as most; the others are left out.
-Columns columns_of(const record::Table& table, Guess& guess);
+Columns columns_of(const record::Table& table, const std::vector<std::string>& joints,
+                   Guess& guess);
 
 /// Times by the table's stamps, by a column, which is taken out, or by counting rows.
 void find_time(const record::Table& table, Columns& columns, Guess& guess);

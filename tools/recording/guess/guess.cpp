@@ -16,7 +16,7 @@ core::Result<Guess> guess_profile(const record::Table& table,
     return core::Error{core::ErrorCode::kData, fmt::format("{}: {}", table.path.string(), why)};
   };
   Guess guess;
-  Columns columns = columns_of(table, guess);
+  Columns columns = columns_of(table, joints, guess);
   if (guess.rows < static_cast<std::size_t>(kFewestRows))
     return failed(fmt::format("{} rows; a guess needs at least {}", guess.rows, kFewestRows));
   find_time(table, columns, guess);

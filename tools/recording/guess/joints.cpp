@@ -3,11 +3,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <map>
-#include <sstream>
 
 #include "guess/columns.hpp"
+#include "guess/joint_matching.hpp"
+#include "guess/name_words.hpp"
 #include "guess/relation.hpp"
 
 namespace ravencal::guess {
@@ -15,93 +15,6 @@ namespace {
 
 /// A column without a word for its joint moves as one of its joint's positions does.
 constexpr double kSameJointCorrelation = 0.9;
-
-std::vector<std::string> words_of(const std::string& key) {
-  std::vector<std::string> words;
-  std::istringstream text(key);
-  for (std::string word; std::getline(text, word, '_');) {
-    for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    words.push_back(word);
-  }
-  return words;
-}
-
-/// 1: the same words; 0: none in common.
-double likeness(const std::string& key, const std::string& joint) {
-  const std::vector<std::string> a = words_of(key), b = words_of(joint);
-  const auto common = std::count_if(a.begin(), a.end(), [&](const std::string& word) {
-    return std::find(b.begin(), b.end(), word) != b.end();
-  });
-  const std::size_t all = std::max(a.size(), b.size());
-  return all == 0 ? 0.0 : static_cast<double>(common) / static_cast<double>(all);
-}
-
-/// Keys to the plant's joints: the most alike first, the others in order behind their predecessor.
-class Matching {
- public:
-  Matching(const std::vector<std::string>& keys, const std::vector<std::string>& joints)
-      : keys_(keys), joints_(joints), taken_(joints.size(), false), of_(keys.size()) {
-    take_alike();
-    take_in_order();
-  }
-
-  [[nodiscard]] std::map<std::string, std::string> names(Columns& columns) const {
-    std::map<std::string, std::string> names;
-    std::vector<std::string> guessed, missing;
-    for (std::size_t k = 0; k < keys_.size(); ++k) {
-      const std::string word = keys_[k].empty() ? "no word" : keys_[k];
-      if (!of_[k]) {
-        missing.push_back(word);
-        continue;
-      }
-      names[keys_[k]] = joints_[*of_[k]];
-      if (likeness(keys_[k], joints_[*of_[k]]) < 1.0)
-        guessed.push_back(fmt::format("{} = {}", word, joints_[*of_[k]]));
-    }
-    if (!guessed.empty())
-      columns.ask(
-          fmt::format("joints of the plant, by likeness and order: {}", fmt::join(guessed, ", ")));
-    if (!missing.empty())
-      columns.ask(fmt::format("the plant has no joint for: {}", fmt::join(missing, ", ")));
-    return names;
-  }
-
- private:
-  void take_alike() {
-    while (true) {
-      double best = 0.0;
-      std::size_t key = 0, joint = 0;
-      for (std::size_t k = 0; k < keys_.size(); ++k) {
-        for (std::size_t j = 0; j < joints_.size(); ++j) {
-          if (of_[k] || taken_[j] || likeness(keys_[k], joints_[j]) <= best) continue;
-          best = likeness(keys_[k], joints_[j]);
-          key = k;
-          joint = j;
-        }
-      }
-      if (!(best > 0.0)) return;
-      of_[key] = joint;
-      taken_[joint] = true;
-    }
-  }
-  void take_in_order() {
-    std::size_t next = 0;
-    for (std::size_t k = 0; k < keys_.size(); ++k) {
-      if (!of_[k]) {
-        while (next < joints_.size() && taken_[next]) ++next;
-        if (next == joints_.size()) continue;
-        of_[k] = next;
-        taken_[next] = true;
-      }
-      next = *of_[k] + 1;
-    }
-  }
-
-  const std::vector<std::string>& keys_;
-  const std::vector<std::string>& joints_;
-  std::vector<bool> taken_;
-  std::vector<std::optional<std::size_t>> of_;
-};
 
 /// Positions whose name has no joint: the joint as whose position they move.
 void join_nameless_positions(Columns& columns) {
@@ -142,9 +55,33 @@ void find_joint_of_effort(Columns& columns, Column& effort) {
 
 std::string plain_name(const std::string& key) {
   if (key.empty()) return "joint";
-  const bool digits =
-      std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; });
-  return digits ? "joint" + key : key;
+  return is_number(key) ? "joint" + key : key;
+}
+
+/// The plant's joints by the keys of the columns that do not hold a joint's whole name.
+std::map<std::string, std::string> names_of(Columns& columns, const std::vector<std::string>& keys,
+                                            const std::vector<std::string>& joints) {
+  std::vector<std::string> open_keys, free_joints;
+  const auto is_bound = [&](const std::string& joint) {
+    return std::any_of(columns.all.begin(), columns.all.end(), [&](const Column& column) {
+      return column.said.names_joint && column.said.joint == joint;
+    });
+  };
+  for (const std::string& key : keys)
+    if (!is_bound(key)) open_keys.push_back(key);
+  for (const std::string& joint : joints)
+    if (!is_bound(joint)) free_joints.push_back(joint);
+  const JointMatches matches = match_joints(open_keys, free_joints);
+  if (!matches.guessed.empty()) {
+    columns.ask(fmt::format("joints of the plant, by likeness and order: {}",
+                            fmt::join(matches.guessed, ", ")));
+  }
+  if (!matches.missing.empty()) {
+    columns.ask(fmt::format("the plant has no joint for: {}; free are: {}",
+                            fmt::join(matches.missing, ", "),
+                            fmt::join(matches.free_joints, ", ")));
+  }
+  return matches.joint_of_key;
 }
 
 }  // namespace
@@ -163,8 +100,9 @@ void find_joints(Columns& columns, const std::vector<std::string>& joints) {
       find_joint_of_effort(columns, column);
   }
   std::map<std::string, std::string> names;
-  if (!joints.empty()) names = Matching(keys, joints).names(columns);
+  if (!joints.empty()) names = names_of(columns, keys, joints);
   for (Column& column : columns.all) {
+    if (column.said.names_joint) continue;
     const auto named = names.find(column.said.joint);
     if (named != names.end())
       column.said.joint = named->second;

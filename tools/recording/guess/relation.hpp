@@ -14,6 +14,8 @@ inline constexpr Eigen::Index kFewestRows = 10;
 /// velocity.
 inline constexpr double kCopyCorrelation = 0.98;
 inline constexpr double kDerivativeCorrelation = 0.9;
+/// Two positions of one joint correlate at least so far, however late the second follows.
+inline constexpr double kSameMotion = 0.5;
 
 /// y = offset + slope * x by least squares, over the rows where both are finite.
 struct Line {

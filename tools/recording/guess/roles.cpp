@@ -15,8 +15,6 @@ namespace {
 
 /// Estimate and truth of one joint differ by less; a shaft before a gearbox turns further.
 constexpr double kLargestRatioError = 2.0;
-/// Two positions of one joint correlate at least so far, however late the second follows.
-constexpr double kSameMotion = 0.5;
 /// An effort that never changes its sign and often is exactly zero has lost its sign.
 constexpr double kShareOfZeros = 0.01;
 
@@ -256,6 +254,9 @@ void Roles::joint_roles(const std::string& joint) {
   if (truth != nullptr && believed != nullptr) {
     to_truth(*believed, *truth);
     add(*believed, "joint_estimate", "estimate");
+    // Beside a second encoder, the drive's own position is that of the motor's side, too.
+    if (p.motor == nullptr && driven(joint) && believed->said.side != Side::kCommand)
+      add(*believed, "motor_position", "position");
     add(*truth, "joint_truth", "truth");
   } else if (believed != nullptr && p.motor != nullptr) {
     add(*believed, "joint_estimate", "estimate");
