@@ -104,7 +104,7 @@ core::Result<ExportColumns> plan(const Recording& recording, const Profile& prof
   }
   columns.resize(profile.column_count);
   if (profile.time_index || !profile.time_column.empty()) {
-    place(columns, profile.time_index, time_column(profile.time_column, profile.time_unit));
+    place(columns, profile.time_index, time_column(profile.time_column, profile.clock.unit));
   }
   for (const ProfileChannel& wanted : profile.channels) {
     RAVENCAL_ASSIGN_OR_RETURN(ExportColumn column, channel_column(recording, profile, wanted));

@@ -15,6 +15,7 @@
 #include "core/result.hpp"
 #include "record/channel.hpp"
 #include "record/recording.hpp"
+#include "record/stamps.hpp"
 
 namespace ravencal::record {
 
@@ -36,6 +37,7 @@ struct ProfileChannel {
   bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
   bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
   std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN
+  bool assumed = false;  ///< nothing in the file says so: nobody has confirmed it yet
 };
 
 struct Profile {
@@ -45,9 +47,11 @@ struct Profile {
   bool header = true;
   std::string time_column;  ///< header name of the time; empty: row number
   std::optional<std::size_t> time_index;
-  std::string time_unit = "s";
+  Clock clock;
+  std::string fraction_column;  ///< added to the time: nanoseconds beside seconds; may be empty
+  std::optional<std::size_t> fraction_index;
   double row_period_s = 0.01;      ///< used when the source has no time
-  bool row_period_stated = false;  ///< it is the profile's own, not the default
+  bool row_period_stated = false;  ///< it is the profile's own, and not said to be assumed
   std::size_t column_count = 0;    ///< columns that every row must have; 0 = those of the first row
   bool row_number_if_time_missing = false;  ///< a time of nan anywhere: row numbers everywhere
   bool time_restarts = false;    ///< time running backwards begins an episode, is no error

@@ -69,7 +69,7 @@ bool take_time(Profile& profile, std::size_t index, std::string_view word) {
   for (const std::string_view unit : {"s", "ms", "us", "ns"}) {
     if (word != fmt::format("t_{}", unit) && word != fmt::format("time_{}", unit)) continue;
     profile.time_index = index;
-    profile.time_unit = unit;
+    profile.clock.unit = unit;
     return true;
   }
   return false;

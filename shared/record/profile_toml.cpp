@@ -60,6 +60,7 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   take_scale(table, channel);
   channel.may_be_missing = table.boolean_or("may_be_missing", channel.may_be_missing);
   channel.relative = table.boolean_or("relative", channel.relative);
+  channel.assumed = table.boolean_or("assumed", channel.assumed);
   take_column(table, channel.column, channel.index);
   if (channel.channel.name.empty()) table.fail("a channel needs a name");
   if (!core::find_unit(channel.channel.unit)) {
@@ -80,6 +81,36 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   return channel;
 }
 
+void take_clock(TomlTable& table, Profile& profile) {
+  const auto is_time = [](std::string_view name) {
+    const auto unit = core::find_unit(name);
+    return unit && unit->si_name == "s";
+  };
+  Clock& clock = profile.clock;
+  clock.unit = table.text_or("time_unit", clock.unit);
+  if (!is_time(clock.unit) && !is_written_out(clock.unit)) {
+    table.fail("time_unit",
+               fmt::format("time_unit '{}' is not s, ms, us, ns, date or clock", clock.unit));
+  }
+  if (table.holds_text("time_fraction"))
+    profile.fraction_column = table.text("time_fraction");
+  else
+    profile.fraction_index = take_index(table, "time_fraction");
+  clock.fraction_unit = table.text_or("time_fraction_unit", clock.fraction_unit);
+  if (!is_time(clock.fraction_unit)) {
+    table.fail("time_fraction_unit",
+               fmt::format("time_fraction_unit '{}' is not ms, us or ns", clock.fraction_unit));
+  }
+  clock.wraps_at = table.number_or("time_wraps_at", clock.wraps_at);
+  clock.rounded_to = table.number_or("time_rounded_to", clock.rounded_to);
+  if (!(clock.wraps_at >= 0.0) || !(clock.rounded_to >= 0.0))
+    table.fail("time_wraps_at and time_rounded_to must be 0 or more");
+  const std::string bad = table.text_or("bad_stamps", "error");
+  clock.drops_bad = bad == "drop";
+  if (bad != "error" && bad != "drop")
+    table.fail("bad_stamps", "bad_stamps must be \"error\" or \"drop\"");
+}
+
 void take_time(TomlTable& table, Profile& profile) {
   if (table.holds_text("time")) {
     profile.time_column = table.text("time");
@@ -88,17 +119,19 @@ void take_time(TomlTable& table, Profile& profile) {
   } else {
     profile.time_index = take_index(table, "time");
   }
-  profile.time_unit = table.text_or("time_unit", profile.time_unit);
-  const auto unit = core::find_unit(profile.time_unit);
-  if (!unit || unit->si_name != "s") {
-    table.fail(fmt::format("time_unit '{}' is not s, ms, us or ns", profile.time_unit));
-  }
-  profile.row_period_stated = table.has("row_period_s");
+  take_clock(table, profile);
+  profile.row_period_stated = table.has("row_period_s") && !table.boolean_or("assumed", false);
   profile.row_period_s = table.number_or("row_period_s", profile.row_period_s);
   if (!(profile.row_period_s > 0.0)) table.fail("row_period_s must be above 0");
   profile.truth_from_s = table.number_or("truth_from_s", profile.truth_from_s);
   if (!(profile.truth_from_s >= 0.0)) table.fail("truth_from_s must be 0 or more");
   profile.time_restarts = table.boolean_or("time_restarts", profile.time_restarts);
+  if (profile.time_restarts && profile.clock.drops_bad) {
+    table.fail("bad_stamps",
+               "bad_stamps = \"drop\" and time_restarts = true read a time that runs backwards in "
+               "two ways; "
+               "state one of them");
+  }
   const std::string missing = table.text_or("time_missing", "error");
   profile.row_number_if_time_missing = missing == "row_number";
   if (missing != "error" && missing != "row_number") {
@@ -127,7 +160,8 @@ core::Status read_source(TomlTable& table, Profile& profile) {
   const std::string reference = table.text_or("reference", "");
   profile.reference_first = reference == "first";
   if (!reference.empty() && reference != "first") table.fail("reference can only be \"first\"");
-  if (!profile.header && !(profile.time_column.empty() && profile.episode.column.empty())) {
+  if (!profile.header && !(profile.time_column.empty() && profile.fraction_column.empty() &&
+                           profile.episode.column.empty())) {
     table.fail("a source without header has no named columns; give column numbers");
   }
   return table.finish();

@@ -24,6 +24,7 @@ class Binder {
   core::Status bind_number(const std::string& column, std::optional<std::size_t> index,
                            const std::string& name, bool may_be_missing);
   core::Status bind_channel(const ProfileChannel& channel);
+  core::Status bind_time();
   core::Result<std::size_t> bind_word(const ProfileFilter& filter);
   core::Error wrong(std::string why) const {
     return {core::ErrorCode::kData, fmt::format("{}: {}", source_.place_of_names(), why)};
@@ -96,6 +97,23 @@ core::Status Binder::bind_channel(const ProfileChannel& channel) {
   return {};
 }
 
+core::Status Binder::bind_time() {
+  const Clock& clock = profile_.clock;
+  if (is_written_out(clock.unit)) {
+    RAVENCAL_ASSIGN_OR_RETURN(
+        binding_.time_word,
+        bind_word({.column = profile_.time_column, .index = profile_.time_index, .keep = {}}));
+    return {};
+  }
+  const bool may_be_missing = profile_.row_number_if_time_missing || clock.drops_bad;
+  RAVENCAL_RETURN_IF_ERROR(
+      bind_number(profile_.time_column, profile_.time_index, "time", may_be_missing));
+  binding_.has_fraction = profile_.fraction_index || !profile_.fraction_column.empty();
+  if (!binding_.has_fraction) return {};
+  return bind_number(profile_.fraction_column, profile_.fraction_index, "time_fraction",
+                     may_be_missing);
+}
+
 core::Result<TableBinding> Binder::bind() {
   if (profile_.column_count != 0 && names_.size() != profile_.column_count) {
     return wrong(fmt::format("{} columns, but profile {} needs {}", names_.size(), profile_.name,
@@ -106,10 +124,7 @@ core::Result<TableBinding> Binder::bind() {
     RAVENCAL_RETURN_IF_ERROR(bind_channel(channel));
   }
   binding_.has_time = profile_.time_index || !profile_.time_column.empty();
-  if (binding_.has_time) {
-    RAVENCAL_RETURN_IF_ERROR(bind_number(profile_.time_column, profile_.time_index, "time",
-                                         profile_.row_number_if_time_missing));
-  }
+  if (binding_.has_time) RAVENCAL_RETURN_IF_ERROR(bind_time());
   for (const ProfileFilter& filter : profile_.filters) {
     RAVENCAL_ASSIGN_OR_RETURN(binding_.filter_words.emplace_back(), bind_word(filter));
   }

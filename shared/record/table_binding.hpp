@@ -16,7 +16,7 @@
 namespace ravencal::record {
 
 /// Which column of the source goes where. Number targets are the profile's channels in order, then
-/// the time; word targets are filters, conditions and the episode.
+/// the time and its fraction; word targets are filters, conditions and the episode.
 struct TableBinding {
   std::vector<BoundColumn> columns;
   std::vector<double> factors;  ///< to SI, per channel; the time stays in its unit
@@ -27,6 +27,8 @@ struct TableBinding {
   std::vector<std::optional<std::size_t>> condition_words;  ///< per channel
   std::optional<std::size_t> episode_word;
   bool has_time = false;
+  std::optional<std::size_t> time_word;  ///< of a time that is written out
+  bool has_fraction = false;
 };
 
 /// Errors name the column and those that exist.

@@ -2,6 +2,7 @@
 #include "record/table_load.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +13,12 @@
 #include "record/profile_builtin.hpp"
 #include "record/recording_file.hpp"
 #include "record/table_binding.hpp"
+#include "record/table_truth.hpp"
 
 namespace ravencal::record {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// int64 nanoseconds reach 292 years; leave room for sums.
-constexpr double kMaxTimeNs = 9e18;
 
 bool same_value(const std::string& field, const std::string& wanted) {
   if (field == wanted) return true;
@@ -44,6 +44,10 @@ class TableLoader {
  private:
   core::Status parse(std::size_t rows);
   core::Status find_times();
+  void count_rows();
+  [[nodiscard]] std::string why_no_stamp(std::size_t row) const;
+  core::Status refuse_stamp(std::size_t row, const std::string& why);
+  void spread_times();
   core::Status order_times();
   void apply_filters();
   core::Status drop_rows();
@@ -51,8 +55,6 @@ class TableLoader {
   void blank_invalid();
   void make_relative();
   void mark_episodes();
-  void reference_first();
-  void blank_early_truth();
   void describe();
 
   [[nodiscard]] core::Error error_at(std::size_t row, const std::string& why) const {
@@ -72,6 +74,7 @@ class TableLoader {
   bool skip_bad_;
   Recording recording_;
   std::vector<double> time_;
+  std::vector<double> fraction_;
   std::vector<std::vector<std::string>> words_;
   std::vector<char> keep_;
   std::vector<BadRow> dropped_;
@@ -95,11 +98,13 @@ core::Status TableLoader::parse(std::size_t rows) {
   for (Eigen::Index c = 0; c < channels; ++c)
     output.numbers.push_back(recording_.samples.col(c).data());
   output.factors = binding_.factors;
-  if (binding_.has_time) {
-    time_.resize(rows);
-    output.numbers.push_back(time_.data());
+  const auto add_time = [&](std::vector<double>& values) {
+    values.resize(rows);
+    output.numbers.push_back(values.data());
     output.factors.push_back(1.0);
-  }
+  };
+  if (binding_.has_time && !binding_.time_word) add_time(time_);
+  if (binding_.has_fraction) add_time(fraction_);
   for (auto& column : words_) output.words.push_back(column.data());
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<BadRow> bad,
                             source_.parse(binding_.columns, output, !skip_bad_));
@@ -118,35 +123,77 @@ core::Status TableLoader::parse(std::size_t rows) {
   return {};
 }
 
+void TableLoader::count_rows() {
+  if (binding_.has_time || !profile_.row_period_stated)
+    recording_.meta["assumed_row_period_s"] = fmt::format("{:g}", profile_.row_period_s);
+  recording_.t_ns.resize(keep_.size());
+  for (std::size_t row = 0; row < keep_.size(); ++row)
+    recording_.t_ns[row] = std::llround(static_cast<double>(row) * profile_.row_period_s * kNsPerS);
+}
+
 core::Status TableLoader::find_times() {
   const std::span<const std::int64_t> stamps_ns = source_.stamps_ns();
   if (!binding_.has_time && !stamps_ns.empty()) {
     recording_.t_ns.assign(stamps_ns.begin(), stamps_ns.end());
     return {};
   }
-  const auto missing = [&](std::size_t row) { return keep_[row] && std::isnan(time_[row]); };
-  bool by_row_number = !binding_.has_time;
-  for (std::size_t row = 0; row < time_.size() && !by_row_number; ++row)
-    by_row_number = missing(row);
-  double to_ns = core::find_unit(profile_.time_unit)->to_si * 1e9;
-  if (by_row_number) {
-    to_ns = profile_.row_period_s * 1e9;
-    if (binding_.has_time || !profile_.row_period_stated)
-      recording_.meta["assumed_row_period_s"] = fmt::format("{:g}", profile_.row_period_s);
-    time_.resize(keep_.size());
-    for (std::size_t row = 0; row < time_.size(); ++row) time_[row] = static_cast<double>(row);
+  if (!binding_.has_time) {
+    count_rows();
+    return {};
   }
-  recording_.t_ns.resize(time_.size());
-  for (std::size_t row = 0; row < time_.size(); ++row) {
-    const double t_ns = std::round(time_[row] * to_ns);
-    if (std::abs(t_ns) < kMaxTimeNs) {
-      recording_.t_ns[row] = static_cast<std::int64_t>(t_ns);
-    } else if (keep_[row]) {
-      RAVENCAL_RETURN_IF_ERROR(
-          refuse({row, fmt::format("time {} {} is out of range", time_[row], profile_.time_unit)}));
+  StampFields fields{time_, fraction_, {}};
+  if (binding_.time_word) fields.words = words_[*binding_.time_word];
+  const Stamps stamps = stamps_of(profile_.clock, fields);
+  const auto is_missing = [&](std::size_t row) {
+    return keep_[row] && !binding_.time_word && std::isnan(time_[row]);
+  };
+  recording_.t_ns.resize(stamps.size());
+  for (std::size_t row = 0; row < stamps.size(); ++row) {
+    if (profile_.row_number_if_time_missing && is_missing(row)) {
+      count_rows();
+      return {};
+    }
+    if (stamps[row])
+      recording_.t_ns[row] = *stamps[row];
+    else if (keep_[row])
+      RAVENCAL_RETURN_IF_ERROR(refuse_stamp(row, why_no_stamp(row)));
+  }
+  if (!profile_.clock.drops_bad) return {};
+  const std::vector<bool> rises = longest_rising(stamps);
+  for (std::size_t row = 0; row < stamps.size(); ++row) {
+    if (keep_[row] && !rises[row]) {
+      RAVENCAL_RETURN_IF_ERROR(refuse_stamp(
+          row, fmt::format("the stamp, {:.9g} s, does not lie between those of its neighbours",
+                           static_cast<double>(recording_.t_ns[row]) / kNsPerS)));
     }
   }
   return {};
+}
+
+std::string TableLoader::why_no_stamp(std::size_t row) const {
+  if (!binding_.time_word) {
+    return std::isnan(time_[row])
+               ? "no time"
+               : fmt::format("time {} {} is out of range", time_[row], profile_.clock.unit);
+  }
+  return fmt::format("'{}' is no time of the form {}", words_[*binding_.time_word][row],
+                     profile_.clock.unit == "date" ? "2025-03-30 01:59:50.005" : "01:59:50.005");
+}
+
+/// A bad stamp takes its row where the profile says so, else as any bad value does.
+core::Status TableLoader::refuse_stamp(std::size_t row, const std::string& why) {
+  if (!profile_.clock.drops_bad) return refuse({row, why});
+  keep_[row] = 0;
+  dropped_.push_back({row, why});
+  return {};
+}
+
+void TableLoader::spread_times() {
+  const double step_ns =
+      profile_.clock.rounded_to *
+      (is_written_out(profile_.clock.unit) ? 1.0 : core::find_unit(profile_.clock.unit)->to_si) *
+      kNsPerS;
+  if (step_ns > 0.0) spread_rounded(recording_.t_ns, std::llround(step_ns));
 }
 
 void TableLoader::apply_filters() {
@@ -267,42 +314,6 @@ void TableLoader::mark_episodes() {
   }
 }
 
-void TableLoader::reference_first() {
-  std::vector<std::size_t> bounds = {0};
-  for (std::size_t row = 1; row < episode_start_.size(); ++row) {
-    if (episode_start_[row]) bounds.push_back(row);
-  }
-  bounds.push_back(episode_start_.size());
-  for (const std::string& joint : recording_.calibratable_joints()) {
-    const auto truth = *recording_.column(Role::kJointTruth, joint);
-    const auto estimate = *recording_.column(Role::kJointEstimate, joint);
-    for (std::size_t e = 0; e + 1 < bounds.size(); ++e) {
-      const auto first = static_cast<Eigen::Index>(bounds[e]);
-      const auto count = static_cast<Eigen::Index>(bounds[e + 1]) - first;
-      auto true_values = recording_.samples.col(truth).segment(first, count);
-      const auto believed = recording_.samples.col(estimate).segment(first, count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const double difference = true_values(i) - believed(i);
-        if (std::isnan(difference)) continue;
-        true_values.array() -= difference;
-        break;
-      }
-    }
-  }
-}
-
-void TableLoader::blank_early_truth() {
-  if (!(profile_.truth_from_s > 0.0)) return;
-  const std::int64_t from_ns = recording_.t_ns.front() + std::llround(profile_.truth_from_s * 1e9);
-  const auto first = std::lower_bound(recording_.t_ns.begin(), recording_.t_ns.end(), from_ns);
-  for (std::size_t c = 0; c < recording_.channels.size(); ++c) {
-    if (recording_.channels[c].role != Role::kJointTruth) continue;
-    recording_.samples.col(static_cast<Eigen::Index>(c))
-        .head(first - recording_.t_ns.begin())
-        .setConstant(kNaN);
-  }
-}
-
 void TableLoader::describe() {
   recording_.source = source_.path().string();
   recording_.meta["profile"] = profile_.name;
@@ -312,10 +323,14 @@ void TableLoader::describe() {
   if (!dropped_.empty()) recording_.meta["dropped_rows"] = std::to_string(dropped_.size());
   for (const auto& [key, value] : profile_.meta) recording_.meta[key] = value;
   recording_.events = profile_.events;
+  std::vector<std::string> assumed;
   for (const ProfileChannel& channel : profile_.channels) {
     recording_.channels.push_back(channel.channel);
     recording_.channels.back().unit = core::find_unit(channel.channel.unit)->si_name;
+    if (channel.assumed) assumed.push_back(channel.channel.name);
   }
+  if (!assumed.empty())
+    recording_.meta["assumed_channels"] = fmt::format("{}", fmt::join(assumed, ", "));
 }
 
 core::Result<Recording> TableLoader::load(std::size_t rows) {
@@ -326,11 +341,12 @@ core::Result<Recording> TableLoader::load(std::size_t rows) {
   apply_filters();
   RAVENCAL_RETURN_IF_ERROR(order_times());
   RAVENCAL_RETURN_IF_ERROR(drop_rows());
+  spread_times();
   blank_invalid();
   make_relative();
   mark_episodes();
-  if (profile_.reference_first) reference_first();
-  blank_early_truth();
+  if (profile_.reference_first) reference_truth(recording_, episode_start_);
+  blank_early_truth(recording_, profile_.truth_from_s);
   if (profile_.homed)
     recording_.events.push_back({recording_.t_ns.front(), "homing", "the profile says so"});
   std::stable_sort(recording_.events.begin(), recording_.events.end(),
