@@ -26,6 +26,7 @@ core::Result<Guess> guess_profile(const record::Table& table,
   find_other_units(columns);
   find_roles(columns, guess);
   guess.questions = columns.questions;
+  RAVENCAL_RETURN_IF_ERROR(record::check_channel_count(guess.channels.size(), table.path));
   const bool any =
       std::any_of(guess.channels.begin(), guess.channels.end(), [](const auto& channel) {
         return channel.role != "feature" && channel.role != "temperature";
