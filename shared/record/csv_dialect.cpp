@@ -76,7 +76,17 @@ Fit fit_of(char delimiter, const std::vector<Line>& lines) {
     fit.fits_all = fit.fits_all && fits;
   }
   fit.values /= static_cast<double>(lines.size() - first_row);
+  if (fit.columns < 2 && delimiter != ',') fit.values = 0.0;  // it separates nothing
   return fit;
+}
+
+/// Blanks are common within the names of files with another separator.
+bool names_hold_separators(std::string_view first_line) {
+  Fields fields;
+  (void)split_fields(first_line, ' ', fields);
+  return std::any_of(fields.begin(), fields.end(), [](std::string_view field) {
+    return !field.starts_with('"') && field.find_first_of(",;") != std::string_view::npos;
+  });
 }
 
 /// Rows of numbers under a first line that has another number of columns.
@@ -130,9 +140,8 @@ core::Result<CsvDialect> find_dialect(std::string_view beginning, const std::str
     const Fit& fit = fits.emplace_back(fit_of(delimiter, lines));
     if (fits.size() == 1 && fit.columns > 1 && fit.fits_all && fit.values == 1.0)
       return CsvDialect{',', !has_quotes};
-    // Blanks are common within the fields of other files.
-    const bool other_in_names = fits[0].columns > 1 || fits[1].columns > 1;
-    if (delimiter == ' ' && fit.has_header && other_in_names) fits.pop_back();
+    if (delimiter == ' ' && fit.has_header && names_hold_separators(lines.front().text))
+      fits.pop_back();
   }
   const Fit& best = *std::max_element(
       fits.begin(), fits.end(), [](const Fit& a, const Fit& b) { return a.values < b.values; });

@@ -33,8 +33,7 @@ void append_utf8(std::string& text, std::uint32_t code) {
   const unsigned more = code < 0x800U ? 1 : code < 0x10000U ? 2 : 3;
   constexpr std::uint32_t kLead[] = {0, 0xc0, 0xe0, 0xf0};
   text += static_cast<char>(kLead[more] | (code >> (6U * more)));
-  for (unsigned i = more; i-- > 0;)
-    text += static_cast<char>(0x80U | ((code >> (6U * i)) & 0x3fU));
+  for (unsigned i = more; i-- > 0;) text += static_cast<char>(0x80U | ((code >> (6U * i)) & 0x3fU));
 }
 
 }  // namespace

@@ -43,8 +43,11 @@ core::Result<CsvFile> CsvFile::open(const std::filesystem::path& path) {
 }
 
 CsvFile::CsvFile(CsvFile&& other) noexcept
-    : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)),
-      begin_(other.begin_), size_(other.size_), text_(std::move(other.text_)) {}
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      begin_(other.begin_),
+      size_(other.size_),
+      text_(std::move(other.text_)) {}
 
 CsvFile::~CsvFile() {
   if (file_ >= 0) ::close(file_);
@@ -57,8 +60,7 @@ core::Status CsvFile::settle_encoding() {
   RAVENCAL_RETURN_IF_ERROR(read(0, first, count));
   const CsvEncoding encoding = encoding_of({first, count});
   if (encoding.form == Form::kUtf32)
-    return core::data_error(
-        fmt::format("{}: is text in UTF-32; save it as UTF-8", path_.string()));
+    return core::data_error(fmt::format("{}: is text in UTF-32; save it as UTF-8", path_.string()));
   begin_ = encoding.mark;
   size_ -= encoding.mark;
   if (encoding.form == Form::kBytes) return {};
@@ -73,8 +75,8 @@ core::Status CsvFile::settle_encoding() {
 
 core::Status CsvFile::settle_dialect() {
   RAVENCAL_ASSIGN_OR_RETURN(std::string first_lines, beginning(kDialectLines + 1));
-  const bool ends_by_return = first_lines.find('\n') == std::string::npos &&
-                              first_lines.find('\r') != std::string::npos;
+  const bool ends_by_return =
+      first_lines.find('\n') == std::string::npos && first_lines.find('\r') != std::string::npos;
   if (ends_by_return) {
     std::replace(first_lines.begin(), first_lines.end(), '\r', '\n');
     text_ = first_lines;

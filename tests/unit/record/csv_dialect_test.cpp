@@ -38,7 +38,8 @@ TEST(CsvDialect, EveryWayToWriteATableIsTheSameTable) {
       "# t_s a b\n0 -1.25 3\n0.5 2.5e-1 4\n1.5 7.125 -5\n",
       "  t_s     a  b \n  0   -1.25  3\n  0.5  2.5e-1 4 \n\t1.5  7.125  -5\n",
       "t_s a b\n0 -1,25 3\n0,5 2,5e-1 4\n1,5 7,125 -5\n",
-      "\"t_s\";\"a\";\"b\"\n\"0\";\"-1,25\";\"3\"\n\"0,5\";\"2,5e-1\";\"4\"\n\"1,5\";\"7,125\";-5\n",
+      "\"t_s\";\"a\";\"b\"\n\"0\";\"-1,25\";\"3\"\n\"0,5\";\"2,5e-1\";\"4\"\n\"1,5\";\"7,125\";-"
+      "5\n",
       "\"t_s\",\"a\",\"b\"\n0,\"-1,25\",3\n\"0,5\",\"2,5e-1\",4\n\"1,5\",\"7,125\",-5\n",
       "\xEF\xBB\xBF" + plain,
       "\xEF\xBB\xBFt_s;a;b\n0;-1,25;3\n0,5;2,5e-1;4\n1,5;7,125;-5\n",
@@ -99,7 +100,11 @@ TEST(CsvDialect, NamesThatAreNoUtf8BecomeIt) {
   const auto table = read_csv_table(scratch.write("a.csv", "t,q [\xB0]\n0,1\n1,2\n"), {});
   ASSERT_TRUE(table.ok()) << table.error().message;
   EXPECT_EQ(table->columns[1].name, "q [\xC2\xB0]");
-  const std::string wide("\xFF\xFEt\0,\0\xB0\0=\xD8\x00\xDE\n\0" "0\0,\0" "1\0", 22);
+  const std::string wide(
+      "\xFF\xFEt\0,\0\xB0\0=\xD8\x00\xDE\n\0"
+      "0\0,\0"
+      "1\0",
+      22);
   const auto utf = read_csv_table(scratch.write("b.csv", wide), {});
   ASSERT_TRUE(utf.ok()) << utf.error().message;
   EXPECT_EQ(utf->columns[1].name, "\xC2\xB0\xF0\x9F\x98\x80");
@@ -108,9 +113,10 @@ TEST(CsvDialect, NamesThatAreNoUtf8BecomeIt) {
 TEST(CsvDialect, AProfileBindsItsColumnsInEveryDialect) {
   const Scratch scratch;
   LoadOptions options;
-  options.profile = scratch.write("p.toml",
-                                  "[source]\ntime = 't'\n[[channel]]\nname = 'q'\n"
-                                  "column = 'q, left'\nunit = 'deg'\n")
+  options.profile = scratch
+                        .write("p.toml",
+                               "[source]\ntime = 't'\n[[channel]]\nname = 'q'\n"
+                               "column = 'q, left'\nunit = 'deg'\n")
                         .string();
   for (const char* text : {"t,\"q, left\"\n0,1.5\n1,2.5\n", "t;\"q, left\"\n0,0;1,5\n1,0;2,5\n",
                            "t \"q, left\"\n0 1.5\n1 2.5\n"}) {
@@ -121,11 +127,11 @@ TEST(CsvDialect, AProfileBindsItsColumnsInEveryDialect) {
 }
 
 TEST(CsvDialect, ErrorsKeepTheLinesColumnsAndValuesOfTheFile) {
-  struct Case {
+  struct WrongDialect {
     std::string text, complaint;
   };
   const std::string remedy = "; use --skip-bad to drop such rows";
-  const Case cases[] = {
+  const WrongDialect cases[] = {
       {"t_s;a_1\n0;1,5\n\n1,5;2\n", ":3: the line is empty" + remedy},
       {"t_s;a_1\n0;1,5\n1;1,5;2\n", ":3: 3 columns where 2 are needed" + remedy},
       {"t_s a_1\n0 1.5\n1  x\n", ":3: column 2 (a): 'x' is not a number" + remedy},
@@ -160,7 +166,7 @@ TEST(CsvDialect, ErrorsKeepTheLinesColumnsAndValuesOfTheFile) {
   const Scratch scratch;
   LoadOptions options;
   options.profile = "generic";
-  for (const Case& c : cases) {
+  for (const WrongDialect& c : cases) {
     const auto path = scratch.write("run7.csv", c.text);
     const auto loaded = load_recording(path, options);
     const std::string error = loaded.ok() ? "no error" : loaded.error().message;
@@ -198,8 +204,11 @@ TEST(ColumnsOfOneName, AreRefusedWithTheirNumbers) {
   const auto by_index = load_recording(path, options);
   ASSERT_TRUE(by_index.ok()) << by_index.error().message;
   EXPECT_EQ(by_index->samples(1, 0), 6.0);
-  options.profile = scratch.write("p.toml", "[source]\ntime = 't'\n[[channel]]\nname = 'p'\n"
-                                            "unit = 'rad'\ncolumn = 'p'\n").string();
+  options.profile = scratch
+                        .write("p.toml",
+                               "[source]\ntime = 't'\n[[channel]]\nname = 'p'\n"
+                               "unit = 'rad'\ncolumn = 'p'\n")
+                        .string();
   EXPECT_TRUE(load_recording(path, options).ok()) << "nobody asks for the two";
   options.profile = "generic";
   const auto generic =
@@ -213,13 +222,14 @@ TEST(RelativeChannel, CountsFromItsFirstValueThatIsThere) {
   const Scratch scratch;
   LoadOptions options;
   options.profile =
-      scratch.write("p.toml",
-                    "[source]\ntime = 't'\n[[channel]]\nname = 'q'\ncolumn = 'q'\nunit = 'm'\n"
-                    "relative = true\nmay_be_missing = true\n[[channel]]\nname = 'lost'\n"
-                    "column = 'lost'\nunit = 'm'\nrelative = true\nmay_be_missing = true\n")
+      scratch
+          .write("p.toml",
+                 "[source]\ntime = 't'\n[[channel]]\nname = 'q'\ncolumn = 'q'\nunit = 'm'\n"
+                 "relative = true\nmay_be_missing = true\n[[channel]]\nname = 'lost'\n"
+                 "column = 'lost'\nunit = 'm'\nrelative = true\nmay_be_missing = true\n")
           .string();
-  const auto loaded = load_recording(
-      scratch.write("a.csv", "t,q,lost\n0,,\n1,nan,\n2,4.5,\n3,,\n4,6,\n"), options);
+  const auto loaded =
+      load_recording(scratch.write("a.csv", "t,q,lost\n0,,\n1,nan,\n2,4.5,\n3,,\n4,6,\n"), options);
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
   EXPECT_TRUE(std::isnan(loaded->samples(0, 0)));
   EXPECT_EQ(loaded->samples(2, 0), 0.0);
