@@ -57,8 +57,15 @@ TEST_F(ExchangeTable, OfACsvNamesTheLineThatIsNoRowAndLeavesItOutIfAsked) {
 
 TEST_F(ExchangeTable, OfACsvWithABadRowIsGuessedWithTheOptionThatTheErrorNames) {
   std::string text = "t_s;j1_position_rad;j1_effort_Nm\n";
+  const auto with_comma = [](double value) {
+    std::string number = fmt::format("{:.5f}", value);
+    number[number.find('.')] = ',';
+    return number;
+  };
   for (int i = 0; i < 60; ++i)
-    text += i == 30 ? "0,3\n" : fmt::format("0,{:02d};0,0{:02d};-0,{:02d}\n", i, i * i % 89, i % 7);
+    text += i == 30 ? "0,3\n"
+                    : fmt::format("{};{};{}\n", with_comma(0.02 * i),
+                                  with_comma(std::sin(0.11 * i)), with_comma(std::cos(0.17 * i)));
   write("a.csv", text);
   const Outcome refused = ravencal("profile guess a.csv");
   EXPECT_EQ(refused.exit_code, 3);
@@ -68,7 +75,7 @@ TEST_F(ExchangeTable, OfACsvWithABadRowIsGuessedWithTheOptionThatTheErrorNames) 
   const Outcome guessed = ravencal("profile guess a.csv --skip-bad --out p.toml");
   EXPECT_EQ(guessed.exit_code, 0) << guessed.text;
   const Outcome read = ravencal("import a.csv --profile p.toml --skip-bad --out a.db");
-  EXPECT_EQ(read.text, "a.db: 59 rows, 2 channels, 1 rows dropped\n") << read.text;
+  EXPECT_TRUE(read.text.starts_with("a.db: 59 rows, 2 channels\n1 rows dropped")) << read.text;
 }
 
 TEST_F(ExchangeTable, IsCutToATimeRangeByTheCommandsThatReadIt) {
