@@ -10,6 +10,7 @@
 
 #include "record/csv_file.hpp"
 #include "record/csv_number.hpp"
+#include "record/table_binding.hpp"
 #include "record/table_load.hpp"
 
 namespace ravencal::record {
@@ -157,6 +158,7 @@ core::Result<Recording> load_csv(const std::filesystem::path& path, Profile prof
 
 core::Result<Table> read_csv_table(const std::filesystem::path& path, const LoadOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto source, CsvSource::open(path, {}, options.threads));
+  if (source->has_header()) RAVENCAL_RETURN_IF_ERROR(check_names_differ(*source));
   RAVENCAL_ASSIGN_OR_RETURN(const std::size_t rows, source->rows({}));
   return CsvTableReader(*source, rows).read(options.skip_bad);
 }

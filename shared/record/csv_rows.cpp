@@ -105,6 +105,7 @@ class TileParser {
   const CsvKernel& kernel_ = csv_kernel();
   std::unique_ptr<double[]> tile_;
   std::vector<std::uint32_t> ends_;
+  std::vector<std::string_view> fields_;
   std::vector<NumberField> numbers_;
   std::size_t first_row_ = 0;
   std::size_t filled_ = 0;
@@ -114,7 +115,7 @@ std::optional<BadRow> TileParser::parse_field(std::size_t index, std::string_vie
                                               double* row) {
   const BoundColumn& column = columns_[index];
   const std::string_view text = trimmed(field);
-  if (column.word) output_.words[*column.word][this->row()] = text;
+  if (column.word) output_.words[*column.word][this->row()] = text_of(field);
   if (!column.number) return std::nullopt;
   std::optional<double> value = number_of(field);
   if (column.may_be_missing && (text.empty() || (value && std::isnan(*value)))) {
@@ -132,16 +133,15 @@ std::optional<BadRow> TileParser::parse_field(std::size_t index, std::string_vie
 }
 
 std::optional<BadRow> TileParser::parse_slow(std::string_view line, double* row) {
-  const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
   if (trimmed(line).empty()) return BadRow{this->row(), "the line is empty"};
-  if (count != columns_.size()) {
+  const bool whole = split_fields(line, ',', fields_);
+  if (!whole) return BadRow{this->row(), open_quotes(fields_.size())};
+  if (fields_.size() != columns_.size()) {
     return BadRow{this->row(),
-                  fmt::format("{} columns where {} are needed", count, columns_.size())};
+                  fmt::format("{} columns where {} are needed", fields_.size(), columns_.size())};
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t comma = line.find(',');
-    if (auto bad = parse_field(i, line.substr(0, comma), row)) return bad;
-    if (comma != std::string_view::npos) line.remove_prefix(comma + 1);
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    if (auto bad = parse_field(i, fields_[i], row)) return bad;
   }
   return std::nullopt;
 }

@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/recording.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace ravencal::record {
+
+core::Status check_channel_count(std::size_t channels, const std::filesystem::path& path) {
+  if (channels <= kMostChannels) return {};
+  return core::data_error(fmt::format("{}: {} channels; a recording holds at most {}",
+                                      path.string(), channels, kMostChannels));
+}
+
 namespace {
 
 template <typename Predicate>

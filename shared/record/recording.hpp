@@ -5,16 +5,25 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/result.hpp"
 #include "record/channel.hpp"
 
 namespace ravencal::record {
+
+/// SQLITE_MAX_COLUMN is 2000, of which one is t_ns.
+inline constexpr std::size_t kMostChannels = 1999;
+
+/// Refuses (kData) more channels than a recording holds; `path` is what has them.
+core::Status check_channel_count(std::size_t channels, const std::filesystem::path& path);
 
 /// Something that happened at a time: homing, run-level change, drop, overrun, device error.
 struct Event {

@@ -18,8 +18,6 @@ namespace {
 
 // One row of 250 values has 2.3 KB: large pages hold several of them, small ones would waste half.
 constexpr std::size_t kWideChannels = 64;
-// SQLITE_MAX_COLUMN is 2000, of which one is t_ns.
-constexpr std::size_t kMaxChannels = 1999;
 constexpr std::array<std::string_view, 4> kReservedNames = {"t_ns", "rowid", "oid", "_rowid_"};
 
 std::string pragmas_of_whole(std::size_t channels) {
@@ -72,10 +70,7 @@ core::Status check_channels(std::span<const Channel> channels, const fs::path& p
   const auto refuse = [&](std::string why) {
     return core::Error{core::ErrorCode::kData, fmt::format("{}: {}", path.string(), why)};
   };
-  if (channels.size() > kMaxChannels) {
-    return refuse(
-        fmt::format("{} channels; a recording holds at most {}", channels.size(), kMaxChannels));
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_channel_count(channels.size(), path));
   std::set<std::string> names(kReservedNames.begin(), kReservedNames.end());
   for (const Channel& channel : channels) {
     const bool usable = !channel.name.empty() && channel.name.find('\0') == std::string::npos;

@@ -71,7 +71,8 @@ class RecordingFile {
 };
 
 /// Why a recording cannot have these channels, if so: names unique without regard to case (they
-/// become SQL columns) and not reserved, units known, at most 1999.
+/// become SQL columns) and not reserved, units known, at most
+/// kMostChannels.
 core::Status check_channels(std::span<const Channel> channels, const std::filesystem::path& path);
 
 /// Before another file takes the recording's name: takes the rows that a killed writer left in

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 
 #include "core/known_words.hpp"
 #include "core/units.hpp"
@@ -12,6 +14,14 @@ namespace ravencal::record {
 namespace {
 
 constexpr std::size_t kMostNamesListed = 40;  // of an error; no source: a choice
+
+core::Error called_twice(const TableSource& source, const std::string& name, std::size_t first,
+                         std::size_t second) {
+  return core::data_error(
+      fmt::format("{}: columns {} and {} are both called '{}'; rename one, or bind them by `index` "
+                  "in a profile",
+                  source.place_of_names(), first + 1, second + 1, name));
+}
 
 class Binder {
  public:
@@ -45,7 +55,12 @@ core::Result<std::size_t> Binder::find(const std::string& name,
                              profile_.name, *index + 1));
   }
   const auto it = std::find(names_.begin(), names_.end(), name);
-  if (it != names_.end()) return static_cast<std::size_t>(it - names_.begin());
+  if (it != names_.end()) {
+    const auto again = std::find(it + 1, names_.end(), name);
+    const auto at = static_cast<std::size_t>(it - names_.begin());
+    if (again == names_.end()) return at;
+    return called_twice(source_, name, at, static_cast<std::size_t>(again - names_.begin()));
+  }
   const std::string why = source_.why_left_out(name);
   if (!why.empty()) return wrong(fmt::format("'{}' cannot be a column: {}", name, why));
   const auto meant = core::likely_meant(name, names_);
@@ -135,6 +150,16 @@ core::Result<TableBinding> Binder::bind() {
 }
 
 }  // namespace
+
+core::Status check_names_differ(const TableSource& source) {
+  std::map<std::string_view, std::size_t> first;
+  for (std::size_t i = 0; i < source.names().size(); ++i) {
+    const std::string& name = source.names()[i];
+    const auto [it, is_new] = first.emplace(name, i);
+    if (!is_new && !name.empty()) return called_twice(source, name, it->second, i);
+  }
+  return {};
+}
 
 core::Result<TableBinding> bind_columns(const Profile& profile, const TableSource& source) {
   return Binder(profile, source).bind();

@@ -31,7 +31,10 @@ struct TableBinding {
   bool has_fraction = false;
 };
 
-/// Errors name the column and those that exist.
+/// Refuses a source in which two columns have one name; those without a name may be several.
+core::Status check_names_differ(const TableSource& source);
+
+/// Errors name the column and those that exist, or the two of that name.
 core::Result<TableBinding> bind_columns(const Profile& profile, const TableSource& source);
 
 }  // namespace ravencal::record

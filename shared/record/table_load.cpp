@@ -297,7 +297,10 @@ void TableLoader::make_relative() {
   for (std::size_t c = 0; c < profile_.channels.size(); ++c) {
     if (!profile_.channels[c].relative) continue;
     auto column = recording_.samples.col(static_cast<Eigen::Index>(c));
-    const double origin = column(0);
+    const auto first =
+        std::find_if(column.begin(), column.end(), [](double value) { return !std::isnan(value); });
+    if (first == column.end()) continue;
+    const double origin = *first;
     recording_.meta["origin." + profile_.channels[c].channel.name] = fmt::format("{}", origin);
     column.array() -= origin;
   }
@@ -360,6 +363,7 @@ core::Result<Recording> TableLoader::load(std::size_t rows) {
 core::Result<Recording> load_source(const TableSource& source, Profile profile,
                                     const LoadOptions& options) {
   if (profile.name == "generic") {
+    RAVENCAL_RETURN_IF_ERROR(check_names_differ(source));
     RAVENCAL_RETURN_IF_ERROR(add_generic_channels(profile, source.names(), source.place_of_names(),
                                                   !source.stamps_ns().empty()));
   }

@@ -55,6 +55,29 @@ TEST_F(ExchangeTable, OfACsvNamesTheLineThatIsNoRowAndLeavesItOutIfAsked) {
   EXPECT_EQ(table->events[0].detail, "line 3: 1 columns where 2 are needed");
 }
 
+TEST_F(ExchangeTable, OfACsvWithABadRowIsGuessedWithTheOptionThatTheErrorNames) {
+  std::string text = "t_s;j1_position_rad;j1_effort_Nm\n";
+  const auto with_comma = [](double value) {
+    std::string number = fmt::format("{:.5f}", value);
+    number[number.find('.')] = ',';
+    return number;
+  };
+  for (int i = 0; i < 60; ++i)
+    text += i == 30 ? "0,3\n"
+                    : fmt::format("{};{};{}\n", with_comma(0.02 * i),
+                                  with_comma(std::sin(0.11 * i)), with_comma(std::cos(0.17 * i)));
+  write("a.csv", text);
+  const Outcome refused = ravencal("profile guess a.csv");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.text.find("a.csv:32: 1 columns where 3 are needed; use --skip-bad"),
+            std::string::npos)
+      << refused.text;
+  const Outcome guessed = ravencal("profile guess a.csv --skip-bad --out p.toml");
+  EXPECT_EQ(guessed.exit_code, 0) << guessed.text;
+  const Outcome read = ravencal("import a.csv --profile p.toml --skip-bad --out a.db");
+  EXPECT_TRUE(read.text.starts_with("a.db: 59 rows, 2 channels\n1 rows dropped")) << read.text;
+}
+
 TEST_F(ExchangeTable, IsCutToATimeRangeByTheCommandsThatReadIt) {
   write("a.csv", "t_s,q_rad\n5,0\n6,1\n7,2\n8,3\n");
   ASSERT_EQ(ravencal("import a.csv --profile generic --from-s 1 --out a.db").exit_code, 0);

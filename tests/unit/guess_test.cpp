@@ -69,6 +69,22 @@ bool asks(const Guess& guess, const std::string& word) {
                      [&](const std::string& q) { return q.find(word) != std::string::npos; });
 }
 
+TEST(GuessProfile, OfMoreChannelsThanARecordingHoldsSaysSo) {
+  record::Table table;
+  table.path = "wide.csv";
+  for (std::size_t c = 0; c < record::kMostChannels + 2; ++c) {
+    record::TableColumn& column = table.columns.emplace_back();
+    column.name = c == 0 ? "t_s" : fmt::format("j{}_position_rad", c);
+    for (int row = 0; row < 40; ++row)
+      column.values.push_back(c == 0 ? kStepS * row : motion(kStepS * row + 0.01 * double(c)));
+  }
+  const auto guess = guess_profile(table, {});
+  ASSERT_FALSE(guess.ok());
+  EXPECT_TRUE(guess.error().message.starts_with(
+      "wide.csv: 2000 channels; a recording holds at most 1999; take columns out"))
+      << guess.error().message;
+}
+
 TEST(ColumnName, ReadsQuantitySideUnitAndJoint) {
   struct Case {
     const char* name;

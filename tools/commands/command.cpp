@@ -90,11 +90,14 @@ std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOption
                                     "Profile raven2: the arm with the external encoders")
                         ->check(CLI::IsMember({"gold", "green"}))
                         ->capture_default_str());
-  options.push_back(
-      command.add_flag("--skip-bad", load.skip_bad,
-                       "Drop rows that cannot be read, with an event, instead of refusing the "
-                       "file"));
+  options.push_back(add_skip_bad(command, load));
   return options;
+}
+
+CLI::Option* add_skip_bad(CLI::App& command, record::LoadOptions& load) {
+  return command.add_flag("--skip-bad", load.skip_bad,
+                          "Drop rows that cannot be read, with an event, instead of refusing the "
+                          "file");
 }
 
 std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range) {

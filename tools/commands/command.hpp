@@ -30,6 +30,9 @@ void on_call(CLI::App& command, int& exit_code, FileOptions files,
 /// options.
 std::vector<CLI::Option*> add_load_options(CLI::App& command, record::LoadOptions& load);
 
+/// --skip-bad.
+CLI::Option* add_skip_bad(CLI::App& command, record::LoadOptions& load);
+
 /// --from-s and --to-s of every recording that the command reads.
 std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange& range);
 

@@ -53,6 +53,7 @@ void add_profile(CLI::App& app, int& exit_code) {
                    "Plant or robot model (.toml, .xml, .urdf) whose joints are meant");
   from->add_option("--out", arguments->out, "Profile to write (.toml); without, it is only shown");
   from->add_flag("--force", arguments->force, "Replace an existing file");
+  add_skip_bad(*from, arguments->load);
   from->footer("Example: ravencal profile guess run1.csv --plant robot.xml --out run.toml");
   on_call(*from, exit_code, {.read = {"data", "--plant"}, .written = {"--out"}},
           [arguments] { return guess(*arguments); });

@@ -136,7 +136,7 @@ bool JointStateTopics::add_values(Topic& topic, const std::vector<std::string>& 
   for (std::size_t i = 0; i < values.size(); ++i) {
     std::string name = fmt::format("{}/{}/{}", topic.name, joints[i], quantity);
     const auto [it, is_new] = topic.index.emplace(name, topic.columns.size());
-    if (it->second >= kMostColumns) return false;
+    if (it->second >= record::kMostChannels) return false;
     if (is_new) topic.columns.push_back({std::move(name), {}});
     std::vector<double>& column = topic.columns[it->second].values;
     column.resize(topic.t_ns.size(), kLost);
@@ -164,7 +164,7 @@ core::Status JointStateTopics::add_message(std::uint64_t id, std::int64_t log_ti
                         add_values(topic, state->names, "velocity", state->velocity) &&
                         add_values(topic, state->names, "effort", state->effort);
   if (!has_room)
-    return bad(fmt::format("with it the topic has more than {} columns", kMostColumns));
+    return bad(fmt::format("with it the topic has more than {} columns", record::kMostChannels));
   return {};
 }
 

@@ -40,7 +40,7 @@ void add_columns(record::Table& table, NamedArray array) {
     return;
   }
   if (!array.texts.empty()) return leave_out("it is a table of texts");
-  if (columns > kMostColumns) {
+  if (columns > record::kMostChannels) {
     return leave_out(fmt::format(
         "its shape is {} x {}, and rows come first, so that it would be {} columns; transpose it",
         rows, columns, columns));

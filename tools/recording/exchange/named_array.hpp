@@ -19,8 +19,6 @@ namespace ravencal::exchange {
 /// an array that claims more is none.
 inline constexpr std::uintmax_t kMostPerStoredByte = 1032;
 
-inline constexpr std::size_t kMostColumns = 1999;  // channels of a recording (FORMATS.md)
-
 struct NamedArray {
   std::string name;
   std::vector<std::size_t> shape{};  ///< empty: a single value

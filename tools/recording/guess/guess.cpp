@@ -26,6 +26,11 @@ core::Result<Guess> guess_profile(const record::Table& table,
   find_other_units(columns);
   find_roles(columns, guess);
   guess.questions = columns.questions;
+  const core::Status fits = record::check_channel_count(guess.channels.size(), table.path);
+  if (!fits.ok())
+    return core::data_error(fits.error().message +
+                            "; take columns out of the table, or write a profile of those that "
+                            "you need by hand (shared/FORMATS.md, Profiles)");
   const bool any =
       std::any_of(guess.channels.begin(), guess.channels.end(), [](const auto& channel) {
         return channel.role != "feature" && channel.role != "temperature";
