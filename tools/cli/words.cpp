@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "cli/exit_code.hpp"
 #include "core/known_words.hpp"
 
@@ -12,7 +14,7 @@ namespace {
 /// "ravencal profile: there is no command 'gues'; did you mean ...", if that is what is wrong.
 std::string unknown_command(const CLI::App& app) {
   const CLI::App* at = &app;
-  std::string name = app.get_name().empty() ? "ravencal" : app.get_name();
+  std::string name = std::filesystem::path(app.get_name()).filename().string();
   for (auto called = at->get_subcommands(); !called.empty(); called = at->get_subcommands()) {
     at = called.front();
     name += " " + at->get_name();
