@@ -23,6 +23,8 @@ std::string_view name_of(AxisEventKind kind) {
       return "index_slip";
     case AxisEventKind::kRestarted:
       return "device_restarted";
+    case AxisEventKind::kCounterWrapped:
+      return "counter_wrapped";
     case AxisEventKind::kOutage:
       return "outage";
     case AxisEventKind::kRecovered:
@@ -44,6 +46,7 @@ bool is_loss(AxisEventKind kind) {
     case AxisEventKind::kLateEdge:
     case AxisEventKind::kIndexSlip:
     case AxisEventKind::kRestarted:
+    case AxisEventKind::kCounterWrapped:
     case AxisEventKind::kOutage:
       return true;
     case AxisEventKind::kIndexFound:
@@ -209,12 +212,19 @@ void Axis::take_state(const Reading& reading) {
       report(AxisEventKind::kEdgesLost, last_t_ns_, reading.t_ns, reading.value, reading.fault);
       if (!counting_device_) {
         gap_from_ns_ = last_t_ns_;
-        decoder_.on_lost(reading.value);
+        // What was refused as implausible is no number of edges.
+        decoder_.on_lost(reading.fault == Fault::kImplausibleCount ? 0 : reading.value);
         track_.interrupt(last_t_ns_);
       }
       break;
+    case ReadingKind::kUnseen:
+      take_unseen(reading);
+      break;
+    case ReadingKind::kWrapped:
+      report(AxisEventKind::kCounterWrapped, last_t_ns_, reading.t_ns, reading.value);
+      break;
     case ReadingKind::kRestarted:
-      report(AxisEventKind::kRestarted, last_t_ns_, reading.t_ns, 0);
+      report(AxisEventKind::kRestarted, last_t_ns_, reading.t_ns, reading.value, reading.fault);
       device_restarted_ = true;
       track_.interrupt(last_t_ns_);
       if (index_) index_->reset();
@@ -233,6 +243,17 @@ void Axis::take_state(const Reading& reading) {
       report(AxisEventKind::kNotice, reading.t_ns, reading.t_ns, reading.value, reading.fault);
       break;
   }
+}
+
+void Axis::take_unseen(const Reading& reading) {
+  const std::int64_t movement = std::abs(reading.value);
+  // The last edge of the movement is the one that the levels after it show.
+  report(AxisEventKind::kEdgesLost, last_t_ns_, reading.t_ns,
+         std::max<std::int64_t>(movement - 1, 1), reading.fault);
+  gap_from_ns_ = last_t_ns_;
+  // A movement that was counted is exact; one that was inferred may have gone the other way.
+  decoder_.on_unseen(reading.value, reading.fault == Fault::kMissingRows ? 0 : 2 * movement);
+  track_.interrupt(last_t_ns_);
 }
 
 AxisSample Axis::sample(std::int64_t t_ns) {

@@ -24,6 +24,12 @@ struct IndexSettings {
   std::int64_t tolerance_counts = 2;
 };
 
+/// The fastest that a joint can be.
+struct CountLimit {
+  double counts_per_s = 0.0;  ///< 0: no limit
+  bool said = true;           ///< by the user; else what a surgical robot's joint stays below
+};
+
 struct AxisSettings {
   std::string joint;
   std::string unit = "rad";                 ///< "rad" or "m"
@@ -36,18 +42,21 @@ struct AxisSettings {
   std::int64_t stale_ns = 0;                ///< > 0 for devices that count by themselves
   std::int64_t max_uncertainty_counts = 8;  ///< above it the position is not given out
   std::optional<IndexSettings> index;
+  CountLimit limit;
 };
 
 enum class AxisEventKind : std::uint8_t {
-  kEdgesLost,      ///< amount: how many, 0 if unknown
-  kLevelMismatch,  ///< the lines read differently from what the edges said
-  kRepeatedEdge,   ///< same polarity twice: doubled, or its partner lost
-  kEdgeRepaired,   ///< one edge lost in steady motion, count corrected
-  kLateEdge,       ///< older than one before it; left out
-  kIndexFound,     ///< first index pulse; amount: count
-  kIndexSlip,      ///< amount: slipped counts
-  kRestarted,      ///< the counting device began again
-  kOutage,         ///< delivers nothing; fault says why
+  kEdgesLost,       ///< amount: how many, 0 if unknown
+  kLevelMismatch,   ///< the lines read differently from what the edges said
+  kRepeatedEdge,    ///< same polarity twice: doubled, or its partner lost
+  kEdgeRepaired,    ///< one edge lost in steady motion, count corrected
+  kLateEdge,        ///< older than one before it; left out
+  kIndexFound,      ///< first index pulse; amount: count
+  kIndexSlip,       ///< amount: slipped counts
+  kRestarted,       ///< the counting device began again; amount: by how many counts it jumped
+  kCounterWrapped,  ///< a raw counter wrapped and was unwrapped by `amount` counts, as its speed
+                    ///< says
+  kOutage,          ///< delivers nothing; fault says why
   kRecovered,
   kNotice,  ///< fault says what, amount how much
   kGlitchRemoved,
@@ -117,6 +126,7 @@ class Axis {
   void take_levels(const Reading& reading);
   void take_count(const Reading& reading);
   void take_state(const Reading& reading);
+  void take_unseen(const Reading& reading);
   void report(AxisEventKind kind, std::int64_t from_ns, std::int64_t to_ns, std::int64_t amount,
               Fault fault = Fault::kNone);
 

@@ -179,7 +179,9 @@ void replay_instead(Config& config, const fs::path& recording, double speed) {
   replay.replay_speed = speed;
   for (std::size_t i = 0; i < config.encoders.size(); ++i) {
     config.encoders[i].source = 0;
-    replay.replay_joints[config.encoders[i].axis.joint] = static_cast<std::uint8_t>(i);
+    const auto axis = static_cast<std::uint8_t>(i);
+    replay.replay_joints[config.encoders[i].axis.joint] = axis;
+    replay.replay_limits[axis] = config.encoders[i].axis.limit;
   }
   config.sources = {std::move(replay)};
 }

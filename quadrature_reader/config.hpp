@@ -75,7 +75,8 @@ struct SourceSettings {
   std::vector<CanEncoder> can;
   std::vector<CounterEncoder> counters;
   std::map<std::string, std::uint8_t> replay_joints;
-  std::uint32_t event_buffer_size = 0;    ///< gpio, libgpiod 2; 0: largest
+  std::map<std::uint8_t, CountLimit> replay_limits;  ///< by axis; none: every count is believed
+  std::uint32_t event_buffer_size = 0;               ///< gpio, libgpiod 2; 0: largest
   std::int64_t reorder_ns = 1'000'000;    ///< gpio: how late an edge may arrive behind others
   std::int64_t heartbeat_timeout_ns = 0;  ///< can; 0: not supervised
   std::int64_t position_timeout_ns = 0;   ///< can

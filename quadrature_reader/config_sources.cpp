@@ -87,9 +87,12 @@ void read_can_layout(TomlTable& table, CanEncoder& encoder) {
 constexpr double kLargestRadPerS = 4.0 * std::numbers::pi;
 constexpr double kLargestMPerS = 1.0;
 
-double read_largest_rate(TomlTable& table, const AxisSettings& axis) {
+CountLimit read_limit(TomlTable& table, const AxisSettings& axis, SourceKind kind) {
   const double speed = axis.unit == "rad" ? kLargestRadPerS : kLargestMPerS;
-  return table.number_or("max_counts_per_s", std::round(speed / axis.si_per_count), {0.0, 1e12});
+  const double usual = std::round(speed / axis.si_per_count);
+  // GPIO lines count every edge: no count of theirs is refused.
+  if (kind == SourceKind::kGpio || !table.has("max_counts_per_s")) return {usual, false};
+  return {table.number_or("max_counts_per_s", usual, {0.0, 1e12}), true};
 }
 
 CanEncoder read_can(TomlTable& table) {
@@ -112,7 +115,7 @@ CounterEncoder read_counter(TomlTable& table, const AxisSettings& axis) {
   if (const auto bits = table.find_integer("counter_bits", {2, 64})) {
     encoder.counter_bits = static_cast<unsigned>(*bits);
   }
-  encoder.max_counts_per_s = read_largest_rate(table, axis);
+  encoder.max_counts_per_s = axis.limit.counts_per_s;
   return encoder;
 }
 
@@ -189,6 +192,7 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
   if (axis.index && source.kind != SourceKind::kGpio) {
     table.fail("index_counts", "index_counts needs a source of kind gpio with line_z");
   }
+  axis.limit = read_limit(table, axis, source.kind);
   switch (source.kind) {
     case SourceKind::kGpio:
       source.gpio.push_back(read_gpio(table));
@@ -199,7 +203,7 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
     case SourceKind::kCan:
       source.can.push_back(read_can(table));
       source.can.back().axis = axis_number;
-      source.can.back().max_counts_per_s = read_largest_rate(table, axis);
+      source.can.back().max_counts_per_s = axis.limit.counts_per_s;
       break;
     case SourceKind::kCounter:
       source.counters.push_back(read_counter(table, axis));
@@ -207,6 +211,7 @@ void read_wiring(TomlTable& table, std::uint8_t axis_number, SourceSettings& sou
       break;
     case SourceKind::kReplay:
       source.replay_joints[axis.joint] = axis_number;
+      source.replay_limits[axis_number] = axis.limit;
       break;
   }
   if (source.kind == SourceKind::kCan) {

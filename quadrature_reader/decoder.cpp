@@ -23,6 +23,13 @@ bool congruent_modulo_4(std::int64_t x, std::int64_t y) { return (x - y) % 4 == 
 
 }  // namespace
 
+int phase_step(std::int64_t from_levels, std::int64_t to_levels) {
+  const auto phase = [](std::int64_t levels) {
+    return phase_of((levels & 1) != 0, (levels & 2) != 0);
+  };
+  return smallest_residue(phase(to_levels) - phase(from_levels));
+}
+
 DecoderStep QuadratureDecoder::on_edge(Line line, bool level) {
   assert(line != Line::kZ);
   const int own = line == Line::kA ? kA : kB;
@@ -85,9 +92,20 @@ void QuadratureDecoder::on_lost(std::int64_t edges) {
     lost_unknown_ = false;
   }
   gap_open_ = true;
+  unseen_counts_.reset();
   lost_edges_ += edges;
   lost_unknown_ = lost_unknown_ || edges == 0;
   known_[kA] = known_[kB] = false;
+}
+
+void QuadratureDecoder::on_unseen(std::int64_t movement_counts, std::int64_t uncertainty) {
+  const bool alone = !gap_open_;
+  on_lost(std::abs(movement_counts));
+  // Within a gap that is open already nothing tells where the movement began.
+  if (!alone) return;
+  unseen_counts_ = movement_counts;
+  if (movement_counts != 0) direction_ = movement_counts > 0 ? 1 : -1;
+  add_uncertainty(uncertainty);
 }
 
 DecoderStep QuadratureDecoder::settle(int last_line) {
@@ -100,7 +118,9 @@ DecoderStep QuadratureDecoder::settle(int last_line) {
   const int since_gap = smallest_residue(phase_between - phase_after_gap) + last_step;
   const bool first = !started_;
   std::int64_t delta = since_gap;
-  if (!first && gap_open_) {
+  if (!first && gap_open_ && unseen_counts_) {
+    delta += *unseen_counts_;
+  } else if (!first && gap_open_) {
     const int residue = smallest_residue(phase_after_gap - phase_before_gap_);
     const std::int64_t steady = direction_ * lost_edges_;
     if (!lost_unknown_ && direction_ != 0 && congruent_modulo_4(steady, residue)) {
@@ -112,6 +132,7 @@ DecoderStep QuadratureDecoder::settle(int last_line) {
   }
   started_ = true;
   gap_open_ = false;
+  unseen_counts_.reset();
   if (last_step != 0) direction_ = last_step;
   count_ += delta;
   return {delta, first ? DecoderStep::Kind::kNone : DecoderStep::Kind::kResync};

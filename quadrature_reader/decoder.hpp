@@ -14,10 +14,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "quadrature_reader/reading.hpp"
 
 namespace ravencal::quadrature_reader {
+
+/// From one pair of levels (A | B << 1) to another in counts: -1, 0, 1, or 2 where both changed,
+/// which no single edge does.
+int phase_step(std::int64_t from_levels, std::int64_t to_levels);
 
 /// What one call changed.
 struct DecoderStep {
@@ -46,6 +51,9 @@ class QuadratureDecoder {
   /// next call that settles both levels.
   void on_lost(std::int64_t edges);
 
+  /// Edges are missing here, but the movement is known to within `uncertainty` counts.
+  void on_unseen(std::int64_t movement_counts, std::int64_t uncertainty);
+
   /// Declares the present count right, e.g. after an index pulse or homing.
   void trust() { uncertainty_counts_ = 0; }
 
@@ -64,7 +72,8 @@ class QuadratureDecoder {
   std::int64_t count_ = 0;
   std::int64_t uncertainty_counts_ = 0;
   std::int64_t lost_edges_ = 0;  // exact number in the open gap; meaningless if lost_unknown_
-  bool gap_open_ = false;        // on_lost() was called, levels not settled since
+  std::optional<std::int64_t> unseen_counts_;  // on_unseen() said how far the open gap moved
+  bool gap_open_ = false;                      // on_lost() was called, levels not settled since
   bool lost_unknown_ = false;
   bool started_ = false;  // levels were settled once
   bool known_[2] = {false, false};

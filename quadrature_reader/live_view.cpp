@@ -16,6 +16,16 @@ std::string advice_on_zeros(const std::vector<std::string>& joints) {
       fmt::join(joints, ", "));
 }
 
+std::string losses_in(const LoggerStatus& status) {
+  std::vector<std::string> joints;
+  for (const auto& joint : status.joints) {
+    if (joint.losses > 0) joints.push_back(fmt::format("{} {} times", joint.name, joint.losses));
+  }
+  if (joints.empty()) return {};
+  return fmt::format("data was lost: {}; the events of the recording say when and how much",
+                     fmt::join(joints, ", "));
+}
+
 std::string table_of(const LoggerStatus& status) {
   std::string text = fmt::format("{:<12}{:>14}{:>16}{:>16}{:>11}{:>8}  {}\n", "joint", "counts",
                                  "position", "velocity", "edges/s", "losses", "state");

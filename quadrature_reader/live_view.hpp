@@ -18,4 +18,7 @@ std::string json_of(const LoggerStatus& status);
 /// What rows lack whose joints have no zero, and how they get one; one sentence.
 std::string advice_on_zeros(const std::vector<std::string>& joints);
 
+/// Which joints lost data how often, in one sentence; empty if none did.
+std::string losses_in(const LoggerStatus& status);
+
 }  // namespace ravencal::quadrature_reader

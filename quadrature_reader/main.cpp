@@ -69,6 +69,8 @@ class Display {
     if (!terminal_ && status.ended && !status.without_zero.empty()) {
       fmt::print(stderr, "ravencal-encoders: {}\n", qr::advice_on_zeros(status.without_zero));
     }
+    if (const std::string lost = qr::losses_in(status); status.ended && !lost.empty() && !terminal_)
+      fmt::print(stderr, "ravencal-encoders: {}\n", lost);
     if (!terminal_) return;
     const std::string table = qr::table_of(status);
     // Back to the first line of the last table, then clear to the end of the screen.

@@ -31,6 +31,10 @@ std::string_view name_of(Fault fault) {
       return "short_frame";
     case Fault::kImplausibleCount:
       return "implausible_count";
+    case Fault::kMissingRows:
+      return "missing_rows";
+    case Fault::kInvalidTransition:
+      return "invalid_transition";
     case Fault::kStampsHardware:
       return "stamps_hardware";
     case Fault::kStampsKernel:

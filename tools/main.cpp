@@ -4,6 +4,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "cli/program.hpp"
+#include "cli/words.hpp"
 #include "commands/commands.hpp"
 #include "core/version.hpp"
 
@@ -53,7 +54,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ravencal::cli::kOk : ravencal::cli::kUsage;
+    return ravencal::cli::explain(app, error);
   }
   return exit_code;
 }

@@ -99,7 +99,8 @@ void CanDecoder::take_position(Node& node, const CanFrame& frame, std::vector<Re
     return;
   }
   if (step.outcome == CountFollower::Outcome::kRestarted) {
-    out.push_back(reading(frame.t_ns, 0, axis, ReadingKind::kRestarted));
+    out.push_back(
+        reading(frame.t_ns, step.moved, axis, ReadingKind::kRestarted, Fault::kImplausibleCount));
   }
   out.push_back(reading(frame.t_ns, step.count, axis, ReadingKind::kCount));
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadrature_reader/sources/count_follower.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ravencal::quadrature_reader {
@@ -43,23 +44,36 @@ std::int64_t CountWidener::distance(std::uint64_t from, std::uint64_t to) const 
 
 double CountWidener::half_range() const { return std::ldexp(1.0, static_cast<int>(bits_) - 1); }
 
-double CountFollower::reach_counts(std::int64_t since_ns, std::int64_t t_ns) const {
-  return max_counts_per_s_ * 1e-9 * static_cast<double>(t_ns - since_ns + kStampJitterNs);
+double reach_counts(double counts_per_s, std::int64_t dt_ns) {
+  return counts_per_s * 1e-9 * static_cast<double>(dt_ns + kStampJitterNs);
+}
+
+std::int64_t CountFollower::jump_counts(std::int64_t t_ns, std::int64_t moved) const {
+  const std::int64_t apart_ns = t_ns - first_.t_ns;
+  if (apart_ns <= 0) return first_.moved;
+  // The joint went on meanwhile, as fast as the values after the jump say.
+  const auto first = static_cast<double>(first_.moved);
+  const double per_ns = (static_cast<double>(moved) - first) / static_cast<double>(apart_ns);
+  const double jump = first - per_ns * static_cast<double>(first_.t_ns - *last_t_ns_);
+  constexpr double kLargest = 9e15;  // whole numbers are exact in a double up to here
+  return std::llround(std::clamp(jump, -kLargest, kLargest));
 }
 
 CountFollower::Step CountFollower::take(std::int64_t t_ns, std::uint64_t raw) {
   Step step;
   step.moved = widener_.movement_to(raw);
   if (max_counts_per_s_ > 0.0 && last_t_ns_ &&
-      std::abs(static_cast<double>(step.moved)) > reach_counts(*last_t_ns_, t_ns)) {
+      std::abs(static_cast<double>(step.moved)) > reach(*last_t_ns_, t_ns)) {
     const auto apart = static_cast<double>(widener_.distance(suspect_raw_, raw));
-    const bool agrees = suspects_ > 0 && std::abs(apart) <= reach_counts(suspect_t_ns_, t_ns);
+    const bool agrees = suspects_ > 0 && std::abs(apart) <= reach(suspect_t_ns_, t_ns);
     suspects_ = agrees ? suspects_ + 1 : 1;
+    if (!agrees) first_ = {t_ns, step.moved};
     suspect_raw_ = raw;
     suspect_t_ns_ = t_ns;
     step.outcome = Outcome::kImplausible;
     if (suspects_ < kAgreeingSuspects) return step;
     step.outcome = Outcome::kRestarted;
+    step.moved = jump_counts(t_ns, step.moved);
     widener_.reanchor();
   }
   suspects_ = 0;
@@ -75,7 +89,7 @@ void CountFollower::restart() {
 }
 
 bool CountFollower::may_have_wrapped(std::int64_t t_ns) const {
-  return last_t_ns_ && reach_counts(*last_t_ns_, t_ns) >= widener_.half_range();
+  return last_t_ns_ && reach(*last_t_ns_, t_ns) >= widener_.half_range();
 }
 
 }  // namespace ravencal::quadrature_reader

@@ -15,6 +15,9 @@ constexpr std::uint64_t low_bits(unsigned bits) {
   return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
 }
 
+/// How far a joint gets in `dt_ns` at that speed, with what the jitter of stamps hides.
+double reach_counts(double counts_per_s, std::int64_t dt_ns);
+
 /// Widens a counter that wraps at 2^bits to 64 bits: between two readings it moves by less than
 /// half of its range.
 class CountWidener {
@@ -49,7 +52,7 @@ class CountFollower {
   struct Step {
     Outcome outcome = Outcome::kCount;
     std::int64_t count = 0;
-    std::int64_t moved = 0;
+    std::int64_t moved = 0;  ///< kRestarted: the jump, without the motion beside it
   };
 
   /// `max_counts_per_s`: the joint cannot be faster; 0: every value is believed.
@@ -63,12 +66,20 @@ class CountFollower {
   [[nodiscard]] bool may_have_wrapped(std::int64_t t_ns) const;
 
  private:
-  [[nodiscard]] double reach_counts(std::int64_t since_ns, std::int64_t t_ns) const;
+  struct Suspect {
+    std::int64_t t_ns = 0;
+    std::int64_t moved = 0;  // since the last value that was believed
+  };
+  [[nodiscard]] double reach(std::int64_t since_ns, std::int64_t t_ns) const {
+    return reach_counts(max_counts_per_s_, t_ns - since_ns);
+  }
+  [[nodiscard]] std::int64_t jump_counts(std::int64_t t_ns, std::int64_t moved) const;
 
   CountWidener widener_;
   bool is_signed_;
   double max_counts_per_s_;
   std::optional<std::int64_t> last_t_ns_;
+  Suspect first_;                  // of those that agree
   std::uint64_t suspect_raw_ = 0;  // the last value refused
   std::int64_t suspect_t_ns_ = 0;
   int suspects_ = 0;  // how many refused values in a row agree

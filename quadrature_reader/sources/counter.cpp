@@ -213,7 +213,7 @@ void CounterSource::take(Count& count, std::int64_t t_ns, std::uint64_t raw,
     return push(ReadingKind::kLost, 1, Fault::kImplausibleCount);
   }
   if (step.outcome == CountFollower::Outcome::kRestarted) {
-    push(ReadingKind::kRestarted, 0, Fault::kNone);
+    push(ReadingKind::kRestarted, step.moved, Fault::kImplausibleCount);
   }
   push(ReadingKind::kCount, step.count, Fault::kNone);
 }

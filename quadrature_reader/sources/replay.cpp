@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <thread>
 
+#include "quadrature_reader/sources/joint_replay.hpp"
 #include "record/load.hpp"
 #include "record/recording.hpp"
 
@@ -15,51 +18,34 @@ namespace {
 
 constexpr std::size_t kBatch = 256;
 
-class JointReplay {
- public:
-  JointReplay(std::uint8_t axis, bool lines) : axis_(axis), lines_(lines) {}
+using TakeRow = std::function<void(Eigen::Index row, std::vector<Reading>& out)>;
 
-  void take(std::int64_t t_ns, double value, std::vector<Reading>& out) {
-    constexpr double kLargest = 9e15;  // whole numbers are exact in a double up to here
-    if (!(std::abs(value) <= kLargest)) {
-      if (known_) out.push_back({t_ns, 0, axis_, ReadingKind::kLost, Line::kA, Fault::kNone});
-      known_ = false;
-      return;
-    }
-    const auto now = static_cast<std::int64_t>(std::llround(value));
-    if (!lines_) {
-      if (!known_ || now != last_) put(t_ns, now, ReadingKind::kCount, Line::kA, out);
-    } else if (!known_) {
-      put(t_ns, now & 7, ReadingKind::kLevels, Line::kA, out);
-    } else {
-      const std::int64_t changed = now ^ last_;
-      for (unsigned line = 0; line < 3; ++line) {
-        if (((changed >> line) & 1) != 0) {
-          put(t_ns, (now >> line) & 1, ReadingKind::kEdge, static_cast<Line>(line), out);
-        }
-      }
-    }
-    last_ = now;
-    known_ = true;
-  }
+TakeRow lines_of(const record::Recording& recording, std::uint8_t axis, const CountLimit& limit,
+                 Eigen::Index lines, std::optional<Eigen::Index> counts) {
+  return [&recording, lines, counts, replay = LinesReplay(axis, limit)](
+             Eigen::Index row, std::vector<Reading>& out) mutable {
+    replay.take(recording.t_ns[static_cast<std::size_t>(row)], recording.samples(row, lines),
+                counts ? recording.samples(row, *counts) : std::nan(""), out);
+  };
+}
 
- private:
-  void put(std::int64_t t_ns, std::int64_t value, ReadingKind kind, Line line,
-           std::vector<Reading>& out) const {
-    out.push_back({t_ns, value, axis_, kind, line, Fault::kNone});
-  }
-
-  std::uint8_t axis_;
-  bool lines_;
-  bool known_ = false;
-  std::int64_t last_ = 0;
-};
+TakeRow counts_of(const record::Recording& recording, std::uint8_t axis, const CountLimit& limit,
+                  Eigen::Index counts) {
+  std::vector<double> column(recording.t_ns.size());
+  for (std::size_t row = 0; row < column.size(); ++row)
+    column[row] = recording.samples(static_cast<Eigen::Index>(row), counts);
+  return [&recording, counts, replay = CountsReplay(axis, limit, recording.t_ns, column)](
+             Eigen::Index row, std::vector<Reading>& out) mutable {
+    replay.take(recording.t_ns[static_cast<std::size_t>(row)], recording.samples(row, counts), out);
+  };
+}
 
 }  // namespace
 
 core::Result<std::vector<Reading>> readings_of(const record::Recording& recording,
-                                               const std::map<std::string, std::uint8_t>& joints) {
-  std::vector<std::pair<Eigen::Index, JointReplay>> replays;
+                                               const std::map<std::string, std::uint8_t>& joints,
+                                               const std::map<std::uint8_t, CountLimit>& limits) {
+  std::vector<TakeRow> take_row;
   for (const auto& [joint, axis] : joints) {
     const auto lines = recording.column(joint + ".lines");
     const auto counts = recording.column(joint + ".counts");
@@ -70,14 +56,15 @@ core::Result<std::vector<Reading>> readings_of(const record::Recording& recordin
                       "recordings of ravencal-encoders can be replayed",
                       recording.source, joint, joint, joint)};
     }
-    replays.emplace_back(lines ? *lines : *counts, JointReplay(axis, lines.has_value()));
+    const auto found = limits.find(axis);
+    const CountLimit limit = found == limits.end() ? CountLimit{} : found->second;
+    take_row.push_back(lines ? lines_of(recording, axis, limit, *lines, counts)
+                             : counts_of(recording, axis, limit, *counts));
   }
   std::vector<Reading> readings;
   readings.reserve(static_cast<std::size_t>(recording.rows()) * 2);
   for (Eigen::Index row = 0; row < recording.rows(); ++row) {
-    const std::int64_t t_ns = recording.t_ns[static_cast<std::size_t>(row)];
-    for (auto& [column, replay] : replays)
-      replay.take(t_ns, recording.samples(row, column), readings);
+    for (auto& take : take_row) take(row, readings);
   }
   return readings;
 }
@@ -86,7 +73,8 @@ core::Status ReplaySource::open() {
   if (readings_.empty() && !settings_.device.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                               record::load_recording(settings_.device, {}));
-    RAVENCAL_ASSIGN_OR_RETURN(readings_, readings_of(recording, settings_.replay_joints));
+    RAVENCAL_ASSIGN_OR_RETURN(
+        readings_, readings_of(recording, settings_.replay_joints, settings_.replay_limits));
   }
   opened_ = true;
   started_ns_ = monotonic_now_ns();

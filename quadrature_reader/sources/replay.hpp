@@ -18,9 +18,11 @@ struct Recording;
 namespace ravencal::quadrature_reader {
 
 /// Readings of the joints' `<joint>.lines` (levels A | B << 1 | Z << 2) or, where there are none,
-/// `<joint>.counts` channels. A NULL is a loss. Error if a joint has neither.
-core::Result<std::vector<Reading>> readings_of(const record::Recording& recording,
-                                               const std::map<std::string, std::uint8_t>& joints);
+/// `<joint>.counts` channels. A NULL is a loss, and so is what the rows say is missing
+/// (joint_replay.hpp); `limits` by axis, none: no count is refused. Error if a joint has neither.
+core::Result<std::vector<Reading>> readings_of(
+    const record::Recording& recording, const std::map<std::string, std::uint8_t>& joints,
+    const std::map<std::uint8_t, CountLimit>& limits = {});
 
 class ReplaySource final : public Source {
  public:

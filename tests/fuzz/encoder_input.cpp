@@ -133,7 +133,7 @@ void try_readings(Numbers bytes) {
     Reading reading;
     t_ns += bytes.take<std::int16_t>() * std::int64_t{1000};
     reading.t_ns = t_ns;
-    reading.kind = static_cast<ReadingKind>(bytes.take<std::uint8_t>() % 9);
+    reading.kind = static_cast<ReadingKind>(bytes.take<std::uint8_t>() % 11);
     reading.line = static_cast<Line>(bytes.take<std::uint8_t>() % 3);
     // As the sources give it: a level, levels, or a number of lost edges.
     reading.value = reading.kind == ReadingKind::kEdge ? bytes.take<std::uint8_t>() % 2
@@ -168,7 +168,8 @@ void try_replay(Numbers bytes) {
     recording.samples(static_cast<Eigen::Index>(i / 2), static_cast<Eigen::Index>(i % 2)) =
         values[i];
   }
-  const auto readings = readings_of(recording, {{"shoulder", 0}, {"elbow", 1}});
+  const auto readings = readings_of(recording, {{"shoulder", 0}, {"elbow", 1}},
+                                    {{std::uint8_t{1}, CountLimit{1e6, false}}});
   promise(readings.ok(), "both joints can be replayed");
   std::int64_t last_ns = INT64_MIN;
   for (const auto& reading : *readings) {

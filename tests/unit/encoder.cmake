@@ -12,6 +12,7 @@ ravencal_test(NAME encoder_recording_test
     ${CMAKE_CURRENT_LIST_DIR}/encoder_gpio_source_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_reader_thread_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_recorder_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/encoder_replay_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_setup_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/encoder_sorter_test.cpp
   LIBS ravencal::encoder_recording fmt::fmt LABELS unit)

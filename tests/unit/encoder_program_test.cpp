@@ -25,6 +25,7 @@
 #include "quadrature_reader/encode.hpp"
 #include "quadrature_reader/recorder.hpp"
 #include "record/load.hpp"
+#include "record/recording_writer.hpp"
 
 namespace ravencal::quadrature_reader {
 namespace {
@@ -166,6 +167,29 @@ TEST_F(EncoderProgram, SaysWhichRowsHaveNoPositionAndHowTheyGetOne) {
   configure_replay();
   EXPECT_EQ(wait_for(start({"--out", "q.db", "--duration-s", "0.5"})), 0);
   EXPECT_EQ(text_of("err"), "");
+}
+
+TEST_F(EncoderProgram, AReplayThatMissesRowsEndsAsADeviceThatLostData) {
+  configure_replay();
+  auto edges = record::load_recording(folder_ / "motion.db", {});
+  ASSERT_TRUE(edges.ok()) << edges.error().message;
+  record::Recording cut = *edges;
+  for (Eigen::Index row = 4000; row + 3 < edges->rows(); ++row) {
+    cut.samples.row(row) = edges->samples.row(row + 3);
+    cut.t_ns[static_cast<std::size_t>(row)] = edges->t_ns[static_cast<std::size_t>(row + 3)];
+  }
+  cut.samples.conservativeResize(edges->rows() - 3, Eigen::NoChange);
+  cut.t_ns.resize(cut.t_ns.size() - 3);
+  ASSERT_TRUE(record::write_recording(cut, folder_ / "cut.db", true).ok());
+  EXPECT_EQ(wait_for(start({"--out", "w.db", "--replay", "motion.db", "--replay-speed", "0"})), 0);
+  EXPECT_EQ(text_of("err"), "");
+  EXPECT_EQ(wait_for(start({"--out", "r.db", "--replay", "cut.db", "--replay-speed", "0"})), 4);
+  const std::string text = text_of("err");
+  EXPECT_NE(text.find("data was lost: shoulder 1 times"), std::string::npos) << text;
+  const auto written = record::load_recording(folder_ / "r.db", {});
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  ASSERT_EQ(written->events.size(), 1U);
+  EXPECT_NE(written->events[0].detail.find("\"amount\":3,"), std::string::npos);
 }
 
 TEST_F(EncoderProgram, TellsTheServiceManagerThatItIsReadyAliveAndStopping) {

@@ -79,5 +79,34 @@ TEST_F(Program, SaysThatThereIsNotEnoughMemory) {
 }
 #endif
 
+TEST(CommandLine, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
+  const auto error_of = [](const std::string& arguments) {
+    const Outcome outcome = run_command(fmt::format("{} {} 2>&1", RAVENCAL_PROGRAM, arguments));
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    return outcome.text;
+  };
+  for (const auto& [arguments, wanted] :
+       {std::pair{"evalute m.onnx s.db", "no command 'evalute'; did you mean 'evaluate'?"},
+        std::pair{"Simulate --plant p.toml", "no command 'Simulate'; did you mean 'simulate'?"},
+        std::pair{"profile gess run.csv", "profile: there is no command 'gess'; did you mean "},
+        std::pair{"qqqqqqqq", "no command 'qqqqqqqq'; known: "}}) {
+    const std::string text = error_of(arguments);
+    EXPECT_NE(text.find(wanted), std::string::npos) << text;
+  }
+  EXPECT_NE(error_of("").find("subcommand is required"), std::string::npos);
+  EXPECT_NE(error_of("info x.db --colour").find("--colour"), std::string::npos);
+}
+
+TEST(CommandLine, WordsOfAnOptionArePlainInHelpAndErrors) {
+  const Outcome help = run_command(fmt::format("{} train --help", RAVENCAL_PROGRAM));
+  EXPECT_EQ(help.text.find("->"), std::string::npos) << help.text;
+  EXPECT_NE(help.text.find("{auto,recording,none}"), std::string::npos) << help.text;
+  EXPECT_NE(help.text.find("{auto,on,off}"), std::string::npos) << help.text;
+  const Outcome wrong =
+      run_command(fmt::format("{} train x.db --out m.onnx --latched maybe 2>&1", RAVENCAL_PROGRAM));
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.text.find("maybe not in {auto,on,off}"), std::string::npos) << wrong.text;
+}
+
 }  // namespace
 }  // namespace ravencal::test

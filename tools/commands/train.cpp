@@ -15,6 +15,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "cli/progress.hpp"
+#include "cli/words.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
@@ -322,14 +323,11 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
                   "Add play operators of these half-widths (SI units) of every position")
       ->check(cli::positive())
       ->delimiter(',');
-  command
-      .add_option("--latched", train.latched,
-                  "Take torque, DAC, desired values and pose from the control cycle before, as the "
-                  "plugin sees them; auto: where the recording has every cycle")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, learn::Latched>{{"auto", learn::Latched::kAuto},
-                                                {"on", learn::Latched::kOn},
-                                                {"off", learn::Latched::kOff}}));
+  cli::add_words<learn::Latched>(
+      command, "--latched", train.latched,
+      {{"auto", learn::Latched::kAuto}, {"on", learn::Latched::kOn}, {"off", learn::Latched::kOff}},
+      "Take torque, DAC, desired values and pose from the control cycle before, as the plugin sees "
+      "them; auto: where the recording has every cycle");
   add_hidden_or_none_option(command, train.hidden);
   add_activation_option(command, train.activation);
   command

@@ -11,6 +11,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "cli/program.hpp"
+#include "cli/words.hpp"
 #include "core/version.hpp"
 #include "robot/robot_arguments.hpp"
 #include "robot/run_plan.hpp"
@@ -57,7 +58,7 @@ int parse_and_run(int argc, char** argv) {
     cli::catch_interrupts();
     exit_code = run_command->parsed() ? run(run_arguments) : robot(robot_arguments);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+    return cli::explain(app, error);
   }
   return exit_code;
 }
