@@ -50,6 +50,13 @@ core::Status run(const ImportArguments& arguments) {
         "how far they are\n",
         assumed->second);
   }
+  const auto channels = recording.meta.find("assumed_channels");
+  if (channels != recording.meta.end()) {
+    fmt::print(
+        "the unit, the joint or the sign of these channels is an assumption; delete `assumed = "
+        "true` in the profile when it is right: {}\n",
+        channels->second);
+  }
   return {};
 }
 

@@ -217,6 +217,12 @@ std::vector<std::string> input_notes(const Recordings& training, const Recording
           "{} has no time in each row, so that its rows count as {} s apart (the profile's "
           "time = \"COLUMN\" or row_period_s says how far they are)",
           file_name(*recording), period_s));
+    const std::string assumed = meta_or_empty(*recording, "assumed_channels");
+    if (!assumed.empty())
+      notes.push_back(fmt::format(
+          "the unit, the joint or the sign of these channels of {} is an assumption of its profile "
+          "(delete `assumed = true` there when it is right): {}",
+          file_name(*recording), assumed));
     const std::string dropped = meta_or_empty(*recording, "dropped_rows");
     if (!dropped.empty())
       notes.push_back(fmt::format("{} rows of {} cannot be read and are left out", dropped,

@@ -28,6 +28,7 @@ std::optional<Quantity> quantity_of_unit(std::string_view unit) {
   if (unit == "degC") return kTemperature;
   const auto known = core::find_unit(unit);
   if (!known) return std::nullopt;
+  if (known->si_name == "s") return kTime;
   if (known->si_name == "rad_per_s" || known->si_name == "m_per_s") return kVelocity;
   if (known->si_name == "N_m" || known->si_name == "N") return kEffort;
   if (known->si_name == "rad" || known->si_name == "m") return kPosition;

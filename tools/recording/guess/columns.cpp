@@ -9,75 +9,13 @@
 #include <limits>
 #include <map>
 
-#include "core/median.hpp"
 #include "core/units.hpp"
 #include "guess/relation.hpp"
 
 namespace ravencal::guess {
 namespace {
 
-/// Sampling rates of robots' recordings, Hz. Times without a unit are taken so that the rate lies
-/// nearest to the middle of them.
-constexpr double kUsualRateHz = 200.0;
-/// A clock's steps: so many of them within so much of the middle step.
-constexpr double kClockShare = 0.8;
-constexpr double kClockJitter = 0.5;
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double median_step(const Eigen::VectorXd& t) {
-  std::vector<double> steps;
-  for (Eigen::Index row = 1; row < t.size(); ++row) steps.push_back(t[row] - t[row - 1]);
-  return core::upper_median(std::move(steps));
-}
-
-bool rises(const Column& column) {
-  for (Eigen::Index row = 1; row < column.values.size(); ++row) {
-    if (!(column.values[row] >= column.values[row - 1])) return false;
-  }
-  return !column.constant();
-}
-
-/// Steps of a clock: most lie near the middle one. A counter of rows has steps of exactly one.
-bool ticks(const Column& column) {
-  const Eigen::Index count = column.values.size() - 1;
-  const Eigen::ArrayXd steps = column.values.tail(count) - column.values.head(count);
-  const double middle = median_step(column.values);
-  const auto near = ((steps - middle).abs() < kClockJitter * middle).count();
-  return middle > 0.0 && !(steps == 1.0).all() &&
-         static_cast<double>(near) > kClockShare * static_cast<double>(count);
-}
-
-/// The column of time: the rising one whose name says so, else one with a unit of time, else one
-/// that ticks.
-Column* time_among(std::vector<Column>& columns) {
-  Column* found = nullptr;
-  for (Column& column : columns) {
-    const auto unit = core::find_unit(column.said.unit);
-    const bool in_time = unit && unit->si_name == "s";
-    if (!(column.is(Quantity::kTime) || in_time) || !rises(column)) continue;
-    if (found == nullptr || (in_time && found->said.unit.empty())) found = &column;
-  }
-  if (found != nullptr) return found;
-  const auto clock = std::find_if(columns.begin(), columns.end(),
-                                  [](const Column& c) { return rises(c) && ticks(c); });
-  return clock == columns.end() ? nullptr : &*clock;
-}
-
-std::string time_unit_of(const Column& time, double step, Columns& columns) {
-  const auto said = core::find_unit(time.said.unit);
-  if (said && said->si_name == "s") return time.said.unit;
-  std::string best = "s";
-  double distance = kInfinity;
-  for (const char* unit : {"s", "ms", "us", "ns"}) {
-    const double rate_hz = 1.0 / (step * core::find_unit(unit)->to_si);
-    const double off = std::abs(std::log(rate_hz / kUsualRateHz));
-    if (off < distance) best = unit, distance = off;
-  }
-  columns.ask(fmt::format("{}: seconds, or which unit? Its steps are {:g}; taken as {}", time.name,
-                          step, best));
-  return best;
-}
 
 /// The position that explains a column best.
 struct Match {
@@ -194,34 +132,6 @@ Columns columns_of(const record::Table& table, const std::vector<std::string>& j
     columns.all.push_back(std::move(column));
   }
   return columns;
-}
-
-void find_time(const record::Table& table, Columns& columns, Guess& guess) {
-  const auto rows = static_cast<Eigen::Index>(guess.rows);
-  if (!table.t_ns.empty()) {
-    columns.t_s.resize(rows);
-    for (Eigen::Index row = 0; row < rows; ++row)
-      columns.t_s[row] = 1e-9 * static_cast<double>(table.t_ns[static_cast<std::size_t>(row)] -
-                                                    table.t_ns.front());
-    guess.row_period_s = median_step(columns.t_s);
-    return;
-  }
-  Column* time = time_among(columns.all);
-  if (time == nullptr) {
-    guess.row_period_s = record::Profile().row_period_s;
-    columns.t_s =
-        Eigen::VectorXd::LinSpaced(rows, 0.0, guess.row_period_s * static_cast<double>(rows - 1));
-    columns.ask(fmt::format("no column is a time: how far are two rows apart? Taken as {:g} s",
-                            guess.row_period_s));
-    return;
-  }
-  const double step = median_step(time->values);
-  guess.time_unit = time_unit_of(*time, step, columns);
-  guess.time_column = time->index;
-  const double to_s = core::find_unit(guess.time_unit)->to_si;
-  guess.row_period_s = step * to_s;
-  columns.t_s = (time->values.array() - time->values[0]) * to_s;
-  columns.all.erase(columns.all.begin() + (time - columns.all.data()));
 }
 
 void find_quantities(Columns& columns) {

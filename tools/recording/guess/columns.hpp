@@ -20,6 +20,7 @@ struct Column {
   double lowest = 0.0, highest = 0.0;
   bool whole_numbers = true;
   bool missing = false;  ///< some values are NaN
+  bool assumed = false;  ///< its unit, joint or sign is a guess that the file does not confirm
   std::string because;
 
   [[nodiscard]] bool constant() const { return !(highest > lowest); }
@@ -47,7 +48,8 @@ std::vector<std::string> joints_of(const Columns& columns);
 Columns columns_of(const record::Table& table, const std::vector<std::string>& joints,
                    Guess& guess);
 
-/// Times by the table's stamps, by a column, which is taken out, or by counting rows.
+/// Times by the table's stamps, by columns, which are taken out, or by counting rows. The reading
+/// that keeps most rows counts; the others leave.
 void find_time(const record::Table& table, Columns& columns, Guess& guess);
 
 /// Quantities that no name tells: a copy of a position is a position, what adds up to one is a

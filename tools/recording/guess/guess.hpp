@@ -23,7 +23,8 @@ struct GuessedChannel {
   std::string unit;        ///< of core/units.hpp
   double scale = 1.0;      ///< `unit` per unit of the file, with the sign
   bool may_be_missing = false;
-  std::string because;  ///< what the guess rests on
+  bool assumed = false;  ///< nothing in the file says its unit, its joint or its sign
+  std::string because;   ///< what the guess rests on
 };
 
 struct LeftColumn {
@@ -32,8 +33,11 @@ struct LeftColumn {
 };
 
 struct Guess {
-  std::optional<std::size_t> time_column;  ///< none: the table's stamps, or rows are counted
-  std::string time_unit = "s";
+  std::optional<std::size_t> time_column;    ///< none: the table's stamps, or rows are
+                                             ///< counted
+  std::optional<std::size_t> time_fraction;  ///< column of the time's fraction
+  record::Clock clock;
+  bool time_restarts = false;
   std::size_t rows = 0;
   double row_period_s = 0.0;  ///< median step
   std::vector<GuessedChannel> channels;

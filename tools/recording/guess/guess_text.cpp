@@ -17,6 +17,20 @@ std::string place(const record::Table& table, std::size_t column, std::string_vi
   return fmt::format("{} = {}\n", by_name, core::toml_text(table.columns[column].name));
 }
 
+std::string clock_text(const Guess& guess, const record::Table& table) {
+  const record::Clock& clock = guess.clock;
+  std::string text = fmt::format("time_unit = {}\n", core::toml_text(clock.unit));
+  if (guess.time_fraction) {
+    text += place(table, *guess.time_fraction, "time_fraction", "time_fraction");
+    text += fmt::format("time_fraction_unit = {}\n", core::toml_text(clock.fraction_unit));
+  }
+  if (clock.wraps_at > 0.0) text += fmt::format("time_wraps_at = {}\n", clock.wraps_at);
+  if (clock.rounded_to > 0.0) text += fmt::format("time_rounded_to = {}\n", clock.rounded_to);
+  if (clock.drops_bad) text += "bad_stamps = \"drop\"\n";
+  if (guess.time_restarts) text += "time_restarts = true\n";
+  return text;
+}
+
 }  // namespace
 
 std::string profile_text(const Guess& guess, const record::Table& table) {
@@ -31,9 +45,13 @@ std::string profile_text(const Guess& guess, const record::Table& table) {
   if (!table.has_header) text += "header = false\n";
   if (guess.time_column) {
     text += place(table, *guess.time_column, "time", "time");
-    fmt::format_to(out, "time_unit = {}\n", toml_text(guess.time_unit));
+    text += clock_text(guess, table);
   } else if (table.t_ns.empty()) {
-    fmt::format_to(out, "row_period_s = {:g}\n", guess.row_period_s);
+    fmt::format_to(
+        out,
+        "row_period_s = {:g}\n"
+        "assumed = true  # no column is a time; delete this line when the period is right\n",
+        guess.row_period_s);
   }
   for (const GuessedChannel& channel : guess.channels) {
     text += "\n";
@@ -44,6 +62,7 @@ std::string profile_text(const Guess& guess, const record::Table& table) {
     fmt::format_to(out, "role = {}\n", toml_text(channel.role));
     if (!channel.joint.empty()) fmt::format_to(out, "joint = {}\n", toml_text(channel.joint));
     if (channel.may_be_missing) text += "may_be_missing = true\n";
+    if (channel.assumed) text += "assumed = true  # see Check; delete this line when it is right\n";
   }
   return text;
 }
@@ -56,7 +75,7 @@ std::string describe(const Guess& guess, const record::Table& table) {
     width = std::max(width, table.columns[channel.column].name.size());
   std::string time = table.t_ns.empty() ? "no time" : "stamps of the messages";
   if (guess.time_column)
-    time = fmt::format("time {} in {}", table.columns[*guess.time_column].name, guess.time_unit);
+    time = fmt::format("time {} in {}", table.columns[*guess.time_column].name, guess.clock.unit);
   fmt::format_to(out, "{}: {} rows, {}, {:.4g} Hz\n", table.path.string(), guess.rows, time,
                  1.0 / guess.row_period_s);
   fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}\n", "column", width, "role", "joint",

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "guess/name_words.hpp"
 
@@ -60,8 +59,9 @@ class Matching {
         out.missing.push_back(shown(k));
       else
         out.joint_of_key[keys_[k]] = joints_[*joint_of_[k]];
-      if (is_guess_[k])
-        out.guessed.push_back(fmt::format("{} = {}", shown(k), joints_[*joint_of_[k]]));
+      if (!is_guess_[k]) continue;
+      out.guessed_keys.insert(keys_[k]);
+      out.guessed.push_back(fmt::format("{} = {}", shown(k), joints_[*joint_of_[k]]));
     }
     for (std::size_t j = 0; j < joints_.size(); ++j)
       if (!is_taken_[j]) out.free_joints.push_back(joints_[j]);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace ravencal::guess {
 
 struct JointMatches {
   std::map<std::string, std::string> joint_of_key;
+  std::set<std::string> guessed_keys;
   std::vector<std::string> guessed;      ///< "KEY = JOINT" of those that are to be checked
   std::vector<std::string> missing;      ///< keys without a joint
   std::vector<std::string> free_joints;  ///< joints without a key

@@ -49,6 +49,7 @@ void find_joint_of_effort(Columns& columns, Column& effort) {
   }
   if (best == nullptr) return;
   effort.said.joint = best->said.joint;
+  effort.assumed = true;
   effort.because = fmt::format("{} explains {:.0f} % of it", best->name, 100.0 * share);
   columns.ask(fmt::format("{}: of which joint? Taken as that of {}", effort.name, best->name));
 }
@@ -80,6 +81,10 @@ std::map<std::string, std::string> names_of(Columns& columns, const std::vector<
     columns.ask(fmt::format("the plant has no joint for: {}; free are: {}",
                             fmt::join(matches.missing, ", "),
                             fmt::join(matches.free_joints, ", ")));
+  }
+  for (Column& column : columns.all) {
+    column.assumed = column.assumed ||
+                     (!column.said.names_joint && matches.guessed_keys.contains(column.said.joint));
   }
   return matches.joint_of_key;
 }

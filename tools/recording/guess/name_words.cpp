@@ -186,10 +186,25 @@ constexpr Spelling kSpellings[] = {
     {"s", "s"},
     {"sec", "s"},
     {"secs", "s"},
+    {"second", "s"},
     {"seconds", "s"},
     {"ms", "ms"},
+    {"msec", "ms"},
+    {"msecs", "ms"},
+    {"millis", "ms"},
+    {"milliseconds", "ms"},
     {"us", "us"},
+    {"usec", "us"},
+    {"usecs", "us"},
+    {"micros", "us"},
+    {"microseconds", "us"},
     {"ns", "ns"},
+    {"nsec", "ns"},
+    {"nsecs", "ns"},
+    {"nanos", "ns"},
+    {"nanosec", "ns"},
+    {"nanosecs", "ns"},
+    {"nanoseconds", "ns"},
     {"share", "1"},
     {"ratio", "1"},
 };
@@ -239,15 +254,21 @@ bool is_number(std::string_view word) {
          std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
+/// "sec", "micros": longer than a symbol, so that it names a column.
+bool is_word_of_time(const Spelling& spelling) {
+  return spelling.words.size() > 2 && spelling.unit.ends_with('s') && spelling.unit.size() <= 2;
+}
+
 UnitWord take_unit(std::vector<std::string>& words) {
   const Spelling* best = nullptr;
   std::size_t taken = 0;
-  for (std::size_t count = 1; count <= 3 && count < words.size(); ++count) {
+  for (std::size_t count = 1; count <= 3 && count <= words.size(); ++count) {
     std::string end;
     for (std::size_t i = words.size() - count; i < words.size(); ++i)
       end += (end.empty() ? "" : " ") + words[i];
     for (const Spelling& spelling : kSpellings) {
-      if (spelling.words != end) continue;
+      // A name of one word is a unit where no joint and no axis is called so.
+      if (spelling.words != end || (count == words.size() && !is_word_of_time(spelling))) continue;
       best = &spelling;
       taken = count;
     }

@@ -34,7 +34,8 @@ struct UnitWord {
   std::string_view unit;  ///< of core/units.hpp; empty: the name has none
   double scale = 1.0;     ///< `unit` per unit of the file
 };
-/// Takes the longest spelling of a unit off the end; the first word names no unit.
+/// Takes the longest spelling of a unit off the end; a name of one word is a unit only where it is
+/// a word of time.
 UnitWord take_unit(std::vector<std::string>& words);
 
 }  // namespace ravencal::guess

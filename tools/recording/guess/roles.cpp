@@ -70,6 +70,7 @@ class Roles {
     channel.unit = column.said.unit;
     channel.scale = column.said.scale;
     channel.may_be_missing = column.missing;
+    channel.assumed = column.assumed && role != "feature";
     channel.because = column.because;
     guess_.channels.push_back(std::move(channel));
     done_.push_back(&column);
@@ -132,6 +133,7 @@ void Roles::turn_efforts(const std::string& joint) {
     const auto fit = effort_of_motion(columns_.t_s, moved->si(), column.values);
     if (!fit || !fit->reversed || fit->share < kLeastExplained) continue;
     column.said.scale *= -1.0;
+    column.assumed = true;
     columns_.ask(fmt::format("{} acts against the motion of {}: its sign is reversed", column.name,
                              moved->name));
   }

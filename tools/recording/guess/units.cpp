@@ -80,6 +80,7 @@ void find_position_unit(Columns& columns, Column& position) {
   }
   const double size = std::max(std::abs(position.lowest), std::abs(position.highest));
   position.said.unit = size > kLargestRad ? "deg" : "rad";
+  position.assumed = true;
   columns.ask(
       fmt::format("positions without a unit: radians where no value is beyond {:.1f}, else degrees "
                   "(or lengths?)",
@@ -122,6 +123,7 @@ void find_velocity_unit(Columns& columns, Column& velocity) {
   if (found.empty()) {
     if (said) return;
     velocity.said.unit = "rad_per_s";
+    velocity.assumed = true;
     columns.ask("velocities that are the derivative of no position: taken as rad/s");
     return;
   }
@@ -151,6 +153,7 @@ void find_effort_unit(Columns& columns, Column& column) {
   if (!column.said.unit.empty()) return;
   if (column.is(Quantity::kEffort) && !column.constant()) {
     column.said.unit = "N_m";
+    column.assumed = true;
     columns.ask("efforts without a unit: taken as N m");
   } else {
     column.said.unit = column.whole_numbers ? "counts" : "1";
