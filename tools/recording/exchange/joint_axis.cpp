@@ -24,6 +24,8 @@ constexpr double kLostShare = 0.2;
 /// Length of the mean of the delays as directions, a period being a turn: 1 where all are equal, 0
 /// where two clocks run past each other.
 constexpr double kSteadyDelay = 0.5;
+/// Share of a period by which stamps of one sweep may be against its order. No source: a choice.
+constexpr double kAgainstOrder = 0.05;
 constexpr std::size_t kFewestOfSweep = 3;
 
 std::int64_t median_step_ns(std::span<const std::int64_t> t_ns) {
@@ -32,10 +34,10 @@ std::int64_t median_step_ns(std::span<const std::int64_t> t_ns) {
   return core::upper_median(std::move(steps));
 }
 
-/// Usual delay of the messages behind the rows, at most half a period either way.
+/// Usual delay of the messages behind the rows, less than a period.
 std::optional<std::int64_t> steady_delay_ns(std::span<const std::int64_t> row_t_ns,
                                             std::span<const std::int64_t> t_ns,
-                                            std::int64_t period_ns) {
+                                            std::int64_t period_ns, bool is_first) {
   std::complex<double> sum = 0.0;
   std::size_t row = 0;
   for (const std::int64_t now_ns : t_ns) {
@@ -45,7 +47,10 @@ std::optional<std::int64_t> steady_delay_ns(std::span<const std::int64_t> row_t_
     sum += std::polar(1.0, 2.0 * std::numbers::pi * (turns - std::floor(turns)));
   }
   if (std::abs(sum) < kSteadyDelay * static_cast<double>(t_ns.size())) return std::nullopt;
-  return std::llround(std::arg(sum) / (2.0 * std::numbers::pi) * static_cast<double>(period_ns));
+  double turns = std::arg(sum) / (2.0 * std::numbers::pi);
+  if (is_first && turns > kAgainstOrder) turns -= 1.0;
+  if (!is_first && turns < -kAgainstOrder) turns += 1.0;
+  return std::llround(turns * static_cast<double>(period_ns));
 }
 
 }  // namespace
@@ -75,14 +80,14 @@ std::vector<double> interpolated(std::span<const std::int64_t> t_ns, std::span<c
 }
 
 std::optional<std::vector<std::optional<std::size_t>>> sweep_of(
-    std::span<const std::int64_t> row_t_ns, std::span<const std::int64_t> t_ns) {
+    std::span<const std::int64_t> row_t_ns, std::span<const std::int64_t> t_ns, bool is_first) {
   const auto rows = static_cast<double>(row_t_ns.size());
   const double differ = std::abs(static_cast<double>(t_ns.size()) - rows);
   if (std::min(t_ns.size(), row_t_ns.size()) < kFewestOfSweep || differ > kLostShare * rows)
     return std::nullopt;
   const std::int64_t period_ns = median_step_ns(row_t_ns);
   if (period_ns <= 0) return std::nullopt;
-  const auto delay_ns = steady_delay_ns(row_t_ns, t_ns, period_ns);
+  const auto delay_ns = steady_delay_ns(row_t_ns, t_ns, period_ns, is_first);
   if (!delay_ns) return std::nullopt;
   std::vector<std::optional<std::size_t>> sweep(row_t_ns.size());
   std::size_t row = 0;

@@ -21,9 +21,10 @@ std::vector<double> interpolated(std::span<const std::int64_t> t_ns, std::span<c
                                  std::span<const std::int64_t> at_ns);
 
 /// For each row the message of the same sweep over the joints: that at the usual delay behind the
-/// row's stamp, up to half a period off. None where a row has none. No result: the messages come at
-/// another rate than the rows, or at no steady delay. Both times rise.
+/// row's stamp (before it, where the file has these messages before the row's, `is_first`), up to
+/// half a period off. None where a row has none. No result: the messages come at another rate than
+/// the rows, or at no steady delay. Both times rise.
 std::optional<std::vector<std::optional<std::size_t>>> sweep_of(
-    std::span<const std::int64_t> row_t_ns, std::span<const std::int64_t> t_ns);
+    std::span<const std::int64_t> row_t_ns, std::span<const std::int64_t> t_ns, bool is_first);
 
 }  // namespace ravencal::exchange

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::string_view kStates[] = {"position", "velocity", "effort"};
 constexpr std::string_view kPointLists[] = {"position", "velocity", "acceleration", "effort"};
-/// JointTrajectoryControllerState of ROS 2 Foxy; of Humble, which repeats the first two points at
-/// the end; of Jazzy. Nothing in a message says which.
+/// JointTrajectoryControllerState of ROS 2 Foxy, which may end behind them; of Humble, which
+/// repeats the first two points at the end; of Jazzy. Nothing in a message says which.
 constexpr std::size_t kPointsOfLayouts[] = {3, 6, 4};
 constexpr std::string_view kPointNames[] = {"reference", "actual", "error", "command"};
 constexpr std::size_t kTransform = 7;  // numbers of geometry_msgs/Transform
@@ -105,7 +105,7 @@ core::Result<JointMessage> read_controller_state(CdrReader& reader, std::size_t 
       RAVENCAL_RETURN_IF_ERROR(read_point(reader, repeated, ""));
     }
   }
-  if (reader.left() < kAlignment) return message;
+  if (points == kPointsOfLayouts[0] && reader.left() < kAlignment) return message;
   (void)reader.texts();  // joints of several degrees of freedom
   for (std::size_t i = 0; i < points; ++i) {
     (void)reader.numbers(kTransform);

@@ -56,7 +56,7 @@ class JointTable {
       if (i == axis.main)
         put(main, [](const JointColumn& column) { return column.values; });
       else
-        put_sweep(sets_[i]);
+        put_sweep(sets_[i], i < axis.main);
     }
     for (const std::size_t i : others(axis)) put_other(sets_[i]);
     say(axis);
@@ -67,7 +67,7 @@ class JointTable {
   [[nodiscard]] bool is_before(const Axis& a, const Axis& b) const;
   [[nodiscard]] Axis best_axis() const;
   [[nodiscard]] std::vector<std::size_t> others(const Axis& axis) const;
-  void put_sweep(const JointSet& set);
+  void put_sweep(const JointSet& set, bool is_first);
   void put_other(const JointSet& set);
   template <typename ValuesOf>
   void put(const JointSet& set, ValuesOf&& values_of);
@@ -86,7 +86,7 @@ Axis JointTable::axis_of(std::size_t main) const {
   for (std::size_t i = 0; i < sets_.size(); ++i) {
     const bool fits = i == main || (sets_[i].topic == sets_[main].topic &&
                                     !share_joint(axis.joints, sets_[i].joints) &&
-                                    sweep_of(sets_[main].t_ns, sets_[i].t_ns));
+                                    sweep_of(sets_[main].t_ns, sets_[i].t_ns, i < main));
     if (!fits) continue;
     axis.sets.push_back(i);
     if (i == main) continue;
@@ -153,12 +153,11 @@ void JointTable::put(const JointSet& set, ValuesOf&& values_of) {
   }
 }
 
-void JointTable::put_sweep(const JointSet& set) {
-  const auto sweep = sweep_of(table_.t_ns, set.t_ns);
+void JointTable::put_sweep(const JointSet& set, bool is_first) {
+  const auto sweep = sweep_of(table_.t_ns, set.t_ns, is_first);
   put(set, [&](const JointColumn& column) {
     std::vector<double> values;
-    for (const auto& message : *sweep)
-      values.push_back(message ? column.values[*message] : kLost);
+    for (const auto& message : *sweep) values.push_back(message ? column.values[*message] : kLost);
     return values;
   });
 }
@@ -187,8 +186,9 @@ void JointTable::say(const Axis& axis) {
   fmt::format_to(out, "a row for each of the {} messages of {} with {}", main.t_ns.size(),
                  main.topic, names_of(main.joints));
   if (axis.sets.size() > 1) {
-    fmt::format_to(out, "; joined with it, as one sweep over {} joints, {} other kinds of message",
-                   axis.joints.size(), axis.sets.size() - 1);
+    const std::vector<std::string> joined(
+        axis.joints.begin() + static_cast<std::ptrdiff_t>(main.joints.size()), axis.joints.end());
+    fmt::format_to(out, "; of the same sweep: {}", names_of(joined));
   }
   if (!interpolated_.empty())
     fmt::format_to(out, "; interpolated at these rows: {}", fmt::join(interpolated_, ", "));
