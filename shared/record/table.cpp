@@ -100,6 +100,7 @@ core::Result<Recording> load_table(const Table& table, Profile profile,
                                    const LoadOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(Recording recording,
                             load_source(ArraySource(table), std::move(profile), options));
+  if (!table.note.empty()) recording.meta["joined"] = table.note;
   if (!table.events.empty()) {
     const auto dropped = recording.meta.find("dropped_rows");
     const double rows = dropped == recording.meta.end() ? 0.0 : *number_of(dropped->second);

@@ -20,6 +20,8 @@ struct TableColumn {
   std::string name;
   std::vector<double> values;      ///< in the file's unit; NaN: lost or no number
   std::vector<std::string> texts;  ///< one a row where the column holds words; else empty
+  /// What of the name says joint and quantity, where its first part is a topic; empty: all of it.
+  std::string words{};
 };
 
 struct Table {
@@ -33,7 +35,8 @@ struct Table {
   /// 1970); else empty. A profile without `time` takes them.
   std::vector<std::int64_t> t_ns;
   std::map<std::string, std::string> left_out;  ///< names in the file that are no column, and why
-  std::vector<Event> events;                    ///< rows or messages that --skip-bad left out
+  std::string note;           ///< how the rows came about, where several publishers gave them
+  std::vector<Event> events;  ///< rows or messages that --skip-bad left out
 };
 
 /// Reads a table through a profile of format "csv", as load_csv does a file; `generic` takes its

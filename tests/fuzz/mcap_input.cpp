@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// An MCAP file where the bytes begin like one; otherwise one message of JointState, so that the
+// An MCAP file where the bytes begin like one; otherwise one message of joints, so that the
 // reader of messages is reached. The number of bytes chooses whether bad parts are skipped.
 #include "exchange/mcap.hpp"
 
-#include "exchange/joint_states.hpp"
+#include "exchange/joint_message.hpp"
 #include "fuzz/inputs.hpp"
 
 namespace ravencal::fuzz {
 
 void try_mcap(Bytes bytes) {
   if (!text_of(bytes).starts_with("\x89MCAP")) {
-    const auto message = exchange::decode_joint_state(bytes);
-    if (!message.ok()) return;
-    for (const auto* values : {&message->position, &message->velocity, &message->effort}) {
-      promise(values->empty() || values->size() == message->names.size(), "a value for each name");
-      promise(values->size() * sizeof(double) <= bytes.size(), "no value is invented");
+    using enum exchange::JointMessageType;
+    for (const auto type : {kJointState, kDynamicJointState, kControllerState}) {
+      const auto message = exchange::decode_joint_message(type, bytes);
+      if (!message.ok()) continue;
+      for (const exchange::JointValue& value : message->values)
+        promise(value.joint < message->names.size(), "a name for each value");
+      promise(message->values.size() * sizeof(double) <= bytes.size(), "no value is invented");
     }
     return;
   }

@@ -12,5 +12,5 @@ add_dependencies(exchange_table_test ravencal)
 
 find_package(SQLite3 REQUIRED)
 ravencal_test(NAME exchange_ros2_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/exchange_ros2_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/exchange_ros2_test.cpp ${CMAKE_CURRENT_LIST_DIR}/exchange_joints_test.cpp
   LIBS ravencal_exchange ravencal::record SQLite::SQLite3 fmt::fmt LABELS unit)

@@ -19,6 +19,7 @@
 #include "exchange/joint_states.hpp"
 #include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
+#include "unit/ros2_message.hpp"
 
 namespace ravencal::test {
 namespace {
@@ -26,8 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kBags = fs::path(RAVENCAL_SOURCE_DIR) / "tests/golden/ros2";
-constexpr std::int64_t kStart = 1'700'000'000'000'000'000;
-constexpr std::int64_t kMs = 1'000'000;
 
 class ExchangeRos2 : public ::testing::Test {
  protected:
@@ -55,13 +54,6 @@ INSTANTIATE_TEST_SUITE_P(Written, ExchangeBag,
                            std::replace(name.begin(), name.end(), '.', '_');
                            return name;
                          });
-
-const std::vector<double>& values_of(const record::Table& table, const std::string& name) {
-  for (const record::TableColumn& column : table.columns) {
-    if (column.name == name) return column.values;
-  }
-  throw std::runtime_error("no column " + name);
-}
 
 TEST_P(ExchangeBag, OfOthersGivesAColumnForEveryJointAndQuantity) {
   const auto table = exchange::read_table(kBags / GetParam());
@@ -124,42 +116,13 @@ may_be_missing = true
   EXPECT_EQ(recording->calibratable_joints(), std::vector<std::string>{"shoulder"});
 }
 
-/// A message as CDR of the little-endian kind (OMG DDS-RTPS 2.2, 10): each number at a multiple of
-/// its size behind the four bytes that say so.
-std::string message(std::int64_t stamp_ns, const std::vector<std::string>& names,
-                    const std::vector<double>& position) {
-  std::string bytes("\0\1\0\0", 4);
-  const auto number = [&](auto value) {
-    while ((bytes.size() - 4) % sizeof(value) != 0) bytes += '\0';
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-  };
-  const auto text = [&](const std::string& value) {
-    number(static_cast<std::uint32_t>(value.size() + 1));
-    bytes.append(value.c_str(), value.size() + 1);
-  };
-  number(static_cast<std::int32_t>(stamp_ns / 1'000'000'000));
-  number(static_cast<std::uint32_t>(stamp_ns % 1'000'000'000));
-  text("frame");
-  number(static_cast<std::uint32_t>(names.size()));
-  for (const std::string& name : names) text(name);
-  number(static_cast<std::uint32_t>(position.size()));
-  for (const double value : position) number(value);
-  number(std::uint32_t{0});
-  number(std::uint32_t{0});
-  return bytes;
-}
-
-std::span<const std::uint8_t> bytes_of(const std::string& text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 /// Topic /a every `period_ms`, /b of one value at 0 ms and one at `gap_ms`, which is read half way.
 double half_way(std::int64_t other_period_ms, std::int64_t gap_ms) {
   exchange::JointStateTopics topics("t.mcap", false);
   topics.add_topic(1, "/a", "sensor_msgs/msg/JointState", "cdr");
   topics.add_topic(2, "/b", "sensor_msgs/msg/JointState", "cdr");
   const auto add = [&](std::uint64_t topic, std::int64_t t_ns, double value) {
-    EXPECT_TRUE(topics.add_message(topic, 0, bytes_of(message(t_ns, {"j"}, {value}))).ok());
+    EXPECT_TRUE(topics.add_message(topic, 0, bytes_of(joint_state(t_ns, {"j"}, {value}))).ok());
   };
   for (int i = 0; i < 40; ++i) add(1, kStart + gap_ms * kMs / 2 + i, 0.0);
   std::int64_t t_ns = kStart - 10 * other_period_ms * kMs;
@@ -177,28 +140,33 @@ TEST(ExchangeJointStates, AreInterpolatedAcrossFivePeriodsOrFiftyMilliseconds) {
   EXPECT_TRUE(std::isnan(half_way(100, 600)));
 }
 
+core::Result<exchange::JointMessage> decode(std::span<const std::uint8_t> bytes) {
+  return exchange::decode_joint_message(exchange::JointMessageType::kJointState, bytes);
+}
+
 TEST(ExchangeJointStates, MayBeBigEndianAndLeaveQuantitiesOut) {
   const std::string big(
       "\0\0\0\0\0\0\0\5\0\0\0\7\0\0\0\1\0\0\0\0\0\0\0\1\0\0\0\2j\0\0\0\0\0\0\1"
       "\x3F\xF8\0\0\0\0\0\0\0\0\0\0\0\0\0\0",
       52);
-  const auto state = exchange::decode_joint_state(bytes_of(big));
+  const auto state = decode(bytes_of(big));
   ASSERT_TRUE(state.ok()) << state.error().message;
   EXPECT_EQ(state->stamp_ns, 5'000'000'007);
   EXPECT_EQ(state->names, std::vector<std::string>{"j"});
-  EXPECT_EQ(state->position, std::vector<double>{1.5});
-  EXPECT_TRUE(state->velocity.empty());
+  ASSERT_EQ(state->values.size(), 1U);
+  EXPECT_EQ(state->values[0].quantity, "position");
+  EXPECT_EQ(state->values[0].value, 1.5);
 }
 
 TEST(ExchangeJointStates, ThatAreCutShortOrClaimTooMuchAreRefused) {
-  const std::string whole = message(kStart, {"left", "right"}, {1.0, 2.0});
+  const std::string whole = joint_state(kStart, {"left", "right"}, {1.0, 2.0});
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    EXPECT_FALSE(exchange::decode_joint_state(bytes_of(whole.substr(0, size))).ok()) << size;
+    EXPECT_FALSE(decode(bytes_of(whole.substr(0, size))).ok()) << size;
   }
   std::string many = whole;
   many.replace(4 + 8 + 12, 4, "\xFF\xFF\xFF\xFF");  // names; behind stamp and frame
-  EXPECT_FALSE(exchange::decode_joint_state(bytes_of(many)).ok());
-  const auto uneven = exchange::decode_joint_state(bytes_of(message(0, {"j"}, {1.0, 2.0})));
+  EXPECT_FALSE(decode(bytes_of(many)).ok());
+  const auto uneven = decode(bytes_of(joint_state(0, {"j"}, {1.0, 2.0})));
   EXPECT_EQ(uneven.error().message, "it has 1 names and 2 values");
 }
 
@@ -206,8 +174,8 @@ TEST(ExchangeJointStates, OutOfOrderAreRefusedOrLeftOut) {
   for (const bool skip_bad : {false, true}) {
     exchange::JointStateTopics topics("t.mcap", skip_bad);
     topics.add_topic(1, "/a", "sensor_msgs/msg/JointState", "cdr");
-    ASSERT_TRUE(topics.add_message(1, 0, bytes_of(message(5 * kMs, {"j"}, {1.0}))).ok());
-    const auto late = topics.add_message(1, 0, bytes_of(message(3 * kMs, {"j"}, {2.0})));
+    ASSERT_TRUE(topics.add_message(1, 0, bytes_of(joint_state(5 * kMs, {"j"}, {1.0}))).ok());
+    const auto late = topics.add_message(1, 0, bytes_of(joint_state(3 * kMs, {"j"}, {2.0})));
     EXPECT_EQ(late.ok(), skip_bad);
     if (!late.ok()) {
       EXPECT_EQ(late.error().message,

@@ -39,6 +39,8 @@ core::Status run(const ImportArguments& arguments) {
         "profile file gives roles (`export` writes one beside its .csv), or names such as "
         "estimate.elbow_rad and truth.elbow_rad\n");
   }
+  const auto joined = recording.meta.find("joined");
+  if (joined != recording.meta.end()) fmt::print("{}\n", joined->second);
   const auto dropped = recording.meta.find("dropped_rows");
   if (dropped != recording.meta.end()) {
     fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);

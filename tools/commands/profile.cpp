@@ -32,6 +32,7 @@ core::Status guess(const ProfileArguments& arguments) {
                             exchange::read_table(arguments.data, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const guess::Guess guessed, guess::guess_profile(table, joints));
   fmt::print("{}", guess::describe(guessed, table));
+  if (!table.note.empty()) fmt::print("{}\n", table.note);
   if (arguments.out.empty()) return {};
   RAVENCAL_RETURN_IF_ERROR(
       core::write_whole_file(arguments.out, guess::profile_text(guessed, table)));

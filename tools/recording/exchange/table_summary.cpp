@@ -88,6 +88,7 @@ std::string describe_in_words(const record::Table& table) {
     if (c.lost > 0) fmt::format_to(out, ", {} without a number", c.lost);
     text += "\n";
   }
+  if (!table.note.empty()) text += table.note + "\n";
   for (const auto& [name, why] : table.left_out)
     fmt::format_to(out, "  {} is no column: {}\n", name, why);
   for (const record::Event& event : table.events)
