@@ -20,7 +20,8 @@ struct TableColumn {
   std::string name;
   std::vector<double> values;      ///< in the file's unit; NaN: lost or no number
   std::vector<std::string> texts;  ///< one a row where the column holds words; else empty
-  /// What of the name says joint and quantity, where its first part is a topic; empty: all of it.
+  /// What of the name says joint and quantity, where its topic says nothing of them; empty: all of
+  /// it.
   std::string words{};
 };
 

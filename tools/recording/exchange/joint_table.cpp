@@ -78,7 +78,8 @@ class JointTable {
   std::map<std::string, std::vector<std::string>> joints_of_topic_;
   /// The column that measures a joint's quantity, and the type of its message.
   std::map<std::pair<std::string, std::string>, std::pair<std::string, JointMessageType>> measured_;
-  std::vector<std::string> interpolated_;
+  std::vector<std::string> interpolated_;  ///< sets, as the next
+  std::vector<std::string> left_out_;
 };
 
 Axis JointTable::axis_of(std::size_t main) const {
@@ -149,6 +150,8 @@ void JointTable::put(const JointSet& set, ValuesOf&& values_of) {
         continue;
       }
     }
+    // The topic of a JointState may tell a command or an encoder, a controller's only misleads.
+    if (set.type == JointMessageType::kJointState) words.clear();
     table_.columns.push_back({std::move(name), values_of(column), {}, std::move(words)});
   }
 }
@@ -168,6 +171,7 @@ void JointTable::put_other(const JointSet& set) {
   if (share_joint(placed, set.joints)) {
     table_.left_out[who] =
         fmt::format("{} messages with joints that others of the topic have too", set.t_ns.size());
+    left_out_.push_back(who);
     return;
   }
   put(set, [&](const JointColumn& column) {
@@ -192,9 +196,9 @@ void JointTable::say(const Axis& axis) {
   }
   if (!interpolated_.empty())
     fmt::format_to(out, "; interpolated at these rows: {}", fmt::join(interpolated_, ", "));
-  std::vector<std::string> left;
-  for (const auto& [name, why] : table_.left_out) left.push_back(name);
-  if (!left.empty()) fmt::format_to(out, "; left out: {}", names_of(left));
+  if (!left_out_.empty()) fmt::format_to(out, "; left out: {}", fmt::join(left_out_, ", "));
+  if (const std::size_t columns = table_.left_out.size() - left_out_.size(); columns > 0)
+    fmt::format_to(out, "; {} columns that repeat others are left out", columns);
   if (repeated > 0) fmt::format_to(out, "; {} messages repeat a stamp and are left out", repeated);
 }
 

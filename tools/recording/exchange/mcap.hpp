@@ -11,7 +11,7 @@
 
 namespace ravencal::exchange {
 
-/// The joint states of all topics (joint_states.hpp). Errors: kIo; kData: no MCAP file; one that is
+/// The joints of all topics (joint_states.hpp). Errors: kIo; kData: no MCAP file; one that is
 /// damaged or ends without its footer, as when the recorder was killed, with the byte; with
 /// skip_bad what can be read is read.
 core::Result<record::Table> read_mcap(const std::filesystem::path& path,

@@ -11,7 +11,7 @@
 
 namespace ravencal::exchange {
 
-/// The joint states of all topics (joint_states.hpp). Errors: kIo; kData: no such file, a damaged
+/// The joints of all topics (joint_states.hpp). Errors: kIo; kData: no such file, a damaged
 /// one, compressed messages.
 core::Result<record::Table> read_rosbag2(const std::filesystem::path& path,
                                          const record::LoadOptions& options);
