@@ -2,8 +2,8 @@
 find_package(Protobuf REQUIRED)
 
 ravencal_test(NAME conversion_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/conversion_test.cpp
-  LIBS ravencal_conversion ravencal_exchange onnx_proto protobuf::libprotobuf nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/conversion_test.cpp ${CMAKE_CURRENT_LIST_DIR}/conversion_fold_test.cpp ${CMAKE_CURRENT_LIST_DIR}/conversion_keras_fold_test.cpp
+  LIBS ravencal_conversion ravencal_exchange onnx_proto protobuf::libprotobuf PkgConfig::HDF5 nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
 ravencal_test(NAME conversion_plugin_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/conversion_plugin_test.cpp
   LIBS ravencal_conversion ravencal_test_rig nlohmann_json::nlohmann_json LABELS rt)

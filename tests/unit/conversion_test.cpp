@@ -207,15 +207,11 @@ TEST_F(Files, OfNumpyThatAreCutOffAreRefused) {
 
 TEST_F(Files, OfOnnxAreRefusedWithTheNodeThatIsWrong) {
   EXPECT_EQ(refusal([](auto&) {}), "accepted");
-  const auto leaky = conversion::read_foreign_onnx((kModels / "torch_leaky.onnx").string());
-  ASSERT_FALSE(leaky.ok());
-  EXPECT_NE(leaky.error().message.find("node 1 '/1/LeakyRelu' (operator LeakyRelu)"),
-            std::string::npos)
-      << leaky.error().message;
   const auto says = [](const std::string& text, const char* part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   says(refusal([](auto& graph) { graph.mutable_node(2)->set_op_type("GRU"); }), "model.h5");
+  says(refusal([](auto& graph) { graph.mutable_node(1)->set_op_type("Elu"); }), "(operator Elu)");
   says(refusal([](auto& graph) { graph.mutable_node(2)->set_domain("ai.onnx.ml"); }), "domain");
   says(refusal([](auto& graph) { graph.mutable_node(2)->set_input(0, "x"); }), "branches");
   says(refusal([](auto& graph) {

@@ -96,8 +96,9 @@ class ConvertForeign : public ::testing::Test {
       fs::temp_directory_path() / fmt::format("ravencal_convert_foreign_test_{}", ::getpid());
 };
 
-/// 3000 rows of smooth motion with the four inputs; truth as the model would have it is not needed.
-record::Recording motion() {
+/// 3000 rows of smooth motion with the four inputs. The truth lies `error` (rad, m) off the
+/// estimate, by default so far that no sample model, whose answers are nonsense, is worse than raw.
+record::Recording motion(double error = 10.0) {
   constexpr int kRows = 3000;
   record::Recording recording;
   recording.channels = {{"truth.shoulder", "rad", record::Role::kJointTruth, "shoulder"},
@@ -115,6 +116,9 @@ record::Recording motion() {
     for (Eigen::Index c = 0; c < recording.samples.cols(); ++c) {
       const double phase = 0.01 * row * (1.0 + 0.3 * static_cast<double>(c));
       recording.samples(row, c) = 0.2 * std::sin(phase) + noise(random);
+    }
+    for (const Eigen::Index truth : {0, 2}) {
+      recording.samples(row, truth) = recording.samples(row, truth + 1) - error;
     }
   }
   return recording;
@@ -204,8 +208,6 @@ TEST_F(ConvertForeign, NamesWhatTheScalingFileLacks) {
 }
 
 TEST_F(ConvertForeign, NamesTheLayerThatItCannotTake) {
-  expect_refusal("torch_leaky.onnx --scaling scaling.json", 3,
-                 "'/1/LeakyRelu' (operator LeakyRelu)");
   const std::pair<const char*, std::pair<const char*, const char*>> changes[] = {
       {"reset_after=True", {"\"reset_after\": true", "\"reset_after\": false"}},
       {"recurrent_activation",
@@ -239,6 +241,21 @@ TEST_F(ConvertForeign, RefusesFilesThatAreNoModels) {
     ASSERT_TRUE(empty.ok());
   }
   expect_refusal("weights.h5 --scaling scaling.json", 3, "weights only");
+}
+
+TEST_F(ConvertForeign, RefusesAModelThatIsWorseThanNoCorrection) {
+  ASSERT_TRUE(record::write_recording(motion(1e-3), folder_ / "test.db").ok());
+  const std::string command = "torch_plain.onnx --scaling scaling.json --unbounded-loop";
+  expect_refusal(command + " --check test.db", 1, "worse than raw, RMSE");
+  expect_refusal(command + " --check test.db", 1, "against 0.0573 deg");
+  expect_refusal(command + " --check test.db", 1, "truth - estimate) in scaling.json");
+  const Outcome program = convert(command + " --check test.db --json");
+  EXPECT_EQ(program.exit_code, 1);
+  const json joint = json::parse(program.text)["check"]["joints"][0];
+  EXPECT_TRUE(joint["worse_than_raw"].get<bool>());
+  EXPECT_NEAR(joint["raw_rmse"].get<double>(), 1e-3, 1e-9);
+  EXPECT_EQ(convert(command).exit_code, 0);
+  EXPECT_EQ(convert(command + " --calibrate test.db").exit_code, 0);
 }
 
 TEST_F(ConvertForeign, WillNotCompactAGru) {

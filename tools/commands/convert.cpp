@@ -54,8 +54,10 @@ void add_convert(CLI::App& app, int& exit_code) {
   command->add_flag("--unbounded-loop", arguments->unbounded_loop,
                     "Write weights although the gains of the loop are unknown or its margins too "
                     "small; the arm may oscillate");
-  command->add_option("--check", arguments->check,
-                      "Recording on which to compare the weights with the model");
+  command->add_option(
+      "--check", arguments->check,
+      "Recording on which to compare the weights with the model; refuse (exit 1) a model "
+      "that makes a joint's error larger there than no correction does");
   command
       ->add_option("--max-rmse-change", arguments->max_rmse_change_percent,
                    "Refuse (exit 1) weights that raise a joint's RMSE by more than this, percent")

@@ -227,17 +227,21 @@ core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
   return evaluation;
 }
 
+std::string worse_than_raw(const std::string& joint, const std::string& unit_si, double rmse,
+                           double raw_rmse) {
+  const core::DisplayUnit unit = core::display_unit(unit_si);
+  return fmt::format(
+      "joint {}: calibrated is worse than raw, RMSE {:.4g} {} against {:.4g} {}; do not load this "
+      "model for it",
+      joint, rmse * unit.per_si, unit.name, raw_rmse * unit.per_si, unit.name);
+}
+
 std::vector<std::string> warnings_of(const Evaluation& evaluation) {
   std::vector<std::string> sentences;
   for (const JointEvaluation& joint : evaluation.joints) {
     if (!(joint.calibrated.rmse > joint.raw.rmse)) continue;
-    const core::DisplayUnit unit = core::display_unit(joint.unit);
     sentences.push_back(
-        fmt::format("joint {}: calibrated is worse than raw, RMSE {:.4g} {} against {:.4g} {}; do "
-                    "not load this "
-                    "model for it",
-                    joint.joint, joint.calibrated.rmse * unit.per_si, unit.name,
-                    joint.raw.rmse * unit.per_si, unit.name));
+        worse_than_raw(joint.joint, joint.unit, joint.calibrated.rmse, joint.raw.rmse));
   }
   return sentences;
 }

@@ -69,6 +69,10 @@ struct Evaluation {
 core::Result<Evaluation> evaluate(const model::CalibrationModel& model,
                                   std::span<const record::Recording* const> recordings);
 
+/// The sentence of a joint whose correction makes its error larger; both RMSE in `unit_si`.
+std::string worse_than_raw(const std::string& joint, const std::string& unit_si, double rmse,
+                           double raw_rmse);
+
 /// Sentences on joints whose error the model makes larger.
 std::vector<std::string> warnings_of(const Evaluation& evaluation);
 

@@ -8,17 +8,24 @@
 namespace ravencal::conversion {
 namespace {
 
-/// The scaling of one end, from the graph or from the scaling file, but not from both.
-core::Result<Affine> only_one(const Affine& of_graph, const std::optional<FileScaling>& of_file,
-                              bool is_input) {
+Affine composed(const Affine& first, const Affine& then) {
+  return {then.gain.cwiseProduct(first.gain), then.gain.cwiseProduct(first.offset) + then.offset};
+}
+
+/// The scaling of one end, from the graph or from the scaling file. Both stand together where one
+/// of them is no scaling: a normalisation that was trained, or mean 0 and scale 1.
+core::Result<Affine> scaling_of_end(const Affine& of_graph,
+                                    const std::optional<FileScaling>& of_file, bool is_input) {
   const char* what = is_input ? "input" : "output";
-  if (of_graph.gain.size() > 0 && of_file) {
+  const bool is_plain =
+      of_file && (of_file->mean.array() == 0.0).all() && (of_file->scale.array() == 1.0).all();
+  if (of_graph.gain.size() > 0 && of_file && !is_plain && !of_graph.is_learned) {
     return core::data_error(
         fmt::format("the {0}s are scaled twice, in the network and by {0}_mean and {0}_scale "
                     "of the scaling file; take these out of the file",
                     what));
   }
-  if (of_graph.gain.size() > 0) return of_graph;
+  if (!of_file && of_graph.gain.size() > 0 && !of_graph.is_learned) return of_graph;
   if (!of_file) {
     return core::data_error(
         fmt::format("nothing scales the {0}s: give {0}_mean and {0}_scale in the scaling file "
@@ -26,9 +33,12 @@ core::Result<Affine> only_one(const Affine& of_graph, const std::optional<FileSc
                     what));
   }
   if (is_input) {
-    return Affine{of_file->scale.cwiseInverse(), -of_file->mean.cwiseQuotient(of_file->scale)};
+    const Affine scaled{of_file->scale.cwiseInverse(),
+                        -of_file->mean.cwiseQuotient(of_file->scale)};
+    return of_graph.gain.size() > 0 ? composed(scaled, of_graph) : scaled;
   }
-  return Affine{of_file->scale, of_file->mean};
+  const Affine unscaled{of_file->scale, of_file->mean};
+  return of_graph.gain.size() > 0 ? composed(of_graph, unscaled) : unscaled;
 }
 
 /// scaled = gain * x + offset as (x_si - mean) / scale with scale > 0; a sign goes into the
@@ -122,8 +132,9 @@ core::Result<model::CalibrationModel> assemble(const ForeignModel& source,
         fmt::format("the network has {} inputs and {} outputs, the scaling file names {} and {}",
                     network.inputs, network.outputs, features, outputs));
   }
-  RAVENCAL_ASSIGN_OR_RETURN(const Affine input, only_one(network.input, scaling.input, true));
-  RAVENCAL_ASSIGN_OR_RETURN(const Affine output, only_one(network.output, scaling.output, false));
+  RAVENCAL_ASSIGN_OR_RETURN(const Affine input, scaling_of_end(network.input, scaling.input, true));
+  RAVENCAL_ASSIGN_OR_RETURN(const Affine output,
+                            scaling_of_end(network.output, scaling.output, false));
   model::CalibrationModel model;
   model.features = scaling.features;
   model.outputs = scaling.outputs;

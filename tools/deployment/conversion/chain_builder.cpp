@@ -34,8 +34,45 @@ void ChainBuilder::scale(const Eigen::VectorXd& gain, const Eigen::VectorXd& off
     pending_ = {gain, offset};
     return;
   }
-  pending_.offset = gain.cwiseProduct(pending_.offset) + offset;
-  pending_.gain = gain.cwiseProduct(pending_.gain);
+  pending_ = {gain.cwiseProduct(pending_.gain), gain.cwiseProduct(pending_.offset) + offset};
+}
+
+core::Status ChainBuilder::batch_normalise(const Eigen::VectorXd& scale,
+                                           const Eigen::VectorXd& offset,
+                                           const Eigen::VectorXd& mean,
+                                           const Eigen::VectorXd& variance, double epsilon) {
+  const Eigen::VectorXd square = variance.array() + epsilon;
+  if (!(square.array() > 0.0).all()) {
+    return core::data_error(
+        fmt::format("a variance of {:g} with epsilon {:g} has no root to divide by",
+                    variance.minCoeff(), epsilon));
+  }
+  const Eigen::VectorXd gain = scale.cwiseQuotient(square.cwiseSqrt());
+  normalise(gain, offset - gain.cwiseProduct(mean));
+  return {};
+}
+
+void ChainBuilder::normalise(const Eigen::VectorXd& gain, const Eigen::VectorXd& offset) {
+  const bool is_learned = pending_.gain.size() == 0 || pending_.is_learned;
+  Layer* before = opened();
+  scale(gain, offset);
+  if (before != nullptr) {
+    (void)opened();
+  } else {
+    pending_.is_learned = is_learned;
+  }
+}
+
+ChainBuilder::Layer* ChainBuilder::opened() {
+  if (layers_.empty() || !layers_.back().is_open) return nullptr;
+  Layer& layer = layers_.back();
+  if (pending_.gain.size() > 0) {
+    layer.weights = pending_.gain.asDiagonal() * layer.weights;
+    layer.biases = pending_.gain.cwiseProduct(layer.biases) + pending_.offset;
+    layer.has_biases = true;
+    pending_ = {};
+  }
+  return &layer;
 }
 
 void ChainBuilder::fold_into_inputs_of(Eigen::MatrixXd& weights, Eigen::VectorXd& biases) {
@@ -53,6 +90,12 @@ void ChainBuilder::dense(const Eigen::MatrixXd& weights, const Eigen::VectorXd* 
   const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(weights.rows());
   Layer layer{weights, biases != nullptr ? *biases : zeros, {}, true, biases != nullptr};
   fold_into_inputs_of(layer.weights, layer.biases);
+  if (!layers_.empty() && layers_.back().is_sum_of_leaks) {
+    layer.biases += layer.weights * layers_.back().biases;
+    layer.weights = layer.weights * layers_.back().weights;
+    layer.has_biases = true;
+    layers_.pop_back();
+  }
   layers_.push_back(std::move(layer));
   width_ = weights.rows();
 }
@@ -79,23 +122,41 @@ void ChainBuilder::gru(const Eigen::MatrixXd& input_weights, const Eigen::Vector
 
 core::Status ChainBuilder::activate(model::Activation activation) {
   if (activation == model::Activation::kLinear) return {};
-  if (layers_.empty() || !layers_.back().is_open) {
+  Layer* layer = opened();
+  if (layer == nullptr) {
     return core::data_error(
-        "an activation without a dense layer right before it; the weights hold none there");
+        "an activation without a dense layer right before it; the weights hold none there. Train "
+        "with one before it, or without the activation");
   }
+  layer->kind.activation = activation;
+  layer->is_open = false;
+  layer->is_sum_of_leaks = false;
+  return {};
+}
+
+core::Status ChainBuilder::leak(const Eigen::VectorXd& slopes) {
+  RAVENCAL_RETURN_IF_ERROR(activate(model::Activation::kRelu));
+  if ((slopes.array() == 0.0).all()) return {};
   Layer& layer = layers_.back();
-  if (pending_.gain.size() > 0) {
-    layer.weights = pending_.gain.asDiagonal() * layer.weights;
-    layer.biases = pending_.gain.cwiseProduct(layer.biases) + pending_.offset;
-    pending_ = {};
-  }
-  layer.kind.activation = activation;
-  layer.is_open = false;
+  const auto both_signs = [](const auto& rows) {
+    auto result = rows;
+    result.resize(2 * rows.rows(), rows.cols());
+    result << rows, -rows;
+    return result;
+  };
+  layer.weights = both_signs(layer.weights);
+  layer.biases = both_signs(layer.biases);
+  const Eigen::Index units = slopes.size();
+  Layer sum{Eigen::MatrixXd(units, 2 * units), Eigen::VectorXd::Zero(units), {}};
+  sum.weights << Eigen::MatrixXd::Identity(units, units), Eigen::MatrixXd((-slopes).asDiagonal());
+  sum.is_sum_of_leaks = true;
+  layers_.push_back(std::move(sum));
   return {};
 }
 
 core::Result<ForeignNetwork> ChainBuilder::finish() && {
   if (layers_.empty()) return core::data_error("there is no layer in it");
+  if (pending_.is_learned) dense(Eigen::MatrixXd::Identity(width_, width_), nullptr);
   if (layers_.back().kind.kind != model::packed::LayerKind::kDense) {
     return core::data_error("nothing follows the GRU; the outputs need a dense layer behind it");
   }

@@ -207,8 +207,11 @@ core::Status check(const Request& request, Outcome& outcome) {
                                      recording.source, joint.joint)};
     }
     const bool above = change && !(*change <= request.max_rmse_change_percent);
+    // On the training's own rows, which are read where no other are named, it is only said.
+    outcome.is_worse = outcome.is_worse || (!request.check.empty() && joint.is_worse_than_raw());
     outcome.accepted = outcome.accepted && !above;
   }
+  outcome.accepted = outcome.accepted && !outcome.is_worse;
   return {};
 }
 

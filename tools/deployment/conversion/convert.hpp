@@ -62,6 +62,7 @@ struct Outcome {
   std::optional<SourceCheck> source_check;
   std::optional<loop::Margins> margins;
   bool is_unstable = false;  ///< margins below the least
+  bool is_worse = false;     ///< than no correction, on the recording of Request::check
   bool is_other = false;     ///< f32 weights that compute something else than their source
   bool accepted = true;      ///< and written
 };

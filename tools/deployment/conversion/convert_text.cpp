@@ -32,6 +32,10 @@ std::string text_of(const WeightsCheck& check, double limit_percent) {
         fmt::format("  {:<12} RMSE {:.4g} {} in f32, {:.4g} {} as packed: {:+.3f} %{}\n", "",
                     *joint.model_rmse * unit.per_si, unit.name, *joint.weights_rmse * unit.per_si,
                     unit.name, *change, above ? fmt::format(", above {:g} %", limit_percent) : "");
+    if (joint.is_worse_than_raw()) {
+      text += learn::worse_than_raw(joint.joint, joint.unit, *joint.weights_rmse, *joint.raw_rmse) +
+              "\n";
+    }
   }
   return text;
 }
@@ -63,6 +67,17 @@ std::string why_not_written(const Request& request, const Outcome& outcome) {
     return fmt::format(
         "{} is not written: the weights do not compute what {} does; please report it\n",
         request.out, request.model);
+  }
+  if (outcome.is_worse) {
+    return fmt::format(
+        "{} is not written: {} makes errors larger on {} than no correction does. {} (without "
+        "--check it is written all the same)\n",
+        request.out, request.model, request.check,
+        outcome.foreign
+            ? fmt::format("Look at the order of the features, the units, the scaling and the sign "
+                          "(truth - estimate) in {}",
+                          request.scaling)
+            : "Train with recordings that are like this one");
   }
   return fmt::format("{} is not written: it costs too much accuracy (--max-rmse-change); {}\n",
                      request.out,
@@ -165,6 +180,8 @@ std::string to_json(const Request& request, const Outcome& outcome) {
         item["model_rmse"] = *joint.model_rmse;
         item["weights_rmse"] = *joint.weights_rmse;
         item["rmse_change_percent"] = *change;
+        item["raw_rmse"] = *joint.raw_rmse;
+        item["worse_than_raw"] = joint.is_worse_than_raw();
       }
       json["check"]["joints"].push_back(std::move(item));
     }

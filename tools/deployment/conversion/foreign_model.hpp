@@ -21,6 +21,8 @@ namespace ravencal::conversion {
 struct Affine {
   Eigen::VectorXd gain;
   Eigen::VectorXd offset;
+  /// Trained with the network (batch normalisation), beside which its data may be scaled, too.
+  bool is_learned = false;
 };
 
 /// Inputs through `input`, the layers, then `output`. A GRU is the first two layers, as in
@@ -50,12 +52,12 @@ struct ForeignModel {
 inline constexpr std::int64_t kOldestOpset = 7;
 inline constexpr std::int64_t kNewestOpset = 23;
 
-/// An ONNX graph that is one chain of Gemm, MatMul, Add, Sub, Mul, Div, Sigmoid, Tanh, Relu,
-/// Identity and constants. Errors (kIo, kData) name the node and the remedy.
+/// An ONNX graph that is one chain of dense layers, scaling, batch normalisation, activations and
+/// what passes a flat vector on (FORMATS.md). Errors (kIo, kData) name the node and the remedy.
 core::Result<ForeignModel> read_foreign_onnx(const std::string& path);
 
-/// A Keras 2 or 3 model in HDF5 (`model.save("model.h5")`): Dense layers behind at most one GRU.
-/// Errors (kIo, kData) name the layer and the remedy.
+/// A Keras 2 or 3 model in HDF5 (`model.save("model.h5")`): Dense layers behind at most one GRU,
+/// and what is folded into them. Errors (kIo, kData) name the layer and the remedy.
 core::Result<ForeignModel> read_keras(const std::string& path);
 
 }  // namespace ravencal::conversion

@@ -70,9 +70,9 @@ core::Result<RowMajor> tensor_of(hid_t group, const std::string& path) {
   const Hdf5Handle space(H5Dget_space(set.get()), H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
   hsize_t dims[2] = {1, 1};
-  if (rank != 1 && rank != 2) {
+  if (rank < 0 || rank > 2) {
     return core::data_error(
-        fmt::format("weights '{}' have {} dimensions; 1 or 2 are read", path, rank));
+        fmt::format("weights '{}' have {} dimensions; at most 2 are read", path, rank));
   }
   (void)H5Sget_simple_extent_dims(space.get(), rank == 2 ? dims : dims + 1, nullptr);
   if (dims[0] < 1 || dims[1] < 1 || dims[0] > kMostWeights || dims[1] > kMostWeights ||
@@ -91,7 +91,7 @@ core::Result<RowMajor> tensor_of(hid_t group, const std::string& path) {
 }
 
 /// What the child sends: a text by its name, or an array of a layer; numbers and texts one after
-/// the other, each text behind its length.
+/// the other, each text behind its length. An array of no rows has the reason behind it.
 class Piece {
  public:
   void number(std::uint64_t value) { add(&value, sizeof value); }
@@ -136,13 +136,15 @@ class PieceReader {
 core::Status send_layer(hid_t weights, const std::string& layer, const core::TakePiece& send) {
   const Hdf5Handle group(H5Gopen2(weights, layer.c_str(), H5P_DEFAULT), H5Gclose);
   for (const std::string& name : names_of(group.get(), "weight_names")) {
-    RAVENCAL_ASSIGN_OR_RETURN(const RowMajor values, tensor_of(group.get(), name));
+    const auto tensor = tensor_of(group.get(), name);
+    const RowMajor values = tensor.ok() ? *tensor : RowMajor();
     Piece piece;
     piece.text(layer);
     piece.text(name);
     piece.number(static_cast<std::uint64_t>(values.rows()));
     piece.number(static_cast<std::uint64_t>(values.cols()));
     piece.add(values.data(), static_cast<std::size_t>(values.size()) * sizeof(double));
+    if (!tensor.ok()) piece.text(tensor.error().message);
     RAVENCAL_RETURN_IF_ERROR(send(piece.bytes()));
   }
   return {};
@@ -191,6 +193,10 @@ core::Status take_weights(PieceReader piece, KerasContent& content) {
   const std::string name = piece.text();
   const std::uint64_t rows = piece.number();
   const std::uint64_t columns = piece.number();
+  if (rows == 0 && columns == 0) {
+    content.unreadable[layer][name] = piece.text();
+    return {};
+  }
   if (rows < 1 || rows > kMostWeights || columns < 1 || columns > kMostWeights ||
       piece.left() != rows * columns * sizeof(double)) {
     return core::data_error(fmt::format("weights '{}' are not whole", name));

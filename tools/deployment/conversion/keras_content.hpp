@@ -17,11 +17,12 @@ namespace ravencal::conversion {
 struct KerasContent {
   std::string model_config;
   std::string version;
-  /// By layer and by the weights' own name; a vector is one row.
+  /// By layer and by the weights' own name; a vector is one row, a single number 1 x 1.
   std::map<std::string, std::map<std::string, Eigen::MatrixXd>> weights;
+  /// Why an array is not among them: of other dimensions, too large, or not finite.
+  std::map<std::string, std::map<std::string, std::string>> unreadable;
 
-  /// Errors (kIo, kData): no such file; not a whole Keras model; an array of other dimensions, too
-  /// large, or not finite.
+  /// Errors (kIo, kData): no such file; not a whole Keras model.
   static core::Result<KerasContent> read(const std::string& path);
 };
 

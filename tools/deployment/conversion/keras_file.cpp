@@ -33,6 +33,19 @@ bool flag_at(const json& config, const char* key, bool otherwise) {
   return config.contains(key) && config[key].is_boolean() ? config[key].get<bool>() : otherwise;
 }
 
+/// A number, a truth value or a list of them; nothing otherwise.
+std::vector<double> numbers_of(const json& value) {
+  if (value.is_boolean()) return {value.get<bool>() ? 1.0 : 0.0};
+  if (value.is_number()) return {value.get<double>()};
+  std::vector<double> all;
+  if (!value.is_array()) return all;
+  for (const json& item : value) {
+    const std::vector<double> inner = numbers_of(item);
+    all.insert(all.end(), inner.begin(), inner.end());
+  }
+  return all;
+}
+
 core::Result<KerasLayer> layer_of(const json& item) {
   if (!item.is_object() || !item.value("class_name", json()).is_string() ||
       !item.value("config", json()).is_object()) {
@@ -51,6 +64,10 @@ core::Result<KerasLayer> layer_of(const json& item) {
   layer.stateful = flag_at(config, "stateful", false);
   if (config.contains("units") && config["units"].is_number_unsigned()) {
     layer.units = std::min(config["units"].get<Eigen::Index>(), kMostUnits);
+  }
+  for (const auto& [key, value] : config.items()) {
+    std::vector<double> numbers = numbers_of(value);
+    if (!numbers.empty()) layer.numbers[key] = std::move(numbers);
   }
   for (const char* key : {"batch_input_shape", "batch_shape"}) {  // Keras 2, Keras 3
     if (!config.contains(key) || !config[key].is_array() || config[key].empty()) continue;
@@ -107,6 +124,7 @@ core::Result<KerasFile> interpreted(KerasContent content) {
     for (auto& [name, values] : content.weights[layer.name]) {
       layer.weights[role_of(name)] = values;
     }
+    for (auto& [name, why] : content.unreadable[layer.name]) layer.unreadable[role_of(name)] = why;
     result.layers.push_back(std::move(layer));
   }
   if (kind != "Sequential") RAVENCAL_RETURN_IF_ERROR(check_chain(items, result.layers));
@@ -115,6 +133,11 @@ core::Result<KerasFile> interpreted(KerasContent content) {
 }
 
 }  // namespace
+
+double KerasLayer::number_or(const std::string& key, double otherwise) const {
+  const auto it = numbers.find(key);
+  return it == numbers.end() || it->second.size() != 1 ? otherwise : it->second.front();
+}
 
 core::Result<KerasFile> KerasFile::read(const std::string& path) {
   RAVENCAL_ASSIGN_OR_RETURN(KerasContent content, KerasContent::read(path));

@@ -16,6 +16,14 @@
 
 namespace ravencal::conversion {
 
+/// What Keras' layers mean where their configuration does not say.
+inline constexpr double kKerasBatchEpsilon = 1e-3;
+inline constexpr double kKerasLeakySlope = 0.3;
+/// The slope of activation "leaky_relu", which is no parameter, and `backend.epsilon()`, the least
+/// deviation that Normalization divides by.
+inline constexpr double kKerasLeakyActivationSlope = 0.2;
+inline constexpr double kKerasLeastDeviation = 1e-7;
+
 struct KerasLayer {
   std::string class_name;  ///< "Dense"
   std::string name;        ///< "dense_1"
@@ -29,6 +37,11 @@ struct KerasLayer {
   bool stateful = false;
   std::vector<Eigen::Index> input_shape;           ///< without the rows; 0: any; may be empty
   std::map<std::string, Eigen::MatrixXd> weights;  ///< "kernel", ...; a vector is one row
+  std::map<std::string, std::string> unreadable;   ///< why weights of that name are not there
+  /// Every number, truth value (0, 1) and list of numbers of its configuration: "epsilon", ...
+  std::map<std::string, std::vector<double>> numbers;
+
+  [[nodiscard]] double number_or(const std::string& key, double otherwise) const;
 };
 
 struct KerasFile {

@@ -19,6 +19,7 @@ double activated(const std::string& activation, double x) {
   if (activation == "sigmoid") return sigmoid(x);
   if (activation == "tanh") return std::tanh(x);
   if (activation == "relu") return std::fmax(x, 0.0);
+  if (activation == "leaky_relu") return x < 0.0 ? kKerasLeakyActivationSlope * x : x;
   return x;
 }
 
@@ -52,17 +53,56 @@ Values run_gru(const KerasLayer& layer, const std::vector<Values>& window) {
   return h;
 }
 
-Values run_row(const KerasFile& file, const std::vector<Values>& window) {
-  Values values = window.back();
+/// Element `i` of weights, else of the configuration, else `otherwise`; a single one is for all.
+double element(const KerasLayer& layer, const char* role, std::size_t i, double otherwise) {
+  const auto weights = layer.weights.find(role);
+  if (weights != layer.weights.end()) {
+    return weights->second(0, weights->second.cols() == 1 ? 0 : static_cast<Eigen::Index>(i));
+  }
+  const auto numbers = layer.numbers.find(role);
+  if (numbers == layer.numbers.end()) return otherwise;
+  return numbers->second.size() == 1 ? numbers->second.front() : numbers->second[i];
+}
+
+/// What a layer that joins no values makes of the one at `i`.
+double one_by_one(const KerasLayer& layer, std::size_t i, double x) {
+  const std::string& name = layer.class_name;
+  if (name == "BatchNormalization") {
+    const double gamma = layer.weights.contains("gamma") ? element(layer, "gamma", i, 1.0) : 1.0;
+    const double root = std::sqrt(element(layer, "moving_variance", i, 1.0) +
+                                  layer.number_or("epsilon", kKerasBatchEpsilon));
+    return (x - element(layer, "moving_mean", i, 0.0)) / root * gamma +
+           element(layer, "beta", i, 0.0);
+  }
+  if (name == "Normalization") {
+    const double mean = element(layer, "mean", i, 0.0);
+    const double deviation =
+        std::fmax(std::sqrt(element(layer, "variance", i, 1.0)), kKerasLeastDeviation);
+    return layer.number_or("invert", 0.0) != 0.0 ? x * deviation + mean : (x - mean) / deviation;
+  }
+  if (name == "Rescaling") {
+    return x * element(layer, "scale", i, 1.0) + element(layer, "offset", i, 0.0);
+  }
+  if (name == "ReLU" && x < 0.0) return layer.number_or("negative_slope", 0.0) * x;
+  if (name == "LeakyReLU" && x < 0.0) {
+    return layer.number_or("negative_slope", layer.number_or("alpha", kKerasLeakySlope)) * x;
+  }
+  if (name == "PReLU" && x < 0.0) return element(layer, "alpha", i, 0.0) * x;
+  return activated(layer.activation, x);
+}
+
+Values run_row(const KerasFile& file, std::vector<Values> window) {
   for (const KerasLayer& layer : file.layers) {
     if (layer.class_name == "GRU") {
-      values = run_gru(layer, window);
+      window = {run_gru(layer, window)};
       continue;
     }
-    if (layer.class_name == "Dense") values = product(layer, "kernel", values, 0);
-    for (double& value : values) value = activated(layer.activation, value);
+    for (Values& values : window) {
+      if (layer.class_name == "Dense") values = product(layer, "kernel", values, 0);
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = one_by_one(layer, i, values[i]);
+    }
   }
-  return values;
+  return window.back();
 }
 
 }  // namespace
@@ -76,7 +116,7 @@ core::Result<Eigen::MatrixXd> run_keras(const KerasFile& file,
       const Eigen::RowVectorXd values = sample.row(row);
       window.emplace_back(values.begin(), values.end());
     }
-    const Values outputs = run_row(file, window);
+    const Values outputs = run_row(file, std::move(window));
     if (row == 0) result.resize(samples.front().rows(), static_cast<Eigen::Index>(outputs.size()));
     if (static_cast<Eigen::Index>(outputs.size()) != result.cols())
       return core::data_error("rows of other widths");

@@ -16,10 +16,17 @@
 
 namespace ravencal::conversion {
 
+/// What the operators of ONNX mean where a node does not say.
+inline constexpr float kOnnxLeakyAlpha = 0.01F;
+inline constexpr float kOnnxBatchEpsilon = 1e-5F;
+
 /// At most two dimensions; a vector is one row, a scalar 1 x 1.
 struct OnnxTensor {
   int rank = 0;
   Eigen::MatrixXd values;
+  std::vector<std::int64_t> integers;  ///< of a tensor of integers or truth values, which has no
+                                       ///< `values`
+  std::string no_values;               ///< why `values` is empty: said only where a step needs them
 };
 
 struct OnnxGraph {
@@ -28,6 +35,7 @@ struct OnnxGraph {
   std::vector<const onnx::NodeProto*> steps;    ///< the other nodes, in the file's order
   std::string input;
   Eigen::Index input_width = 0;
+  std::int64_t rows = 0;  ///< of the input, where the file fixes them
   std::string output;
   std::int64_t opset = 0;
 
@@ -42,7 +50,8 @@ std::string name_of(const onnx::NodeProto& node, std::size_t index);
 float attribute_or(const onnx::NodeProto& node, const char* name, float otherwise);
 std::int64_t attribute_or(const onnx::NodeProto& node, const char* name, std::int64_t otherwise);
 
-/// Runs every step on [rows x inputs]. Errors (kData): an operator or shape that it does not know.
+/// Runs every step of a graph that read_foreign_onnx() takes on [rows x inputs]. Errors (kData): an
+/// operator or shape that it does not know.
 core::Result<Eigen::MatrixXd> run_onnx(const OnnxGraph& graph, const Eigen::MatrixXd& inputs);
 
 }  // namespace ravencal::conversion

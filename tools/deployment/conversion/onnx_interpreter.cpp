@@ -50,15 +50,39 @@ core::Result<Eigen::MatrixXd> gemm(const onnx::NodeProto& node, const Eigen::Mat
   return element_wise(product, *c, [beta](double x, double y) { return x + beta * y; });
 }
 
+/// (x - mean) / sqrt(variance + epsilon) * scale + offset.
+core::Result<Eigen::MatrixXd> normalised(const onnx::NodeProto& node,
+                                         const std::vector<const Eigen::MatrixXd*>& in) {
+  const auto epsilon = static_cast<double>(attribute_or(node, "epsilon", kOnnxBatchEpsilon));
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd centred,
+                            element_wise(*in[0], *in[3], std::minus<>()));
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd unit,
+                            element_wise(centred, *in[4], [epsilon](double x, double variance) {
+                              return x / std::sqrt(variance + epsilon);
+                            }));
+  RAVENCAL_ASSIGN_OR_RETURN(const Eigen::MatrixXd scaled,
+                            element_wise(unit, *in[1], std::multiplies<>()));
+  return element_wise(scaled, *in[2], std::plus<>());
+}
+
+double leaked(double x, double slope) { return x < 0.0 ? slope * x : x; }
+
 core::Result<Eigen::MatrixXd> run(const onnx::NodeProto& node,
                                   const std::vector<const Eigen::MatrixXd*>& in) {
   const std::string& op = node.op_type();
   const auto unary = [&](auto function) { return Eigen::MatrixXd(in[0]->unaryExpr(function)); };
+  if (op == "Identity" || op == "Dropout" || op == "Flatten" || op == "Reshape") {
+    return Eigen::MatrixXd(*in[0]);  // the reader took those only that keep a flat vector
+  }
+  if (op == "BatchNormalization" && in.size() == 5) return normalised(node, in);
   if (in.size() == 1) {
     if (op == "Sigmoid") return unary([](double x) { return 1.0 / (1.0 + std::exp(-x)); });
     if (op == "Tanh") return unary([](double x) { return std::tanh(x); });
     if (op == "Relu") return unary([](double x) { return x > 0.0 ? x : 0.0; });
-    if (op == "Identity") return Eigen::MatrixXd(*in[0]);
+    if (op == "LeakyRelu") {
+      const auto alpha = static_cast<double>(attribute_or(node, "alpha", kOnnxLeakyAlpha));
+      return unary([alpha](double x) { return leaked(x, alpha); });
+    }
   }
   if (op == "Gemm" && (in.size() == 2 || in.size() == 3)) {
     return gemm(node, *in[0], *in[1], in.size() == 3 ? in[2] : nullptr);
@@ -69,6 +93,7 @@ core::Result<Eigen::MatrixXd> run(const onnx::NodeProto& node,
         return core::data_error("factors that do not go together");
       return Eigen::MatrixXd(*in[0] * *in[1]);
     }
+    if (op == "PRelu") return element_wise(*in[0], *in[1], leaked);
     if (op == "Add") return element_wise(*in[0], *in[1], std::plus<>());
     if (op == "Sub") return element_wise(*in[0], *in[1], std::minus<>());
     if (op == "Mul") return element_wise(*in[0], *in[1], std::multiplies<>());

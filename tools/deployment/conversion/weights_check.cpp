@@ -83,7 +83,7 @@ Eigen::VectorXf confidences(const model::CalibrationModel& weights,
   return result;
 }
 
-/// The remaining RMSE of both on the rows that have a truth.
+/// The RMSE without a correction and the remaining one of both on the rows that have a truth.
 void add_rmse(const record::Recording& recording, const model::OutputSpec& output,
               const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& of_model,
               const Eigen::VectorXd& of_weights, JointCheck& joint) {
@@ -91,6 +91,7 @@ void add_rmse(const record::Recording& recording, const model::OutputSpec& outpu
   const auto estimate = recording.column(output.estimate_channel);
   if (!truth || !estimate) return;
   std::vector<double> true_values;
+  std::vector<double> uncorrected;
   std::vector<double> before;
   std::vector<double> after;
   for (const Eigen::Index row : rows) {
@@ -98,12 +99,14 @@ void add_rmse(const record::Recording& recording, const model::OutputSpec& outpu
     const double raw = recording.samples(row, *estimate);
     if (!std::isfinite(true_value) || !std::isfinite(raw)) continue;
     true_values.push_back(true_value);
+    uncorrected.push_back(raw);
     before.push_back(raw + of_model[row]);
     after.push_back(raw + of_weights[row]);
   }
   if (true_values.empty()) return;
   joint.model_rmse = learn::error_statistics(before, true_values, 0.0).rmse;
   joint.weights_rmse = learn::error_statistics(after, true_values, 0.0).rmse;
+  joint.raw_rmse = learn::error_statistics(uncorrected, true_values, 0.0).rmse;
 }
 
 }  // namespace
@@ -111,6 +114,10 @@ void add_rmse(const record::Recording& recording, const model::OutputSpec& outpu
 std::optional<double> JointCheck::rmse_change_percent() const {
   if (!model_rmse || !weights_rmse) return std::nullopt;
   return 100.0 * (*weights_rmse / *model_rmse - 1.0);
+}
+
+bool JointCheck::is_worse_than_raw() const {
+  return weights_rmse && raw_rmse && !(*weights_rmse <= *raw_rmse);
 }
 
 core::Result<WeightsCheck> check_weights(const model::CalibrationModel& model,
@@ -129,7 +136,7 @@ core::Result<WeightsCheck> check_weights(const model::CalibrationModel& model,
   const Eigen::VectorXf trusted = confidences(weights, used);
   WeightsCheck check;
   for (const model::OutputSpec& output : model.outputs) {
-    check.joints.push_back({output.joint, output.unit, 0.0, 0.0, {}, {}});
+    check.joints.push_back({output.joint, output.unit, 0.0, 0.0, {}, {}, {}});
   }
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < seen.rows(); ++row) {

@@ -22,9 +22,12 @@ struct JointCheck {
   double largest_clamped_difference = 0.0;  ///< rows with an input that the plugin clamps
   std::optional<double> model_rmse;         ///< of the corrected joint; none without a truth
   std::optional<double> weights_rmse;
+  std::optional<double> raw_rmse;  ///< without any correction
 
   /// Of the RMSE, percent; none without a truth.
   [[nodiscard]] std::optional<double> rmse_change_percent() const;
+  /// Whether the arm does better without these weights; false without a truth.
+  [[nodiscard]] bool is_worse_than_raw() const;
 };
 
 struct WeightsCheck {
