@@ -30,8 +30,9 @@ class Scanner {
     return true;
   }
   std::optional<int> number(std::size_t fewest, std::size_t most) {
-    const std::size_t digits = std::min(text_.find_first_not_of("0123456789"), text_.size());
-    if (digits < fewest || digits > most) return std::nullopt;
+    const std::size_t digits =
+        std::min({text_.find_first_not_of("0123456789"), text_.size(), most});
+    if (digits < fewest) return std::nullopt;
     int value = 0;
     std::from_chars(text_.data(), text_.data() + digits, value);
     text_.remove_prefix(digits);

@@ -96,7 +96,7 @@ TEST(ProfileFile, NamesFileAndLineOfEveryMistake) {
        ":2: give either column"},
       {"[source]\n[[channel]]\nname = 'a'\nindex = -1\nunit = 'rad'\n",
        ":4: index must be a whole number"},
-      {"[source]\ntime_unit = 'deg'\n" + channel, ":1: time_unit 'deg'"},
+      {"[source]\ntime_unit = 'deg'\n" + channel, ":2: time_unit 'deg'"},
       {"[source]\nreference = 'last'\n" + channel, ":1: reference can only"},
       {"[source]\nformat = 'bag'\nhomed = true\n" + channel, ":1: homed is for tables"},
       {"[source]\nheader = 1\n" + channel, ":2: header must be true or false"},
