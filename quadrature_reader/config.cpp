@@ -133,6 +133,8 @@ core::Status ConfigReader::read_encoder(TomlTable& table) {
   }
   read_axis(table, encoder.axis);
   encoder.stop = read_stop(table, encoder.axis);
+  if (!table.boolean_or("plausible", true))
+    config_.meta[encoder.axis.joint + ".plausible"] = "false";
   const std::string source_name = table.text("source");
   const auto source =
       std::find_if(config_.sources.begin(), config_.sources.end(),

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "record/interpolate.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::record {
 namespace {
@@ -197,6 +198,12 @@ void describe(Merged& merged, const Recording& truth, bool delay_given) {
       if (found != truth.meta.end()) meta[found->first] = found->second;
     }
   }
+  std::string& known = meta[std::string(kKnownImplausible)];
+  for (const auto& joint : merged.joints) {
+    if (!truth.meta.contains(joint.name + ".plausible")) continue;
+    known += fmt::format("{}truth.{}", known.empty() ? "" : ", ", joint.name);
+  }
+  if (known.empty()) meta.erase(std::string(kKnownImplausible));
   merged.recording.events.insert(merged.recording.events.begin(),
                                  {merged.recording.t_ns.front(), "merge", detail.dump()});
 }

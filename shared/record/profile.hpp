@@ -37,7 +37,8 @@ struct ProfileChannel {
   bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
   bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
   std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN
-  bool assumed = false;  ///< nothing in the file says so: nobody has confirmed it yet
+  bool assumed = false;   ///< nothing in the file says so: nobody has confirmed it yet
+  bool plausible = true;  ///< false: right as it is, whatever plausibility.hpp says of it
 };
 
 struct Profile {

@@ -61,6 +61,7 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   channel.may_be_missing = table.boolean_or("may_be_missing", channel.may_be_missing);
   channel.relative = table.boolean_or("relative", channel.relative);
   channel.assumed = table.boolean_or("assumed", channel.assumed);
+  channel.plausible = table.boolean_or("plausible", channel.plausible);
   take_column(table, channel.column, channel.index);
   if (channel.channel.name.empty()) table.fail("a channel needs a name");
   if (!core::find_unit(channel.channel.unit)) {

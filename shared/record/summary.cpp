@@ -81,6 +81,7 @@ Summary summarise(const Recording& recording) {
   for (const std::string& joint : recording.calibratable_joints()) {
     summary.joints.push_back(summarise_joint(recording, joint));
   }
+  summary.implausible = implausibilities(recording);
   return summary;
 }
 

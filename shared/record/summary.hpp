@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "record/plausibility.hpp"
 #include "record/recording.hpp"
 
 namespace ravencal::record {
@@ -36,6 +37,7 @@ struct Summary {
   double longest_gap_s = 0.0;
   std::vector<ChannelSummary> channels;
   std::vector<JointErrorSummary> joints;
+  std::vector<Implausibility> implausible;
 };
 
 Summary summarise(const Recording& recording);

@@ -70,6 +70,12 @@ void append_errors(std::string& text, const Summary& summary) {
   }
 }
 
+void append_implausible(std::string& text, const Summary& summary) {
+  for (const Implausibility& doubt : summary.implausible)
+    text += fmt::format("{}: {}\n", doubt.is_error ? "no robot moves like that" : "implausible",
+                        doubt.sentence);
+}
+
 }  // namespace
 
 std::string describe_in_words(const Recording& recording, const Summary& summary) {
@@ -87,6 +93,7 @@ std::string describe_in_words(const Recording& recording, const Summary& summary
                    summary.longest_gap_s);
   }
   append_errors(text, summary);
+  append_implausible(text, summary);
   append_events(text, recording);
   append_channels(text, summary);
   return text;
@@ -111,6 +118,15 @@ std::string describe_in_json(const Recording& recording, const Summary& summary)
                       {"samples", j.samples},
                       {"raw", {{"rmse", j.rmse}, {"bias", j.bias}, {"peak", j.peak}}}});
   }
+  ordered_json implausible = ordered_json::array();
+  for (const Implausibility& d : summary.implausible) {
+    implausible.push_back({{"kind", d.kind},
+                           {"channel", d.channel},
+                           {"figure", d.figure},
+                           {"t_ns", d.t_ns},
+                           {"is_error", d.is_error},
+                           {"sentence", d.sentence}});
+  }
   ordered_json events = ordered_json::array();
   for (const Event& e : recording.events) {
     events.push_back({{"t_ns", e.t_ns}, {"kind", e.kind}, {"detail", e.detail}});
@@ -124,6 +140,7 @@ std::string describe_in_json(const Recording& recording, const Summary& summary)
                              {"gaps", summary.gaps},
                              {"longest_gap_s", summary.longest_gap_s},
                              {"joints", joints},
+                             {"implausible", implausible},
                              {"events", events},
                              {"channels", channels}};
   return root.dump(2, ' ', false, ordered_json::error_handler_t::replace);

@@ -10,6 +10,7 @@
 
 #include "core/units.hpp"
 #include "record/csv_number.hpp"
+#include "record/plausibility.hpp"
 #include "record/profile_builtin.hpp"
 #include "record/recording_file.hpp"
 #include "record/table_binding.hpp"
@@ -326,12 +327,15 @@ void TableLoader::describe() {
   if (!dropped_.empty()) recording_.meta["dropped_rows"] = std::to_string(dropped_.size());
   for (const auto& [key, value] : profile_.meta) recording_.meta[key] = value;
   recording_.events = profile_.events;
-  std::vector<std::string> assumed;
+  std::vector<std::string> assumed, implausible;
   for (const ProfileChannel& channel : profile_.channels) {
     recording_.channels.push_back(channel.channel);
     recording_.channels.back().unit = core::find_unit(channel.channel.unit)->si_name;
     if (channel.assumed) assumed.push_back(channel.channel.name);
+    if (!channel.plausible) implausible.push_back(channel.channel.name);
   }
+  if (!implausible.empty())
+    recording_.meta[std::string(kKnownImplausible)] = fmt::format("{}", fmt::join(implausible, ", "));
   if (!assumed.empty())
     recording_.meta["assumed_channels"] = fmt::format("{}", fmt::join(assumed, ", "));
 }

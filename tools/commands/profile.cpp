@@ -7,9 +7,11 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/whole_file.hpp"
+#include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
 #include "guess/guess.hpp"
 #include "physics/plant.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -19,6 +21,18 @@ struct ProfileArguments {
   bool force = false;
   record::LoadOptions load;
 };
+
+/// What an import through the new profile would refuse or doubt.
+std::vector<std::string> doubts_of(const ProfileArguments& arguments) {
+  record::LoadOptions load = arguments.load;
+  load.profile = arguments.out;
+  const auto recording = exchange::load_recording(arguments.data, load);
+  if (!recording.ok()) return {recording.error().message};
+  std::vector<std::string> sentences;
+  for (const record::Implausibility& doubt : record::implausibilities(*recording))
+    sentences.push_back(doubt.sentence);
+  return sentences;
+}
 
 core::Status guess(const ProfileArguments& arguments) {
   if (!arguments.out.empty() && std::filesystem::exists(arguments.out) && !arguments.force)
@@ -38,6 +52,7 @@ core::Status guess(const ProfileArguments& arguments) {
       core::write_whole_file(arguments.out, guess::profile_text(guessed, table)));
   fmt::print("{}: correct what is wrong, then read the data with --profile {}\n", arguments.out,
              arguments.out);
+  print_warnings(doubts_of(arguments));
   return {};
 }
 

@@ -2,6 +2,7 @@
 #include "learn/train.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -34,6 +35,7 @@
 #include "model/loop_text.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
+#include "record/plausibility.hpp"
 #include "report/report.hpp"
 #include "simulation/workspace.hpp"
 
@@ -245,6 +247,10 @@ core::Status run(TrainArguments arguments) {
                             exchange::load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
                             exchange::load_recordings(arguments.validation, arguments.load));
+  std::vector<const record::Recording*> all = pointers_to(training);
+  for (const record::Recording& recording : held_out) all.push_back(&recording);
+  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible, record::plausibility_warnings(all));
+  print_warnings(implausible);
   const learn::SharedSeeds shared =
       learn::shared_seeds(learn::seeds_of(pointers_to(training)), pointers_to(held_out));
   if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
@@ -253,6 +259,8 @@ core::Status run(TrainArguments arguments) {
                                                  ? train_network(arguments, training, held_out)
                                                  : choose(arguments, training));
   print_warnings(trained.warnings);
+  if (!implausible.empty())
+    trained.model.provenance["implausible"] = fmt::format("{}", fmt::join(implausible, "; "));
   std::optional<loop::Margins> margins;
   if (!arguments.plant.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "core/units.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -204,7 +205,8 @@ core::Status check_input(const Recordings& training, const Recordings& held_out,
     RAVENCAL_RETURN_IF_ERROR(check_units(*recording, plant));
     RAVENCAL_RETURN_IF_ERROR(check_external_loads(*recording, plant));
   }
-  return {};
+  const auto implausible = record::plausibility_warnings(in_order(training, held_out));
+  return implausible.ok() ? core::Status() : implausible.error();
 }
 
 std::vector<std::string> input_notes(const Recordings& training, const Recordings& held_out,
@@ -223,6 +225,8 @@ std::vector<std::string> input_notes(const Recordings& training, const Recording
           "the unit, the joint or the sign of these channels of {} is an assumption of its profile "
           "(delete `assumed = true` there when it is right): {}",
           file_name(*recording), assumed));
+    for (const record::Implausibility& doubt : record::implausibilities(*recording))
+      notes.push_back(fmt::format("{}: {}", file_name(*recording), doubt.sentence));
     const std::string dropped = meta_or_empty(*recording, "dropped_rows");
     if (!dropped.empty())
       notes.push_back(fmt::format("{} rows of {} cannot be read and are left out", dropped,

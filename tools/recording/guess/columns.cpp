@@ -10,7 +10,7 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 namespace ravencal::guess {
 namespace {
@@ -27,7 +27,7 @@ Match best_position(const std::vector<const Column*>& positions, double least,
                     Relation&& relation) {
   Match best;
   for (const Column* position : positions) {
-    const std::optional<Line> line = relation(*position);
+    const std::optional<record::Line> line = relation(*position);
     const double correlation = line ? std::abs(line->correlation) : 0.0;
     if (correlation >= least && correlation > best.correlation) best = {position, correlation};
   }
@@ -59,8 +59,8 @@ void find_first_positions(Columns& columns) {
     if (position.said.quantity || position.constant()) continue;
     for (Column& velocity : columns.all) {
       if (&velocity == &position || velocity.said.quantity || velocity.constant()) continue;
-      const auto line = derivative_line(columns.t_s, position.values, velocity.values);
-      if (!line || line->correlation < kCopyCorrelation) continue;
+      const auto line = record::derivative_line(columns.t_s, position.values, velocity.values);
+      if (!line || line->correlation < record::kCopyCorrelation) continue;
       position.said.quantity = Quantity::kPosition;
       position.said.joint = fmt::format("joint_{}", position.name);
       position.because = fmt::format("its derivative is {}", velocity.name);
@@ -144,14 +144,18 @@ void find_quantities(Columns& columns) {
     const auto positions = positions_for(columns, column);
     // A name that leaves two meanings needs less of the values than one that leaves all.
     const bool is_told = column.said.is_desired_or_derivative || column.said.side == Side::kCommand;
-    const Match copied = best_position(
-        positions, is_told ? kSameMotion : kCopyCorrelation,
-        [&](const Column& position) { return line_through(position.values, column.values); });
-    const Match derived = best_position(
-        positions, column.said.is_desired_or_derivative ? kDerivativeCorrelation : kCopyCorrelation,
-        [&](const Column& position) {
-          return derivative_line(columns.t_s, position.values, column.values);
-        });
+    const Match copied =
+        best_position(positions, is_told ? record::kSameMotion : record::kCopyCorrelation,
+                      [&](const Column& position) {
+                        return record::line_through(position.values, column.values);
+                      });
+    const Match derived =
+        best_position(positions,
+                      column.said.is_desired_or_derivative ? record::kDerivativeCorrelation
+                                                           : record::kCopyCorrelation,
+                      [&](const Column& position) {
+                        return record::derivative_line(columns.t_s, position.values, column.values);
+                      });
     if (derived.position != nullptr && derived.correlation > copied.correlation)
       decide(column, *derived.position, Quantity::kVelocity, "derivative of");
     else if (copied.position != nullptr)

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "guess/columns.hpp"
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 namespace ravencal::guess {
 core::Result<Guess> guess_profile(const record::Table& table,
@@ -17,8 +17,9 @@ core::Result<Guess> guess_profile(const record::Table& table,
   };
   Guess guess;
   Columns columns = columns_of(table, joints, guess);
-  if (guess.rows < static_cast<std::size_t>(kFewestRows))
-    return failed(fmt::format("{} rows; a guess needs at least {}", guess.rows, kFewestRows));
+  if (guess.rows < static_cast<std::size_t>(record::kFewestRows))
+    return failed(
+        fmt::format("{} rows; a guess needs at least {}", guess.rows, record::kFewestRows));
   find_time(table, columns, guess);
   find_quantities(columns);
   find_position_units(columns);

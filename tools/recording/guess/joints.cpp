@@ -8,7 +8,7 @@
 #include "guess/columns.hpp"
 #include "guess/joint_matching.hpp"
 #include "guess/name_words.hpp"
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 namespace ravencal::guess {
 namespace {
@@ -24,7 +24,7 @@ void join_nameless_positions(Columns& columns) {
     const Column* found = nullptr;
     for (const Column& other : columns.all) {
       if (!other.is(Quantity::kPosition) || other.said.joint.empty()) continue;
-      const auto line = line_through(other.values, column.values);
+      const auto line = record::line_through(other.values, column.values);
       if (!line || std::abs(line->correlation) <= best) continue;
       best = std::abs(line->correlation);
       found = &other;
@@ -39,10 +39,10 @@ void join_nameless_positions(Columns& columns) {
 /// Joint whose motion explains the effort best.
 void find_joint_of_effort(Columns& columns, Column& effort) {
   const Column* best = nullptr;
-  double share = kLeastExplained;
+  double share = record::kLeastExplained;
   for (const Column& position : columns.all) {
     if (!position.is_usable_position() || position.said.side == Side::kCommand) continue;
-    const auto fit = effort_of_motion(columns.t_s, position.si(), effort.values);
+    const auto fit = record::effort_of_motion(columns.t_s, position.si(), effort.values);
     if (!fit || fit->share <= share) continue;
     share = fit->share;
     best = &position;

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "guess/columns.hpp"
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 namespace ravencal::guess {
 namespace {
@@ -106,13 +106,13 @@ class Roles {
 /// is the error that is looked for, and one of columns that only move alike is that of a late
 /// answer.
 void Roles::to_truth(Column& estimate, const Column& truth) {
-  const auto line = line_through(estimate.si(), truth.si());
-  if (!line || std::abs(line->correlation) < kSameMotion) {
+  const auto line = record::line_through(estimate.si(), truth.si());
+  if (!line || std::abs(line->correlation) < record::kSameMotion) {
     columns_.ask(fmt::format("{} and {} hardly move alike: are they of one joint?", estimate.name,
                              truth.name));
     return;
   }
-  const bool geared = std::abs(line->correlation) > kCopyCorrelation &&
+  const bool geared = std::abs(line->correlation) > record::kCopyCorrelation &&
                       std::abs(std::log(std::abs(line->slope))) > std::log(kLargestRatioError);
   if (!geared && line->slope > 0.0) return;
   const double scale = geared ? line->slope : -1.0;
@@ -130,8 +130,8 @@ void Roles::turn_efforts(const std::string& joint) {
   if (moved == nullptr) return;
   for (Column& column : columns_.all) {
     if (!column.drives() || column.said.joint != joint || !has_sign(column)) continue;
-    const auto fit = effort_of_motion(columns_.t_s, moved->si(), column.values);
-    if (!fit || !fit->reversed || fit->share < kLeastExplained) continue;
+    const auto fit = record::effort_of_motion(columns_.t_s, moved->si(), column.values);
+    if (!fit || !fit->reversed || fit->share < record::kLeastExplained) continue;
     column.said.scale *= -1.0;
     column.assumed = true;
     columns_.ask(fmt::format("{} acts against the motion of {}: its sign is reversed", column.name,
@@ -194,7 +194,7 @@ void Roles::find_commands(const std::vector<std::string>& joints) {
   for (const std::string& joint : joints) {
     const std::vector<Column*> plain = plain_positions(joint);
     if (plain.size() != 2 || position(joint, Side::kCommand) != nullptr) continue;
-    first_leads += leads(plain[0]->si(), plain[1]->si()) ? 1 : -1;
+    first_leads += record::leads(plain[0]->si(), plain[1]->si()) ? 1 : -1;
     pairs.push_back(plain);
   }
   std::vector<std::string> commands;
@@ -229,7 +229,7 @@ bool Roles::computed(const Column& position) const {
   Eigen::MatrixXd values(position.values.size(), static_cast<Eigen::Index>(motors.size()));
   for (std::size_t m = 0; m < motors.size(); ++m)
     values.col(static_cast<Eigen::Index>(m)) = motors[m]->values;
-  return computed_from(position.values, values);
+  return record::computed_from(position.values, values);
 }
 
 void Roles::joint_roles(const std::string& joint) {

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "guess/columns.hpp"
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 namespace ravencal::guess {
 namespace {
@@ -42,8 +42,8 @@ std::vector<Derivative> derivatives_of(const Columns& columns, const Column& vel
   std::vector<Derivative> found;
   for (const Column& position : columns.all) {
     if (!position.is_usable_position() || position.said.joint != velocity.said.joint) continue;
-    const auto line = derivative_line(columns.t_s, position.si(), velocity.values);
-    if (!line || std::abs(line->correlation) < kDerivativeCorrelation) continue;
+    const auto line = record::derivative_line(columns.t_s, position.si(), velocity.values);
+    if (!line || std::abs(line->correlation) < record::kDerivativeCorrelation) continue;
     found.push_back({&position, line->slope, std::abs(line->correlation),
                      std::string(core::find_unit(position.said.unit)->si_name) + "_per_s"});
   }
@@ -58,8 +58,8 @@ std::string_view unit_by_velocity(const Columns& columns, const Column& position
     const auto unit = core::find_unit(velocity.said.unit);
     if (!velocity.is(Quantity::kVelocity) || !unit || velocity.said.joint != position.said.joint)
       continue;
-    const auto line = derivative_line(columns.t_s, position.values, velocity.values);
-    if (!line || std::abs(line->correlation) < kDerivativeCorrelation) continue;
+    const auto line = record::derivative_line(columns.t_s, position.values, velocity.values);
+    if (!line || std::abs(line->correlation) < record::kDerivativeCorrelation) continue;
     for (const char* name : {"rad", "deg", "m", "mm", "cm"}) {
       const auto candidate = core::find_unit(name);
       if (unit->si_name != std::string(candidate->si_name) + "_per_s") continue;

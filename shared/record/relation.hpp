@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-namespace ravencal::guess {
+namespace ravencal::record {
 
 /// Fewer rows say nothing of a relation.
 inline constexpr Eigen::Index kFewestRows = 10;
@@ -48,4 +48,4 @@ bool leads(const Eigen::VectorXd& position, const Eigen::VectorXd& other);
 /// from its motors is. [rows, others]
 bool computed_from(const Eigen::VectorXd& column, const Eigen::MatrixXd& others);
 
-}  // namespace ravencal::guess
+}  // namespace ravencal::record

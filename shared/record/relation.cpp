@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guess/relation.hpp"
+#include "record/relation.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-namespace ravencal::guess {
+namespace ravencal::record {
 namespace {
 
 using Eigen::VectorXd;
@@ -119,4 +119,4 @@ bool computed_from(const VectorXd& column, const Eigen::MatrixXd& others) {
          kRoundingShare * mean_square(column) * static_cast<double>(column.size());
 }
 
-}  // namespace ravencal::guess
+}  // namespace ravencal::record
