@@ -18,11 +18,12 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kTurn_rad = 2.0 * std::numbers::pi;
-/// A step that is a turn but for the motion between two rows.
-constexpr double kNearTurn_rad = 0.1 * kTurn_rad;
+/// A step is a turn but for the motion between two rows, where no step lies between such a motion
+/// and a turn less as much.
+constexpr double kMotionOfTurn = 0.2;
 /// A joint has mass: a step so much larger than both of its neighbours and than 99 of 100 steps is
 /// none of its own.
-constexpr double kJumpOfSteps = 20.0;
+constexpr double kJumpOfSteps = 6.0;
 constexpr double kOrdinaryStepShare = 0.99;
 /// No jump is told across a longer gap.
 constexpr std::int64_t kLongestStepNs = 50'000'000;
@@ -51,8 +52,10 @@ std::int64_t time_of(const Recording& recording, Index row) {
 struct Jumps {
   std::size_t count = 0;
   Index first_row = 0;
-  double first = 0.0;
-  bool are_turns = true;
+
+  void add(Index row) {
+    if (count++ == 0) first_row = row;
+  }
 };
 
 /// Steps of a position from row to row; NaN across gaps.
@@ -67,46 +70,54 @@ VectorXd steps_of(const Recording& recording, Index column) {
   return steps;
 }
 
-Jumps jumps_of(const Recording& recording, Index column) {
-  const Channel& channel = channel_of(recording, column);
-  const VectorXd steps = steps_of(recording, column);
+/// Steps of a turn of a position that wraps; none where steps of every size occur.
+Jumps turns_of(const VectorXd& steps) {
+  Jumps turns;
+  for (Index row = 1; row < steps.size(); ++row) {
+    const double turn = std::abs(steps[row]) / kTurn_rad;
+    if (std::abs(turn - 1.0) < kMotionOfTurn)
+      turns.add(row);
+    else if (turn > kMotionOfTurn)
+      return {};
+  }
+  return turns;
+}
+
+/// Steps that no mass makes.
+Jumps jumps_of(const VectorXd& steps, double least_travel) {
   std::vector<double> sizes;
   for (const double step : steps)
     if (std::isfinite(step)) sizes.push_back(std::abs(step));
-  const double least = std::max(least_travel(channel),
-                                kJumpOfSteps * core::upper_quantile(sizes, kOrdinaryStepShare));
+  const double least =
+      std::max(least_travel, kJumpOfSteps * core::upper_quantile(sizes, kOrdinaryStepShare));
   Jumps jumps;
   for (Index row = 2; row + 1 < steps.size(); ++row) {
     const double beside = std::max(std::abs(steps[row - 1]), std::abs(steps[row + 1]));
-    if (!(std::abs(steps[row]) >= std::max(least, kJumpOfSteps * beside))) continue;
-    if (jumps.count++ == 0) {
-      jumps.first_row = row;
-      jumps.first = steps[row];
-    }
-    jumps.are_turns &=
-        channel.unit == "rad" && std::abs(std::abs(steps[row]) - kTurn_rad) < kNearTurn_rad;
+    if (std::abs(steps[row]) >= std::max(least, kJumpOfSteps * beside)) jumps.add(row);
   }
   return jumps;
 }
 
 std::optional<Implausibility> jump(const Recording& recording, Index column) {
   const Channel& channel = channel_of(recording, column);
-  const Jumps jumps = jumps_of(recording, column);
+  const VectorXd steps = steps_of(recording, column);
+  Jumps jumps = channel.unit == "rad" ? turns_of(steps) : Jumps();
+  const bool are_turns = jumps.count > 0;
+  if (!are_turns) jumps = jumps_of(steps, least_travel(channel));
   if (jumps.count == 0) return std::nullopt;
   const std::int64_t t_ns = time_of(recording, jumps.first_row);
-  std::string sentence =
-      fmt::format("{} steps by {} from one row to the next at {}{}: ", channel.name,
-                  amount_of(jumps.first, channel), moment_of(recording, t_ns),
-                  jumps.count == 1 ? "" : fmt::format(" and {} times more", jumps.count - 1));
-  sentence += jumps.are_turns ? "it wraps; `wraps_at` in the profile unwraps it"
-                              : "a counter wraps or loses counts; `wraps_at` in the profile says "
-                                "where it wraps";
-  return Implausibility{jumps.are_turns ? "turn" : "jump",
-                        channel.name,
-                        jumps.first,
-                        t_ns,
-                        false,
-                        std::move(sentence)};
+  return Implausibility{
+      are_turns ? "turn" : "jump",
+      channel.name,
+      steps[jumps.first_row],
+      t_ns,
+      false,
+      fmt::format("{} steps by {} from one row to the next at {}{}: {}", channel.name,
+                  amount_of(steps[jumps.first_row], channel), moment_of(recording, t_ns),
+                  jumps.count == 1 ? "" : fmt::format(" and {} times more", jumps.count - 1),
+                  are_turns ? "it wraps; `wraps_at` in the profile unwraps it"
+                            : "a counter wraps or loses counts; `wraps_at` in the profile says "
+                              "where it wraps")};
 }
 
 /// The stretch of unchanged values in which `other` travels farthest.

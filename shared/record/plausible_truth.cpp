@@ -22,9 +22,9 @@ constexpr double kLeastGain = 0.5, kLargestGain = 2.0;
 constexpr double kOrdinaryGain = 0.08;
 /// An error that goes with the position to so large a share is a scale; cables leave at most 0.8.
 constexpr double kShareOfScale = 0.9;
-/// The truth of a joint that moves like another one's estimate: so much, and so much more than like
-/// its own.
-constexpr double kFollows = 0.7, kFollowsMore = 0.3;
+/// The truth of a joint that moves like another one's estimate correlates with it at least so far,
+/// and leaves so small a share of what its own estimate leaves unexplained.
+constexpr double kFollows = 0.7, kShareLeft = 0.2;
 /// The distance between two hard stops is at least the motion between them; a quarter is room for
 /// what the recording leaves out of it.
 constexpr double kOffsetOfTravel = 0.75;
@@ -109,12 +109,12 @@ double own_correlation(const Pair& pair) {
 /// The joint whose estimate this truth follows instead of its own.
 const Pair* followed(const Pair& pair, const std::vector<Pair>& pairs) {
   const double own = own_correlation(pair);
+  double least_left = std::min(1.0 - kFollows * kFollows, kShareLeft * (1.0 - own * own));
   const Pair* best = nullptr;
-  double most = std::max(kFollows, own + kFollowsMore);
   for (const Pair& other : pairs) {
     const double r = correlation(other.estimate_increments, pair.truth_increments);
-    if (&other == &pair || r < most) continue;
-    most = r;
+    if (&other == &pair || 1.0 - r * r > least_left) continue;
+    least_left = 1.0 - r * r;
     best = &other;
   }
   return best;
