@@ -212,11 +212,18 @@ std::optional<Implausibility> effort(const Recording& recording, const Thinned& 
                                      Index column) {
   const Channel& channel = channel_of(recording, column);
   if (channel.role != Role::kDriveTorque) return std::nullopt;
-  auto position = recording.column(Role::kMotorPosition, channel.joint);
-  if (!position) position = recording.column(Role::kJointEstimate, channel.joint);
-  if (!position) return std::nullopt;
-  const auto fit = effort_of_motion(thinned.t_s, values_at(recording, *position, thinned.rows),
-                                    values_at(recording, column, thinned.rows));
+  const auto motor = recording.column(Role::kMotorPosition, channel.joint);
+  const auto estimate = recording.column(Role::kJointEstimate, channel.joint);
+  if (!motor && !estimate) return std::nullopt;
+  const Index position = motor ? *motor : *estimate;
+  VectorXd positions = values_at(recording, position, thinned.rows);
+  // An effort has its motor's sign, and a weight goes with the joint's angle.
+  if (motor && estimate) {
+    const auto gear = line_through(positions, values_at(recording, *estimate, thinned.rows));
+    if (gear) positions *= std::abs(gear->slope);
+  }
+  const auto fit =
+      effort_of_motion(thinned.t_s, positions, values_at(recording, column, thinned.rows));
   if (!fit || !fit->reversed || fit->share < kLeastExplained) return std::nullopt;
   return Implausibility{
       "effort",
@@ -228,7 +235,7 @@ std::optional<Implausibility> effort(const Recording& recording, const Thinned& 
           "{} drives its joint backwards: friction and inertia in it have the wrong sign "
           "against {} ({:.0f} % of it goes with the motion); `negate = true` in the profile "
           "turns it",
-          channel.name, channel_of(recording, *position).name, 100.0 * fit->share)};
+          channel.name, channel_of(recording, position).name, 100.0 * fit->share)};
 }
 
 std::vector<std::int64_t> periods_ns(const Recording& recording) {
