@@ -24,6 +24,7 @@
 #include "learn/file_hash.hpp"
 #include "model/blob_writer.hpp"
 #include "plugin_host/plugin_library.hpp"
+#include "record/plausibility.hpp"
 #include "study/compare_tables.hpp"
 
 namespace ravencal::commands {
@@ -157,6 +158,11 @@ core::Status run(CompareArguments a) {
     RAVENCAL_ASSIGN_OR_RETURN(auto recordings, exchange::load_recordings(paths, test_load));
     kept.push_back(std::move(recordings));
     data.sets[name] = pointers_to(kept.back());
+  }
+  for (const auto& recordings : kept) {
+    RAVENCAL_ASSIGN_OR_RETURN(const auto implausible,
+                              record::plausibility_warnings(pointers_to(recordings)));
+    print_warnings(implausible);
   }
   a.options.why_not_measured = "no --plugin given";
   if (!a.plugin.empty()) {

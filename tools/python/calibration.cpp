@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -21,6 +22,7 @@
 #include "python/long_work.hpp"
 #include "python/module.hpp"
 #include "python/recording.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::python {
 namespace {
@@ -77,9 +79,14 @@ TrainedModel train(const py::object& training, choice::ChoiceOptions options,
   options.at_hook = learn::is_at_hook(learn::Latched::kAuto, *recordings.front());
   const auto work = [&](Watch& watch) -> core::Result<choice::Choice> {
     RAVENCAL_RETURN_IF_ERROR(check_distinct_files(recordings));
-    return choice::choose_model(
-        recordings, options,
-        [&](double share, const std::string& candidate) { return watch.go_on(share, candidate); });
+    RAVENCAL_ASSIGN_OR_RETURN(auto implausible, record::plausibility_warnings(recordings));
+    RAVENCAL_ASSIGN_OR_RETURN(
+        choice::Choice chosen,
+        choice::choose_model(recordings, options, [&](double share, const std::string& candidate) {
+          return watch.go_on(share, candidate);
+        }));
+    std::move(implausible.begin(), implausible.end(), std::back_inserter(chosen.warnings));
+    return chosen;
   };
   choice::Choice chosen = away_from_python(progress, work);
   std::string table = choice::choice_table(chosen);
@@ -90,12 +97,14 @@ JudgedModel evaluate(const TrainedModel& trained, const py::object& tested, bool
   const std::vector<RecordingPointer> held = recordings_of(tested);
   const auto recordings = pointers_to(held);
   return away_from_python(py::none(), [&](const Watch&) -> core::Result<JudgedModel> {
+    RAVENCAL_ASSIGN_OR_RETURN(auto implausible, record::plausibility_warnings(recordings));
     const learn::SharedSeeds shared = learn::shared_seeds(trained.model.seeds, recordings);
     if (!same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
     RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,
                               learn::evaluate(trained.model, recordings));
     evaluation.shared = shared;
     std::vector<std::string> warnings = learn::warnings_of(evaluation, trained.model, recordings);
+    std::move(implausible.begin(), implausible.end(), std::back_inserter(warnings));
     return JudgedModel{std::move(evaluation), std::move(warnings)};
   });
 }

@@ -2,6 +2,7 @@
 #include "study/recording_store.hpp"
 
 #include "exchange/load.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::study {
 
@@ -15,7 +16,10 @@ core::Result<const record::Recording*> RecordingStore::get(const std::string& pa
   }
   const std::lock_guard<std::mutex> lock(entry->mutex);
   if (!entry->recording) {
-    RAVENCAL_ASSIGN_OR_RETURN(entry->recording, exchange::load_recording(path, load_));
+    RAVENCAL_ASSIGN_OR_RETURN(record::Recording recording, exchange::load_recording(path, load_));
+    const auto plausible = record::plausibility_warnings({&recording});
+    if (!plausible.ok()) return plausible.error();
+    entry->recording = std::move(recording);
   }
   return &*entry->recording;
 }
