@@ -6,7 +6,7 @@ if(NOT RAVENCAL_SANITIZED)
     add_test(NAME Chains.OfDocumentedCommandsHoldFromSeed${first}
       COMMAND ${CMAKE_CURRENT_LIST_DIR}/run --build ${CMAKE_BINARY_DIR} --out ${CMAKE_CURRENT_BINARY_DIR}/chains_${first}
         --fresh --seed ${first} --chains 10 --jobs 1 --data ${RAVENCAL_DATA_DIR} --wait-s 3000
-        --tolerate "named,harm,unexplained,int8 refused,time")
+        --tolerate "named,harm,unexplained,int8 refused,worse,time")
     set_tests_properties(Chains.OfDocumentedCommandsHoldFromSeed${first} PROPERTIES LABELS tool TIMEOUT ${RAVENCAL_HANG_S} COST 200)
   endforeach()
 endif()

@@ -140,7 +140,8 @@ TEST_F(ControlProgram, SaysThatTheControllerEnded) {
   });
   while (::access(("/dev/shm" + other).c_str(), F_OK) != 0) ::usleep(1000);
   std::thread killer([&] {
-    ::usleep(300'000);
+    // Long enough for the program to see the controller, on a busy machine too.
+    ::usleep(2'000'000);
     controller.signal(SIGKILL);
     controller.wait();
   });

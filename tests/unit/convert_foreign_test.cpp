@@ -117,9 +117,9 @@ record::Recording motion(double error = 10.0) {
       const double phase = 0.01 * row * (1.0 + 0.3 * static_cast<double>(c));
       recording.samples(row, c) = 0.2 * std::sin(phase) + noise(random);
     }
-    for (const Eigen::Index truth : {0, 2}) {
-      recording.samples(row, truth) = recording.samples(row, truth + 1) - error;
-    }
+    // On the side to which the sample models' answers lie.
+    recording.samples(row, 0) = recording.samples(row, 1) - error;
+    recording.samples(row, 2) = recording.samples(row, 3) + error;
   }
   return recording;
 }
