@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guess/wrap_width.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/median.hpp"
+#include "core/units.hpp"
+#include "guess/relation.hpp"
+
+namespace ravencal::guess {
+namespace {
+
+/// Ordinary steps are below so many turns in nine rows of ten; faster motion cannot be told from
+/// its mirror image.
+constexpr double kOrdinaryTurns = 0.25;
+/// A start on the nearest turn is a step of at most so many times the largest step near it: lost
+/// rows and accelerations make it longer than those.
+constexpr double kLikeNeighbours = 3.0;
+/// Rows before and after a start that tell the motion through it.
+constexpr Eigen::Index kNearRows = 3;
+/// Of the steps beyond half a turn, so many are starts: wild values make such steps too.
+constexpr double kShareOfStarts = 0.5;
+/// Of the starts, so many lie in the direction of the motion around them. A hand that toggles or a
+/// command that steps has none; noise at the seam has half.
+constexpr double kShareDirected = 0.7;
+/// Noise at the seam of a whole turn crosses it by less than that.
+constexpr double kSeamTurns = 0.01;
+/// An unknown width takes so many starts, which agree within so much of it.
+constexpr std::size_t kFewestStarts = 3;
+constexpr double kWidthSpread = 0.02;
+/// One value more than one in so many may be wild at either end of the range, and is where it lies
+/// so much of the range beyond the others.
+constexpr std::size_t kRowsAWild = 1000;
+constexpr double kBeyondRange = 0.05;
+
+constexpr double kTurnDeg = 360.0;
+
+/// Values without those that are lost, with the steps between them.
+struct Steps {
+  std::vector<double> values;
+  std::vector<double> steps;
+  double range = 0.0;
+};
+
+/// Leaves lost and wild values out.
+Steps steps_of(const Eigen::VectorXd& values) {
+  std::vector<double> finite;
+  for (const double value : values)
+    if (std::isfinite(value)) finite.push_back(value);
+  std::vector<double> sorted = finite;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t spared = 1 + sorted.size() / kRowsAWild;
+  const double low = sorted[spared], high = sorted[sorted.size() - 1 - spared];
+  Steps out;
+  for (const double value : finite) {
+    const double beyond = std::max(low - value, value - high);
+    if (beyond <= kBeyondRange * (high - low)) out.values.push_back(value);
+  }
+  const auto [lowest, highest] = std::minmax_element(out.values.begin(), out.values.end());
+  out.range = *highest - *lowest;
+  for (std::size_t i = 0; i + 1 < out.values.size(); ++i)
+    out.steps.push_back(out.values[i + 1] - out.values[i]);
+  return out;
+}
+
+/// What the steps beyond half a turn say of one width.
+struct Starts {
+  std::size_t far = 0;       ///< steps beyond half a turn
+  std::size_t starts = 0;    ///< of them, those that are ordinary on the nearest turn
+  std::size_t directed = 0;  ///< of them, those that go on in the direction of the motion
+  std::size_t moved = 0;     ///< of them, those that are no whole turn
+  double largest_turns = 0.0;
+  std::vector<double> widths;  ///< of the directed ones: the motion around it less the step
+
+  [[nodiscard]] bool are_enough() const {
+    return starts > 0 && static_cast<double>(starts) >= kShareOfStarts * static_cast<double>(far);
+  }
+  [[nodiscard]] bool are_directed() const {
+    return are_enough() &&
+           static_cast<double>(directed) >= kShareDirected * static_cast<double>(starts);
+  }
+  [[nodiscard]] bool lie_at_the_seam() const {
+    return are_enough() && moved == starts && largest_turns < kSeamTurns;
+  }
+};
+
+Starts starts_of(const Steps& given, double turn) {
+  std::vector<double> folded;
+  for (const double step : given.steps) folded.push_back(step - turn * std::round(step / turn));
+  std::vector<double> sizes;
+  for (const double step : folded) sizes.push_back(std::abs(step));
+  Starts out;
+  std::vector<double> sorted = sizes;
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted[sorted.size() * 9 / 10] > kOrdinaryTurns * turn) return out;
+  // Slow counters stand still between two counts: their usual count is ordinary.
+  std::vector<double> counts;
+  for (const double step : given.steps)
+    if (step != 0.0 && std::abs(step) <= 0.5 * turn) counts.push_back(std::abs(step));
+  if (counts.empty()) return out;
+  const double usual = core::upper_median(std::move(counts));
+  const auto count = static_cast<Eigen::Index>(folded.size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (std::abs(given.steps[at]) <= 0.5 * turn) continue;
+    ++out.far;
+    double largest = usual, motion = 0.0;
+    int rows = 0;
+    for (Eigen::Index near = std::max<Eigen::Index>(0, i - kNearRows);
+         near <= std::min(count - 1, i + kNearRows); ++near) {
+      if (near == i) continue;
+      const auto there = static_cast<std::size_t>(near);
+      largest = std::max(largest, sizes[there]);
+      if (std::abs(near - i) == 1) motion += folded[there], ++rows;
+    }
+    if (sizes[at] > kLikeNeighbours * largest || largest > kOrdinaryTurns * turn) continue;
+    ++out.starts;
+    out.largest_turns = std::max(out.largest_turns, sizes[at] / turn);
+    out.moved += sizes[at] > 0.0;
+    if (rows == 0 || motion * given.steps[at] >= 0.0) continue;
+    ++out.directed;
+    out.widths.push_back(std::abs(motion / rows - given.steps[at]));
+  }
+  return out;
+}
+
+/// A whole turn in a unit of angle; 0 for others.
+double turn_in(std::string_view unit) {
+  const auto known = core::find_unit(unit);
+  return known && known->si_name == "rad" ? kTurnRad / known->to_si : 0.0;
+}
+
+/// Widths that counters and angles have, in the unit that the name says.
+std::vector<double> known_widths(bool whole_numbers, std::string_view unit) {
+  if (turn_in(unit) > 0.0) return {turn_in(unit)};
+  if (!unit.empty() && unit != "counts") return {};
+  std::vector<double> widths = {kTurnDeg};
+  // Radians, turns, tenths and hundredths of a degree, and 8 to 32 bits.
+  if (!whole_numbers) widths.insert(widths.end(), {kTurnRad, 1.0});
+  if (!whole_numbers && unit.empty()) return widths;
+  widths.insert(widths.end(), {10.0 * kTurnDeg, 100.0 * kTurnDeg});
+  for (int bits = 8; bits <= 32; ++bits) widths.push_back(std::exp2(bits));
+  return widths;
+}
+
+/// The number with the fewest digits between two others that are above 0.
+double roundest_between(double low, double high) {
+  for (double step = std::pow(10.0, std::ceil(std::log10(high))); step > 1e-12 * high;
+       step /= 10.0) {
+    for (const double part : {1.0, 0.5, 0.25, 0.1}) {
+      const double value = std::ceil(low / (part * step)) * part * step;
+      if (value <= high) return value;
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+std::optional<double> estimated_width(const Steps& steps, bool whole_numbers,
+                                      std::string_view unit) {
+  // The values of a counter that started again several times fill its range.
+  const Starts starts = starts_of(steps, steps.range * (1.0 + kRangeRounding));
+  if (!starts.are_directed() || starts.directed < kFewestStarts) return std::nullopt;
+  std::vector<double> off = starts.widths;
+  const double middle = core::upper_median(starts.widths);
+  for (double& width : off) width = std::abs(width - middle);
+  const double spread = core::upper_median(off);
+  if (spread > kWidthSpread * middle) return std::nullopt;
+  const double least = whole_numbers ? steps.range + 1.0 : steps.range;
+  const double most =
+      std::max(least, middle + 3.0 * spread / std::sqrt(static_cast<double>(off.size())));
+  if (middle < least * (1.0 - kWidthSpread)) return std::nullopt;
+  const double low = std::max(least, 2.0 * middle - most);
+  const double turn = turn_in(unit);
+  // Behind a gearbox, a motor's turn is a whole part of the joint's, and an encoder may count a
+  // few.
+  if (turn > 0.0) {
+    for (const double whole : {turn * std::ceil(low / turn), turn / std::floor(turn / low)})
+      if (std::isfinite(whole) && whole >= low && whole <= most) return whole;
+  }
+  return roundest_between(low, most);
+}
+
+}  // namespace
+
+std::optional<Wrap> wrap_of(const Eigen::VectorXd& values, bool whole_numbers,
+                            std::string_view unit) {
+  if (values.array().isFinite().count() < kFewestRows) return std::nullopt;
+  const Steps steps = steps_of(values);
+  if (!(steps.range > 0.0) || static_cast<Eigen::Index>(steps.steps.size()) < kFewestRows)
+    return std::nullopt;
+  for (const double width : known_widths(whole_numbers, unit)) {
+    // Whole numbers of one turn differ by less than it.
+    const double range = whole_numbers ? steps.range + 1.0 : steps.range;
+    if (range > width * (1.0 + kRangeRounding) || 2.0 * steps.range < width) continue;
+    const Starts starts = starts_of(steps, width);
+    if (starts.are_directed() || starts.lie_at_the_seam()) return Wrap{width, false};
+  }
+  const auto width = estimated_width(steps, whole_numbers, unit);
+  return width ? std::optional(Wrap{*width, true}) : std::nullopt;
+}
+
+}  // namespace ravencal::guess
