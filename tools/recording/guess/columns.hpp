@@ -19,11 +19,12 @@ struct Column {
   Eigen::VectorXd values;
   double lowest = 0.0, highest = 0.0;
   bool whole_numbers = true;
-  bool missing = false;     ///< some values are NaN
-  double wraps_at = 0.0;    ///< the file's values start again after so much; 0: they do not
-  std::size_t wraps = 0;    ///< how often they did; `values` go on
-  Eigen::VectorXd as_read;  ///< the file's values, where they wrap
-  bool assumed = false;     ///< its unit, joint or sign is a guess that the file does not confirm
+  bool missing = false;         ///< some values are NaN
+  double wraps_at = 0.0;        ///< the file's values start again after so much; 0: they do not
+  bool wrap_estimated = false;  ///< from the values: no counter is known to have that width
+  std::size_t wraps = 0;        ///< how often they did; `values` go on
+  Eigen::VectorXd as_read;      ///< the file's values, where they wrap
+  bool assumed = false;  ///< its unit, joint or sign is a guess that the file does not confirm
   std::string because;
 
   [[nodiscard]] bool constant() const { return !(highest > lowest); }

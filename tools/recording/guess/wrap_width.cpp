@@ -19,17 +19,22 @@ constexpr double kOrdinaryTurns = 0.25;
 /// rows and accelerations make it longer than those.
 constexpr double kLikeNeighbours = 3.0;
 /// Rows before and after a start that tell the motion through it.
-constexpr Eigen::Index kNearRows = 3;
+constexpr std::size_t kNearRows = 3;
 /// Of the steps beyond half a turn, so many are starts: wild values make such steps too.
 constexpr double kShareOfStarts = 0.5;
-/// Of the starts, so many lie in the direction of the motion around them. A hand that toggles or a
-/// command that steps has none; noise at the seam has half.
-constexpr double kShareDirected = 0.7;
+/// Of the starts, so many lie in the direction of the motion around them: noise crosses the seam
+/// once more in it than against it. A hand that toggles or a command that steps has hardly any.
+constexpr double kShareDirected = 0.5;
+/// Motion is clear from so many usual steps on, which noise seldom makes, within so many rows.
+constexpr double kClearSteps = 3.0;
+constexpr std::size_t kClearRows = 400;
 /// Noise at the seam of a whole turn crosses it by less than that.
 constexpr double kSeamTurns = 0.01;
 /// An unknown width takes so many starts, which agree within so much of it.
 constexpr std::size_t kFewestStarts = 3;
 constexpr double kWidthSpread = 0.02;
+/// Counters have round widths: the roundest within so many spreads is taken.
+constexpr double kWithinSpreads = 3.0;
 /// One value more than one in so many may be wild at either end of the range, and is where it lies
 /// so much of the range beyond the others.
 constexpr std::size_t kRowsAWild = 1000;
@@ -86,42 +91,79 @@ struct Starts {
   }
 };
 
+/// The values on the nearest turn.
+class Path {
+ public:
+  Path(const Steps& given, double turn) : path_(given.values.size(), 0.0) {
+    std::vector<double> counts;
+    for (std::size_t i = 0; i < given.steps.size(); ++i) {
+      const double step = given.steps[i];
+      folded_.push_back(step - turn * std::round(step / turn));
+      path_[i + 1] = path_[i] + folded_[i];
+      if (step != 0.0 && std::abs(step) <= 0.5 * turn) counts.push_back(std::abs(step));
+    }
+    if (!counts.empty()) usual_ = core::upper_median(std::move(counts));
+  }
+
+  [[nodiscard]] const std::vector<double>& folded() const { return folded_; }
+  /// The middle step of those that are no start and not 0: slow counters stand still between two
+  /// counts. 0: nothing else moves.
+  [[nodiscard]] double usual() const { return usual_; }
+  /// The largest step near one, it left out.
+  [[nodiscard]] double largest_near(std::size_t step) const {
+    double largest = usual_;
+    const std::size_t to = std::min(folded_.size(), step + kNearRows + 1);
+    for (std::size_t i = step - std::min(step, kNearRows); i < to; ++i)
+      if (i != step) largest = std::max(largest, std::abs(folded_[i]));
+    return largest;
+  }
+  /// 1 or -1: where the motion goes before and after the step; 0: nowhere, or to and fro.
+  [[nodiscard]] int direction_at(std::size_t step) const {
+    const int before = clear_motion(step, false), after = clear_motion(step + 1, true);
+    return before * after < 0 ? 0 : std::clamp(before + after, -1, 1);
+  }
+  [[nodiscard]] double motion_through(std::size_t step) const {
+    const std::size_t from = step - std::min<std::size_t>(step, 1);
+    const std::size_t to = std::min(folded_.size() - 1, step + 1);
+    double sum = 0.0;
+    for (std::size_t i = from; i <= to; ++i) sum += i == step ? 0.0 : folded_[i];
+    return to > from ? sum / static_cast<double>(to - from) : 0.0;
+  }
+
+ private:
+  [[nodiscard]] int clear_motion(std::size_t row, bool ahead) const {
+    for (std::size_t rows = kNearRows; rows < kClearRows; rows *= 2) {
+      if (ahead ? row + rows >= path_.size() : row < rows) return 0;
+      const double motion = ahead ? path_[row + rows] - path_[row] : path_[row] - path_[row - rows];
+      if (std::abs(motion) > kClearSteps * usual_) return motion > 0.0 ? 1 : -1;
+    }
+    return 0;
+  }
+
+  std::vector<double> folded_;
+  std::vector<double> path_;
+  double usual_ = 0.0;
+};
+
 Starts starts_of(const Steps& given, double turn) {
-  std::vector<double> folded;
-  for (const double step : given.steps) folded.push_back(step - turn * std::round(step / turn));
-  std::vector<double> sizes;
-  for (const double step : folded) sizes.push_back(std::abs(step));
   Starts out;
+  const Path path(given, turn);
+  std::vector<double> sizes;
+  for (const double step : path.folded()) sizes.push_back(std::abs(step));
   std::vector<double> sorted = sizes;
   std::sort(sorted.begin(), sorted.end());
-  if (sorted[sorted.size() * 9 / 10] > kOrdinaryTurns * turn) return out;
-  // Slow counters stand still between two counts: their usual count is ordinary.
-  std::vector<double> counts;
-  for (const double step : given.steps)
-    if (step != 0.0 && std::abs(step) <= 0.5 * turn) counts.push_back(std::abs(step));
-  if (counts.empty()) return out;
-  const double usual = core::upper_median(std::move(counts));
-  const auto count = static_cast<Eigen::Index>(folded.size());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (std::abs(given.steps[at]) <= 0.5 * turn) continue;
+  if (path.usual() == 0.0 || sorted[sorted.size() * 9 / 10] > kOrdinaryTurns * turn) return out;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (std::abs(given.steps[i]) <= 0.5 * turn) continue;
     ++out.far;
-    double largest = usual, motion = 0.0;
-    int rows = 0;
-    for (Eigen::Index near = std::max<Eigen::Index>(0, i - kNearRows);
-         near <= std::min(count - 1, i + kNearRows); ++near) {
-      if (near == i) continue;
-      const auto there = static_cast<std::size_t>(near);
-      largest = std::max(largest, sizes[there]);
-      if (std::abs(near - i) == 1) motion += folded[there], ++rows;
-    }
-    if (sizes[at] > kLikeNeighbours * largest || largest > kOrdinaryTurns * turn) continue;
+    const double near = path.largest_near(i);
+    if (sizes[i] > kLikeNeighbours * near || near > kOrdinaryTurns * turn) continue;
     ++out.starts;
-    out.largest_turns = std::max(out.largest_turns, sizes[at] / turn);
-    out.moved += sizes[at] > 0.0;
-    if (rows == 0 || motion * given.steps[at] >= 0.0) continue;
+    out.largest_turns = std::max(out.largest_turns, sizes[i] / turn);
+    out.moved += sizes[i] > 0.0;
+    if (path.direction_at(i) * given.steps[i] >= 0.0) continue;
     ++out.directed;
-    out.widths.push_back(std::abs(motion / rows - given.steps[at]));
+    out.widths.push_back(std::abs(path.motion_through(i) - given.steps[i]));
   }
   return out;
 }
@@ -168,8 +210,7 @@ std::optional<double> estimated_width(const Steps& steps, bool whole_numbers,
   const double spread = core::upper_median(off);
   if (spread > kWidthSpread * middle) return std::nullopt;
   const double least = whole_numbers ? steps.range + 1.0 : steps.range;
-  const double most =
-      std::max(least, middle + 3.0 * spread / std::sqrt(static_cast<double>(off.size())));
+  const double most = std::max(least, middle + kWithinSpreads * spread);
   if (middle < least * (1.0 - kWidthSpread)) return std::nullopt;
   const double low = std::max(least, 2.0 * middle - most);
   const double turn = turn_in(unit);

@@ -24,8 +24,9 @@ Eigen::VectorXd unwrapped(const Columns& columns, const Column& column, double w
 }
 
 /// A command may well step or start its ramp again: it wraps where that brings it nearer to what
-/// was measured.
-bool answers_agree(const Columns& columns, const Column& command, const Eigen::VectorXd& values) {
+/// was measured. Where nothing was, it wraps at a width that counters have.
+bool answers_agree(const Columns& columns, const Column& command, const Eigen::VectorXd& values,
+                   bool estimated) {
   double as_read = 0.0, unwrapped = 0.0;
   for (const Column& answer : columns.all) {
     if (!answer.is(Quantity::kPosition) || answer.said.side == Side::kCommand) continue;
@@ -35,7 +36,7 @@ bool answers_agree(const Columns& columns, const Column& command, const Eigen::V
     if (const auto line = line_through(answer.values, values))
       unwrapped = std::max(unwrapped, std::abs(line->correlation));
   }
-  return unwrapped >= as_read;
+  return unwrapped == as_read ? !estimated : unwrapped > as_read;
 }
 
 void unwrap_column(Columns& columns, Column& column) {
@@ -44,21 +45,13 @@ void unwrap_column(Columns& columns, Column& column) {
   std::size_t wraps = 0;
   Eigen::VectorXd values = unwrapped(columns, column, wrap->width, wraps);
   const bool is_command = column.said.side == Side::kCommand;
-  if (is_command && !answers_agree(columns, column, values)) return;
+  if (is_command && !answers_agree(columns, column, values, wrap->estimated)) return;
   column.as_read = std::exchange(column.values, std::move(values));
   column.wraps_at = wrap->width;
   column.wraps = wraps;
-  if (wrap->estimated) {
-    column.assumed = true;
-    columns.ask(
-        fmt::format("{}: starts again after about {:.6g}, by its values: is that the width "
-                    "of its counter?",
-                    column.name, wrap->width));
-  }
-  if (!column.said.quantity && (column.said.side || column.said.unit == "counts")) {
-    column.said.quantity = Quantity::kPosition;
-    column.because = "it counts turns";
-  }
+  column.wrap_estimated = wrap->estimated;
+  const bool is_reading = column.said.side ? !is_command : column.said.unit == "counts";
+  if (!column.said.quantity && is_reading) column.said.quantity = Quantity::kPosition;
 }
 
 /// Of one counter with a column that wraps: the same joint, or both without a unit of their own.
@@ -85,12 +78,20 @@ void find_wraps(Columns& columns) {
 
 void settle_wraps(Columns& columns) {
   for (Column& column : columns.all) {
-    if (column.wraps_at == 0.0 || column.is(Quantity::kPosition)) continue;
-    column.values = column.as_read;
-    column.wraps_at = 0.0;
+    if (column.wraps_at == 0.0) continue;
+    if (!column.is(Quantity::kPosition)) {
+      column.values = column.as_read;
+      column.wraps_at = 0.0;
+      column.wraps = 0;
+    } else if (column.wrap_estimated) {
+      column.assumed = true;
+      columns.ask(fmt::format(
+          "{} starts again after about {:.6g}, by its values: is that the width of its counter?",
+          column.name, column.wraps_at));
+    }
   }
   for (const Column& wrapping : columns.all) {
-    if (wrapping.wraps == 0 || wrapping.wraps_at == 0.0) continue;
+    if (wrapping.wraps == 0) continue;
     for (Column& column : columns.all) {
       if (column.is(Quantity::kPosition) && !column.constant() && column.wraps_at == 0.0 &&
           counts_as(column, wrapping))
