@@ -187,16 +187,36 @@ std::vector<double> known_widths(bool whole_numbers, std::string_view unit) {
   return widths;
 }
 
-/// The number with the fewest digits between two others that are above 0.
-double roundest_between(double low, double high) {
+/// The number with the fewest digits between two others that are above 0; a whole one where they
+/// hold one and `whole_numbers` is asked for.
+double roundest_between(double low, double high, bool whole_numbers) {
   for (double step = std::pow(10.0, std::ceil(std::log10(high))); step > 1e-12 * high;
        step /= 10.0) {
     for (const double part : {1.0, 0.5, 0.25, 0.1}) {
       const double value = std::ceil(low / (part * step)) * part * step;
-      if (value <= high) return value;
+      if (value <= high && (!whole_numbers || value == std::round(value))) return value;
     }
   }
-  return 0.5 * (low + high);
+  return whole_numbers ? std::round(0.5 * (low + high)) : 0.5 * (low + high);
+}
+
+/// The width that the starts say, and how far they are apart in it.
+struct Widths {
+  double middle = 0.0, spread = 0.0;
+};
+Widths middle_of(std::vector<double> widths) {
+  Widths out{core::upper_median(widths), 0.0};
+  for (double& width : widths) width = std::abs(width - out.middle);
+  out.spread = core::upper_median(std::move(widths));
+  return out;
+}
+
+/// Where several starts agree on a width, it is that one and not one nearby.
+bool agree_on(const Starts& starts, double width) {
+  if (starts.directed < kFewestStarts) return true;
+  const Widths said = middle_of(starts.widths);
+  return std::abs(said.middle - width) <=
+         std::max(kWidthSpread * width, kWithinSpreads * said.spread);
 }
 
 std::optional<double> estimated_width(const Steps& steps, bool whole_numbers,
@@ -204,10 +224,7 @@ std::optional<double> estimated_width(const Steps& steps, bool whole_numbers,
   // The values of a counter that started again several times fill its range.
   const Starts starts = starts_of(steps, steps.range * (1.0 + kRangeRounding));
   if (!starts.are_directed() || starts.directed < kFewestStarts) return std::nullopt;
-  std::vector<double> off = starts.widths;
-  const double middle = core::upper_median(starts.widths);
-  for (double& width : off) width = std::abs(width - middle);
-  const double spread = core::upper_median(off);
+  const auto [middle, spread] = middle_of(starts.widths);
   if (spread > kWidthSpread * middle) return std::nullopt;
   const double least = whole_numbers ? steps.range + 1.0 : steps.range;
   const double most = std::max(least, middle + kWithinSpreads * spread);
@@ -220,7 +237,7 @@ std::optional<double> estimated_width(const Steps& steps, bool whole_numbers,
     for (const double whole : {turn * std::ceil(low / turn), turn / std::floor(turn / low)})
       if (std::isfinite(whole) && whole >= low && whole <= most) return whole;
   }
-  return roundest_between(low, most);
+  return roundest_between(low, most, whole_numbers);
 }
 
 }  // namespace
@@ -236,7 +253,8 @@ std::optional<Wrap> wrap_of(const Eigen::VectorXd& values, bool whole_numbers,
     const double range = whole_numbers ? steps.range + 1.0 : steps.range;
     if (range > width * (1.0 + kRangeRounding) || 2.0 * steps.range < width) continue;
     const Starts starts = starts_of(steps, width);
-    if (starts.are_directed() || starts.lie_at_the_seam()) return Wrap{width, false};
+    if ((starts.are_directed() && agree_on(starts, width)) || starts.lie_at_the_seam())
+      return Wrap{width, false};
   }
   const auto width = estimated_width(steps, whole_numbers, unit);
   return width ? std::optional(Wrap{*width, true}) : std::nullopt;
