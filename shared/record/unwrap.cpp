@@ -34,7 +34,8 @@ class Counter {
     if (rows_.empty()) return 0;
     for (std::size_t k = 0; k + 1 < rows_.size(); ++k) {
       const double step = values_[rows_[k + 1]] - values_[rows_[k]];
-      steps_.push_back(step - turn_ * std::round(step / turn_));
+      const double nearest = step - turn_ * std::round(step / turn_);
+      steps_.push_back(std::isfinite(nearest) ? nearest : step);  // a turn of hardly anything
     }
     wild_.assign(rows_.size(), 0);
     for (std::size_t k = 1; k + 1 < rows_.size(); ++k) pass_wild(k);
