@@ -132,7 +132,7 @@ class Path {
 
  private:
   [[nodiscard]] int clear_motion(std::size_t row, bool ahead) const {
-    for (std::size_t rows = kNearRows; rows < kClearRows; rows *= 2) {
+    for (std::size_t rows = kNearRows; rows < kClearRows; rows += 1 + rows / 4) {
       if (ahead ? row + rows >= path_.size() : row < rows) return 0;
       const double motion = ahead ? path_[row + rows] - path_[row] : path_[row] - path_[row - rows];
       if (std::abs(motion) > kClearSteps * usual_) return motion > 0.0 ? 1 : -1;
