@@ -224,6 +224,8 @@ TEST(WrapWidth, IsNotSeenInMotionThatGoesOn) {
     none("whole turns", false, unit, [&](int row) { return 180.0 * square(row); });
     none("toggling hand", false, unit,
          [&](int row) { return 0.5 + 0.49 * square(row) + 0.003 * uniform(random); });
+    none("hand from end to end", false, unit,
+         [&](int row) { return 0.5 + 0.499 * square(row) + 0.001 * uniform(random); });
     none("counts that toggle", true, unit, [&](int row) { return 512.0 + 508.0 * square(row); });
     none("first order", false, unit,
          [&](int row) { return square(row) * (1.0 - 2.0 * std::exp(-0.3 * (row % 150))); });

@@ -28,8 +28,9 @@ constexpr double kShareDirected = 0.5;
 /// Motion is clear from so many usual steps on, which noise seldom makes, within so many rows.
 constexpr double kClearSteps = 3.0;
 constexpr std::size_t kClearRows = 400;
-/// Noise at the seam of a whole turn crosses it by less than that.
-constexpr double kSeamTurns = 0.01;
+/// Noise and small motion at the seam cross it by less than that, in no clear direction. A hand
+/// toggles between 0 and 1, so that this tells nothing of the width 1.
+constexpr double kSeamTurns = 0.05;
 /// An unknown width takes so many starts, which agree within so much of it.
 constexpr std::size_t kFewestStarts = 3;
 constexpr double kWidthSpread = 0.02;
@@ -253,7 +254,8 @@ std::optional<Wrap> wrap_of(const Eigen::VectorXd& values, bool whole_numbers,
     const double range = whole_numbers ? steps.range + 1.0 : steps.range;
     if (range > width * (1.0 + kRangeRounding) || 2.0 * steps.range < width) continue;
     const Starts starts = starts_of(steps, width);
-    if ((starts.are_directed() && agree_on(starts, width)) || starts.lie_at_the_seam())
+    if ((starts.are_directed() && agree_on(starts, width)) ||
+        (starts.lie_at_the_seam() && width != 1.0))
       return Wrap{width, false};
   }
   const auto width = estimated_width(steps, whole_numbers, unit);
