@@ -34,6 +34,7 @@ struct ProfileChannel {
   std::optional<std::size_t> index;
   double scale = 1.0;           ///< SI value = unit * (scale * file value + offset); not 0
   double offset = 0.0;          ///< in the file's unit
+  double wraps_at = 0.0;        ///< the file's values start again after so much; 0: they do not
   bool may_be_missing = false;  ///< "nan" and an empty field mean a lost value (NaN)
   bool relative = false;        ///< minus the first row's value, which meta `origin.NAME` keeps
   std::optional<ProfileFilter> valid_when;  ///< elsewhere the value is NaN

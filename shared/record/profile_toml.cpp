@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -58,6 +59,11 @@ core::Result<ProfileChannel> read_channel(TomlTable& table) {
   const std::string role = table.text_or("role", "feature");
   channel.channel.joint = table.text_or("joint", "");
   take_scale(table, channel);
+  channel.wraps_at = table.number_or("wraps_at", channel.wraps_at);
+  if (!(channel.wraps_at >= 0.0) || std::isinf(channel.wraps_at))
+    table.fail("wraps_at",
+               "wraps_at is how far the file's values count until they start again, above 0; 0: "
+               "they do not");
   channel.may_be_missing = table.boolean_or("may_be_missing", channel.may_be_missing);
   channel.relative = table.boolean_or("relative", channel.relative);
   channel.assumed = table.boolean_or("assumed", channel.assumed);

@@ -15,6 +15,7 @@
 #include "record/recording_file.hpp"
 #include "record/table_binding.hpp"
 #include "record/table_truth.hpp"
+#include "record/unwrap.hpp"
 
 namespace ravencal::record {
 namespace {
@@ -350,6 +351,7 @@ core::Result<Recording> TableLoader::load(std::size_t rows) {
   RAVENCAL_RETURN_IF_ERROR(drop_rows());
   spread_times();
   blank_invalid();
+  unwrap_channels(recording_, profile_, episode_start_);
   make_relative();
   mark_episodes();
   if (profile_.reference_first) reference_truth(recording_, episode_start_);

@@ -4,16 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace ravencal::record {
 
-void reference_truth(Recording& recording, std::span<const char> episode_start) {
+std::vector<std::size_t> episode_bounds(std::span<const char> episode_start) {
   std::vector<std::size_t> bounds = {0};
   for (std::size_t row = 1; row < episode_start.size(); ++row) {
     if (episode_start[row]) bounds.push_back(row);
   }
   bounds.push_back(episode_start.size());
+  return bounds;
+}
+
+void reference_truth(Recording& recording, std::span<const char> episode_start) {
+  const std::vector<std::size_t> bounds = episode_bounds(episode_start);
   for (const std::string& joint : recording.calibratable_joints()) {
     const auto truth = *recording.column(Role::kJointTruth, joint);
     const auto estimate = *recording.column(Role::kJointEstimate, joint);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What every program does where the system gives it less than it asks for.
+// What every program does where the system gives it less than it asks for, and what `import` says.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -40,6 +40,25 @@ TEST_F(Program, SaysThatItsOutputCouldNotBeWritten) {
         << full.text;
     EXPECT_EQ(run_command(command + " >/dev/null").exit_code, 0) << command;
   }
+}
+
+TEST_F(Program, ImportSaysWhatItUnwrapped) {
+  const auto folder = path_.parent_path();
+  {
+    std::ofstream table(folder / "turns.csv"), profile(folder / "turns.toml");
+    table << "t_s,knee_deg\n";
+    for (int row = 0; row < 90; ++row) table << 0.01 * row << ',' << (200 + 9 * row) % 360 << '\n';
+    profile << "[source]\ntime = \"t_s\"\n[[channel]]\nname = \"knee\"\ncolumn = \"knee_deg\"\n"
+               "unit = \"deg\"\nwraps_at = 360\n";
+  }
+  const Outcome said = run_command(fmt::format(
+      "cd {} && {} import turns.csv --profile turns.toml --out turns.db 2>&1 && {} info turns.db",
+      folder.string(), RAVENCAL_PROGRAM, RAVENCAL_PROGRAM));
+  EXPECT_EQ(said.exit_code, 0) << said.text;
+  EXPECT_NE(said.text.find("\nknee wraps at 360 in the file; unwrapped 2 times\n"),
+            std::string::npos)
+      << said.text;
+  EXPECT_NE(said.text.find("events of kind unwrapped: 1"), std::string::npos) << said.text;
 }
 
 TEST_F(Program, SaysThatAFileWouldExceedTheLimitOfItsSize) {

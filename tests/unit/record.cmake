@@ -15,6 +15,7 @@ ravencal_test(NAME record_test
     ${CMAKE_CURRENT_LIST_DIR}/record/csv_export_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/stamps_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/plausibility_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/record/unwrap_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/summary_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/time_range_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/record/real_data_test.cpp

@@ -48,6 +48,8 @@ core::Status run(const ImportArguments& arguments) {
   if (dropped != recording.meta.end()) {
     fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);
   }
+  for (const record::Event& event : recording.events)
+    if (event.kind == "unwrapped") fmt::print("{}\n", event.detail);
   const auto assumed = recording.meta.find("assumed_row_period_s");
   if (assumed != recording.meta.end()) {
     fmt::print(

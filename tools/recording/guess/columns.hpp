@@ -19,7 +19,11 @@ struct Column {
   Eigen::VectorXd values;
   double lowest = 0.0, highest = 0.0;
   bool whole_numbers = true;
-  bool missing = false;  ///< some values are NaN
+  bool missing = false;         ///< some values are NaN
+  double wraps_at = 0.0;        ///< the file's values start again after so much; 0: they do not
+  bool wrap_estimated = false;  ///< from the values: no counter is known to have that width
+  std::size_t wraps = 0;        ///< how often they did; `values` go on
+  Eigen::VectorXd as_read;      ///< the file's values, where they wrap
   bool assumed = false;  ///< its unit, joint or sign is a guess that the file does not confirm
   std::string because;
 
@@ -51,6 +55,13 @@ Columns columns_of(const record::Table& table, const std::vector<std::string>& j
 /// Times by the table's stamps, by columns, which are taken out, or by counting rows. The reading
 /// that keeps most rows counts; the others leave.
 void find_time(const record::Table& table, Columns& columns, Guess& guess);
+
+/// Columns that may be positions and start again after a turn are counted on. Needs the time.
+void find_wraps(Columns& columns);
+
+/// What turned out to be no position stands as it was read; other positions of a counter that wraps
+/// count as it does. Needs the quantities.
+void settle_wraps(Columns& columns);
 
 /// Quantities that no name tells: a copy of a position is a position, what adds up to one is a
 /// velocity.

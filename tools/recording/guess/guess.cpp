@@ -21,7 +21,9 @@ core::Result<Guess> guess_profile(const record::Table& table,
     return failed(
         fmt::format("{} rows; a guess needs at least {}", guess.rows, record::kFewestRows));
   find_time(table, columns, guess);
+  find_wraps(columns);
   find_quantities(columns);
+  settle_wraps(columns);
   find_position_units(columns);
   find_joints(columns, joints);
   find_other_units(columns);

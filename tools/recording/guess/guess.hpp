@@ -22,6 +22,7 @@ struct GuessedChannel {
   std::string joint;       ///< may be empty
   std::string unit;        ///< of core/units.hpp
   double scale = 1.0;      ///< `unit` per unit of the file, with the sign
+  double wraps_at = 0.0;   ///< in the unit of the file; 0: it does not
   bool may_be_missing = false;
   bool assumed = false;  ///< nothing in the file says its unit, its joint or its sign
   std::string because;   ///< what the guess rests on

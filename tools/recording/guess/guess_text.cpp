@@ -59,6 +59,7 @@ std::string profile_text(const Guess& guess, const record::Table& table) {
     fmt::format_to(out, "[[channel]]\nname = {}\n{}unit = {}\n", toml_text(channel.name),
                    place(table, channel.column, "column", "index"), toml_text(channel.unit));
     if (channel.scale != 1.0) fmt::format_to(out, "scale = {}\n", channel.scale);
+    if (channel.wraps_at > 0.0) fmt::format_to(out, "wraps_at = {}\n", channel.wraps_at);
     fmt::format_to(out, "role = {}\n", toml_text(channel.role));
     if (!channel.joint.empty()) fmt::format_to(out, "joint = {}\n", toml_text(channel.joint));
     if (channel.may_be_missing) text += "may_be_missing = true\n";

@@ -72,6 +72,12 @@ class Roles {
     channel.may_be_missing = column.missing;
     channel.assumed = column.assumed && role != "feature";
     channel.because = column.because;
+    channel.wraps_at = column.wraps_at;
+    if (column.wraps > 0) {
+      channel.because +=
+          fmt::format("{}wraps at {:.10g}, {} time{}", channel.because.empty() ? "" : "; ",
+                      column.wraps_at, column.wraps, column.wraps == 1 ? "" : "s");
+    }
     guess_.channels.push_back(std::move(channel));
     done_.push_back(&column);
   }

@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "guess/columns.hpp"
+#include "guess/wrap_width.hpp"
 #include "record/relation.hpp"
 
 namespace ravencal::guess {
@@ -20,6 +21,9 @@ constexpr double kLargestRad = 4.0 * std::numbers::pi;
 constexpr double kSlopeTolerance = 0.2;
 
 constexpr double kDegPerSPerRpm = 6.0;
+
+/// A turn in radians or degrees is exact to rounding.
+constexpr double kRoundingRad = 1e-6;
 
 struct RateUnit {
   std::string_view unit;
@@ -52,25 +56,64 @@ std::vector<Derivative> derivatives_of(const Columns& columns, const Column& vel
   return found;
 }
 
-/// A position's unit by the stated unit of its velocity: travel = slope * integral.
-std::string_view unit_by_velocity(const Columns& columns, const Column& position) {
+/// What velocities of a stated unit say that one of a position is, in SI.
+std::vector<Derivative> values_by_velocity(const Columns& columns, const Column& position) {
+  std::vector<Derivative> found;
   for (const Column& velocity : columns.all) {
     const auto unit = core::find_unit(velocity.said.unit);
     if (!velocity.is(Quantity::kVelocity) || !unit || velocity.said.joint != position.said.joint)
       continue;
     const auto line = record::derivative_line(columns.t_s, position.values, velocity.values);
     if (!line || std::abs(line->correlation) < record::kDerivativeCorrelation) continue;
+    found.push_back({&position, unit->to_si * velocity.said.scale / std::abs(line->slope),
+                     std::abs(line->correlation), std::string(unit->si_name)});
+  }
+  return found;
+}
+
+/// A position's unit by the stated unit of its velocity: travel = slope * integral.
+std::string_view unit_by_velocity(const Columns& columns, const Column& position) {
+  for (const Derivative& value : values_by_velocity(columns, position)) {
     for (const char* name : {"rad", "deg", "m", "mm", "cm"}) {
       const auto candidate = core::find_unit(name);
-      if (unit->si_name != std::string(candidate->si_name) + "_per_s") continue;
-      if (is_near(std::abs(line->slope), unit->to_si * velocity.said.scale / candidate->to_si))
+      if (value.si_name == std::string(candidate->si_name) + "_per_s" &&
+          is_near(value.factor, candidate->to_si))
         return candidate->name;
     }
   }
   return {};
 }
 
+/// The width of a counter is a turn where no velocity says otherwise.
+bool take_unit_of_turn(Columns& columns, Column& position) {
+  const std::string& unit = position.said.unit;
+  if (position.wraps_at == 0.0 || (!unit.empty() && unit != "counts")) return false;
+  for (const char* name : {"rad", "deg"}) {
+    if (std::abs(position.wraps_at * core::find_unit(name)->to_si - kTurnRad) >= kRoundingRad)
+      continue;
+    position.said.unit = name;
+    return true;
+  }
+  position.said.unit = "rad";
+  position.said.scale = kTurnRad / position.wraps_at;
+  for (const Derivative& value : values_by_velocity(columns, position)) {
+    if (value.si_name != "rad_per_s") continue;
+    if (is_near(value.factor, position.said.scale)) return true;
+    position.said.scale = value.factor;
+    columns.ask(
+        fmt::format("{}: one is {:.6g} rad by its velocity, so that its {:.10g} are no turn",
+                    position.name, value.factor, position.wraps_at));
+    position.assumed = true;
+    return true;
+  }
+  position.assumed = true;
+  columns.ask(fmt::format("positions that wrap at {:.10g}: taken as one turn of the joint",
+                          position.wraps_at));
+  return true;
+}
+
 void find_position_unit(Columns& columns, Column& position) {
+  if (take_unit_of_turn(columns, position)) return;
   if (!position.said.unit.empty() || position.constant()) return;
   if (const std::string_view unit = unit_by_velocity(columns, position); !unit.empty()) {
     position.said.unit = unit;
