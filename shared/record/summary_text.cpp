@@ -86,6 +86,8 @@ std::string describe_in_words(const Recording& recording, const Summary& summary
     fmt::format_to(out, "gaps longer than 3 periods: {}, the longest {:.3f} s\n", summary.gaps,
                    summary.longest_gap_s);
   }
+  for (const std::string& assumption : assumptions_of(recording, recording.source))
+    fmt::format_to(out, "assumed: {}\n", assumption);
   append_errors(text, summary);
   append_events(text, recording);
   append_channels(text, summary);
