@@ -54,11 +54,6 @@ struct Recording {
   [[nodiscard]] std::vector<std::string> calibratable_joints() const;
 };
 
-/// A sentence on each thing that was assumed where it was imported, because no word of its source
-/// says it and nobody has confirmed it since: how far its rows are apart, the unit of its time, and
-/// the unit, joint or sign of channels. `name` is what the sentences call the recording.
-std::vector<std::string> assumptions_of(const Recording& recording, std::string_view name);
-
 std::vector<const Recording*> pointers_to(const std::vector<Recording>& recordings);
 
 }  // namespace ravencal::record

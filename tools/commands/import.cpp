@@ -8,6 +8,7 @@
 #include "commands/origin_options.hpp"
 #include "exchange/load.hpp"
 #include "record/recording_writer.hpp"
+#include "record/summary.hpp"
 
 namespace ravencal::commands {
 namespace {

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "core/units.hpp"
+#include "record/summary.hpp"
 
 namespace ravencal::diagnose {
 namespace {
