@@ -176,11 +176,12 @@ void keep_assumptions(Merged& merged, const Recording& truth) {
   const auto is_listed = [](const std::string& list, const std::string& name) {
     return fmt::format(", {}, ", list).find(fmt::format(", {}, ", name)) != std::string::npos;
   };
-  for (const Channel& channel : merged.recording.channels) {
-    if (channel.role != Role::kJointTruth || !is_listed(of_truth->second, channel.name) ||
-        is_listed(assumed, channel.name))
+  for (const Channel& channel : truth.channels) {
+    const auto column = merged.recording.column(Role::kJointTruth, channel.joint);
+    if (channel.role != Role::kJointTruth || !column || !is_listed(of_truth->second, channel.name))
       continue;
-    assumed += fmt::format("{}{}", assumed.empty() ? "" : ", ", channel.name);
+    const std::string& name = merged.recording.channels[static_cast<std::size_t>(*column)].name;
+    if (!is_listed(assumed, name)) assumed += (assumed.empty() ? "" : ", ") + name;
   }
   if (assumed.empty()) merged.recording.meta.erase("assumed_channels");
 }
