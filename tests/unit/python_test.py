@@ -127,7 +127,9 @@ class Recordings(Test):
             self.assertTrue(issubclass(kind, ravencal.Error))
 
     def test_rows_that_cannot_be_read_are_dropped_on_request(self):
-        lines = ["t_s,pos_elbow_deg,tau_elbow_Nm"] + [f"{0.02 * i:.2f},{9 * np.sin(0.2 * i):.4f},{np.cos(i):.4f}" for i in range(40)]
+        lines = ["t_s,pos_elbow_deg,tau_elbow_Nm"] + [
+            f"{0.02 * i:.2f},{9 * np.sin(0.2 * i):.4f},{np.cos(i):.4f}" for i in range(40)
+        ]
         lines[17] = "0.32"
         pathlib.Path("cut.csv").write_text("\n".join(lines), encoding="utf-8")
         guessed = ravencal.guess_profile("cut.csv", skip_bad=True)
