@@ -169,6 +169,24 @@ void add_events(Merged& merged, const Recording& truth, const TruthTime& time) {
                    [](const auto& x, const auto& y) { return x.t_ns < y.t_ns; });
 }
 
+/// What was assumed of the truth's channels stays an assumption.
+void keep_assumptions(Merged& merged, const Recording& truth) {
+  const auto of_truth = truth.meta.find("assumed_channels");
+  if (of_truth == truth.meta.end()) return;
+  std::string& assumed = merged.recording.meta["assumed_channels"];
+  const auto is_listed = [](const std::string& list, const std::string& name) {
+    return fmt::format(", {}, ", list).find(fmt::format(", {}, ", name)) != std::string::npos;
+  };
+  for (const Channel& channel : truth.channels) {
+    const auto column = merged.recording.column(Role::kJointTruth, channel.joint);
+    if (channel.role != Role::kJointTruth || !column || !is_listed(of_truth->second, channel.name))
+      continue;
+    const std::string& name = merged.recording.channels[static_cast<std::size_t>(*column)].name;
+    if (!is_listed(assumed, name)) assumed += (assumed.empty() ? "" : ", ") + name;
+  }
+  if (assumed.empty()) merged.recording.meta.erase("assumed_channels");
+}
+
 /// The event that describes the merge.
 void describe(Merged& merged, const Recording& truth, bool delay_given) {
   nlohmann::ordered_json detail = {{"truth", truth.source},
@@ -239,6 +257,7 @@ core::Result<Merged> merge_truth(const Recording& robot, const Recording& truth,
         merged.recording.samples.row(row).tail(added).array().isFinite().all() ? 1 : 0;
   }
   add_events(merged, truth, time);
+  keep_assumptions(merged, truth);
   describe(merged, truth, options.fixed_delay_s.has_value());
   return merged;
 }

@@ -127,7 +127,10 @@ void take_time(TomlTable& table, Profile& profile) {
     profile.time_index = take_index(table, "time");
   }
   take_clock(table, profile);
-  profile.row_period_stated = table.has("row_period_s") && !table.boolean_or("assumed", false);
+  const bool assumed = table.boolean_or("assumed", false);
+  profile.row_period_stated = table.has("row_period_s") && !assumed;
+  if (assumed && (!profile.time_column.empty() || profile.time_index))
+    profile.meta["assumed_time_unit"] = profile.clock.unit;
   profile.row_period_s = table.number_or("row_period_s", profile.row_period_s);
   if (!(profile.row_period_s > 0.0)) table.fail("row_period_s must be above 0");
   profile.truth_from_s = table.number_or("truth_from_s", profile.truth_from_s);

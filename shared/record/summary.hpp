@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "record/plausibility.hpp"
@@ -41,6 +42,11 @@ struct Summary {
 };
 
 Summary summarise(const Recording& recording);
+
+/// A sentence on each thing that was assumed where it was imported, because no word of its source
+/// says it and nobody has confirmed it since: how far its rows are apart, the unit of its time, and
+/// the unit, joint or sign of channels. `name` is what the sentences call the recording.
+std::vector<std::string> assumptions_of(const Recording& recording, std::string_view name);
 
 /// In words for a person, several lines.
 std::string describe_in_words(const Recording& recording, const Summary& summary);

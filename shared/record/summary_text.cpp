@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "record/csv_number.hpp"
 #include "record/summary.hpp"
 
 namespace ravencal::record {
@@ -78,6 +79,32 @@ void append_implausible(std::string& text, const Summary& summary) {
 
 }  // namespace
 
+std::vector<std::string> assumptions_of(const Recording& recording, std::string_view name) {
+  std::vector<std::string> sentences;
+  const auto meta = [&](const char* key) { return meta_or(recording, key, ""); };
+  if (const std::string period_s = meta("assumed_row_period_s"); !period_s.empty()) {
+    sentences.push_back(fmt::format(
+        "{} has no time in each row, so that its rows count as {} s apart; the sample time was "
+        "assumed: {:g} ms (the profile's time = \"COLUMN\" or row_period_s, without `assumed = "
+        "true`, says how "
+        "far they are)",
+        name, period_s, 1e3 * number_of(period_s).value_or(0.0)));
+  }
+  if (const std::string unit = meta("assumed_time_unit"); !unit.empty()) {
+    sentences.push_back(
+        fmt::format("the unit of the time of {} was assumed: {} (delete `assumed = true` in the "
+                    "[source] of its profile when it is right)",
+                    name, unit));
+  }
+  if (const std::string channels = meta("assumed_channels"); !channels.empty()) {
+    sentences.push_back(fmt::format(
+        "the unit, the joint or the sign of these channels of {} is an assumption of its profile "
+        "(delete `assumed = true` there when it is right): {}",
+        name, channels));
+  }
+  return sentences;
+}
+
 std::string describe_in_words(const Recording& recording, const Summary& summary) {
   std::string text;
   auto out = std::back_inserter(text);
@@ -92,6 +119,8 @@ std::string describe_in_words(const Recording& recording, const Summary& summary
     fmt::format_to(out, "gaps longer than 3 periods: {}, the longest {:.3f} s\n", summary.gaps,
                    summary.longest_gap_s);
   }
+  for (const std::string& assumption : assumptions_of(recording, recording.source))
+    fmt::format_to(out, "assumed: {}\n", assumption);
   append_errors(text, summary);
   append_implausible(text, summary);
   append_events(text, recording);

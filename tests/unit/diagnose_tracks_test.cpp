@@ -46,10 +46,14 @@ TEST(DiagnoseTracks, LeavesOutARecordingWithTooFewRowsAndRefusesNothingElse) {
 TEST(DiagnoseTracks, SaysWhatTheTimesWereTakenFrom) {
   Recording recording = named("a.csv");
   recording.meta["assumed_row_period_s"] = "0.01";
+  recording.meta["assumed_time_unit"] = "us";
+  recording.meta["assumed_channels"] = "one.position";
   recording.meta["dropped_rows"] = "7";
-  expect_words(notes_of({recording}, two_joints()),
-               {"a.csv has no time in each row", "0.01 s apart", "row_period_s",
-                "7 rows of a.csv cannot be read"});
+  expect_words(
+      notes_of({recording}, two_joints()),
+      {"a.csv has no time in each row", "0.01 s apart", "the sample time was assumed: 10 ms",
+       "row_period_s", "the unit of the time of a.csv was assumed: us", ": one.position",
+       "7 rows of a.csv cannot be read"});
 }
 
 TEST(DiagnoseTracks, RefusesAUnitThatThePlantCannotTake) {

@@ -76,6 +76,11 @@ TEST_F(ExchangeTable, OfACsvWithABadRowIsGuessedWithTheOptionThatTheErrorNames) 
   EXPECT_EQ(guessed.exit_code, 0) << guessed.text;
   const Outcome read = ravencal("import a.csv --profile p.toml --skip-bad --out a.db");
   EXPECT_TRUE(read.text.starts_with("a.db: 59 rows, 2 channels\n1 rows dropped")) << read.text;
+  ASSERT_EQ(ravencal("profile guess a.csv --skip-bad --out a.csv.toml").exit_code, 0);
+  const Outcome exported = ravencal("export a.csv --out b.h5");
+  EXPECT_NE(exported.text.find("use --skip-bad"), std::string::npos) << exported.text;
+  const Outcome dropped = ravencal("export a.csv --skip-bad --out b.h5");
+  EXPECT_EQ(dropped.exit_code, 0) << dropped.text;
 }
 
 TEST_F(ExchangeTable, IsCutToATimeRangeByTheCommandsThatReadIt) {

@@ -40,6 +40,17 @@ class Clock : public ::testing::Test {
     const auto guess = guess_profile(*table, {});
     EXPECT_TRUE(guess.ok()) << guess.error().message;
     profile_ = profile_text(*guess, *table);
+    description_ = describe(*guess, *table);
+    return loaded();
+  }
+  /// The same table without the profile's first `assumed = true`.
+  record::Recording confirmed() {
+    const auto word = profile_.find("assumed = true");
+    EXPECT_NE(word, std::string::npos) << profile_;
+    profile_.erase(word, profile_.find('\n', word) - word);
+    return loaded();
+  }
+  record::Recording loaded() {
     EXPECT_TRUE(core::write_whole_file(path("run.toml"), profile_).ok());
     record::LoadOptions options;
     options.profile = path("run.toml").string();
@@ -60,7 +71,7 @@ class Clock : public ::testing::Test {
   [[nodiscard]] fs::path path(std::string_view name) const { return scratch_ / name; }
 
   record::testing::Scratch scratch_;
-  std::string profile_;
+  std::string profile_, description_;
 };
 
 TEST_F(Clock, KeepsItsRateWhereSomeStampsAreBad) {
@@ -138,15 +149,20 @@ TEST_F(Clock, ReadsRunsOneBehindTheOtherAsEpisodes) {
 TEST_F(Clock, AnAssumedPeriodIsSaidUntilItIsConfirmed) {
   const auto counted = imported("note", [](int) { return std::string("x"); });
   EXPECT_EQ(counted.meta.at("assumed_row_period_s"), "0.01");
-  const auto word = profile_.find("assumed = true");
-  ASSERT_NE(word, std::string::npos);
-  profile_.erase(word, profile_.find('\n', word) - word);
-  ASSERT_TRUE(core::write_whole_file(path("run.toml"), profile_).ok());
-  record::LoadOptions options;
-  options.profile = path("run.toml").string();
-  const auto confirmed = exchange::load_recording(path("run.csv").string(), options);
-  ASSERT_TRUE(confirmed.ok()) << confirmed.error().message;
-  EXPECT_FALSE(confirmed->meta.contains("assumed_row_period_s"));
+  EXPECT_FALSE(confirmed().meta.contains("assumed_row_period_s"));
+}
+
+TEST_F(Clock, AnAssumedUnitOfTheTimeIsSaidUntilItIsConfirmed) {
+  const auto in_ms = [](double from_s) {
+    return [from_s](int row) { return fmt::format("{:.2f}", 1e3 * (from_s + row / kRateHz)); };
+  };
+  EXPECT_EQ(imported("time", in_ms(3.5)).meta.at("assumed_time_unit"), "ms");
+  EXPECT_NE(description_.find("time time in ms (assumed)"), std::string::npos) << description_;
+  EXPECT_FALSE(confirmed().meta.contains("assumed_time_unit"));
+  EXPECT_FALSE(imported("t_ms", in_ms(3.5)).meta.contains("assumed_time_unit"));
+  EXPECT_FALSE(imported("time", in_ms(1.78e9)).meta.contains("assumed_time_unit"))
+      << "it can only be a date";
+  EXPECT_EQ(profile_.find("# Check"), std::string::npos) << profile_;
 }
 
 TEST_F(Clock, AnAssumedUnitIsNamedInTheRecording) {

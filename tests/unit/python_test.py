@@ -126,6 +126,23 @@ class Recordings(Test):
         for kind in (ravencal.UsageError, ravencal.DataError, ravencal.IoError, ravencal.DeviceError):
             self.assertTrue(issubclass(kind, ravencal.Error))
 
+    def test_rows_that_cannot_be_read_are_dropped_on_request(self):
+        lines = ["t_s,pos_elbow_deg,tau_elbow_Nm"] + [
+            f"{0.02 * i:.2f},{9 * np.sin(0.2 * i):.4f},{np.cos(i):.4f}" for i in range(40)
+        ]
+        lines[17] = "0.32"
+        pathlib.Path("cut.csv").write_text("\n".join(lines), encoding="utf-8")
+        guessed = ravencal.guess_profile("cut.csv", skip_bad=True)
+        pathlib.Path("cut.toml").write_text(guessed.text, encoding="utf-8")
+        channels = [ravencal.Channel("a", "rad", "joint_estimate", "a")]
+        for work in (
+            lambda **how: ravencal.guess_profile("cut.csv", **how),
+            lambda **how: ravencal.load("cut.csv", profile="cut.toml", **how),
+            lambda **how: ravencal.Recording.from_arrays({"a": [1, 2, 3]}, t_s=[1, 3, 2], channels=channels, **how),
+        ):
+            self.assertNotIn("--skip-bad", self.refused(ravencal.DataError, work, "use skip_bad=True"))
+            work(skip_bad=True)
+
     def test_a_guessed_profile_reads_the_table(self):
         t_s = 0.01 * np.arange(500)
         arrays = {"t_s": t_s, "pos_elbow_deg": 30 * np.sin(t_s), "tau_elbow": np.cos(t_s)}

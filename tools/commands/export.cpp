@@ -87,6 +87,7 @@ void add_export(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out, "File to write (.csv, .bag, .h5 or .mat)")
       ->required();
   (void)add_range_options(*command, arguments->load.range);
+  add_skip_bad(*command, arguments->load);
   command->add_flag("--overwrite", arguments->overwrite, "Replace a file of that name");
   command->footer(
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"

@@ -9,6 +9,7 @@
 #include "exchange/load.hpp"
 #include "record/plausibility.hpp"
 #include "record/recording_writer.hpp"
+#include "record/summary.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -50,20 +51,8 @@ core::Status run(const ImportArguments& arguments) {
   }
   for (const record::Event& event : recording.events)
     if (event.kind == "unwrapped") fmt::print("{}\n", event.detail);
-  const auto assumed = recording.meta.find("assumed_row_period_s");
-  if (assumed != recording.meta.end()) {
-    fmt::print(
-        "no time in each row: rows count as {} s apart; the profile's time or row_period_s says "
-        "how far they are\n",
-        assumed->second);
-  }
-  const auto channels = recording.meta.find("assumed_channels");
-  if (channels != recording.meta.end()) {
-    fmt::print(
-        "the unit, the joint or the sign of these channels is an assumption; delete `assumed = "
-        "true` in the profile when it is right: {}\n",
-        channels->second);
-  }
+  for (const std::string& assumption : record::assumptions_of(recording, arguments.out))
+    fmt::print("{}\n", assumption);
   return {};
 }
 

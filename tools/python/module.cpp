@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/module.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 
 namespace ravencal::python {
 namespace {
@@ -11,12 +13,24 @@ namespace {
 /// process, as the interpreter that holds them.
 std::array<PyObject*, 4> error_classes = {};
 
+/// The sentence with the module's word for an option, but not within a command in back quotes.
+std::string in_words_of_python(std::string text) {
+  constexpr std::string_view kOption = "--skip-bad", kArgument = "skip_bad=True";
+  for (std::size_t at = text.find(kOption); at != std::string::npos; at = text.find(kOption, at)) {
+    const auto before = text.begin() + static_cast<std::ptrdiff_t>(at);
+    const bool in_command = std::count(text.begin(), before, '`') % 2 == 1;
+    if (!in_command) text.replace(at, kOption.size(), kArgument);
+    at += in_command ? kOption.size() : kArgument.size();
+  }
+  return text;
+}
+
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(std::move(thrown));
   } catch (const Failure& failure) {
     const auto code = static_cast<std::size_t>(failure.error().code);
-    PyErr_SetString(error_classes.at(code), failure.what());
+    PyErr_SetString(error_classes.at(code), in_words_of_python(failure.what()).c_str());
   }
 }
 

@@ -31,11 +31,14 @@ struct GuessedProfile {
   std::vector<std::string> questions;
 };
 
-GuessedProfile guess_profile(const py::object& data, const std::vector<std::string>& joints) {
+GuessedProfile guess_profile(const py::object& data, const std::vector<std::string>& joints,
+                             bool skip_bad) {
+  record::LoadOptions options;
+  options.skip_bad = skip_bad;
   const record::Table table =
       py::isinstance<py::dict>(data)
           ? table_of(data.cast<py::dict>(), "arrays")
-          : value_of(exchange::read_table(data.cast<std::filesystem::path>()));
+          : value_of(exchange::read_table(data.cast<std::filesystem::path>(), options));
   const guess::Guess guessed = value_of(guess::guess_profile(table, joints));
   return {guess::profile_text(guessed, table), guess::describe(guessed, table), guessed.questions};
 }
@@ -61,7 +64,7 @@ void add_plant(py::module_& module) {
       .def("__str__", [](const GuessedProfile& guessed) { return guessed.description; });
   module.def("guess_profile", &guess_profile,
              "Says what the columns of a file, or arrays by name, may be.", py::arg("data"),
-             py::arg("joints") = std::vector<std::string>());
+             py::arg("joints") = std::vector<std::string>(), py::arg("skip_bad") = false);
 }
 
 }  // namespace ravencal::python

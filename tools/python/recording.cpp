@@ -53,7 +53,8 @@ constexpr const char* kProfile = "arrays";
 
 HeldPointer from_arrays(const py::dict& values, const py::object& t_s, const py::object& t_ns,
                         const std::optional<std::vector<record::Channel>>& channels,
-                        const std::map<std::string, std::string>& meta, const std::string& name) {
+                        const std::map<std::string, std::string>& meta, const std::string& name,
+                        bool skip_bad) {
   if (t_s.is_none() == t_ns.is_none())
     throw Failure(core::usage_error("from_arrays: give the times either as t_s or as t_ns"));
   py::dict arrays = values.attr("copy")();
@@ -72,8 +73,10 @@ HeldPointer from_arrays(const py::dict& values, const py::object& t_s, const py:
   profile.name = kProfile;
   profile.meta = meta;
   for (record::ProfileChannel& channel : profile.channels) channel.may_be_missing = true;
+  record::LoadOptions options;
+  options.skip_bad = skip_bad;
   return std::make_shared<HeldRecording>(
-      HeldRecording{value_of(record::load_table(table, std::move(profile), {}))});
+      HeldRecording{value_of(record::load_table(table, std::move(profile), options))});
 }
 
 const HeldRecording& held(const py::handle& self) { return self.cast<const HeldRecording&>(); }
@@ -149,7 +152,7 @@ void add_class(py::module_& module) {
                   py::arg("t_s") = py::none(), py::arg("t_ns") = py::none(),
                   py::arg("channels") = py::none(),
                   py::arg("meta") = std::map<std::string, std::string>(),
-                  py::arg("name") = "arrays")
+                  py::arg("name") = "arrays", py::arg("skip_bad") = false)
       .def_property_readonly(
           "t_ns",
           [](const py::object& self) { return read_only_view(held(self).recording.t_ns, self); })

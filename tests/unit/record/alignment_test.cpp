@@ -98,6 +98,18 @@ TEST(Alignment, InterpolatesTheTruthAtTheStatesOwnTime) {
   EXPECT_EQ(merged->recording.events.front().kind, "merge");
 }
 
+TEST(Alignment, KeepsWhatWasAssumedOfBoth) {
+  Recording robot = robot_of(smooth_motion, 3), truth = truth_of(smooth_motion, 7.3e-3);
+  robot.meta["assumed_channels"] = "estimate";
+  truth.meta["assumed_channels"] = "counts, truth";
+  EXPECT_EQ(merge_truth(robot, truth)->recording.meta.at("assumed_channels"),
+            "estimate, truth.shoulder");
+  robot.meta.clear();
+  EXPECT_EQ(merge_truth(robot, truth)->recording.meta.at("assumed_channels"), "truth.shoulder");
+  truth.meta["assumed_channels"] = "counts";
+  EXPECT_FALSE(merge_truth(robot, truth)->recording.meta.contains("assumed_channels"));
+}
+
 TEST(Alignment, LeavesRowsWithoutTruthEmpty) {
   auto truth = truth_of(smooth_motion, 0.0);
   truth.samples.block(20'000, 0, 1000, 1).setConstant(kNone);

@@ -46,6 +46,20 @@ TEST(Summary, SpeaksInMillimetresAndNamesEvents) {
   EXPECT_NE(json.find("\"rate_hz\": 100.0"), std::string::npos) << json;
 }
 
+TEST(Summary, SaysWhatWasAssumed) {
+  Recording recording = sample_recording();
+  EXPECT_EQ(describe_in_words(recording, summarise(recording)).find("assum"), std::string::npos);
+  recording.meta = {{"assumed_row_period_s", "0.004"},
+                    {"assumed_time_unit", "ms"},
+                    {"assumed_channels", "est, tru"}};
+  const std::string words = describe_in_words(recording, summarise(recording));
+  for (const char* part :
+       {"the sample time was assumed: 4 ms", "the unit of the time of r.db was assumed: ms",
+        "the unit, the joint or the sign of these channels of r.db is an assumption of its profile",
+        ": est, tru\n"})
+    EXPECT_NE(words.find(part), std::string::npos) << part << "\n" << words;
+}
+
 TEST(Summary, OfAnEmptyRecordingIsEmpty) {
   Recording recording;
   recording.channels = {{"a", "1", Role::kFeature, ""}};

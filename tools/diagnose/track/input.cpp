@@ -14,6 +14,7 @@
 
 #include "core/units.hpp"
 #include "record/plausibility.hpp"
+#include "record/summary.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -213,18 +214,8 @@ std::vector<std::string> input_notes(const Recordings& training, const Recording
                                      std::optional<double> held_out_from_s) {
   std::vector<std::string> notes;
   for (const Recording* recording : in_order(training, held_out)) {
-    const std::string period_s = meta_or_empty(*recording, "assumed_row_period_s");
-    if (!period_s.empty())
-      notes.push_back(fmt::format(
-          "{} has no time in each row, so that its rows count as {} s apart (the profile's "
-          "time = \"COLUMN\" or row_period_s says how far they are)",
-          file_name(*recording), period_s));
-    const std::string assumed = meta_or_empty(*recording, "assumed_channels");
-    if (!assumed.empty())
-      notes.push_back(fmt::format(
-          "the unit, the joint or the sign of these channels of {} is an assumption of its profile "
-          "(delete `assumed = true` there when it is right): {}",
-          file_name(*recording), assumed));
+    for (std::string& assumption : record::assumptions_of(*recording, file_name(*recording)))
+      notes.push_back(std::move(assumption));
     for (const record::Implausibility& doubt : record::implausibilities(*recording))
       notes.push_back(fmt::format("{}: {}", file_name(*recording), doubt.sentence));
     const std::string dropped = meta_or_empty(*recording, "dropped_rows");

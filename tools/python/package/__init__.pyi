@@ -82,10 +82,12 @@ class Recording:
         channels: Optional[Sequence[Channel]] = None,
         meta: Mapping[str, str] = ...,
         name: str = "arrays",
+        skip_bad: bool = False,
     ) -> "Recording":
         """From arrays by name, each [rows], with their times [rows], which never decrease. `channels` say which arrays are
         taken and what they are; values are in their units. Without, the names say it: "truth.elbow_rad" (FORMATS.md,
-        profile generic). NaN is a lost value. `name` stands in messages."""
+        profile generic). NaN is a lost value. `name` stands in messages; `skip_bad` drops rows whose time
+        runs backwards."""
     def __getitem__(self, channel: str) -> _Floats: ...
     def __contains__(self, name: object) -> bool: ...
     @property
@@ -256,8 +258,9 @@ def load(
     """Reads a recording (.db), or another table or bag through a profile: a name, a file, or FILE.toml beside the table.
     `from_s` and `to_s` keep a part, in s since the first row; `skip_bad` drops rows that cannot be read."""
 
-def guess_profile(data: Union[_Path, Mapping[str, ArrayLike]], joints: Sequence[str] = ...) -> GuessedProfile:
-    """Says what the columns of a table, or arrays by name, may be. `joints`: names of the plant's joints, in its order."""
+def guess_profile(data: Union[_Path, Mapping[str, ArrayLike]], joints: Sequence[str] = ..., skip_bad: bool = False) -> GuessedProfile:
+    """Says what the columns of a table, or arrays by name, may be. `joints`: names of the plant's joints, in its order;
+    `skip_bad` drops rows that cannot be read."""
 
 @overload
 def simulate(

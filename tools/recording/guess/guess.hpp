@@ -38,6 +38,7 @@ struct Guess {
                                              ///< counted
   std::optional<std::size_t> time_fraction;  ///< column of the time's fraction
   record::Clock clock;
+  bool time_unit_assumed = false;  ///< no word of the file says the unit of its time
   bool time_restarts = false;
   std::size_t rows = 0;
   double row_period_s = 0.0;  ///< median step

@@ -28,6 +28,8 @@ std::string clock_text(const Guess& guess, const record::Table& table) {
   if (clock.rounded_to > 0.0) text += fmt::format("time_rounded_to = {}\n", clock.rounded_to);
   if (clock.drops_bad) text += "bad_stamps = \"drop\"\n";
   if (guess.time_restarts) text += "time_restarts = true\n";
+  if (guess.time_unit_assumed)
+    text += "assumed = true  # no word says time_unit; delete this line when it is right\n";
   return text;
 }
 
@@ -75,8 +77,14 @@ std::string describe(const Guess& guess, const record::Table& table) {
   for (const GuessedChannel& channel : guess.channels)
     width = std::max(width, table.columns[channel.column].name.size());
   std::string time = table.t_ns.empty() ? "no time" : "stamps of the messages";
-  if (guess.time_column)
-    time = fmt::format("time {} in {}", table.columns[*guess.time_column].name, guess.clock.unit);
+  if (guess.time_column) {
+    time = fmt::format("time {} in {}{}", table.columns[*guess.time_column].name, guess.clock.unit,
+                       guess.time_unit_assumed ? " (assumed)" : "");
+  }
+  if (guess.time_fraction) {
+    time += fmt::format(" and {} in {}", table.columns[*guess.time_fraction].name,
+                        guess.clock.fraction_unit);
+  }
   fmt::format_to(out, "{}: {} rows, {}, {:.4g} Hz\n", table.path.string(), guess.rows, time,
                  1.0 / guess.row_period_s);
   fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}\n", "column", width, "role", "joint",
@@ -84,9 +92,10 @@ std::string describe(const Guess& guess, const record::Table& table) {
   for (const GuessedChannel& channel : guess.channels) {
     const std::string unit =
         channel.scale == 1.0 ? channel.unit : fmt::format("{:g} {}", channel.scale, channel.unit);
-    fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}\n", table.columns[channel.column].name,
-                   width, channel.role, channel.joint, unit,
-                   channel.because.empty() ? "its name" : channel.because);
+    fmt::format_to(out, "{:<{}}  {:<16}  {:<14}  {:<10}  {}{}\n",
+                   table.columns[channel.column].name, width, channel.role, channel.joint, unit,
+                   channel.because.empty() ? "its name" : channel.because,
+                   channel.assumed ? "; the rest is assumed, see To check" : "");
   }
   for (const LeftColumn& left : guess.left_out)
     fmt::format_to(out, "left out: {} ({})\n", table.columns[left.column].name, left.why);

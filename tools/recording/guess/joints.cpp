@@ -78,9 +78,11 @@ std::map<std::string, std::string> names_of(Columns& columns, const std::vector<
                             fmt::join(matches.guessed, ", ")));
   }
   if (!matches.missing.empty()) {
-    columns.ask(fmt::format("the plant has no joint for: {}; free are: {}",
-                            fmt::join(matches.missing, ", "),
-                            fmt::join(matches.free_joints, ", ")));
+    columns.ask(
+        fmt::format("the plant has no joint for: {}; {}", fmt::join(matches.missing, ", "),
+                    matches.free_joints.empty()
+                        ? "each of its joints has columns already"
+                        : fmt::format("free are: {}", fmt::join(matches.free_joints, ", "))));
   }
   for (Column& column : columns.all) {
     column.assumed = column.assumed ||

@@ -30,6 +30,10 @@ constexpr double kRoundingError = 1e-3;
 /// Counters of microcontrollers start again at these.
 constexpr double kCounterWidths[] = {65536.0, 2147483648.0, 4294967296.0};
 
+/// Times since 1970 say their unit: in it they are dates of 2000 to 2100, s.
+constexpr double kEarliestDateS = 946'684'800.0;
+constexpr double kLatestDateS = 4'102'444'800.0;
+
 /// One way to read the times of the rows.
 struct TimeReading {
   std::size_t column = 0;
@@ -39,6 +43,7 @@ struct TimeReading {
   std::vector<bool> rises;  ///< the rows that stay
   std::size_t bad = 0;
   bool restarts = false;
+  bool unit_assumed = false;
 
   void look() {
     rises = record::longest_rising(stamps);
@@ -134,22 +139,33 @@ std::vector<const Column*> clocks_among(const Columns& columns) {
   return named;
 }
 
+struct TimeUnit {
+  std::string name = "s";
+  bool assumed = false;
+};
+
 /// The unit in which the usual step makes a usual rate.
-std::string unit_of(const Column& time, Columns& columns) {
-  if (has_time_unit(time)) return time.said.unit;
-  const TimeReading plain = reading_of(time, {});
-  const double step_s = core::upper_median(plain.steps_ns()) / record::kNsPerS;
-  if (!(step_s > 0.0)) return "s";
+TimeUnit unit_of(const Column& time, Columns& columns) {
+  if (has_time_unit(time)) return {time.said.unit};
+  std::vector<double> steps;
+  for (Eigen::Index row = 1; row < time.values.size(); ++row) {
+    const double step = time.values[row] - time.values[row - 1];
+    if (step > 0.0) steps.push_back(step);
+  }
+  if (steps.empty()) return {};
+  const double step = core::upper_median(std::move(steps));
   std::string best = "s";
   double distance = std::numeric_limits<double>::infinity();
   for (const char* unit : {"s", "ms", "us", "ns"}) {
-    const double rate_hz = 1.0 / (step_s * core::find_unit(unit)->to_si);
+    const double rate_hz = 1.0 / (step * core::find_unit(unit)->to_si);
     const double off = std::abs(std::log(rate_hz / kUsualRateHz));
     if (off < distance) best = unit, distance = off;
   }
+  const double begin_s = time.lowest * core::find_unit(best)->to_si;
+  if (begin_s > kEarliestDateS && begin_s < kLatestDateS) return {best};
   columns.ask(fmt::format("{}: seconds, or which unit? Its steps are {:g}; taken as {}", time.name,
-                          step_s, best));
-  return best;
+                          step, best));
+  return {best, true};
 }
 
 /// Seconds that stand still while a second column counts their fraction.
@@ -180,13 +196,16 @@ std::optional<TimeReading> two_parts(const Columns& columns) {
 /// other.
 TimeReading best_reading(const Column& column, Columns& columns) {
   record::Clock clock;
-  clock.unit = unit_of(column, columns);
+  const TimeUnit unit = unit_of(column, columns);
+  clock.unit = unit.name;
   TimeReading best = reading_of(column, clock);
+  best.unit_assumed = unit.assumed;
   if (best.is_clock()) return best;
   for (const double width : kCounterWidths) {
     if (!column.whole_numbers || column.highest >= width) continue;
     clock.wraps_at = width;
     TimeReading counter = reading_of(column, clock);
+    counter.unit_assumed = unit.assumed;
     // A counter comes near its end before it starts again.
     if (counter.is_clock() && 2.0 * column.highest > width) return counter;
   }
@@ -290,6 +309,7 @@ void take_time(TimeReading reading, const record::Table& table, Columns& columns
   guess.time_column = reading.column;
   guess.time_fraction = reading.fraction;
   guess.clock = reading.clock;
+  guess.time_unit_assumed = reading.unit_assumed;
 }
 
 /// Runs one behind the other: each goes on a row after the last one's end.
