@@ -336,7 +336,8 @@ void TableLoader::describe() {
     if (!channel.plausible) implausible.push_back(channel.channel.name);
   }
   if (!implausible.empty())
-    recording_.meta[std::string(kKnownImplausible)] = fmt::format("{}", fmt::join(implausible, ", "));
+    recording_.meta[std::string(kKnownImplausible)] =
+        fmt::format("{}", fmt::join(implausible, ", "));
   if (!assumed.empty())
     recording_.meta["assumed_channels"] = fmt::format("{}", fmt::join(assumed, ", "));
 }

@@ -12,6 +12,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "core/outputs.hpp"
+#include "record/plausibility.hpp"
 
 namespace ravencal::commands {
 
@@ -114,6 +115,13 @@ std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange
 void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings)
     fmt::print(stderr, "ravencal: warning: {}\n", warning);
+}
+
+core::Result<std::vector<std::string>> warn_of_implausible(
+    const std::vector<const record::Recording*>& recordings) {
+  auto sentences = record::plausibility_warnings(recordings);
+  if (sentences.ok()) print_warnings(*sentences);
+  return sentences;
 }
 
 bool is_among(const std::string& path, const std::vector<std::string>& others) {

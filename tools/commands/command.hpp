@@ -38,6 +38,11 @@ std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange
 
 void print_warnings(const std::vector<std::string>& warnings);
 
+/// Warns of what a robot hardly did in these recordings. The sentences, for what is made of the
+/// recordings. Error (kData): no robot did it.
+core::Result<std::vector<std::string>> warn_of_implausible(
+    const std::vector<const record::Recording*>& recordings);
+
 /// True if that file is among them, by whatever path.
 bool is_among(const std::string& path, const std::vector<std::string>& others);
 

@@ -24,7 +24,6 @@
 #include "learn/file_hash.hpp"
 #include "model/blob_writer.hpp"
 #include "plugin_host/plugin_library.hpp"
-#include "record/plausibility.hpp"
 #include "study/compare_tables.hpp"
 
 namespace ravencal::commands {
@@ -160,9 +159,7 @@ core::Status run(CompareArguments a) {
     data.sets[name] = pointers_to(kept.back());
   }
   for (const auto& recordings : kept) {
-    RAVENCAL_ASSIGN_OR_RETURN(const auto implausible,
-                              record::plausibility_warnings(pointers_to(recordings)));
-    print_warnings(implausible);
+    RAVENCAL_RETURN_IF_ERROR(warn_of_implausible(pointers_to(recordings)));
   }
   a.options.why_not_measured = "no --plugin given";
   if (!a.plugin.empty()) {

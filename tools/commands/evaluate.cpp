@@ -20,7 +20,6 @@
 #include "learn/expectation.hpp"
 #include "learn/onnx_file.hpp"
 #include "record/load.hpp"
-#include "record/plausibility.hpp"
 #include "report/report.hpp"
 #include "shadow/operation.hpp"
 
@@ -101,9 +100,7 @@ core::Status run(const EvaluateArguments& arguments, int& exit_code) {
                                    "to evaluate alone",
                                    recording.source)};
   }
-  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible,
-                            record::plausibility_warnings(pointers_to(recordings)));
-  print_warnings(implausible);
+  RAVENCAL_RETURN_IF_ERROR(warn_of_implausible(pointers_to(recordings)));
   const learn::SharedSeeds shared = learn::shared_seeds(model.seeds, pointers_to(recordings));
   if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
   RAVENCAL_ASSIGN_OR_RETURN(learn::Evaluation evaluation,

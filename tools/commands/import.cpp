@@ -7,7 +7,6 @@
 #include "commands/commands.hpp"
 #include "commands/origin_options.hpp"
 #include "exchange/load.hpp"
-#include "record/plausibility.hpp"
 #include "record/recording_writer.hpp"
 #include "record/summary.hpp"
 
@@ -32,8 +31,7 @@ core::Status run(const ImportArguments& arguments) {
   for (const auto& [key, value] : said) {
     if (!value->empty()) recording.meta[key] = *value;
   }
-  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible, record::plausibility_warnings({&recording}));
-  print_warnings(implausible);
+  RAVENCAL_RETURN_IF_ERROR(warn_of_implausible({&recording}));
   RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, arguments.overwrite));
   fmt::print("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
              recording.channels.size());

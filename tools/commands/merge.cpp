@@ -12,7 +12,6 @@
 #include "commands/commands.hpp"
 #include "exchange/load.hpp"
 #include "record/alignment.hpp"
-#include "record/plausibility.hpp"
 #include "record/recording_writer.hpp"
 
 namespace ravencal::commands {
@@ -102,9 +101,7 @@ core::Status run(const MergeArguments& arguments) {
                             exchange::load_recording(arguments.truth, truth_load));
   RAVENCAL_ASSIGN_OR_RETURN(const record::Merged merged,
                             record::merge_truth(robot, truth, options_of(arguments)));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible,
-                            record::plausibility_warnings({&merged.recording}));
-  print_warnings(implausible);
+  RAVENCAL_RETURN_IF_ERROR(warn_of_implausible({&merged.recording}));
   RAVENCAL_RETURN_IF_ERROR(
       record::write_recording(merged.recording, arguments.out, arguments.overwrite));
   if (arguments.json) {

@@ -35,7 +35,6 @@
 #include "model/loop_text.hpp"
 #include "physics/plant.hpp"
 #include "record/load.hpp"
-#include "record/plausibility.hpp"
 #include "report/report.hpp"
 #include "simulation/workspace.hpp"
 
@@ -87,19 +86,17 @@ core::Result<std::string> method_of(const CLI::App& command, const std::string& 
 core::Status complete(TrainArguments& arguments) {
   if (!arguments.isa.empty()) {
     const auto isa = learn::isa_from(arguments.isa);
-    if (!isa || !learn::is_supported(*isa)) {
+    if (!isa || !learn::is_supported(*isa))
       return core::usage_error(
           fmt::format("--isa {}: this processor or build lacks it; the best here is {}",
                       arguments.isa, learn::name_of(learn::best_isa())));
-    }
     arguments.train.trainer.isa = *isa;
   }
   // A missing folder is an error now, not after an hour of training.
   const std::filesystem::path folder = std::filesystem::absolute(arguments.out).parent_path();
-  if (!std::filesystem::is_directory(folder)) {
+  if (!std::filesystem::is_directory(folder))
     return core::Error{core::ErrorCode::kIo, fmt::format("--out {}: there is no folder {}",
                                                          arguments.out, folder.string())};
-  }
   return {};
 }
 
@@ -247,10 +244,8 @@ core::Status run(TrainArguments arguments) {
                             exchange::load_recordings(arguments.recordings, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(auto held_out,
                             exchange::load_recordings(arguments.validation, arguments.load));
-  std::vector<const record::Recording*> all = pointers_to(training);
-  for (const record::Recording& recording : held_out) all.push_back(&recording);
-  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible, record::plausibility_warnings(all));
-  print_warnings(implausible);
+  RAVENCAL_ASSIGN_OR_RETURN(const auto implausible, warn_of_implausible(pointers_to(training)));
+  RAVENCAL_RETURN_IF_ERROR(warn_of_implausible(pointers_to(held_out)));
   const learn::SharedSeeds shared =
       learn::shared_seeds(learn::seeds_of(pointers_to(training)), pointers_to(held_out));
   if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
