@@ -34,7 +34,6 @@
 #include "model/feature_matrix.hpp"
 #include "model/loop_text.hpp"
 #include "physics/plant.hpp"
-#include "record/load.hpp"
 #include "report/report.hpp"
 #include "simulation/workspace.hpp"
 
