@@ -12,6 +12,7 @@
 
 #include "core/whole_file.hpp"
 #include "record/recording_reader.hpp"
+#include "record/recording_writer.hpp"
 #include "unit/browser.hpp"
 #include "unit/run_command.hpp"
 #include "unit/study_arm.hpp"
@@ -116,6 +117,56 @@ TEST_F(StudyCommand, SaysWhichInputChanged) {
       << planned.text;
 }
 
+TEST_F(StudyCommand, FiguresOfASeedThatTrainingSawSaySoWhereverTheyStand) {
+  const auto of_twin = [this](const std::string& name, unsigned motion, int run) {
+    record::Recording recording = study_arm(600, motion);
+    recording.meta["plant_hash"] = "00ee";
+    recording.meta["seed"] = std::to_string(run);
+    recording.meta["homing_seed"] = std::to_string(10 * run + static_cast<int>(motion));
+    const fs::path path = folder_.path() / name;
+    EXPECT_TRUE(record::write_recording(recording, path, true).ok());
+    return path.string();
+  };
+  train_ = of_twin("train.db", 1, 41);
+  test_ = of_twin("test.db", 2, 41);
+  EXPECT_EQ(ablate("torque " + data()).exit_code, 3);
+  ASSERT_EQ(ablate("torque " + data() + " --same-seed").exit_code, 0);
+  const std::string words = "has the run seed 41 of train.db";
+  for (const bool collected : {false, true}) {
+    const Outcome again =
+        collected ? ablate("torque --collect") : ablate("torque " + data() + " --same-seed");
+    ASSERT_EQ(again.exit_code, 0) << again.text;
+    EXPECT_NE(again.text.find(words), std::string::npos) << again.text;
+    for (const char* file :
+         {"tables.md", "tables.txt", "tables.tex", "findings.json", "report.html"}) {
+      EXPECT_NE(core::read_whole_file(out() / file)->find(words), std::string::npos) << file;
+      if (!collected) fs::remove(out() / file);
+    }
+  }
+  EXPECT_NE(core::read_whole_file(out() / "plan.json")->find("\"same_seed\""), std::string::npos);
+}
+
+TEST_F(StudyCommand, APlanWithResultsIsNotReplacedByAnother) {
+  ASSERT_EQ(ablate("torque " + data() + " --plan").exit_code, 0);
+  EXPECT_EQ(ablate("torque " + data() + " --batch 64 --plan").exit_code, 0) << "it has no results";
+  ASSERT_EQ(ablate("torque " + data() + " --batch 64").exit_code, 0);
+  const std::string plan = *core::read_whole_file(out() / "plan.json");
+  const std::string paper =
+      fmt::format("timeout 60 {} study paper --out {} 2>&1", RAVENCAL_PROGRAM, out().string());
+  for (const Outcome& refused :
+       {ablate("torque " + data()), ablate("removal " + data() + " --batch 64 --plan"),
+        ablate(fmt::format("torque --train {} --test {} --hidden 4 --epochs 1 --seeds 1 --batch 64",
+                           train_, again_)),
+        test::run_command(paper)}) {
+    EXPECT_EQ(refused.exit_code, 2) << refused.text;
+    EXPECT_NE(refused.text.find("remove " + (out() / "plan.json").string()), std::string::npos)
+        << refused.text;
+    EXPECT_EQ(*core::read_whole_file(out() / "plan.json"), plan);
+  }
+  EXPECT_FALSE(fs::exists(out() / "recordings")) << "it is refused before anything is simulated";
+  EXPECT_EQ(ablate("torque " + data() + " --batch 64").exit_code, 0);
+}
+
 TEST_F(StudyCommand, UsageErrorsSayWhatToWrite) {
   EXPECT_EQ(ablate("sideways " + data()).exit_code, 2);
   EXPECT_EQ(ablate("torque").exit_code, 2);
@@ -143,6 +194,19 @@ TEST_F(StudyCommand, ThePapersStudyTakesRecordingsOfTheUser) {
     EXPECT_NE(csv->find(theirs), std::string::npos) << theirs;
 }
 
+TEST_F(StudyCommand, ThePapersStudySimulatesNothingBesideRecordingsOfTheUser) {
+  for (const char* option : {"--train", "--test", "--train-loaded", "--test-loaded",
+                             "--test-homing", "--train-rehomed"}) {
+    const Outcome partly = test::run_command(fmt::format(
+        "timeout 60 {} study paper --quick --test-s 60 --epochs 1 --seeds 1 --hidden 2 {} {} --out "
+        "{} --plan 2>&1",
+        RAVENCAL_PROGRAM, option, train_, out().string()));
+    EXPECT_EQ(partly.exit_code, 2) << option << ": " << partly.text;
+    EXPECT_NE(partly.text.find("--train and --test"), std::string::npos) << partly.text;
+    EXPECT_FALSE(fs::exists(out())) << option;
+  }
+}
+
 TEST_F(StudyCommand, ThePapersStudyMakesItsRecordingsOnceAndApart) {
   const std::string command = fmt::format(
       "{} study paper --quick --test-s 60 --epochs 1 --seeds 1 --hidden 2 --out {} "
@@ -164,6 +228,13 @@ TEST_F(StudyCommand, ThePapersStudyMakesItsRecordingsOnceAndApart) {
   EXPECT_EQ(run_seeds.size(), made.size());
   ASSERT_EQ(test::run_command(command + " 2>&1").exit_code, 0);
   for (const auto& [path, time] : made) EXPECT_EQ(fs::last_write_time(path), time) << path;
+  // The plan that is there is listed, and nothing is simulated for it.
+  fs::remove_all(out() / "recordings");
+  const Outcome listed = test::run_command(
+      fmt::format("{} study paper --out {} --plan 2>&1", RAVENCAL_PROGRAM, out().string()));
+  EXPECT_EQ(listed.exit_code, 0) << listed.text;
+  EXPECT_NE(listed.text.find("28 networks, 28 to train"), std::string::npos) << listed.text;
+  EXPECT_FALSE(fs::exists(out() / "recordings"));
 }
 
 TEST_F(StudyCommand, CompareRefusesToTestOnWhatItTrains) {
@@ -171,6 +242,17 @@ TEST_F(StudyCommand, CompareRefusesToTestOnWhatItTrains) {
   EXPECT_EQ(both.exit_code, 2) << both.text;
   EXPECT_NE(both.text.find("test.db: is both trained on and tested on"), std::string::npos)
       << both.text;
+  EXPECT_FALSE(fs::exists(out()));
+  const fs::path copy = folder_.path() / "copy.db";
+  fs::copy_file(train_, copy);
+  const Outcome copied =
+      compare(fmt::format("--train {} --test {} {}", train_, test_, copy.string()));
+  EXPECT_EQ(copied.exit_code, 3) << copied.text;
+  EXPECT_NE(copied.text.find("copy.db: is both trained on and tested on, with the same bytes as " +
+                             train_),
+            std::string::npos)
+      << copied.text;
+  EXPECT_EQ(ablate(fmt::format("torque --train {} --test {}", train_, copy.string())).exit_code, 3);
   EXPECT_FALSE(fs::exists(out()));
 }
 

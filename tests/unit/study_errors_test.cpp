@@ -54,6 +54,15 @@ TEST(StudyErrors, LostSamplesAreNotCountedAndMoveNoBlock) {
   EXPECT_DOUBLE_EQ(blocks.rmse(), 2.0);
 }
 
+TEST(StudyErrors, AClockThatJumpsYearsTakesNoMemory) {
+  std::vector<double> t_s = times(1500);
+  for (std::size_t i = 1000; i < 1500; ++i) t_s[i] += 9e9;
+  const std::vector<double> errors(1500, 0.5);
+  const ErrorBlocks blocks = blocks_of(t_s, errors);
+  EXPECT_EQ(blocks.counts, (std::vector<std::uint32_t>{500, 500, 500}));
+  EXPECT_DOUBLE_EQ(blocks.rmse(), 0.5);
+}
+
 TEST(StudyErrors, IndependentSamplesAreWorthThemselvesAndCorrelatedOnesLess) {
   const std::vector<double> white = correlated(40000, 0.0, 2);
   EXPECT_NEAR(autocorrelation_time(white), 1.0, 0.1);

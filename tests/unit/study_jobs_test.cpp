@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/whole_file.hpp"
+#include "record/recording_writer.hpp"
 #include "study/job_store.hpp"
 #include "study/pool.hpp"
 #include "study/results.hpp"
@@ -114,12 +115,23 @@ TEST_F(StudyJobs, ADamagedPlanIsRefusedWithTheReason) {
   EXPECT_NE(read.error().message.find("study"), std::string::npos) << read.error().message;
 }
 
-TEST_F(StudyJobs, WhatIsTrainedOnIsNotTestedOn) {
-  Condition condition;
-  condition.title = "unloaded";
-  condition.train = {train_};
-  condition.test = {train_};
-  EXPECT_FALSE(make_plan("removal", tiny(), {}, {condition}, recordings_).ok());
+TEST_F(StudyJobs, WhatIsTrainedOnIsNotTestedOnUnderAnyName) {
+  const fs::path copy = folder_.path() / "copy.db";
+  fs::copy_file(train_, copy);
+  const fs::path link = folder_.path() / "link.db";
+  fs::create_symlink(train_, link);
+  const std::string detour = (folder_.path() / "." / "train.db").string();
+  for (const std::string& same : {train_, copy.string(), link.string(), detour}) {
+    Condition condition;
+    condition.title = "unloaded";
+    condition.train = {train_};
+    condition.test = {test_, same};
+    const auto made = make_plan("removal", tiny(), {}, {condition}, recordings_);
+    ASSERT_FALSE(made.ok()) << same;
+    EXPECT_EQ(made.error().code, core::ErrorCode::kData);
+    for (const std::string& named : {train_, same})
+      EXPECT_NE(made.error().message.find(named), std::string::npos) << made.error().message;
+  }
 }
 
 TEST_F(StudyJobs, ResultsAreTheSameBytesForAnyPoolAndOrder) {
@@ -177,6 +189,16 @@ TEST_F(StudyJobs, AResultThatIsDamagedOrAnothersIsRefusedByName) {
   fs::resize_file(result_path(folder, made.jobs[0].key), 1000);
   EXPECT_FALSE(read_result(made, made.jobs[0], folder).ok());
   EXPECT_FALSE(read_results(made, folder).ok());
+}
+
+TEST_F(StudyJobs, ATestWhoseClockJumpsYearsHasItsResult) {
+  record::Recording jumps = study_arm(700, 5);
+  for (std::size_t i = 400; i < jumps.t_ns.size(); ++i) jumps.t_ns[i] += 8'000'000'000'000'000'000;
+  ASSERT_TRUE(record::write_recording(jumps, test_, true).ok());
+  const Plan made = plan("torque");
+  const auto done = run_job(made, made.jobs[0], recordings_, 1, kGoOn);
+  ASSERT_TRUE(done.ok() && done->has_value()) << (done.ok() ? "" : done.error().message);
+  EXPECT_EQ((*done)->rows.front().joints.front().front().counts.size(), 3U);
 }
 
 TEST_F(StudyJobs, JobsThatThePlanLacksAreAUsageError) {

@@ -21,6 +21,7 @@
 #include "host/loop.hpp"
 #include "host/robot_source.hpp"
 #include "host/summary.hpp"
+#include "learn/distinct.hpp"
 #include "learn/file_hash.hpp"
 #include "model/blob_writer.hpp"
 #include "plugin_host/plugin_library.hpp"
@@ -59,11 +60,14 @@ core::Status complete(CompareArguments& a) {
 /// Two profiles may take different rows of one file.
 core::Status tests_are_unseen(const CompareArguments& a) {
   if (!a.test_profile.empty()) return {};
+  RAVENCAL_ASSIGN_OR_RETURN(const auto trained, learn::hashed(a.train));
   for (const auto& [set, paths] : a.sets) {
     for (const std::string& tested : paths) {
       if (is_among(tested, a.train))
         return core::usage_error(fmt::format("{}: is both trained on and tested on", tested));
     }
+    RAVENCAL_ASSIGN_OR_RETURN(const auto seen, learn::hashed(paths));
+    RAVENCAL_RETURN_IF_ERROR(learn::check_unseen(trained, seen));
   }
   return {};
 }

@@ -5,20 +5,21 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "learn/network_limits.hpp"
+
 namespace ravencal::commands {
 namespace {
 
 constexpr const char* kHidden = "--hidden";
-constexpr std::uint32_t kWidest = 16384;
 
 std::vector<std::uint32_t> widths_of(const std::string& text) {
   std::vector<std::uint32_t> widths;
   for (const std::string& word : CLI::detail::split(text, ',')) {
     std::uint32_t width = 0;
-    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > kWidest) {
+    if (!CLI::detail::lexical_cast(word, width) || width == 0 || width > learn::kWidestLayer) {
       throw CLI::ValidationError(
-          kHidden,
-          fmt::format("'{}' is not a layer width of 1 to {}; write e.g. 128,64,32", word, kWidest));
+          kHidden, fmt::format("'{}' is not a layer width of 1 to {}; write e.g. 128,64,32", word,
+                               learn::kWidestLayer));
     }
     widths.push_back(width);
   }
@@ -60,10 +61,10 @@ void add_activation_option(CLI::App& command, model::Activation& activation) {
 
 void add_epoch_options(CLI::App& command, std::uint32_t& epochs, std::uint32_t& batch) {
   command.add_option("--epochs", epochs, "Passes of the network over the recordings")
-      ->check(CLI::Range(1U, 1000000U))
+      ->check(CLI::Range(1U, learn::kMostEpochs))
       ->capture_default_str();
   command.add_option("--batch", batch, "Rows per step of the network")
-      ->check(CLI::Range(1U, 1000000U))
+      ->check(CLI::Range(1U, learn::kLargestBatch))
       ->capture_default_str();
 }
 

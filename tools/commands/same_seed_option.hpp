@@ -8,10 +8,9 @@
 namespace ravencal::commands {
 
 inline void add_same_seed_option(CLI::App& command, bool& same_seed) {
-  command.add_flag(
-      "--same-seed", same_seed,
-      "Test also on recordings of the digital twin that share a run seed with the "
-      "training, and so its random wander; the table (of ablate: a warning) then says so");
+  command.add_flag("--same-seed", same_seed,
+                   "Test also on recordings of the digital twin that share a run seed with the "
+                   "training, and so its random wander; the tables then say so");
 }
 
 }  // namespace ravencal::commands

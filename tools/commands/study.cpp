@@ -45,6 +45,12 @@ core::Result<physics::Plant> plant_of(const PaperArguments& arguments) {
 
 core::Status make_recordings(const PaperArguments& arguments, StudyArguments& study) {
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, plant_of(arguments));
+  if (study.plan) {
+    fmt::print(stderr,
+               "a plan names its recordings: those of the twin are made first, whole ones of {} "
+               "are kept\n",
+               study.out);
+  }
   cli::Progress progress("recordings");
   RAVENCAL_ASSIGN_OR_RETURN(const experiment::PaperRecordings made,
                             experiment::make_paper_recordings(

@@ -2,6 +2,7 @@
 #include "commands/study_run.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -73,34 +74,85 @@ void tell_changes(const study::Plan& plan, const fs::path& folder) {
   }
 }
 
-/// Refuses tests that are none, and warns of what each condition shares with its training.
-core::Status check_seeds(const study::Plan& plan, bool same_seed,
-                         study::RecordingStore& recordings) {
-  for (const study::Condition& condition : plan.conditions) {
-    std::vector<const record::Recording*> training, tested;
-    for (const auto& [paths, list] :
-         {std::pair{&condition.train, &training}, std::pair{&condition.test, &tested}}) {
-      for (const std::string& path : *paths) {
-        RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const one, recordings.get(path));
-        list->push_back(one);
-      }
+/// Says what of the plan in the folder is not what the options ask for now: "--epochs 60, not 600".
+std::vector<std::string> differences(const study::Plan& before, const StudyArguments& now) {
+  std::vector<std::string> list;
+  const auto compare = [&list](const char* what, const auto& then, const auto& asked) {
+    if (then != asked) list.push_back(fmt::format("{} {}, not {}", what, then, asked));
+  };
+  const study::Settings& a = before.settings;
+  const study::Settings& b = now.settings;
+  compare("study", before.study, now.study);
+  compare("--hidden", fmt::format("{}", fmt::join(a.hidden, ",")),
+          fmt::format("{}", fmt::join(b.hidden, ",")));
+  compare("--epochs", a.epochs, b.epochs);
+  compare("--batch", a.batch, b.batch);
+  compare("--seeds", a.seeds, b.seeds);
+  compare("--seed", a.first_seed, b.first_seed);
+  compare("--noise-from", study::name_of(a.noise_from), study::name_of(b.noise_from));
+  const auto compare_features = [&](const char* option, const std::string& then,
+                                    const std::string& asked, std::string_view preferred) {
+    if (!asked.empty() || (!then.empty() && then != preferred)) {
+      compare(option, then, asked.empty() ? std::string(preferred) : asked);
     }
-    const learn::SharedSeeds shared = learn::shared_seeds(learn::seeds_of(training), tested);
-    if (!same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(shared));
-    print_warnings(learn::sentences_of(shared));
-  }
-  return {};
+  };
+  compare_features("--features", a.features, b.features, study::kBaseFeatures);
+  compare_features("--homing-features", a.homing_features, b.homing_features,
+                   study::kHomingFeatures);
+  compare("--profile", before.load.profile, now.load.profile);
+  compare("--arm", before.load.profile_options.arm, now.load.profile_options.arm);
+  compare("--skip-bad", before.load.skip_bad, now.load.skip_bad);
+  const auto seconds = [](const std::optional<double>& time_s) {
+    return time_s ? fmt::format("{}", *time_s) : "none";
+  };
+  compare("--from-s", seconds(before.load.range.from_s), seconds(now.load.range.from_s));
+  compare("--to-s", seconds(before.load.range.to_s), seconds(now.load.range.to_s));
+  if (now.train.empty()) return list;  // they are still to be made
+  const auto paths = [](const std::vector<study::Condition>& conditions) {
+    std::vector<std::vector<std::string>> all;
+    for (const study::Condition& c : conditions)
+      all.insert(all.end(), {{c.title}, c.train, c.test});
+    return all;
+  };
+  if (paths(before.conditions) != paths(conditions_of(now))) list.emplace_back("other recordings");
+  return list;
+}
+
+/// Another plan in place of one that has results would leave tables that no plan explains.
+core::Status keep_plan(const StudyArguments& arguments) {
+  const fs::path path = study::plan_path(arguments.out);
+  if (!fs::exists(path)) return {};
+  const auto before = study::read_plan(arguments.out);
+  if (!before.ok()) return {};  // to write it again is the way out of a damaged one
+  const std::vector<std::string> differ = differences(*before, arguments);
+  if (differ.empty()) return {};
+  RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(*before, arguments.out));
+  if (missing.size() == before->jobs.size()) return {};
+  return core::usage_error(fmt::format(
+      "--out {}: holds the results of another plan: {}. Give another --out, or the options of that "
+      "plan; to replace it, remove {} (networks that fit the new plan are kept)",
+      arguments.out, fmt::join(differ, "; "), path.string()));
 }
 
 core::Result<study::Plan> planned(StudyArguments& arguments, study::RecordingStore& recordings) {
   if (arguments.train.empty() || (arguments.test.empty() && arguments.test_homing.empty())) {
-    return core::usage_error(
-        "--train and --test: name the recordings (only --job and --collect go by the plan)");
+    return core::usage_error(fmt::format(
+        "--train and --test: name the recordings{} (only --job and --collect go by the plan)",
+        arguments.make_recordings ? " beside the others that you name, or none for the twin's"
+                                  : ""));
   }
+  if (!arguments.train_rehomed.empty() && arguments.test_homing.empty() &&
+      arguments.study != "homing") {
+    return core::usage_error("--train-rehomed: name its tests as well, --test-homing");
+  }
+  RAVENCAL_RETURN_IF_ERROR(keep_plan(arguments));
   RAVENCAL_ASSIGN_OR_RETURN(study::Plan plan,
                             study::make_plan(arguments.study, arguments.settings, arguments.load,
                                              conditions_of(arguments), recordings));
-  RAVENCAL_RETURN_IF_ERROR(check_seeds(plan, arguments.same_seed, recordings));
+  for (const study::Condition& condition : plan.conditions) {
+    if (!arguments.same_seed) RAVENCAL_RETURN_IF_ERROR(learn::check_run_seeds(condition.shared));
+    print_warnings(learn::sentences_of(condition.shared));
+  }
   std::error_code error;
   fs::create_directories(fs::path(arguments.out) / "jobs", error);
   if (error) {
@@ -225,12 +277,17 @@ core::Status run_study(StudyArguments arguments, int& exit_code) {
     return study::run_one(plan, *arguments.job, arguments.out, recordings, arguments.pool.threads,
                           [](double) { return !cli::interrupted(); });
   }
-  const bool none_named = arguments.train.empty() && arguments.test.empty();
+  const bool none_named = arguments.train.empty() && arguments.test.empty() &&
+                          arguments.train_loaded.empty() && arguments.test_loaded.empty() &&
+                          arguments.train_rehomed.empty() && arguments.test_homing.empty();
+  if (none_named && arguments.plan) {
+    const auto plan = study::read_plan(arguments.out);
+    if (plan.ok()) return show_plan(*plan, arguments);
+    if (!arguments.make_recordings) return plan.error();
+  }
   if (none_named && arguments.make_recordings) {
+    RAVENCAL_RETURN_IF_ERROR(keep_plan(arguments));
     RAVENCAL_RETURN_IF_ERROR(arguments.make_recordings(arguments));
-  } else if (none_named && arguments.plan) {
-    RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, study::read_plan(arguments.out));
-    return show_plan(plan, arguments);
   }
   study::RecordingStore recordings(arguments.load);
   RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, planned(arguments, recordings));
@@ -272,7 +329,7 @@ void add_study_network_options(CLI::App& command, StudyArguments& arguments) {
       ->check(CLI::IsMember({"test", "training"}))
       ->default_str("test");
   command.add_option("--seeds", settings.seeds, "Networks per row")
-      ->check(CLI::Range(1U, 1000U))
+      ->check(CLI::Range(1U, study::kMostSeeds))
       ->capture_default_str();
   command
       .add_option("--seed", settings.first_seed,

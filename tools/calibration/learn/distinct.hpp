@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 
@@ -12,5 +13,16 @@ namespace ravencal::learn {
 /// trains and validates, misleads. Errors: kUsage; kIo.
 core::Status check_distinct(std::span<const std::string> training,
                             std::span<const std::string> validation);
+
+struct HashedFile {
+  std::string path;
+  std::string sha256;
+};
+
+/// Errors: kIo.
+core::Result<std::vector<HashedFile>> hashed(const std::vector<std::string>& paths);
+
+/// Whether no file is both trained on and tested on, by content. Errors (kData) name both paths.
+core::Status check_unseen(std::span<const HashedFile> training, std::span<const HashedFile> tested);
 
 }  // namespace ravencal::learn

@@ -81,6 +81,13 @@ std::vector<Cell> cells_of(const ConditionResults& results, const RowId& row,
   return cells;
 }
 
+/// Beneath a table that shows the condition: which of its tests the training saw in part.
+void note_shared_seeds(const ConditionResults& results, Table& table) {
+  for (const std::string& sentence : learn::sentences_of(results.condition().shared)) {
+    if (table.note.find(sentence) == std::string::npos) table.note += " " + sentence + ".";
+  }
+}
+
 /// Rows by conditions and joints, for the conditions of one study.
 class TableBuilder {
  public:
@@ -96,6 +103,7 @@ class TableBuilder {
       if (condition.condition().homing) continue;
       conditions_.push_back(&condition);
       add_columns(table_, condition.joints(), condition.condition().title);
+      note_shared_seeds(condition, table_);
     }
   }
 
@@ -226,6 +234,7 @@ Table homing_table(const Results& results) {
   for (const ConditionResults& condition : results.conditions) {
     if (!condition.condition().homing) continue;
     if (table.columns.empty()) add_columns(table, condition.joints(), "");
+    note_shared_seeds(condition, table);
     bool first = true;
     for (const HomingRow& line : homing_rows()) {
       if (!condition.has(line.row)) continue;
@@ -248,6 +257,7 @@ Table decay_table(const ConditionResults& results, std::size_t index) {
   table.note =
       "Mean over seeds ± standard deviation over seeds, with its 95 % interval. Marked: more "
       "than 30 % above the same network before any homing.";
+  note_shared_seeds(results, table);
   const std::size_t tests = results.condition().test.size();
   for (const JointName& joint : results.joints()) {
     const std::string unit = core::display_unit(joint.unit).name;

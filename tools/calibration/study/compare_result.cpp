@@ -64,7 +64,8 @@ CompareJoint joint_of(const json& j) {
   joint.unit = j.at("unit");
   for (const auto& [name, figure] : j.at("sets").items()) joint.sets[name] = figure_of(figure);
   if (!j.contains("blocks")) return joint;
-  for (const json& blocks : j["blocks"]) joint.blocks.push_back(blocks_from(blocks));
+  for (const json& blocks : j["blocks"])
+    joint.blocks.push_back(blocks_from(JsonPlace(blocks, "blocks")));
   return joint;
 }
 

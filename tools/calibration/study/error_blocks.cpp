@@ -96,18 +96,19 @@ double autocorrelation_time(std::span<const double> values) {
 
 ErrorBlocks blocks_of(std::span<const double> t_s, std::span<const double> errors) {
   ErrorBlocks blocks;
-  if (t_s.empty()) return blocks;
-  const auto count = static_cast<std::size_t>(t_s.back() / kBlockS) + 1;
-  blocks.squares.assign(count, 0.0);
-  blocks.counts.assign(count, 0);
   std::vector<double> times;
   std::vector<double> squares;
+  double number = -1.0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (const double own = std::floor(t_s[i] / kBlockS); own != number) {
+      number = own;
+      blocks.squares.push_back(0.0);
+      blocks.counts.push_back(0);
+    }
     if (!std::isfinite(errors[i])) continue;
     const double square = errors[i] * errors[i];
-    const auto block = static_cast<std::size_t>(t_s[i] / kBlockS);
-    blocks.squares[block] += square;
-    ++blocks.counts[block];
+    blocks.squares.back() += square;
+    ++blocks.counts.back();
     blocks.peak = std::max(blocks.peak, std::abs(errors[i]));
     times.push_back(t_s[i]);
     squares.push_back(square);

@@ -15,8 +15,9 @@ namespace ravencal::study {
 /// make sixty of them.
 inline constexpr double kBlockS = 5.0;
 
-/// Errors of one joint in one test recording. `squares` and `counts` have the same length; a block
-/// without a usable sample is there with count 0, so that block i is the same time in every row.
+/// Errors of one joint in one test recording. `squares` and `counts` have the same length. A block
+/// without a usable sample is there with count 0, so that block i is the same time in every row; a
+/// time without any rows (a clock that jumps) has no blocks.
 struct ErrorBlocks {
   std::vector<double> squares;
   std::vector<std::uint32_t> counts;

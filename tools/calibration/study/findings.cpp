@@ -255,6 +255,27 @@ Finding homings_guide(const ConditionResults& results) {
   return finding;
 }
 
+std::vector<Finding> findings_of(const ConditionResults& condition) {
+  if (condition.condition().homing) {
+    return {condition.condition().rehomed ? homings_guide(condition) : encoders_break(condition)};
+  }
+  return {poses_matter_most(condition),
+          end_effector_stands_in(condition),
+          inaccurate_poses_worse(condition, NoiseInto::kInputs),
+          inaccurate_poses_worse(condition, NoiseInto::kBelievedAsWell),
+          direction_of_torque(condition),
+          missing_torque_worse(condition),
+          joint_three_needs_torque(condition),
+          joint_two_carries(condition),
+          joint_two_spoils(condition),
+          joints_one_and_three_are_free(condition)};
+}
+
+/// A test with a run seed of the training is none, whatever its figures show.
+std::vector<std::string> same_seed_sentences(const learn::SharedSeeds& shared) {
+  return learn::sentences_of({shared.runs, {}});
+}
+
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
@@ -274,21 +295,11 @@ std::string_view name_of(Verdict verdict) {
 std::vector<Finding> findings_of(const Results& results) {
   std::vector<Finding> findings;
   for (const ConditionResults& condition : results.conditions) {
-    if (condition.condition().homing) {
-      findings.push_back(condition.condition().rehomed ? homings_guide(condition)
-                                                       : encoders_break(condition));
-      continue;
+    for (Finding& finding : findings_of(condition)) {
+      for (const std::string& sentence : same_seed_sentences(condition.condition().shared))
+        finding.evidence += (finding.evidence.empty() ? "" : "; ") + sentence;
+      findings.push_back(std::move(finding));
     }
-    findings.push_back(poses_matter_most(condition));
-    findings.push_back(end_effector_stands_in(condition));
-    findings.push_back(inaccurate_poses_worse(condition, NoiseInto::kInputs));
-    findings.push_back(inaccurate_poses_worse(condition, NoiseInto::kBelievedAsWell));
-    findings.push_back(direction_of_torque(condition));
-    findings.push_back(missing_torque_worse(condition));
-    findings.push_back(joint_three_needs_torque(condition));
-    findings.push_back(joint_two_carries(condition));
-    findings.push_back(joint_two_spoils(condition));
-    findings.push_back(joints_one_and_three_are_free(condition));
   }
   return findings;
 }

@@ -25,6 +25,9 @@ struct RowErrors {
   std::vector<std::vector<ErrorBlocks>> joints;  ///< [joint][test recording], SI units
 };
 
+/// Numbers of blocks, by joint and test recording: the same in every row of a condition.
+std::vector<std::size_t> shape_of(const RowErrors& row);
+
 inline constexpr std::string_view kRaw = "raw";
 inline constexpr std::string_view kBias = "bias";
 

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <limits>
+#include <exception>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
+#include "core/json_text.hpp"
 #include "core/whole_file.hpp"
 
 namespace ravencal::study {
@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kJobSchema = 1;
+constexpr unsigned kJobSchema = 1;
 
 }  // namespace
 
@@ -50,19 +50,20 @@ core::Result<bool> take_result(const std::filesystem::path& folder, const std::s
   std::error_code missing;
   if (!std::filesystem::exists(path, missing)) return false;
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
+  const auto refused = [&](const std::string& why) {
+    return core::data_error(fmt::format(
+        "{}: is no result of this job: {}; remove it and run the job again", path.string(), why));
+  };
+  const auto json = core::parse_json<Json>(text);
+  if (!json.ok()) return refused(json.error().message);
   try {
-    const Json json = Json::parse(text);
-    if (json.at("schema") != kJobSchema) throw std::invalid_argument("another version's result");
-    if (json.at("job") != description) {
-      throw std::invalid_argument("it is the result of another job");
-    }
-    take(json);
+    const JsonPlace whole(*json);
+    if (whole["schema"].whole(0U) != kJobSchema) return refused("another version's result");
+    if (whole["job"].text() != description) return refused("it is the result of another job");
+    take(*json);
     return true;
   } catch (const std::exception& error) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: is no result of this job: {}; remove it and run the job "
-                                   "again",
-                                   path.string(), error.what())};
+    return refused(error.what());
   }
 }
 
@@ -74,20 +75,17 @@ Json json_of(const ErrorBlocks& blocks) {
           {"squares", blocks.squares}};
 }
 
-double number_or_infinite(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
-}
-
-ErrorBlocks blocks_from(const Json& json) {
+ErrorBlocks blocks_from(const JsonPlace& json) {
   ErrorBlocks blocks;
-  blocks.peak = number_or_infinite(json.at("peak"));
-  blocks.effective_samples = number_or_infinite(json.at("effective_samples"));
-  blocks.correlation_s = number_or_infinite(json.at("correlation_s"));
-  blocks.counts = json.at("counts").get<std::vector<std::uint32_t>>();
-  for (const Json& square : json.at("squares"))
-    blocks.squares.push_back(number_or_infinite(square));
+  blocks.peak = json["peak"].figure();
+  blocks.effective_samples = json["effective_samples"].figure();
+  blocks.correlation_s = json["correlation_s"].figure();
+  for (const JsonPlace& count : json["counts"].some()) {
+    blocks.counts.push_back(count.whole<std::uint32_t>());
+  }
+  for (const JsonPlace& square : json["squares"].some()) blocks.squares.push_back(square.figure());
   if (blocks.counts.size() != blocks.squares.size()) {
-    throw std::invalid_argument("counts and squares differ in length");
+    json["squares"].refuse(fmt::format("{} sums, as many as counts", blocks.counts.size()));
   }
   return blocks;
 }

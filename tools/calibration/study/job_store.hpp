@@ -14,6 +14,7 @@
 
 #include "core/result.hpp"
 #include "study/error_blocks.hpp"
+#include "study/json_place.hpp"
 
 namespace ravencal::study {
 
@@ -33,9 +34,7 @@ core::Result<bool> take_result(const std::filesystem::path& folder, const std::s
                                const std::function<void(const nlohmann::ordered_json&)>& take);
 
 nlohmann::ordered_json json_of(const ErrorBlocks& blocks);
-/// JSON has no infinity or NaN: null stands for an infinite figure, of a model that overflowed.
 /// Throws for JSON of another form.
-ErrorBlocks blocks_from(const nlohmann::ordered_json& json);
-double number_or_infinite(const nlohmann::ordered_json& json);
+ErrorBlocks blocks_from(const JsonPlace& json);
 
 }  // namespace ravencal::study

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "learn/distinct.hpp"
 #include "learn/file_hash.hpp"
 #include "model/feature_spec.hpp"
 #include "study/job_store.hpp"
@@ -126,8 +127,6 @@ std::string hashes_of(const Plan& plan, const std::vector<std::string>& paths) {
 }
 
 core::Status check(const Plan& plan) {
-  constexpr std::string_view kStudies[] = {"removal", "inaccurate", "torque",
-                                           "homing",  kPaperStudy,  "all"};
   if (std::find(std::begin(kStudies), std::end(kStudies), plan.study) == std::end(kStudies)) {
     return core::Error{core::ErrorCode::kUsage, fmt::format("'{}' is no study; they are {}",
                                                             plan.study, fmt::join(kStudies, ", "))};
@@ -138,12 +137,34 @@ core::Status check(const Plan& plan) {
           core::ErrorCode::kUsage,
           fmt::format("{}: name recordings to train on and others to test on", condition.title)};
     }
-    for (const std::string& path : condition.test) {
-      if (std::find(condition.train.begin(), condition.train.end(), path) != condition.train.end())
-        return core::Error{
-            core::ErrorCode::kUsage,
-            fmt::format("{}: {} is both trained on and tested on", condition.title, path)};
+  }
+  return {};
+}
+
+/// Errors: kData for a test that its own condition trains on.
+core::Status check_tests_are_unseen(const Plan& plan) {
+  const auto hashed = [&plan](const std::vector<std::string>& paths) {
+    std::vector<learn::HashedFile> files;
+    for (const std::string& path : paths) files.push_back({path, input_of(plan, path)->sha256});
+    return files;
+  };
+  for (const Condition& condition : plan.conditions) {
+    RAVENCAL_RETURN_IF_ERROR(learn::check_unseen(hashed(condition.train), hashed(condition.test)));
+  }
+  return {};
+}
+
+core::Status find_shared_seeds(Plan& plan, RecordingStore& recordings) {
+  for (Condition& condition : plan.conditions) {
+    std::vector<const record::Recording*> training, tested;
+    for (const auto& [paths, list] :
+         {std::pair{&condition.train, &training}, std::pair{&condition.test, &tested}}) {
+      for (const std::string& path : *paths) {
+        RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const one, recordings.get(path));
+        list->push_back(one);
+      }
     }
+    condition.shared = learn::shared_seeds(learn::seeds_of(training), tested);
   }
   return {};
 }
@@ -217,6 +238,8 @@ core::Result<Plan> make_plan(std::string study, Settings settings, record::LoadO
   plan.conditions = std::move(conditions);
   RAVENCAL_RETURN_IF_ERROR(check(plan));
   RAVENCAL_RETURN_IF_ERROR(read_inputs(plan, recordings));
+  RAVENCAL_RETURN_IF_ERROR(check_tests_are_unseen(plan));
+  RAVENCAL_RETURN_IF_ERROR(find_shared_seeds(plan, recordings));
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const first,
                             recordings.get(plan.conditions.front().train.front()));
   RAVENCAL_ASSIGN_OR_RETURN(plan.settings.features,

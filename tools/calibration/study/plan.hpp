@@ -10,12 +10,15 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "learn/shared_seeds.hpp"
 #include "learn/train.hpp"
 #include "record/load.hpp"
 #include "study/ablation_rows.hpp"
 #include "study/recording_store.hpp"
 
 namespace ravencal::study {
+
+inline constexpr std::uint32_t kMostSeeds = 1000;  ///< networks per row
 
 /// How networks are trained. Defaults: the paper's.
 struct Settings {
@@ -37,6 +40,8 @@ struct Condition {
   std::vector<std::string> test;   ///< a homing condition's: after 0, 1, 2, ... homings
   bool homing = false;
   bool rehomed = false;  ///< trained on recordings of several homings
+  /// Twin seeds of tests that the training saw; tables and findings say so.
+  learn::SharedSeeds shared = {};
 };
 
 struct Input {
@@ -69,9 +74,13 @@ struct Plan {
   std::vector<std::string> left_out;  ///< sentences: rows whose features the recordings lack
 };
 
+/// What Plan::study may be.
+inline constexpr std::string_view kStudies[] = {"removal", "inaccurate", "torque",
+                                                "homing",  kPaperStudy,  "all"};
+
 /// Hashes and reads the inputs and lists the jobs.
-/// Errors: kUsage for an unknown study or features that select nothing; kIo and kData of
-/// recordings.
+/// Errors: kUsage for an unknown study or features that select nothing; kData for a test that is
+/// trained on; kIo and kData of recordings.
 core::Result<Plan> make_plan(std::string study, Settings settings, record::LoadOptions load,
                              std::vector<Condition> conditions, RecordingStore& recordings);
 

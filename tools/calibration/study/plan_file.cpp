@@ -2,10 +2,15 @@
 //
 // plan.json: what a job on another machine has to know.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/json_text.hpp"
 #include "core/whole_file.hpp"
+#include "learn/network_limits.hpp"
+#include "study/json_place.hpp"
 #include "study/plan.hpp"
 
 namespace ravencal::study {
@@ -13,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kPlanSchema = 2;
+constexpr unsigned kPlanSchema = 3;
 
 Json settings_json(const Settings& s) {
   return {{"features", s.features},
@@ -27,37 +32,58 @@ Json settings_json(const Settings& s) {
           {"noise_from", name_of(s.noise_from)}};
 }
 
-/// Throws nlohmann's exceptions for what is missing or of another type.
-Settings settings_from(const Json& json) {
+template <typename T>
+T known(const std::optional<T>& value, const JsonPlace& place, const char* expected) {
+  if (!value) place.refuse(expected);
+  return *value;
+}
+
+Settings settings_from(const JsonPlace& json) {
   Settings s;
-  s.features = json.at("features");
-  s.homing_features = json.at("homing_features");
-  s.hidden = json.at("hidden").get<std::vector<std::uint32_t>>();
-  s.epochs = json.at("epochs");
-  s.batch = json.at("batch");
-  s.seeds = json.at("seeds");
-  s.first_seed = json.at("first_seed");
-  const auto isa = learn::isa_from(json.at("kernels").get<std::string>());
-  if (!isa) throw std::invalid_argument("'kernels' is no instruction set");
-  s.isa = *isa;
-  const auto noise_from = noise_from_name(json.at("noise_from").get<std::string>());
-  if (!noise_from) throw std::invalid_argument("'noise_from' is neither test nor training");
-  s.noise_from = *noise_from;
+  s.features = json["features"].text();
+  s.homing_features = json["homing_features"].text();
+  s.hidden.clear();
+  for (const JsonPlace& width : json["hidden"].some()) {
+    s.hidden.push_back(width.whole(1U, learn::kWidestLayer));
+  }
+  s.epochs = json["epochs"].whole(1U, learn::kMostEpochs);
+  s.batch = json["batch"].whole(1U, learn::kLargestBatch);
+  s.seeds = json["seeds"].whole(1U, kMostSeeds);
+  s.first_seed = json["first_seed"].whole<std::uint64_t>();
+  const JsonPlace isa = json["kernels"];
+  s.isa = known(learn::isa_from(isa.text()), isa, "an instruction set");
+  const JsonPlace noise = json["noise_from"];
+  s.noise_from = known(noise_from_name(noise.text()), noise, "test or training");
   return s;
 }
 
 Json json_of(const std::optional<double>& time_s) { return time_s ? Json(*time_s) : Json(); }
 
-std::optional<double> time_from(const Json& load, const char* key) {
-  const Json time_s = load.value(key, Json());
-  return time_s.is_null() ? std::nullopt : std::optional(time_s.get<double>());
+std::optional<double> time_from(const JsonPlace& load, const char* key) {
+  if (!load.has(key) || load[key].is_null()) return std::nullopt;
+  return load[key].number();
 }
 
-TestSet tests_from(const std::string& name) {
+std::vector<std::string> texts(const std::vector<JsonPlace>& places) {
+  std::vector<std::string> list;
+  for (const JsonPlace& place : places) list.push_back(place.text());
+  return list;
+}
+
+std::vector<learn::SharedSeed> shared_from(const JsonPlace& list) {
+  std::vector<learn::SharedSeed> shared;
+  for (const JsonPlace& one : list.items()) {
+    shared.push_back(
+        {one["tested"].text(), one["trained"].text(), one["seed"].whole<std::uint64_t>()});
+  }
+  return shared;
+}
+
+std::optional<TestSet> tests_named(const std::string& name) {
   for (const TestSet set : {TestSet::kPlain, TestSet::kPaper, TestSet::kFull, TestSet::kEncoder}) {
     if (name_of(set) == name) return set;
   }
-  throw std::invalid_argument(fmt::format("'{}' is no set of tests", name));
+  return std::nullopt;
 }
 
 Json json_of(const Plan& plan) {
@@ -79,7 +105,9 @@ Json json_of(const Plan& plan) {
                                   {"homing", condition.homing},
                                   {"rehomed", condition.rehomed},
                                   {"train", condition.train},
-                                  {"test", condition.test}});
+                                  {"test", condition.test},
+                                  {"same_seed", shared_seeds_json(condition.shared.runs)},
+                                  {"one_homing", shared_seeds_json(condition.shared.homings)}});
   }
   for (const Input& input : plan.inputs) {
     json["inputs"].push_back(
@@ -99,37 +127,58 @@ Json json_of(const Plan& plan) {
   return json;
 }
 
-Plan plan_from(const Json& json) {
+Condition condition_from(const JsonPlace& json) {
+  Condition condition;
+  condition.title = json["title"].text();
+  condition.train = texts(json["train"].some());
+  condition.test = texts(json["test"].some());
+  condition.homing = json["homing"].flag();
+  condition.rehomed = json["rehomed"].flag();
+  condition.shared = {shared_from(json["same_seed"]), shared_from(json["one_homing"])};
+  return condition;
+}
+
+Job job_from(const JsonPlace& json, std::size_t conditions) {
+  Job job;
+  job.condition = json["condition"].whole<std::size_t>(0, conditions - 1);
+  job.row = json["row"].text();
+  job.features = json["features"].text();
+  job.seed = json["seed"].whole<std::uint64_t>();
+  const JsonPlace tests = json["tests"];
+  job.tests = known(tests_named(tests.text()), tests, "a set of tests");
+  job.width = json["width"].whole(1U);
+  job.key = json["key"].text();
+  return job;
+}
+
+/// Throws std::invalid_argument that names the key.
+Plan plan_from(const JsonPlace& json) {
   Plan plan;
-  if (json.at("schema") != kPlanSchema) throw std::invalid_argument("another version's plan");
-  plan.study = json.at("study");
-  plan.settings = settings_from(json.at("settings"));
-  plan.load.profile = json.at("load").at("profile");
-  plan.load.profile_options.arm = json.at("load").at("arm");
-  plan.load.skip_bad = json.at("load").at("skip_bad");
-  plan.load.range = {time_from(json.at("load"), "from_s"), time_from(json.at("load"), "to_s")};
-  for (const Json& c : json.at("conditions")) {
-    plan.conditions.push_back({c.at("title"), c.at("train").get<std::vector<std::string>>(),
-                               c.at("test").get<std::vector<std::string>>(), c.at("homing"),
-                               c.at("rehomed")});
+  if (json["schema"].whole(0U) != kPlanSchema) {
+    json["schema"].refuse(fmt::format("{}: another version's plan", kPlanSchema));
   }
-  for (const Json& i : json.at("inputs"))
-    plan.inputs.push_back({i.at("path"), i.at("sha256"), i.at("rows")});
-  for (const Json& j : json.at("jobs")) {
-    Job job;
-    job.condition = j.at("condition");
-    job.row = j.at("row");
-    job.features = j.at("features");
-    job.seed = j.at("seed");
-    job.tests = tests_from(j.at("tests"));
-    job.width = j.at("width");
-    job.key = j.at("key");
-    if (job.condition >= plan.conditions.size()) {
-      throw std::invalid_argument(fmt::format("job {} is of no condition", plan.jobs.size()));
-    }
-    plan.jobs.push_back(std::move(job));
+  const JsonPlace study = json["study"];
+  plan.study = study.text();
+  if (std::find(std::begin(kStudies), std::end(kStudies), plan.study) == std::end(kStudies)) {
+    study.refuse(fmt::format("one of {}", fmt::join(kStudies, ", ")));
   }
-  plan.left_out = json.at("left_out").get<std::vector<std::string>>();
+  plan.settings = settings_from(json["settings"]);
+  const JsonPlace load = json["load"];
+  plan.load.profile = load["profile"].text();
+  plan.load.profile_options.arm = load["arm"].text();
+  plan.load.skip_bad = load["skip_bad"].flag();
+  plan.load.range = {time_from(load, "from_s"), time_from(load, "to_s")};
+  for (const JsonPlace& condition : json["conditions"].some()) {
+    plan.conditions.push_back(condition_from(condition));
+  }
+  for (const JsonPlace& input : json["inputs"].some()) {
+    plan.inputs.push_back(
+        {input["path"].text(), input["sha256"].text(), input["rows"].whole<std::uint64_t>()});
+  }
+  for (const JsonPlace& job : json["jobs"].some()) {
+    plan.jobs.push_back(job_from(job, plan.conditions.size()));
+  }
+  plan.left_out = texts(json["left_out"].items());
   return plan;
 }
 
@@ -145,12 +194,17 @@ core::Status write_plan(const Plan& plan, const std::filesystem::path& folder) {
 
 core::Result<Plan> read_plan(const std::filesystem::path& folder) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(plan_path(folder)));
+  const auto refused = [&](const std::string& why) {
+    return core::data_error(
+        fmt::format("{}: is no plan of an ablation: {}; write it again with --plan",
+                    plan_path(folder).string(), why));
+  };
+  const auto json = core::parse_json<Json>(text);
+  if (!json.ok()) return refused(json.error().message);
   try {
-    return plan_from(Json::parse(text));
+    return plan_from(JsonPlace(*json));
   } catch (const std::exception& error) {
-    return core::Error{core::ErrorCode::kData,
-                       fmt::format("{}: is no plan of an ablation: {}; write it again with --plan",
-                                   plan_path(folder).string(), error.what())};
+    return refused(error.what());
   }
 }
 

@@ -6,6 +6,8 @@
 #include <time.h>
 
 #include <chrono>
+#include <exception>
+#include <new>
 
 #include "core/random.hpp"
 #include "core/run_tasks.hpp"
@@ -20,12 +22,27 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// Runs the job; what a library throws is the job's error, and the other jobs' results are kept.
+core::Result<std::optional<JobResult>> run_guarded(const Plan& plan, const Job& job,
+                                                   RecordingStore& recordings, unsigned threads,
+                                                   const JobProgress& progress) {
+  try {
+    return run_job(plan, job, recordings, threads, progress);
+  } catch (const std::bad_alloc&) {
+    return core::data_error(
+        fmt::format("job '{}', seed {}: there is not enough memory for it", job.row, job.seed));
+  } catch (const std::exception& thrown) {
+    return core::data_error(
+        fmt::format("job '{}', seed {}: failed: {}", job.row, job.seed, thrown.what()));
+  }
+}
+
 /// Trains, tests and writes; false if stopped.
 core::Result<bool> run_and_write(const Plan& plan, const Job& job,
                                  const std::filesystem::path& folder, RecordingStore& recordings,
                                  unsigned threads, const JobProgress& progress) {
   RAVENCAL_ASSIGN_OR_RETURN(const std::optional<JobResult> result,
-                            run_job(plan, job, recordings, threads, progress));
+                            run_guarded(plan, job, recordings, threads, progress));
   if (!result) return false;
   RAVENCAL_RETURN_IF_ERROR(write_result(plan, job, *result, folder));
   return true;

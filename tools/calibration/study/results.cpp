@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/results.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
+
+#include "study/job_store.hpp"
 
 namespace ravencal::study {
 namespace {
@@ -27,6 +32,22 @@ SeedErrors chosen(const SeedErrors& errors, std::optional<std::size_t> recording
 
 double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::vector<std::string> ids_of(const JobResult& result) {
+  std::vector<std::string> ids;
+  for (const RowErrors& row : result.rows) ids.push_back(row.id);
+  return ids;
+}
+
+/// Whether two results have the same joints, and blocks of the same times.
+bool are_alike(const JobResult& one, const JobResult& other) {
+  const auto same = [](const JointName& a, const JointName& b) {
+    return a.name == b.name && a.unit == b.unit;
+  };
+  return std::equal(one.joints.begin(), one.joints.end(), other.joints.begin(), other.joints.end(),
+                    same) &&
+         shape_of(one.rows.front()) == shape_of(other.rows.front());
 }
 
 }  // namespace
@@ -148,10 +169,23 @@ core::Result<Results> read_results(const Plan& plan, const std::filesystem::path
   }
   for (std::size_t c = 0; c < plan.conditions.size(); ++c) {
     std::optional<ConditionResults> condition;
+    const JobResult* first = nullptr;
+    std::map<std::string, JobResult*> first_of_row;
     for (std::size_t i = 0; i < plan.jobs.size(); ++i) {
       const Job& job = plan.jobs[i];
       if (job.condition != c || incomplete.contains({c, job.row})) continue;
-      if (!condition) condition.emplace(plan.conditions[c], found[i]->joints);
+      if (!condition) {
+        condition.emplace(plan.conditions[c], found[i]->joints);
+        first = &*found[i];
+      }
+      JobResult*& of_row = first_of_row.try_emplace(job.row, &*found[i]).first->second;
+      if (!are_alike(*first, *found[i]) || ids_of(*of_row) != ids_of(*found[i])) {
+        return core::data_error(fmt::format(
+            "{}: its joints, blocks or rows are not those of the other results of '{}'; remove it "
+            "and run job {} again",
+            result_path(folder, key_of(description_of(plan, job))).string(),
+            plan.conditions[c].title, i));
+      }
       for (const RowErrors& row : found[i]->rows) condition->add({job.row, row.id}, row);
       if (condition->maps.empty()) {
         condition->grid = found[i]->grid;
