@@ -207,10 +207,22 @@ TEST_F(StudyCommand, ThePapersStudySimulatesNothingBesideRecordingsOfTheUser) {
   }
 }
 
+TEST_F(StudyCommand, ThePapersPlanIsListedBeforeItsRecordingsAreMade) {
+  for (const std::string words :
+       {"28 networks, 28 to train", "32 recordings of the twin, 16.5 h"}) {
+    const Outcome listed = test::run_command(
+        fmt::format("timeout 120 {} study paper --seeds 1 --hidden 32 --out {} --plan 2>&1",
+                    RAVENCAL_PROGRAM, out().string()));
+    EXPECT_EQ(listed.exit_code, 0) << listed.text;
+    EXPECT_NE(listed.text.find(words), std::string::npos) << listed.text;
+    EXPECT_FALSE(fs::exists(out())) << "nothing is written";
+  }
+}
+
 TEST_F(StudyCommand, ThePapersStudyMakesItsRecordingsOnceAndApart) {
   const std::string command = fmt::format(
       "{} study paper --quick --test-s 60 --epochs 1 --seeds 1 --hidden 2 --out {} "
-      "--plan",
+      "--plan --make-recordings",
       RAVENCAL_PROGRAM, out().string());
   const Outcome planned = test::run_command(command + " 2>&1");
   ASSERT_EQ(planned.exit_code, 0) << planned.text;

@@ -10,6 +10,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/study_run.hpp"
+#include "core/temporary_folder.hpp"
 #include "experiment/paper_recordings.hpp"
 #include "physics/plant.hpp"
 
@@ -26,6 +27,7 @@ struct PaperArguments {
   std::string plant;
   experiment::PaperRecordingOptions recordings;
   bool quick = false;
+  bool make = false;  ///< also for --plan
 };
 
 /// What --quick takes in place of the paper's settings, where no option says otherwise.
@@ -43,32 +45,52 @@ core::Result<physics::Plant> plant_of(const PaperArguments& arguments) {
   return physics::parse_plant({ravencal_raven2_plant, ravencal_raven2_plant_end}, "raven2.toml");
 }
 
-core::Status make_recordings(const PaperArguments& arguments, StudyArguments& study) {
-  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, plant_of(arguments));
-  if (study.plan) {
-    fmt::print(stderr,
-               "a plan names its recordings: those of the twin are made first, whole ones of {} "
-               "are kept\n",
-               study.out);
-  }
-  cli::Progress progress("recordings");
-  RAVENCAL_ASSIGN_OR_RETURN(const experiment::PaperRecordings made,
-                            experiment::make_paper_recordings(
-                                plant, arguments.recordings,
-                                std::filesystem::path(study.out) / "recordings", [&](double done) {
-                                  progress.update(done);
-                                  return !cli::interrupted();
-                                }));
-  if (made.interrupted) {
-    return core::Error{core::ErrorCode::kIo,
-                       "interrupted: whole recordings are kept; the same command continues"};
-  }
+void take(const experiment::PaperRecordings& made, StudyArguments& study) {
   study.train = made.train;
   study.test = made.test;
   study.train_loaded = made.train_loaded;
   study.test_loaded = made.test_loaded;
   study.train_rehomed = made.train_rehomed;
   study.test_homing = made.test_homing;
+}
+
+core::Status stand_in(const physics::Plant& plant, const experiment::PaperWork& work,
+                      StudyArguments& study) {
+  RAVENCAL_ASSIGN_OR_RETURN(core::TemporaryFolder folder, core::TemporaryFolder::create());
+  RAVENCAL_ASSIGN_OR_RETURN(const experiment::PaperRecordings made,
+                            experiment::make_stand_ins(plant, folder.path()));
+  take(made, study);
+  study.stand_ins = std::make_shared<StandIns>(StandIns{
+      std::move(folder), experiment::kRowsOfZigzag,
+      fmt::format(
+          "{} recordings of the twin, {:.1f} h of motion, are to be made first, and no plan "
+          "is written: the same command without --plan makes them and trains, with "
+          "--make-recordings it makes them and writes the plan",
+          work.recordings, work.motion_s / 3600.0)});
+  return {};
+}
+
+core::Status make_recordings(const PaperArguments& arguments, StudyArguments& study) {
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, plant_of(arguments));
+  const std::filesystem::path folder = std::filesystem::path(study.out) / "recordings";
+  if (study.plan && !arguments.make) {
+    RAVENCAL_ASSIGN_OR_RETURN(
+        const experiment::PaperWork work,
+        experiment::missing_paper_recordings(plant, arguments.recordings, folder));
+    if (work.recordings > 0) return stand_in(plant, work, study);
+  }
+  cli::Progress progress("recordings");
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const experiment::PaperRecordings made,
+      experiment::make_paper_recordings(plant, arguments.recordings, folder, [&](double done) {
+        progress.update(done);
+        return !cli::interrupted();
+      }));
+  if (made.interrupted) {
+    return core::Error{core::ErrorCode::kIo,
+                       "interrupted: whole recordings are kept; the same command continues"};
+  }
+  take(made, study);
   return {};
 }
 
@@ -84,6 +106,9 @@ void add_twin_options(CLI::App& command, PaperArguments& arguments) {
       .add_option("--recording-seed", arguments.recordings.seed,
                   "Run and homing seeds of the recordings follow from it")
       ->capture_default_str();
+  command.add_flag("--make-recordings", arguments.make,
+                   "With --plan: make the twin's recordings and write plan.json, so that --job can "
+                   "run; --plan alone lists the networks");
   command.add_flag(
       "--quick", arguments.quick,
       "Some ten minutes on two cores: --hidden 128,64,32 --epochs 60 --seeds 3 --test-s "
@@ -112,7 +137,7 @@ void add_study(CLI::App& app, int& exit_code) {
       "Without recordings it makes the paper's on the digital twin: zig-zags of 3244 s in all at "
       "25 Hz, random\nmotion, both unloaded and with 500 g, and sets after 0 to 5 homings. The "
       "same "
-      "command continues an interrupted\nstudy. On a cluster: --plan, then "
+      "command continues an interrupted\nstudy. On a cluster: --plan --make-recordings, then "
       "tools/calibration/slurm/study.sbatch, then --collect.\n"
       "Example: ravencal study paper --quick --out study");
   on_call(*command, exit_code, {.read = kStudyInputs, .written = {}},

@@ -186,11 +186,13 @@ core::Status show_plan(const study::Plan& plan, const StudyArguments& arguments)
   RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
   const double seconds = study::estimated_seconds(plan, missing);
   if (arguments.json) {
-    const nlohmann::ordered_json json = {{"plan", study::plan_path(arguments.out).string()},
-                                         {"jobs", plan.jobs.size()},
-                                         {"missing", missing.size()},
-                                         {"array", ranges_of(missing)},
-                                         {"core_seconds", seconds}};
+    using Json = nlohmann::ordered_json;
+    const Json path = arguments.stand_ins ? Json() : Json(study::plan_path(arguments.out).string());
+    const Json json = {{"plan", path},
+                       {"jobs", plan.jobs.size()},
+                       {"missing", missing.size()},
+                       {"array", ranges_of(missing)},
+                       {"core_seconds", seconds}};
     fmt::print("{}\n", json.dump());
     return {};
   }
@@ -205,6 +207,17 @@ core::Status show_plan(const study::Plan& plan, const StudyArguments& arguments)
   fmt::print("{} networks, {} to train: about {} of one core, {} with {} at a time\n",
              plan.jobs.size(), missing.size(), minutes(seconds),
              minutes(seconds / workers_of(arguments)), workers_of(arguments));
+  return {};
+}
+
+/// The jobs of a study whose recordings are not made yet; writes nothing.
+core::Status list_unmade(const StudyArguments& arguments, study::RecordingStore& recordings) {
+  RAVENCAL_ASSIGN_OR_RETURN(study::Plan plan,
+                            study::make_plan(arguments.study, arguments.settings, arguments.load,
+                                             conditions_of(arguments), recordings));
+  for (study::Input& input : plan.inputs) input.rows = arguments.stand_ins->rows;
+  RAVENCAL_RETURN_IF_ERROR(show_plan(plan, arguments));
+  fmt::print(stderr, "{}\n", arguments.stand_ins->sentence);
   return {};
 }
 
@@ -290,6 +303,7 @@ core::Status run_study(StudyArguments arguments, int& exit_code) {
     RAVENCAL_RETURN_IF_ERROR(arguments.make_recordings(arguments));
   }
   study::RecordingStore recordings(arguments.load);
+  if (arguments.stand_ins) return list_unmade(arguments, recordings);
   RAVENCAL_ASSIGN_OR_RETURN(const study::Plan plan, planned(arguments, recordings));
   if (arguments.plan) return show_plan(plan, arguments);
   RAVENCAL_RETURN_IF_ERROR(run_jobs(plan, arguments, recordings));

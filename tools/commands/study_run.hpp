@@ -5,16 +5,25 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/result.hpp"
+#include "core/temporary_folder.hpp"
 #include "record/load.hpp"
 #include "study/plan.hpp"
 #include "study/pool.hpp"
 
 namespace ravencal::commands {
+
+/// Recordings in the place of some that are not made yet: a study is listed by them, not planned.
+struct StandIns {
+  core::TemporaryFolder folder;
+  std::uint64_t rows = 0;  ///< of each recording that they stand for
+  std::string sentence;    ///< what is to be made, and how
+};
 
 /// What the commands of studies take.
 struct StudyArguments {
@@ -35,6 +44,7 @@ struct StudyArguments {
   bool print_tables = false;  ///< and not only the findings
   /// Makes the recordings that no option named; nothing: they must be named.
   std::function<core::Status(StudyArguments&)> make_recordings;
+  std::shared_ptr<const StandIns> stand_ins;
 };
 
 /// --train, --test and so on, --same-seed and how recordings are read.

@@ -150,7 +150,50 @@ core::Result<bool> record(const physics::Plant& plant, const Wanted& wanted, dou
   return true;
 }
 
+/// All that the recordings depend on.
+std::string name_of(const physics::Plant& plant, const PaperRecordingOptions& options) {
+  return fmt::format("plant_{:016x}_seed_{}_test_{:g}_s_version_{}", plant.hash, options.seed,
+                     options.test_s, core::kVersion);
+}
+
+constexpr double kZigzag_s = kTraining_s / kDivisions.size();  // on the mean
+
 }  // namespace
+
+const std::uint64_t kRowsOfZigzag = static_cast<std::uint64_t>(kZigzag_s * kRowRateHz);
+
+core::Result<PaperWork> missing_paper_recordings(const physics::Plant& plant,
+                                                 const PaperRecordingOptions& options,
+                                                 const std::filesystem::path& folder) {
+  RAVENCAL_RETURN_IF_ERROR(simulation::check_simulation_runs(plant));
+  List list(fs::absolute(folder / name_of(plant, options)), options.seed);
+  listed(list, options.test_s);
+  PaperWork work;
+  for (const Wanted& wanted : list.wanted()) {
+    if (fs::exists(wanted.path)) continue;
+    ++work.recordings;
+    work.motion_s += wanted.motion.divisions > 0 ? kZigzag_s : wanted.motion.duration_s;
+  }
+  return work;
+}
+
+core::Result<PaperRecordings> make_stand_ins(const physics::Plant& plant,
+                                             const std::filesystem::path& folder) {
+  List list(folder, 1);
+  PaperRecordings names = listed(list, kTestRecordings);
+  constexpr double kStandIn_s = 2.0;
+  const auto goes_on = [](double) { return true; };
+  for (const std::size_t i : {0U, 1U}) {
+    Wanted short_one = list.wanted()[i];
+    short_one.motion = {0, kStandIn_s};
+    RAVENCAL_RETURN_IF_ERROR(record(plant, short_one, 1.0, goes_on));
+  }
+  for (auto* trained : {&names.train, &names.train_loaded, &names.train_rehomed})
+    std::fill(trained->begin(), trained->end(), list.wanted()[0].path);
+  for (auto* tested : {&names.test, &names.test_loaded, &names.test_homing})
+    std::fill(tested->begin(), tested->end(), list.wanted()[1].path);
+  return names;
+}
 
 core::Result<PaperRecordings> make_paper_recordings(const physics::Plant& plant,
                                                     const PaperRecordingOptions& options,
@@ -158,9 +201,7 @@ core::Result<PaperRecordings> make_paper_recordings(const physics::Plant& plant,
                                                     const std::function<bool(double)>& progress) {
   RAVENCAL_RETURN_IF_ERROR(simulation::check_simulation_runs(plant));
   RAVENCAL_ASSIGN_OR_RETURN(const double pace, paper_pace());
-  const fs::path own =
-      folder / fmt::format("plant_{:016x}_seed_{}_test_{:g}_s_version_{}", plant.hash, options.seed,
-                           options.test_s, core::kVersion);
+  const fs::path own = folder / name_of(plant, options);
   std::error_code error;
   fs::create_directories(own, error);
   if (error) {

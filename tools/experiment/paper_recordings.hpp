@@ -39,4 +39,20 @@ core::Result<PaperRecordings> make_paper_recordings(const physics::Plant& plant,
                                                     const std::filesystem::path& folder,
                                                     const std::function<bool(double)>& progress);
 
+/// What is still to be made of them.
+struct PaperWork {
+  std::size_t recordings = 0;
+  double motion_s = 0.0;
+};
+core::Result<PaperWork> missing_paper_recordings(const physics::Plant& plant,
+                                                 const PaperRecordingOptions& options,
+                                                 const std::filesystem::path& folder);
+
+/// Two recordings of two seconds in the place of all: they have the twin's channels, which say what
+/// networks a study has. Errors: as make_paper_recordings().
+core::Result<PaperRecordings> make_stand_ins(const physics::Plant& plant,
+                                             const std::filesystem::path& folder);
+/// Rows of a zig-zag to train on, on the mean.
+extern const std::uint64_t kRowsOfZigzag;
+
 }  // namespace ravencal::experiment
