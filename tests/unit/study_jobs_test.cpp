@@ -134,6 +134,22 @@ TEST_F(StudyJobs, WhatIsTrainedOnIsNotTestedOnUnderAnyName) {
   }
 }
 
+TEST_F(StudyJobs, WhatIsTrainedOnIsNotTestedOnWhenWrittenAgain) {
+  record::Recording again = study_arm(900, 1);
+  again.meta["note"] = "exported and imported";
+  for (std::int64_t& t_ns : again.t_ns) t_ns += 77'000'000;
+  ASSERT_TRUE(record::write_recording(again, test_, true).ok());
+  Condition condition;
+  condition.title = "unloaded";
+  condition.train = {train_};
+  condition.test = {test_};
+  const auto made = make_plan("removal", tiny(), {}, {condition}, recordings_);
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.error().code, core::ErrorCode::kData);
+  for (const std::string& named : {train_, test_})
+    EXPECT_NE(made.error().message.find(named), std::string::npos) << made.error().message;
+}
+
 TEST_F(StudyJobs, ResultsAreTheSameBytesForAnyPoolAndOrder) {
   const Plan made = plan("torque");
   const fs::path one = out("one");

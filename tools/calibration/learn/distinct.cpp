@@ -4,11 +4,47 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "learn/file_hash.hpp"
 
 namespace ravencal::learn {
+namespace {
+
+/// Of a column's largest magnitude: a table keeps fewer digits than a recording has.
+constexpr double kSameTruth = 1e-9;
+
+/// Whether both columns move, and alike.
+bool move_alike(const auto& one, const auto& other) {
+  double largest = 0.0, apart = 0.0, least = INFINITY, greatest = -INFINITY;
+  for (Eigen::Index row = 0; row < one.size(); ++row) {
+    if (std::isfinite(one[row]) != std::isfinite(other[row])) return false;
+    if (!std::isfinite(one[row])) continue;
+    largest = std::max(largest, std::abs(one[row]));
+    apart = std::max(apart, std::abs(one[row] - other[row]));
+    least = std::min(least, one[row]);
+    greatest = std::max(greatest, one[row]);
+  }
+  return least < greatest && apart <= kSameTruth * largest;
+}
+
+bool same_truths(const record::Recording& one, const record::Recording& other) {
+  if (one.rows() != other.rows()) return false;
+  bool any = false;
+  for (std::size_t c = 0; c < one.channels.size(); ++c) {
+    const record::Channel& channel = one.channels[c];
+    if (channel.role != record::Role::kJointTruth) continue;
+    const auto column = other.column(record::Role::kJointTruth, channel.joint);
+    if (!column) continue;
+    if (!move_alike(one.samples.col(static_cast<Eigen::Index>(c)), other.samples.col(*column)))
+      return false;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
 
 core::Status check_distinct(std::span<const std::string> training,
                             std::span<const std::string> validation) {
@@ -48,6 +84,21 @@ core::Status check_unseen(std::span<const HashedFile> training,
     return core::data_error(
         fmt::format("{}: is both trained on and tested on{}; test on another recording", test.path,
                     seen->path == test.path ? "" : ", with the same bytes as " + seen->path));
+  }
+  return {};
+}
+
+core::Status check_unseen(std::span<const record::Recording* const> training,
+                          std::span<const record::Recording* const> tested) {
+  for (const record::Recording* test : tested) {
+    const auto seen =
+        std::find_if(training.begin(), training.end(),
+                     [&](const record::Recording* one) { return same_truths(*one, *test); });
+    if (seen == training.end()) continue;
+    return core::data_error(fmt::format(
+        "{}: is both trained on and tested on: it has the true joints of {}, row by row; test on "
+        "another recording",
+        test->source, (*seen)->source));
   }
   return {};
 }

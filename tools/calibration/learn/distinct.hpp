@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "record/recording.hpp"
 
 namespace ravencal::learn {
 
@@ -24,5 +25,9 @@ core::Result<std::vector<HashedFile>> hashed(const std::vector<std::string>& pat
 
 /// Whether no file is both trained on and tested on, by content. Errors (kData) name both paths.
 core::Status check_unseen(std::span<const HashedFile> training, std::span<const HashedFile> tested);
+/// The same of recordings that were written again, e.g. exported as a table: by their true joints,
+/// row by row.
+core::Status check_unseen(std::span<const record::Recording* const> training,
+                          std::span<const record::Recording* const> tested);
 
 }  // namespace ravencal::learn

@@ -154,7 +154,7 @@ core::Status check_tests_are_unseen(const Plan& plan) {
   return {};
 }
 
-core::Status find_shared_seeds(Plan& plan, RecordingStore& recordings) {
+core::Status find_what_is_shared(Plan& plan, RecordingStore& recordings) {
   for (Condition& condition : plan.conditions) {
     std::vector<const record::Recording*> training, tested;
     for (const auto& [paths, list] :
@@ -164,6 +164,7 @@ core::Status find_shared_seeds(Plan& plan, RecordingStore& recordings) {
         list->push_back(one);
       }
     }
+    RAVENCAL_RETURN_IF_ERROR(learn::check_unseen(training, tested));
     condition.shared = learn::shared_seeds(learn::seeds_of(training), tested);
   }
   return {};
@@ -239,7 +240,7 @@ core::Result<Plan> make_plan(std::string study, Settings settings, record::LoadO
   RAVENCAL_RETURN_IF_ERROR(check(plan));
   RAVENCAL_RETURN_IF_ERROR(read_inputs(plan, recordings));
   RAVENCAL_RETURN_IF_ERROR(check_tests_are_unseen(plan));
-  RAVENCAL_RETURN_IF_ERROR(find_shared_seeds(plan, recordings));
+  RAVENCAL_RETURN_IF_ERROR(find_what_is_shared(plan, recordings));
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording* const first,
                             recordings.get(plan.conditions.front().train.front()));
   RAVENCAL_ASSIGN_OR_RETURN(plan.settings.features,
