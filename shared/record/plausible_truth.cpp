@@ -23,7 +23,8 @@ constexpr double kOrdinaryGain = 0.08;
 /// An error that goes with the position to so large a share is a scale; cables leave at most 0.8.
 constexpr double kShareOfScale = 0.9;
 /// The truth of a joint that moves like another one's estimate correlates with it at least so far,
-/// and leaves so small a share of what its own estimate leaves unexplained.
+/// and leaves so small a share of what its own estimate leaves unexplained; the other's own truth
+/// leaves a larger one there.
 constexpr double kFollows = 0.7, kShareLeft = 0.2;
 /// The distance between two hard stops is at least the motion between them; a quarter is room for
 /// what the recording leaves out of it.
@@ -39,9 +40,8 @@ struct Pair {
   VectorXd truth, estimate;
   VectorXd truth_increments, estimate_increments;
 
-  [[nodiscard]] bool moves() const {
-    return std::max(travel_of(truth), travel_of(estimate)) >= least_travel(truth_channel);
-  }
+  /// A joint that its robot holds is moved by its cables' stretch and by its neighbours' coupling.
+  [[nodiscard]] bool moves() const { return travel_of(estimate) >= least_travel(truth_channel); }
 };
 
 std::vector<std::optional<Index>> rows_ahead(const Recording& recording,
@@ -106,7 +106,8 @@ double own_correlation(const Pair& pair) {
   return most;
 }
 
-/// The joint whose estimate this truth follows instead of its own.
+/// The joint whose estimate this truth follows instead of its own, and whose own truth does not: a
+/// joint that another one drags along moves like that one too.
 const Pair* followed(const Pair& pair, const std::vector<Pair>& pairs) {
   const double own = own_correlation(pair);
   double least_left = std::min(1.0 - kFollows * kFollows, kShareLeft * (1.0 - own * own));
@@ -114,6 +115,8 @@ const Pair* followed(const Pair& pair, const std::vector<Pair>& pairs) {
   for (const Pair& other : pairs) {
     const double r = correlation(other.estimate_increments, pair.truth_increments);
     if (&other == &pair || 1.0 - r * r > least_left) continue;
+    const double of_other = own_correlation(other);
+    if (1.0 - of_other * of_other < kShareLeft) continue;
     least_left = 1.0 - r * r;
     best = &other;
   }
@@ -192,7 +195,7 @@ class TruthDoubts {
       sum += error;
       count += 1.0;
     }
-    if (!(count > 0.0) || travel < least_travel(pair.truth_channel)) return;
+    if (!(count > 0.0)) return;
     const double offset = sum / count;
     if (std::abs(offset) < kOffsetOfTravel * travel) return;
     add("offset", pair, offset, false,

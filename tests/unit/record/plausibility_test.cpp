@@ -186,6 +186,31 @@ TEST(Plausibility, FindsExchangedPlugs) {
   }
 }
 
+TEST(Plausibility, TakesAJointThatIsHeldAndDraggedAlongForPhysics) {
+  Random random(71);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Arm arm(random);
+    const std::size_t held = random() % 2, moving = 1 - held;
+    // The servo yields by a twentieth of what the neighbour's coupling moves the joint.
+    arm.truth(held) = drawn(random, 0.2, 0.6) * arm.truth(moving);
+    arm.estimate(held) = 0.05 * arm.truth(held);
+    EXPECT_TRUE(plausibility_warnings({&arm.recording()}).ok()) << draw;
+    EXPECT_EQ(arm.kinds_of(std::string("truth.") + kJoints[held]), std::vector<std::string>());
+    EXPECT_EQ(arm.kinds_of(std::string("truth.") + kJoints[moving]), std::vector<std::string>());
+  }
+}
+
+TEST(Plausibility, TakesAJointThatMovesAndIsDraggedAlongForPhysics) {
+  Random random(72);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Arm arm(random);
+    const std::size_t dragged = random() % 2, moving = 1 - dragged;
+    arm.truth(dragged) = 0.2 * arm.truth(dragged) + 0.9 * arm.truth(moving);
+    const auto kinds = arm.kinds_of(std::string("truth.") + kJoints[dragged]);
+    EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "exchanged"), 0) << draw;
+  }
+}
+
 TEST(Plausibility, FindsAnotherHardStop) {
   expect_found("offset", "truth.", [](Arm& arm, std::size_t joint, Random& random) {
     const double travel = arm.estimate(joint).maxCoeff() - arm.estimate(joint).minCoeff();
