@@ -33,6 +33,9 @@ constexpr std::int64_t kLongestStepNs = 50'000'000;
 constexpr std::int64_t kLeastFrozenNs = 500'000'000;
 /// A velocity over its position's derivative, either way.
 constexpr double kLargestVelocityGain = 2.0;
+/// Of an effort's variance. A controller that damps a joint which others move has friction of the
+/// wrong sign too, and no inertia.
+constexpr double kLeastByInertia = 0.001;
 /// Rows without a time of their own, of all.
 constexpr double kEqualShare = 0.01;
 /// Rows of a robot: 0.1 Hz to 100 kHz.
@@ -226,7 +229,8 @@ std::optional<Implausibility> effort(const Recording& recording, const Thinned& 
   }
   const auto fit =
       effort_of_motion(thinned.t_s, positions, values_at(recording, column, thinned.rows));
-  if (!fit || !fit->reversed || fit->share < kLeastExplained) return std::nullopt;
+  if (!fit || !fit->reversed || fit->share < kLeastExplained || fit->by_inertia < kLeastByInertia)
+    return std::nullopt;
   return Implausibility{
       "effort",
       channel.name,

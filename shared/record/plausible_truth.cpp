@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 /// A gain of truth over estimate outside of these is no cable: the largest stretch in public
 /// recordings of cable-driven tools leaves 0.85.
 constexpr double kLeastGain = 0.5, kLargestGain = 2.0;
-/// So far from 1 lies the gain of the twin's own shoulder, and more.
-constexpr double kOrdinaryGain = 0.08;
+/// The gains of the twin's own joints lie within it: 1.06 to 1.09.
+constexpr double kOrdinaryGain = 0.1;
 /// An error that goes with the position to so large a share is a scale; cables leave at most 0.8.
 constexpr double kShareOfScale = 0.9;
 /// The truth of a joint that moves like another one's estimate correlates with it at least so far,

@@ -98,7 +98,8 @@ std::optional<EffortFit> effort_of_motion(const VectorXd& t_s, const VectorXd& p
   const double dissipated =
       (weights[3] * matrix.col(3) + weights[5] * matrix.col(5)).dot(matrix.col(3));
   return EffortFit{std::clamp(1.0 - left / all, 0.0, 1.0),
-                   by_motion > kLeastByMotion * all && dissipated < 0.0 && weights[4] < 0.0};
+                   by_motion > kLeastByMotion * all && dissipated < 0.0 && weights[4] < 0.0,
+                   mean_square(weights[4] * matrix.col(4)) / all};
 }
 
 bool leads(const VectorXd& position, const VectorXd& other) {

@@ -34,8 +34,9 @@ std::optional<Line> derivative_line(const Eigen::VectorXd& t_s, const Eigen::Vec
 /// How much of an effort the motion of a joint explains by its weight, friction and inertia.
 inline constexpr double kLeastExplained = 0.2;  ///< a smaller share says nothing
 struct EffortFit {
-  double share = 0.0;     ///< of the effort's variance, 0 to 1
-  bool reversed = false;  ///< friction and inertia both have the negative sign
+  double share = 0.0;       ///< of the effort's variance, 0 to 1
+  bool reversed = false;    ///< friction and inertia both have the negative sign
+  double by_inertia = 0.0;  ///< share of the inertia alone
 };
 std::optional<EffortFit> effort_of_motion(const Eigen::VectorXd& t_s,
                                           const Eigen::VectorXd& position,

@@ -2,7 +2,6 @@
 #include "learn/train.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -30,6 +29,7 @@
 #include "learn/evaluate.hpp"
 #include "learn/expectation.hpp"
 #include "learn/onnx_file.hpp"
+#include "learn/recordings_at_hook.hpp"
 #include "loop/margins.hpp"
 #include "model/feature_matrix.hpp"
 #include "model/loop_text.hpp"
@@ -253,8 +253,7 @@ core::Status run(TrainArguments arguments) {
                                                  ? train_network(arguments, training, held_out)
                                                  : choose(arguments, training));
   print_warnings(trained.warnings);
-  if (!implausible.empty())
-    trained.model.provenance["implausible"] = fmt::format("{}", fmt::join(implausible, "; "));
+  learn::keep_with(trained.model, implausible);
   std::optional<loop::Margins> margins;
   if (!arguments.plant.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));

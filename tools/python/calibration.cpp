@@ -85,6 +85,7 @@ TrainedModel train(const py::object& training, choice::ChoiceOptions options,
         choice::choose_model(recordings, options, [&](double share, const std::string& candidate) {
           return watch.go_on(share, candidate);
         }));
+    learn::keep_with(chosen.model, implausible);
     std::move(implausible.begin(), implausible.end(), std::back_inserter(chosen.warnings));
     return chosen;
   };

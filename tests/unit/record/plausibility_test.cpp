@@ -145,7 +145,7 @@ TEST(Plausibility, AGainIsAnErrorAndAScaleAWarning) {
     EXPECT_NE(warnings.error().message.find("plausible = false"), std::string::npos);
   });
   expect_found("gain", "truth.", [](Arm& arm, std::size_t joint, Random& random) {
-    arm.truth(joint) = arm.estimate(joint) * (random() % 2 == 0 ? 1.1 : 0.9) +
+    arm.truth(joint) = arm.estimate(joint) * (random() % 2 == 0 ? 1.15 : 0.85) +
                        0.1 * (arm.truth(joint) - arm.estimate(joint));
     const auto warnings = plausibility_warnings({&arm.recording()});
     ASSERT_TRUE(warnings.ok()) << warnings.error().message;
@@ -263,6 +263,16 @@ TEST(Plausibility, FindsAVelocityOfAnotherUnitOrSign) {
 TEST(Plausibility, FindsAnEffortThatDrivesBackwards) {
   expect_found("effort", "tau.",
                [](Arm& arm, std::size_t joint, Random&) { arm.torque(joint) *= -1.0; });
+}
+
+TEST(Plausibility, TakesAControllerThatDampsForPhysics) {
+  Random random(73);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Arm arm(random);
+    const std::size_t joint = random() % kJoints.size();
+    arm.torque(joint) = -0.001 * arm.velocity(joint);
+    EXPECT_FALSE(arm.finds("effort", std::string("tau.") + kJoints[joint])) << draw;
+  }
 }
 
 TEST(Plausibility, FindsStampsThatStandStillOrAreOfAnotherUnit) {

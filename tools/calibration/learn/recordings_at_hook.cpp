@@ -49,6 +49,11 @@ std::string files_text(std::span<const Recording* const> recordings) {
   return fmt::format("{}", fmt::join(files, "; "));
 }
 
+void keep_with(model::CalibrationModel& model, const std::vector<std::string>& implausible) {
+  if (!implausible.empty())
+    model.provenance["implausible"] = fmt::format("{}", fmt::join(implausible, "; "));
+}
+
 bool was_trained_on(const model::CalibrationModel& model, const Recording& recording) {
   const auto trained = model.provenance.find("recordings");
   const auto hash = sha256_of_file(recording.source);

@@ -36,6 +36,9 @@ class RecordingsAtHook {
 /// "run1.db sha256:...; run2.db sha256:...".
 std::string files_text(std::span<const record::Recording* const> recordings);
 
+/// Keeps with the model what was implausible in its training (record/plausibility.hpp).
+void keep_with(model::CalibrationModel& model, const std::vector<std::string>& implausible);
+
 /// Whether the model was trained on a file with these bytes, under whatever name.
 bool was_trained_on(const model::CalibrationModel& model, const record::Recording& recording);
 
