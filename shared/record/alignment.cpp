@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "record/interpolate.hpp"
+#include "record/name_list.hpp"
 #include "record/plausibility.hpp"
 
 namespace ravencal::record {
@@ -174,15 +175,11 @@ void keep_assumptions(Merged& merged, const Recording& truth) {
   const auto of_truth = truth.meta.find("assumed_channels");
   if (of_truth == truth.meta.end()) return;
   std::string& assumed = merged.recording.meta["assumed_channels"];
-  const auto is_listed = [](const std::string& list, const std::string& name) {
-    return fmt::format(", {}, ", list).find(fmt::format(", {}, ", name)) != std::string::npos;
-  };
   for (const Channel& channel : truth.channels) {
     const auto column = merged.recording.column(Role::kJointTruth, channel.joint);
     if (channel.role != Role::kJointTruth || !column || !is_listed(of_truth->second, channel.name))
       continue;
-    const std::string& name = merged.recording.channels[static_cast<std::size_t>(*column)].name;
-    if (!is_listed(assumed, name)) assumed += (assumed.empty() ? "" : ", ") + name;
+    add_to_list(assumed, merged.recording.channels[static_cast<std::size_t>(*column)].name);
   }
   if (assumed.empty()) merged.recording.meta.erase("assumed_channels");
 }
@@ -218,8 +215,7 @@ void describe(Merged& merged, const Recording& truth, bool delay_given) {
   }
   std::string& known = meta[std::string(kKnownImplausible)];
   for (const auto& joint : merged.joints) {
-    if (!truth.meta.contains(joint.name + ".plausible")) continue;
-    known += fmt::format("{}truth.{}", known.empty() ? "" : ", ", joint.name);
+    if (truth.meta.contains(joint.name + ".plausible")) add_to_list(known, "truth." + joint.name);
   }
   if (known.empty()) meta.erase(std::string(kKnownImplausible));
   merged.recording.events.insert(merged.recording.events.begin(),

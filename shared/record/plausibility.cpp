@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/units.hpp"
+#include "record/name_list.hpp"
 #include "record/plausible_parts.hpp"
 
 namespace ravencal::record {
@@ -17,9 +18,7 @@ constexpr std::int64_t kThinnedStepNs = 9'000'000;
 
 bool is_known(const Recording& recording, std::string_view channel) {
   const auto known = recording.meta.find(std::string(kKnownImplausible));
-  if (known == recording.meta.end()) return false;
-  return fmt::format(", {}, ", known->second).find(fmt::format(", {}, ", channel)) !=
-         std::string::npos;
+  return known != recording.meta.end() && is_listed(known->second, channel);
 }
 
 }  // namespace
