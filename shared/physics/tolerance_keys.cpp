@@ -72,12 +72,17 @@ std::string flaw_of_tolerance(std::string_view key, const Joint& joint) {
       fmt::join(keys_of(joint), ", "));
 }
 
-double tolerance_of(const Joint& joint, const std::string& id, const std::string& parameter) {
+std::optional<double> stated_tolerance(const Joint& joint, const std::string& id,
+                                       const std::string& parameter) {
   for (const std::string& key : {id + "." + parameter, id + "_" + parameter, parameter, id}) {
     const auto it = joint.tolerance.find(key);
     if (it != joint.tolerance.end()) return it->second;
   }
-  return kUnstatedTolerance;
+  return std::nullopt;
+}
+
+double tolerance_of(const Joint& joint, const std::string& id, const std::string& parameter) {
+  return stated_tolerance(joint, id, parameter).value_or(kUnstatedTolerance);
 }
 
 }  // namespace ravencal::physics

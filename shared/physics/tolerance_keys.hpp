@@ -3,6 +3,7 @@
 // Which numbers of a plant `[joint.tolerance]` may speak of.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +21,10 @@ std::vector<std::string> tolerance_keys();
 /// Where a plant states none.
 inline constexpr double kUnstatedTolerance = 0.10;
 
-/// How far that parameter of the joint may be off, relative.
+/// How far the plant says that parameter of the joint may be off, relative.
+std::optional<double> stated_tolerance(const Joint& joint, const std::string& id,
+                                       const std::string& parameter);
+/// The same, or kUnstatedTolerance.
 double tolerance_of(const Joint& joint, const std::string& id, const std::string& parameter);
 
 /// What is wrong with that key, and which ones name numbers of this joint; empty if it is a key.

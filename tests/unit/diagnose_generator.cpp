@@ -100,6 +100,7 @@ record::Recording make_recording(const HiddenPhysics& hidden, const Scene& scene
           follower + late + hidden.offset_rad + hidden.gain * one[i] + hidden.coupling * two[i] +
           (t_s > 0.5 * scene.duration_s ? hidden.slip_rad : 0.0) +
           hidden.bump_rad * std::exp(-hill * hill) +
+          hidden.wave_rad * std::sin(hidden.wave_order * one[i]) +
           scene.noise * 1e-4 * (noise.white() + fast.step(noise) + 0.5 * slow.step(noise));
     }
     if (scene.with_torque) {

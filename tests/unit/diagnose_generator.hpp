@@ -21,6 +21,8 @@ struct HiddenPhysics {
   double delay_s = 0.0;   ///< of the truth behind the estimate
   double slip_rad = 0.0;  ///< at half time
   double bump_rad = 0.0;  ///< outside the vocabulary: a hill over a tenth of the range
+  double wave_rad = 0.0;  ///< of wave_order over the position
+  double wave_order = 0.0;
   double coulomb_n_m = 0.0;
   double viscous_n_m_s = 0.0;
   double inertia_kg_m2 = 2.0;

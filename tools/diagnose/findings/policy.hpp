@@ -25,8 +25,8 @@ inline constexpr double kMostDispersion = 16.0;
 inline constexpr double kLeastGain = 10.0;
 /// Whatever the chance of few blocks, and of a shape without a name, for which no physics speaks.
 inline constexpr double kClearGain = 25.0;
-/// Of a jump and of a tone, whose place was searched for and to which chance by blocks does not
-/// apply.
+/// Of a jump, and of a tone or a wave whose order no plant suggests: their place was searched for,
+/// and chance by blocks does not apply.
 inline constexpr double kLeastJumpGain = 25.0;
 inline constexpr double kLeastToneGain = 32.0;
 /// Of a tone: the same by its periodogram alone.

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "diagnose/search/orders.hpp"
 #include "diagnose/search/screen.hpp"
 
 namespace ravencal::diagnose {
@@ -24,6 +26,10 @@ constexpr double kCell_s = 0.02;         // rows of one time for the periodogram
 constexpr std::size_t kMoments = 8;
 constexpr double kApartS = 1.0;  // moments closer than this are one
 constexpr int kEvenMoments = 16;
+/// Orders of waves end here: teeth of a gear and poles of a motor behind a gear, per radian, and as
+/// many per turn of a motor whose reduction is known.
+constexpr double kHighestOrder = 500.0;
+constexpr double kHighestPerTurn = 4.0;
 
 /// Whitened, a jump is one kick: the moments of the greatest kicks, and some in between.
 std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const Channel& channel,
@@ -49,6 +55,19 @@ std::vector<std::vector<double>> moments_of(const Likelihood& likelihood, const 
     for (const double off_s : {-half_s, 0.0, half_s}) starts.push_back({t_s + off_s});
   const double ends_s = track.forced.t_s[track.rows() - 1];
   for (int n = 1; n < kEvenMoments; ++n) starts.push_back({ends_s * n / kEvenMoments});
+  return starts;
+}
+
+std::vector<std::vector<double>> orders_of(const Likelihood& likelihood, const Candidate& wave,
+                                           const VectorXd& innovations) {
+  const ChannelKind kind =
+      wave.sizes.front().reaches == Reaches::kDrive ? ChannelKind::kDrive : ChannelKind::kPosition;
+  const double reduction = likelihood.base().plant.joints[wave.joint].reduction;
+  const double highest = std::max(kHighestOrder, kHighestPerTurn * reduction);
+  std::vector<std::vector<double>> starts;
+  if (const Channel* channel = likelihood.find(wave.joint, kind); channel != nullptr)
+    for (const double order : orders_in(likelihood, *channel, innovations, highest))
+      starts.push_back({order});
   return starts;
 }
 
@@ -105,6 +124,10 @@ void aim(Likelihood& training, Likelihood* held_out, const Model& model, Vocabul
       for (const Channel& channel : training.channels())
         if (channel.joint == candidate.joint && channel.kind == ChannelKind::kPosition)
           candidate.starts = moments_of(training, channel, *candidate.sizes[0].recording, left);
+    }
+    if (candidate.stated_orders) {
+      candidate.starts.resize(*candidate.stated_orders);
+      std::ranges::copy(orders_of(training, candidate, left), std::back_inserter(candidate.starts));
     }
     if (candidate.kind == CandidateKind::kTone) {
       const Channel& channel = training.channels()[training.channel_of(*candidate.sizes[0].shape)];

@@ -308,7 +308,12 @@ std::vector<Hit> screen_one(const Likelihood& likelihood, const Model& model,
 std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,
                                     const Vocabulary& vocabulary) {
   const Screen screen(likelihood, model);
-  const std::vector<Start> starts = starts_of(model, vocabulary, {});
+  std::vector<Start> starts = starts_of(model, vocabulary, {});
+  // Where a wave that was searched for is missing, none was found.
+  std::erase_if(starts, [&](const Start& start) {
+    const auto& stated = vocabulary.candidates[start.candidate].stated_orders;
+    return stated && start.number >= *stated;
+  });
   std::vector<Resolution> out;
   for (const Screen::Test& test : tests_of(screen, starts, vocabulary, likelihood.threads())) {
     const Resolution r{test.hit.candidate, test.hit.start, 1.0 / std::sqrt(test.curvature),

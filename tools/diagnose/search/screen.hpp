@@ -46,7 +46,8 @@ struct Resolution {
 std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& model,
                                     const Vocabulary& vocabulary);
 
-/// Gives jumps the moments, and tones the frequencies, at which the model leaves most.
+/// Gives jumps the moments, tones the frequencies and waves the orders at which the model leaves
+/// most.
 void aim(Likelihood& training, Likelihood* held_out, const Model& model, Vocabulary& vocabulary);
 
 /// The model with the candidate at the hit's sizes; and without it.

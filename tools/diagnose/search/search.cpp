@@ -138,6 +138,8 @@ bool Search::worth_trying(const Hit& hit, const Key& key, std::set<std::string>&
   const double gain = hit.gain / dispersion();
   // By blocks, whatever the dispersion.
   if (std::max(gain, hit.statistic) < kLeastGain) return false;
+  const bool found = candidate.stated_orders && hit.start >= *candidate.stated_orders;
+  if (found && gain < kLeastToneGain) return false;
   switch (candidate.kind) {
     case CandidateKind::kJump:
       return gain >= kLeastJumpGain;

@@ -256,7 +256,8 @@ class Effects {
     for (const double harmonic : kHarmonics)
       passed(harmonic * joint_.reduction / joint_.gearbox_ratio);
     if (of_motor) passed(joint_.reduction);
-    if (!orders.empty()) add(sine_and_cosine(id, start, reaches), std::move(order), orders);
+    add(sine_and_cosine(id, start, reaches), std::move(order), orders).stated_orders =
+        orders.size();
   }
 
   /// A limit holds or it does not; where it lies is tried between the usual effort and the

@@ -22,10 +22,7 @@ constexpr double kHomedBound = 20.0;
 constexpr double kPreslidingForm = 0.5;
 constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
-/// Deviations of what a plant seldom states: masses, the motor's constant, its constant effort over
-/// its friction.
-constexpr double kMassDeviation = 0.06;
-constexpr double kMotorDeviation = 0.06;
+/// Deviation of the motor's constant effort over its friction, which no plant states.
 constexpr double kEffortOffset = 0.006;
 /// The law is software, but how it differentiates is not stated.
 constexpr double kLawDeviation = 0.02;
@@ -68,18 +65,19 @@ class Numbers {
 
   void mass() {
     if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
-    Parameter p = linear("gravity", "ratio", 1.0, kMassDeviation, Reaches::kEverything);
+    Parameter p =
+        linear("gravity", "ratio", 1.0, deviation("gravity", "weight_scale"), Reaches::kEverything);
     p.set = relative([](auto& joint) -> auto& { return joint.link.mass_kg; });
     bounded(std::move(p));
   }
 
   void drive() {
-    Parameter inertia =
-        linear("inertia_error", "ratio", 1.0,
-               kDeviationPerTolerance * tolerance_of(joint_, "inertia", "ratio"), Reaches::kDrive);
+    Parameter inertia = linear("inertia_error", "ratio", 1.0, deviation("inertia_error", "inertia"),
+                               Reaches::kDrive);
     inertia.set = relative([](auto& joint) -> auto& { return joint.motor_inertia_kg_m2; });
     bounded(std::move(inertia));
-    either_sign("torque_constant", "ratio", 1.0, kMotorDeviation, Reaches::kDrive);
+    either_sign("torque_constant", "ratio", 1.0, deviation("torque_constant", "ratio"),
+                Reaches::kDrive);
     either_sign("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
     of_plant("coulomb_friction", "level", Reaches::kDrive);
     of_plant("viscous_friction", "damping", Reaches::kDrive);
@@ -100,11 +98,14 @@ class Numbers {
     delay();
     const double homing = joint_.parameter("homing_offset", "deviation");
     for (std::size_t r = 0; r < recordings; ++r) {
-      Parameter constant = recorded("encoder", "constant", 1.0,
-                                    std::max(s_.quantum, kDeviationPerTolerance * homing),
+      Parameter constant = recorded("encoder", "constant", 1.0, std::max(s_.quantum, homing),
                                     Reaches::kPosition, &JointCircumstances::encoder_offset, r);
-      // How far a cable is stretched when the controller takes a stop for reached, no plant says.
-      bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
+      // A stated deviation is that of a normal distribution, which ends nowhere. How far a cable is
+      // stretched when the controller takes a stop for reached, no plant says.
+      if (homing > s_.quantum)
+        out_.push_back(std::move(constant));
+      else
+        bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
       bounded(recorded("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition,
                        &JointCircumstances::encoder_ramp, r));
     }
@@ -121,7 +122,10 @@ class Numbers {
   }
 
   void law() {
-    Parameter gain = linear("controller_gain", "ratio", 1.0, kLawDeviation, Reaches::kLaw);
+    const bool stated = physics::stated_tolerance(joint_, "controller_gain", "").has_value();
+    Parameter gain =
+        linear("controller_gain", "ratio", 1.0,
+               stated ? deviation("controller_gain", "") : kLawDeviation, Reaches::kLaw);
     gain.set = relative([](auto& joint) -> auto& { return joint.controller->kp_n_m_per_rad; });
     bounded(std::move(gain));
     Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
@@ -285,7 +289,7 @@ constexpr Opening kOpenings[] = {
     {"thermal_drift", "final", 3.0, true},
     {"torque_ripple", "amplitude", 3.0, true},
     {"asymmetric_friction", "level_difference", 3.0, true},
-    {"inertia_error", "ratio", 0.3, false, kLeastRatio},
+    {"inertia_error", "ratio", 0.3, true, kLeastRatio},
     {"controller_gain", "ratio", 0.6, false},
     {"presliding", "displacement", 5.0, false},
     {"effort_offset", "offset", 3.0, false},

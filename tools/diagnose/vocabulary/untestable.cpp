@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <numbers>
 #include <string_view>
 
 #include "diagnose/vocabulary/scales.hpp"
@@ -25,9 +24,6 @@ bool no_frame(const Scales& s, const physics::Plant& plant) {
   return !plant.joints[s.joint].frame.has_value();
 }
 bool no_law(const Scales& s, const physics::Plant&) { return !s.law; }
-bool no_period(const Scales& s, const physics::Plant& plant) {
-  return plant.joints[s.joint].reduction * s.range < 2.0 * std::numbers::pi;
-}
 bool no_yielding_cable(const Scales& s, const physics::Plant& plant) {
   const physics::Joint& joint = plant.joints[s.joint];
   return joint.parameter("compliance", "stiffness") <= 0.0 &&
@@ -50,8 +46,8 @@ constexpr std::array kLacks = {
          "the plant's links have no weight, so the load is not known", false},
     Lack{"gravity", no_known_load, "the plant's links have no weight, so the load is not known",
          false},
-    Lack{"eccentricity", no_period, "not one period of any pulley was passed"},
-    Lack{"torque_ripple", no_period, "not one period of any pulley was passed"},
+    Lack{"eccentricity", always, "not one period of any pulley was passed"},
+    Lack{"torque_ripple", always, "not one period of any pulley was passed"},
     Lack{"payload", no_weight, "the plant does not say where a payload would hang", false},
     Lack{"link_length", no_frame, kNoFrame, false},
     Lack{"link_axial", no_frame, kNoFrame, false},

@@ -33,6 +33,8 @@ struct Candidate {
   std::vector<Parameter> sizes{};
   std::vector<Parameter> forms{};
   std::vector<std::vector<double>> starts{};  ///< values of the forms from which it is tried
+  /// Of a wave: so many starts are orders of the plant, the others were searched for.
+  std::optional<std::size_t> stated_orders{};
   std::optional<std::size_t> opens{};  ///< place of the number whose prior it opens; no sizes then
   Parameter opened{};                  ///< that number, with the open prior
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
