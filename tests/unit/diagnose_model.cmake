@@ -1,5 +1,6 @@
 ravencal_test(NAME diagnose_model_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_model_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_model_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_statements_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp
   LIBS ravencal_diagnose LABELS unit)
 ravencal_test(NAME diagnose_explain_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_explain_test.cpp
