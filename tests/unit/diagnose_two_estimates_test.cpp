@@ -33,8 +33,8 @@ TEST(DiagnoseTwoEstimates, AgreeWhereThePlantHasTheRobotsLaws) {
   }
 }
 
-/// Friction that changes slowly along the joint passes for friction by the load, which changes along
-/// it too.
+/// Friction that changes slowly along the joint passes for friction by the load, which changes
+/// along it too.
 TEST(DiagnoseTwoEstimates, PartWhereAnotherLawPassesForTheRobots) {
   record::Recording recording =
       generator::record_arm({}, {.seed = 5, .duration_s = 160.0, .rate_hz = 100.0, .rich = true});
