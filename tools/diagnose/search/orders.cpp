@@ -9,7 +9,6 @@
 #include <cmath>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
-#include <utility>
 
 #include "diagnose/track/filter.hpp"
 
@@ -22,16 +21,17 @@ namespace {
 
 /// Of a wave, what the filter passes at least in the rows that are asked for its order.
 constexpr double kLeastPassed = 0.25;
-/// Angle over which that share is left: sinc^2(x) = 0.25.
+/// Half the phase that passes within the filter's half width at most, for the highest order of an
+/// octave: sinc^2(1.6) = 0.39 of the wave is left.
 constexpr double kPassedAngle_rad = 1.6;
 constexpr Index kFewestRows = 50;
-/// Less of a wave is a curve.
-constexpr double kFewestPassed = 2.0;
+/// Periods that a motion passes at least: less of a wave is a curve.
+constexpr double kFewestWavePeriods = 2.0;
 /// Twice the power over the rows is chi-squared of two degrees in noise: beyond chance in some
 /// thousand orders.
 constexpr double kLeastPower = 20.0;
 constexpr std::size_t kMostOrders = 3;
-/// Of the resolution, by which places on a line of the periodogram are halved in the end.
+/// Times that the reach around a line of the periodogram is halved to find its peak.
 constexpr int kRefinements = 6;
 constexpr int kCellsPerPeriod = 4;
 
@@ -132,7 +132,7 @@ std::vector<double> orders_in(const Likelihood& likelihood, const Channel& chann
   const double range = rows.highest - rows.lowest;
   if (!(range > 0.0)) return {};
   std::vector<Peak> peaks;
-  for (double low = kFewestPassed * 2.0 * std::numbers::pi / range; low < highest; low *= 2.0)
+  for (double low = kFewestWavePeriods * 2.0 * std::numbers::pi / range; low < highest; low *= 2.0)
     add_peaks(rows, low, 2.0 * low, peaks);
   std::sort(peaks.begin(), peaks.end(),
             [](const Peak& a, const Peak& b) { return a.power > b.power; });
