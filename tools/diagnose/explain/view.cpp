@@ -9,30 +9,9 @@ namespace ravencal::diagnose {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-std::optional<double> take_constants(const Channel& channel, ByRecording& residuals) {
-  double squares = 0.0, recordings = 0.0;
-  for (std::size_t r = 0; r < residuals.size(); ++r) {
-    const std::vector<Index>& used = channel.used[r];
-    if (used.empty()) continue;
-    const double constant = residuals[r](used).mean();
-    residuals[r].array() -= constant;
-    squares += constant * constant;
-    recordings += 1.0;
-  }
-  if (recordings == 0.0) return std::nullopt;
-  return std::sqrt(squares / recordings);
-}
-
 Left left_by(const State& state, const Likelihood& rows) {
   Left left{rows.residuals(state, rows.outcome(state)), {}};
-  left.drawn_constant.resize(rows.channels().size());
-  for (std::size_t c = 0; c < rows.channels().size(); ++c) {
-    const Channel& channel = rows.channels()[c];
-    const physics::Joint& joint = rows.base().plant.joints[channel.joint];
-    const bool drawn = joint.parameter("homing_offset", "deviation") > 0.0;
-    if (drawn && channel.kind == ChannelKind::kPosition)
-      left.drawn_constant[c] = take_constants(channel, left.residuals[c]);
-  }
+  left.drawn_constant = take_drawn_constants(rows, left.residuals);
   return left;
 }
 

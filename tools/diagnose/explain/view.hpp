@@ -43,9 +43,6 @@ struct View {
 View view_of(const physics::Plant& given, const physics::Plant& improved, const Likelihood& rows,
              bool held_out, const State* recorder = nullptr);
 
-/// Takes off the mean over the used rows of each recording; their RMS, none without used rows.
-std::optional<double> take_constants(const Channel& channel, ByRecording& residuals);
-
 /// Of all recordings.
 std::size_t used_row_count(const Channel& channel);
 /// Used rows of one channel, recordings one after the other.

@@ -35,8 +35,11 @@ inline constexpr double kLeastToneStatistic = 16.0;
 /// ones in trials, by 36 and less of what slow wander imitates.
 inline constexpr double kMomentKnown_s = 2.0;
 inline constexpr double kLeastMomentGain = 40.0;
-/// Gain of the fitted model in a block, over its standard error: one-sided chance of 0.6 %.
-inline constexpr double kLeastBlockGain_z = 2.5;
+/// Of a name on motion that no fit saw, or, where there is none, on that which it explains least:
+/// what a true one gained at least on 34 diagnoses of real recordings.
+inline constexpr double kLeastUnseenGain = 4.0;
+/// Of the score: a name is twenty times likelier than its absence.
+inline constexpr double kLeastLikelier = 6.0;
 /// Gain that passes the chance over all candidates (3.9 deviations among some 150) nine times in
 /// ten (1.28 further ones), and of a jump, whose place was searched for too: detection limits.
 inline constexpr double kGainNineTimesInTen = 27.0;
@@ -54,8 +57,9 @@ inline constexpr double kLeastActingSize = 1.0;
 /// Share of the rows in which a limit acts at most: a drive that follows nothing has no limit to
 /// show.
 inline constexpr double kMostLimited = 0.75;
-/// Beside others: of what they change together. Their forms may be wrong by as much.
-inline constexpr double kLeastBesideOthers = 0.12;
+/// Beside others: of what they and the plant's numbers change together. Their forms may be wrong by
+/// as much.
+inline constexpr double kLeastBesideOthers = 0.08;
 /// Deviations of an effect's size from none, by its interval.
 inline constexpr double kLeastSize_z = 2.5;
 /// The same of a jump, beyond the 3.5 that some thousand moments give by chance.
@@ -64,7 +68,8 @@ inline constexpr double kLeastJumpSize_z = 6.0;
 /// which friction was greatest, which looks like a limit of 5 to 10 deviations in trials; limits
 /// have 20 and more.
 inline constexpr double kLeastPresence_z = 12.0;
-/// Deviations of its prior that a wrong number is off at least.
+/// Deviations of its prior that a wrong number is off at least; one that is not said to be wrong
+/// ends there.
 inline constexpr double kWrongBy = 2.5;
 /// Share of what a candidate changes that no parameter of the model can change, from which on it is
 /// told apart.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <ceres/ceres.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -19,76 +17,26 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kIterations = 8;
-/// Where bounds hold a step back, so many shorter ones are tried.
-constexpr int kShorterSteps = 4;
-/// A step that gains less of the loss is the last one.
-constexpr double kLeastFitGain = 0.3;
+/// A step that promises less of the loss over the dispersion and of the priors is the last one: a
+/// tenth of what scores tell apart.
+constexpr double kLeastFitGain = 0.1;
+/// Far more than a fit from the priors' means takes; it ends by the gain.
+constexpr int kMostSteps = 60;
+/// Marquardt's damping: share of the curvature's diagonal. Dampings above the largest move nothing.
+constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-7, kLargestDamping = 1e8;
+constexpr double kLessDamping = 0.2, kMoreDamping = 10.0;
 
 /// Steps of the finite difference go where the bounds are not.
 double step_of(const Parameter& parameter) {
   return parameter.x + parameter.step > parameter.high ? -parameter.step : parameter.step;
 }
 
-/// Innovations and priors as residuals whose squares are Huber's loss and the priors' penalties.
-class Residuals : public ceres::CostFunction {
- public:
-  Residuals(const Likelihood& likelihood, Model& model)
-      : likelihood_(likelihood), model_(model), free_(model.free()) {
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(free_.size()));
-    set_num_residuals(static_cast<int>(likelihood.rows()) + static_cast<int>(free_.size()));
-  }
-
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const auto count = static_cast<Index>(free_.size());
-    for (Index k = 0; k < count; ++k) free_[static_cast<std::size_t>(k)]->x = x[0][k];
-    const State state = model_.state_for(likelihood_);
-    const Outcome outcome = likelihood_.outcome(state);
-    const VectorXd innovations = likelihood_.whitened(likelihood_.residuals(state, outcome));
-    const Index rows = innovations.size();
-    VectorXd slopes(rows);
-    for (Index i = 0; i < rows; ++i) residuals[i] = huberised(innovations[i], slopes[i]);
-    for (Index k = 0; k < count; ++k) {
-      const Parameter& p = *free_[static_cast<std::size_t>(k)];
-      residuals[rows + k] = (p.x - p.mean) / p.deviation;
-    }
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
-        jacobians[0], rows + count, count);
-    jacobian.setZero();
-    core::for_each_index(free_.size(), likelihood_.threads(), [&](std::size_t i) {
-      const Parameter& p = *free_[i];
-      const auto k = static_cast<Index>(i);
-      VectorXd column(rows);
-      likelihood_.add_column(state, outcome, p, step_of(p), column);
-      jacobian.col(k).head(rows) = -slopes.cwiseProduct(column);
-      jacobian(rows + k, k) = 1.0 / p.deviation;
-    });
-    return true;
-  }
-
- private:
-  /// The signed root of Huber's loss, and its slope.
-  static double huberised(double e, double& slope) {
-    const double size = std::abs(e);
-    slope = 1.0;
-    if (size <= kHuber) return e;
-    const double root = std::sqrt(2.0 * kHuber * size - kHuber * kHuber);
-    slope = kHuber / root;
-    return e > 0.0 ? root : -root;
-  }
-
-  const Likelihood& likelihood_;
-  Model& model_;
-  std::vector<Parameter*> free_;
-};
-
-MatrixXd prior_curvature(const std::vector<const Parameter*>& free) {
-  MatrixXd out = MatrixXd::Zero(static_cast<Index>(free.size()), static_cast<Index>(free.size()));
+/// In units of the loss, which a score divides by the dispersion.
+MatrixXd prior_curvature(const std::vector<const Parameter*>& free, double dispersion) {
+  VectorXd out(static_cast<Index>(free.size()));
   for (std::size_t k = 0; k < free.size(); ++k)
-    out(static_cast<Index>(k), static_cast<Index>(k)) =
-        1.0 / (free[k]->deviation * free[k]->deviation);
-  return out;
+    out[static_cast<Index>(k)] = dispersion / (free[k]->deviation * free[k]->deviation);
+  return out.asDiagonal();
 }
 
 /// Covariance of the scores, blocks as observations.
@@ -107,48 +55,132 @@ MatrixXd score_covariance(const Likelihood& likelihood, const Linearised& at) {
 
 }  // namespace
 
-Linearised linearise(const Likelihood& likelihood, const Model& model) {
+Linearised linearise(const Likelihood& likelihood, const Model& model, const VectorXd* counted) {
   const std::vector<const Parameter*> free = model.free();
   Linearised at;
   at.state = model.state_for(likelihood);
   at.outcome = likelihood.outcome(at.state);
   at.innovations = likelihood.whitened(likelihood.residuals(at.state, at.outcome));
   at.root_weights = root_weights(at.innovations);
+  if (counted != nullptr) at.root_weights.array() *= counted->array();
   at.columns.resize(likelihood.rows(), static_cast<Index>(free.size()));
   core::for_each_index(free.size(), likelihood.threads(), [&](std::size_t k) {
     likelihood.add_column(at.state, at.outcome, *free[k], step_of(*free[k]),
                           at.columns.col(static_cast<Index>(k)));
   });
   const MatrixXd weighted = at.root_weights.asDiagonal() * at.columns;
-  at.curvature = weighted.transpose() * weighted + prior_curvature(free);
+  at.curvature = weighted.transpose() * weighted + prior_curvature(free, likelihood.dispersion());
   return at;
 }
 
-void fit(const Likelihood& likelihood, Model& model) {
-  const std::vector<Parameter*> free = model.free();
-  std::vector<double> x;
-  for (const Parameter* p : free) x.push_back(p->bounded(p->x));
-  ceres::Problem problem;
-  problem.AddResidualBlock(new Residuals(likelihood, model), nullptr, x.data());
-  for (std::size_t k = 0; k < free.size(); ++k) {
-    const int index = static_cast<int>(k);
-    if (std::isfinite(free[k]->low)) problem.SetParameterLowerBound(x.data(), index, free[k]->low);
-    if (std::isfinite(free[k]->high))
-      problem.SetParameterUpperBound(x.data(), index, free[k]->high);
+namespace {
+
+/// Levenberg-Marquardt with an active set: parameters that a step would drive through their bounds
+/// stay there, and the others make the best of it.
+class Fit {
+ public:
+  Fit(const Likelihood& likelihood, Model& model, const VectorXd* counted)
+      : likelihood_(likelihood), model_(model), counted_(counted), free_(model.free()) {
+    for (Parameter* p : free_) p->x = p->bounded(p->x);
   }
-  double cost = 0.0;
-  problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
-  ceres::Solver::Options options;
-  options.max_num_iterations = kIterations;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.function_tolerance = 0.5 * kLeastFitGain / std::max(cost, kLeastFitGain);
-  // Cubic interpolation takes a Jacobian at every step that is tried.
-  options.line_search_interpolation_type = ceres::QUADRATIC;
-  options.max_num_line_search_step_size_iterations = kShorterSteps;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  for (std::size_t k = 0; k < free.size(); ++k) free[k]->x = free[k]->bounded(x[k]);
+
+  void run() {
+    double loss = loss_of_model();
+    for (int step = 0; step < kMostSteps && improves(loss); ++step) {
+    }
+  }
+
+ private:
+  /// With the priors: what a score tells apart, times the dispersion.
+  [[nodiscard]] double loss_of_model() const {
+    const State state = model_.state_for(likelihood_);
+    VectorXd innovations =
+        likelihood_.whitened(likelihood_.residuals(state, likelihood_.outcome(state)));
+    if (counted_ != nullptr) innovations.array() *= counted_->array();
+    return huber_loss(innovations) + likelihood_.dispersion() * model_.prior();
+  }
+
+  [[nodiscard]] VectorXd place() const {
+    VectorXd x(static_cast<Index>(free_.size()));
+    for (std::size_t k = 0; k < free_.size(); ++k) x[static_cast<Index>(k)] = free_[k]->x;
+    return x;
+  }
+  void move_to(const VectorXd& x) {
+    for (std::size_t k = 0; k < free_.size(); ++k)
+      free_[k]->x = free_[k]->bounded(x[static_cast<Index>(k)]);
+  }
+
+  /// Takes a step that lowers the loss, if there is one worth it; false: the last one.
+  bool improves(double& loss) {
+    const VectorXd from = place();
+    const Linearised at = linearise(likelihood_, model_, counted_);
+    VectorXd descent =
+        at.columns.transpose() * at.root_weights.cwiseAbs2().cwiseProduct(at.innovations);
+    for (std::size_t k = 0; k < free_.size(); ++k) {
+      const Parameter& p = *free_[k];
+      descent[static_cast<Index>(k)] -=
+          likelihood_.dispersion() * (p.x - p.mean) / (p.deviation * p.deviation);
+    }
+    for (; damping_ < kLargestDamping; damping_ *= kMoreDamping) {
+      const VectorXd step = step_within_bounds(at.curvature, descent);
+      // The loss is twice the negative logarithm, and so is what the step promises of it.
+      const double promised = 2.0 * descent.dot(step) - step.dot(at.curvature * step);
+      if (!(promised > kLeastFitGain * likelihood_.dispersion())) return false;
+      move_to(from + step);
+      const double reached = loss_of_model();
+      if (!(reached < loss)) continue;
+      const double gained = loss - reached;
+      loss = reached;
+      if (gained > 0.5 * promised) damping_ = std::max(kLeastDamping, kLessDamping * damping_);
+      return true;
+    }
+    move_to(from);
+    return false;
+  }
+
+  [[nodiscard]] VectorXd step_within_bounds(const MatrixXd& curvature,
+                                            const VectorXd& descent) const {
+    const auto count = static_cast<Index>(free_.size());
+    VectorXd step = VectorXd::Zero(count);
+    std::vector<bool> is_bound(free_.size(), false);
+    for (std::size_t k = 0; k < free_.size(); ++k) {
+      const double along = descent[static_cast<Index>(k)];
+      is_bound[k] = (free_[k]->x <= free_[k]->low && along < 0.0) ||
+                    (free_[k]->x >= free_[k]->high && along > 0.0);
+    }
+    for (bool is_within = false; !is_within;) {
+      std::vector<Index> moving, bound;
+      for (Index k = 0; k < count; ++k)
+        (is_bound[static_cast<std::size_t>(k)] ? bound : moving).push_back(k);
+      if (moving.empty()) return step;
+      MatrixXd inner = curvature(moving, moving);
+      inner.diagonal() *= 1.0 + damping_;
+      const VectorXd wanted =
+          inner.ldlt().solve(descent(moving) - curvature(moving, bound) * step(bound));
+      is_within = true;
+      for (std::size_t i = 0; i < moving.size(); ++i) {
+        const auto k = static_cast<std::size_t>(moving[i]);
+        const double to = free_[k]->x + wanted[static_cast<Index>(i)];
+        step[moving[i]] = free_[k]->bounded(to) - free_[k]->x;
+        if (free_[k]->bounded(to) == to) continue;
+        is_bound[k] = true;
+        is_within = false;
+      }
+    }
+    return step;
+  }
+
+  const Likelihood& likelihood_;
+  Model& model_;
+  const VectorXd* counted_;
+  std::vector<Parameter*> free_;
+  double damping_ = kFirstDamping;
+};
+
+}  // namespace
+
+void fit(const Likelihood& likelihood, Model& model, const VectorXd* counted) {
+  if (!model.free().empty()) Fit(likelihood, model, counted).run();
 }
 
 void judge(const Likelihood& likelihood, double cost, Model& model) {
@@ -157,7 +189,7 @@ void judge(const Likelihood& likelihood, double cost, Model& model) {
   const auto count = static_cast<Index>(free.size());
   const MatrixXd inverse = at.curvature.ldlt().solve(MatrixXd::Identity(count, count));
   const MatrixXd scores = score_covariance(likelihood, at);
-  const MatrixXd priors = prior_curvature(free);
+  const MatrixXd priors = prior_curvature(free, likelihood.dispersion());
   Judgement& out = model.judgement;
   out.loss = huber_loss(at.innovations);
   out.trace = (inverse * scores).trace();
@@ -201,8 +233,12 @@ void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& o
     off[static_cast<Index>(k)] = free[k]->x - free[k]->mean;
   MatrixXd covariance = model.judgement.covariance;
   std::vector<std::size_t> places;
-  for (std::size_t k = 0; k < model.numbers.size(); ++k)
-    if (model.numbers[k].in_plant && !opened.contains(k)) places.push_back(k);
+  std::size_t place = 0;
+  for (std::size_t n = 0; n < model.numbers.size(); ++n) {
+    if (model.numbers[n].held) continue;
+    if (model.numbers[n].in_plant && !opened.contains(n)) places.push_back(place);
+    ++place;
+  }
   for (auto n = least_certain(places, off, covariance); n;
        n = least_certain(places, off, covariance)) {
     // The others go on as if it were known: conditional mean and covariance of a normal.

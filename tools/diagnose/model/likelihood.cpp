@@ -339,6 +339,33 @@ void Likelihood::take_noise(const Likelihood& other) {
   }
 }
 
+std::optional<double> take_constants(const Channel& channel, ByRecording& residuals) {
+  double squares = 0.0, recordings = 0.0;
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    const std::vector<Index>& used = channel.used[r];
+    if (used.empty()) continue;
+    const double constant = residuals[r](used).mean();
+    residuals[r].array() -= constant;
+    squares += constant * constant;
+    recordings += 1.0;
+  }
+  if (recordings == 0.0) return std::nullopt;
+  return std::sqrt(squares / recordings);
+}
+
+std::vector<std::optional<double>> take_drawn_constants(const Likelihood& rows,
+                                                        std::vector<ByRecording>& residuals) {
+  std::vector<std::optional<double>> taken(rows.channels().size());
+  for (std::size_t c = 0; c < rows.channels().size(); ++c) {
+    const Channel& channel = rows.channels()[c];
+    const physics::Joint& joint = rows.base().plant.joints[channel.joint];
+    const bool drawn = joint.parameter("homing_offset", "deviation") > 0.0;
+    if (drawn && channel.kind == ChannelKind::kPosition)
+      taken[c] = take_constants(channel, residuals[c]);
+  }
+  return taken;
+}
+
 double huber_loss(double innovation) {
   const double size = std::abs(innovation);
   return size < kHuber ? size * size : 2.0 * kHuber * size - kHuber * kHuber;

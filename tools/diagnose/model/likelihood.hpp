@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -160,6 +161,12 @@ NoiseRows rows_of(const Track& track, std::size_t joint, ChannelKind kind,
 
 /// Rows within whose filter a value of the signal was lost become unused.
 void leave_out_lost(const Track& track, const Eigen::VectorXd& signal, std::vector<char>& used);
+
+/// Takes off the mean over the used rows of each recording; their RMS, none without used rows.
+std::optional<double> take_constants(const Channel& channel, ByRecording& residuals);
+/// The same of every channel ([channel]) whose constant the plant draws at each homing.
+std::vector<std::optional<double>> take_drawn_constants(const Likelihood& rows,
+                                                        std::vector<ByRecording>& residuals);
 
 /// Huber's loss of one innovation, of stacked ones, and the root of each row's weight in it.
 double huber_loss(double innovation);

@@ -55,10 +55,13 @@ struct Linearised {
   Eigen::MatrixXd curvature;     ///< weighted columns' products and the priors'
 };
 
-Linearised linearise(const Likelihood& likelihood, const Model& model);
+/// `counted`: 1 for each stacked row that counts and 0 for the others; null: all count.
+Linearised linearise(const Likelihood& likelihood, const Model& model,
+                     const Eigen::VectorXd* counted = nullptr);
 
-/// Moves the model to the optimum of loss and priors within its bounds.
-void fit(const Likelihood& likelihood, Model& model);
+/// Moves the model to the optimum of what a score tells apart, within its bounds: the loss of the
+/// rows that count over the dispersion, and the priors.
+void fit(const Likelihood& likelihood, Model& model, const Eigen::VectorXd* counted = nullptr);
 
 /// Numbers of the plant that the rows move by no more than chance (5 %, the least certain one
 /// first) are held at the plant's values, the others are fitted again. `opened`: places of numbers

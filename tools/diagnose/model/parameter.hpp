@@ -44,7 +44,7 @@ inline physics::Reach reach_of(Reaches reaches) {
 
 /// Deviation of the size of an effect that may be missing, in the sizes at which it is tried:
 /// nothing is known of it beforehand.
-inline constexpr double kUnknownSize = 60.0;
+inline constexpr double kUnknownSize = 1e4;
 
 struct Parameter {
   std::string effect;  ///< id of the vocabulary

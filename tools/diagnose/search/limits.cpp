@@ -14,8 +14,7 @@ constexpr double kNineInTen_z = 1.28;
 Limit limit_of_effect(const Search& search, const Vocabulary& vocabulary, const Resolution& r) {
   const Candidate& candidate = vocabulary.candidates[r.candidate];
   const double needed =
-      search.dispersion() *
-      (candidate.kind == CandidateKind::kJump ? kJumpGainNineTimesInTen : kGainNineTimesInTen);
+      candidate.kind == CandidateKind::kJump ? kJumpGainNineTimesInTen : kGainNineTimesInTen;
   const Parameter& size = candidate.sizes.front();
   const double x = std::max(std::sqrt(needed) * r.deviation, size.low);
   Limit out{r.candidate, std::abs(x * size.scale), r.own > kLeastOwn};
@@ -34,14 +33,14 @@ Limit limit_of_effect(const Search& search, const Vocabulary& vocabulary, const 
 }
 
 /// A number whose prior would have to open.
-Limit limit_of_number(const Search& search, const Vocabulary& vocabulary, const Resolution& r) {
+Limit limit_of_number(const Vocabulary& vocabulary, const Resolution& r) {
   const Candidate& candidate = vocabulary.candidates[r.candidate];
   const Parameter& number = vocabulary.numbers[*candidate.opens];
   const double closed2 = r.deviation * r.deviation + number.deviation * number.deviation;
   const double opened2 = r.deviation * r.deviation + std::pow(candidate.opened.deviation, 2);
   const double curvature = 1.0 / closed2 - 1.0 / opened2;
   const double by_gain =
-      curvature > 0.0 ? std::sqrt(search.dispersion() * kGainNineTimesInTen / curvature) : 0.0;
+      curvature > 0.0 ? std::sqrt(kGainNineTimesInTen / curvature) : 0.0;
   const double by_prior = kWrongBy * number.deviation + kNineInTen_z * r.deviation;
   const double x = std::max(by_gain, by_prior);
   const double size = number.logarithmic ? number.nominal * std::expm1(x) : number.scale * x;
@@ -56,7 +55,7 @@ std::vector<Limit> limits(const Search& search, const Likelihood& training,
   for (const Resolution& r : resolutions(training, search.best(), vocabulary)) {
     const Candidate& candidate = vocabulary.candidates[r.candidate];
     if (candidate.unnamed()) continue;
-    out.push_back(candidate.opens ? limit_of_number(search, vocabulary, r)
+    out.push_back(candidate.opens ? limit_of_number(vocabulary, r)
                                   : limit_of_effect(search, vocabulary, r));
   }
   return out;

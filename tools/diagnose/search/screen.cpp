@@ -33,7 +33,7 @@ class Screen {
     pull_.resize(count);
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = *free_[static_cast<std::size_t>(k)];
-      pull_[k] = (p.x - p.mean) / (p.deviation * p.deviation);
+      pull_[k] = prior_of(p) * (p.x - p.mean);
       if (!p.at_bound()) continue;
       // A parameter at its bound makes nothing of a candidate.
       at_.columns.col(k).setZero();
@@ -69,10 +69,8 @@ class Screen {
     MatrixXd curvature = columns.transpose() * columns;
     for (Index a = 0; a < count; ++a) {
       curvature(a, a) += kRidge;
-      for (std::size_t k = 0; k < free_.size(); ++k) {
-        const double part = taken(static_cast<Index>(k), a) / free_[k]->deviation;
-        curvature(a, a) += part * part;
-      }
+      for (std::size_t k = 0; k < free_.size(); ++k)
+        curvature(a, a) += prior_of(*free_[k]) * std::pow(taken(static_cast<Index>(k), a), 2);
     }
     out.curvature = curvature(0, 0);
     // What the priors hold back belongs to the score.
@@ -126,10 +124,10 @@ class Screen {
     const Parameter* wanted = &model.numbers[*candidate.opens];
     for (std::size_t k = 0; k < free_.size(); ++k) {
       if (free_[k] != wanted || wanted->at_bound()) continue;
-      const double prior = 1.0 / (wanted->deviation * wanted->deviation);
+      const double prior = prior_of(*wanted);
       const auto i = static_cast<Index>(k);
       const double rows = 1.0 / inverse_(i, i) - prior;
-      if (rows > 0.0) out.deviation = 1.0 / std::sqrt(rows);
+      if (rows > 0.0) out.deviation = std::sqrt(likelihood_.dispersion() / rows);
       out.own = std::max(0.0, 1.0 - prior * inverse_(i, i));
     }
     return out;
@@ -157,11 +155,10 @@ class Screen {
     taken -= inverse_.col(k) * (taken[k] / inverse_(k, k));
     taken[k] = 0.0;
     column.col(0).noalias() -= weighted_ * taken;
-    const double closed = 1.0 / (wanted->deviation * wanted->deviation);
-    const double opened = 1.0 / (candidate.opened.deviation * candidate.opened.deviation);
+    const double closed = prior_of(*wanted), opened = prior_of(candidate.opened);
     double curvature = column.squaredNorm() + opened;
     for (std::size_t i = 0; i < free_.size(); ++i)
-      curvature += std::pow(taken[static_cast<Index>(i)] / free_[i]->deviation, 2);
+      curvature += prior_of(*free_[i]) * std::pow(taken[static_cast<Index>(i)], 2);
     const double off = wanted->x - wanted->mean;
     const VectorXd held_back = VectorXd::Constant(1, taken.dot(pull_) - opened * off);
     const double score = column.col(0).dot(left_) + held_back[0];
@@ -213,6 +210,11 @@ class Screen {
   }
 
  private:
+  /// Curvature of a prior in units of the loss.
+  [[nodiscard]] double prior_of(const Parameter& p) const {
+    return likelihood_.dispersion() / (p.deviation * p.deviation);
+  }
+
   [[nodiscard]] MatrixXd columns_of(const Candidate& candidate, std::size_t start) const {
     State state = at_.state;
     for (std::size_t f = 0; f < candidate.forms.size(); ++f)
@@ -316,7 +318,8 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
   });
   std::vector<Resolution> out;
   for (const Screen::Test& test : tests_of(screen, starts, vocabulary, likelihood.threads())) {
-    const Resolution r{test.hit.candidate, test.hit.start, 1.0 / std::sqrt(test.curvature),
+    const Resolution r{test.hit.candidate, test.hit.start,
+                       std::sqrt(likelihood.dispersion() / test.curvature),
                        test.whole > 0.0 ? test.curvature / test.whole : 0.0};
     const bool same = !out.empty() && out.back().candidate == r.candidate;
     if (!same)
@@ -367,7 +370,6 @@ Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit) {
 }
 
 Model without(const Model& model, const Vocabulary& vocabulary, std::size_t chosen) {
-  constexpr double kReturned = 3.0;  // deviations at which a closed prior begins
   const Candidate& candidate = vocabulary.candidates[chosen];
   Model out = model;
   out.judgement = {};
@@ -377,8 +379,7 @@ Model without(const Model& model, const Vocabulary& vocabulary, std::size_t chos
   Parameter& number = out.numbers[*candidate.opens];
   const double x = number.x;
   number = vocabulary.numbers[*candidate.opens];
-  number.x = std::clamp(x, std::max(number.low, number.mean - kReturned * number.deviation),
-                        std::min(number.high, number.mean + kReturned * number.deviation));
+  number.x = number.bounded(x);
   return out;
 }
 

@@ -29,6 +29,13 @@ constexpr std::size_t kKeptModels = 5;
 constexpr std::size_t kMostShapes = 2;
 constexpr int kMomentPasses = 4;
 
+/// A size at its bound is that of something else.
+bool ends_at_bound(const Model& model, const Candidate& candidate, std::size_t place) {
+  for (std::size_t a = 0; a < candidate.sizes.size(); ++a)
+    if (model.effects.at(place)[a].at_bound()) return true;
+  return false;
+}
+
 double counted(double dispersion) { return std::clamp(dispersion, 1.0, kMostDispersion); }
 
 }  // namespace
@@ -61,6 +68,30 @@ void Search::run(const std::function<bool()>& go_on) {
     last = now;
     judge_anew();
   }
+  while (go_on_() && !passes(in_order().front()->model.chosen)) {
+  }
+}
+
+/// Asks again for all names together, by the last noise; a model that does not hold all of its
+/// names is out.
+bool Search::passes(const Key& key) {
+  for (const std::size_t candidate : key) {
+    Key smaller = key;
+    smaller.erase(candidate);
+    if (!judged_.contains(smaller))
+      consider(without(judged_[key].model, vocabulary_, candidate));
+    const Model& with_it = judged_[key].model;
+    const Model& without_it = judged_[smaller].model;
+    const double likelier = without_it.judgement.score_at(dispersion()) -
+                            with_it.judgement.score_at(dispersion());
+    const bool asked = held_out_ == nullptr && !vocabulary_.candidates[candidate].searched();
+    if (likelier < kLeastLikelier || too_small(with_it, smaller, candidate) ||
+        (asked && gain_left_out(with_it, without_it) < kLeastUnseenGain)) {
+      judged_[key].too_small = true;
+      return false;
+    }
+  }
+  return true;
 }
 
 void Search::start() {
@@ -80,9 +111,12 @@ void Search::start() {
     training_.move_links(state);
     training_.estimate_noise(state);
   }
+  if (held_out_ != nullptr) held_out_->take_noise(training_);
   fit(training_, model);
   judge(training_, 0.0, model);
   training_.set_dispersion(counted(model.judgement.dispersion));
+  fit(training_, model);
+  judge(training_, 0.0, model);
   Model bare = model;
   for (const std::size_t c : model.chosen) bare = without(bare, vocabulary_, c);
   if (!model.chosen.empty()) fit(training_, bare);
@@ -223,23 +257,31 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
                          : added.kind == CandidateKind::kJump ? kLeastJumpSize_z
                                                               : kLeastSize_z;
   if (size_z(with_it, candidate) < least_z) return true;
+  if (!added.is_presence() && ends_at_bound(with_it, added, candidate)) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
     const double off = with_it.numbers[*added.opens].x - closed.mean;
     if (std::abs(off) <= kWrongBy * closed.deviation) return true;
   }
   const Model& smaller = judged_.at(without_it).model;
-  if (!added.searched() && !added.is_presence() && gain_z(with_it, smaller) < kLeastBlockGain_z)
+  if (!added.searched() && !added.is_presence() &&
+      unseen_gain(with_it, smaller) < kLeastUnseenGain)
     return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
-  Model others_absent = judged_.at(Key{}).model;
-  for (const std::size_t other : without_it)
-    if (vocabulary_.candidates[other].constant)
-      others_absent.effects[other] = smaller.effects.at(other);
-  const VectorXd of_others = without_it.empty() ? VectorXd(VectorXd::Zero(sizes.size()))
-                                                : sizes_between(smaller, others_absent);
+  const VectorXd of_others = sizes_between(smaller, as_given(smaller));
   const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
   return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
+}
+
+/// The plant as it was given, beside what no form of could be wrong.
+Model Search::as_given(const Model& model) const {
+  Model given = model;
+  for (std::size_t n = 0; n < given.numbers.size(); ++n)
+    if (given.numbers[n].in_plant) given.numbers[n].x = vocabulary_.numbers[n].mean;
+  std::erase_if(given.effects, [&](const auto& effect) {
+    return !vocabulary_.candidates[effect.first].constant;
+  });
+  return given;
 }
 
 /// A jump has a moment: the rows tell it from one some seconds before or after.

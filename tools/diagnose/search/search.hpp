@@ -43,7 +43,7 @@ class Search {
   struct Judged {
     Model model;
     bool expanded = false;
-    bool too_small = false;  ///< its last effect is not worth a name
+    bool too_small = false;  ///< one of its effects is not worth a name
   };
 
   void start();
@@ -62,7 +62,10 @@ class Search {
   [[nodiscard]] double acting_size(const Model& model, std::size_t presence) const;
   [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
-  [[nodiscard]] double gain_z(const Model& richer, const Model& poorer) const;
+  [[nodiscard]] bool passes(const Key& key);
+  [[nodiscard]] Model as_given(const Model& model) const;
+  [[nodiscard]] double unseen_gain(const Model& richer, const Model& poorer) const;
+  [[nodiscard]] double gain_left_out(const Model& richer, const Model& poorer) const;
   [[nodiscard]] double cost_of(const Key& key) const;
   void refine_moment(const Model& model, Hit& hit);
   [[nodiscard]] std::vector<const Judged*> in_order() const;

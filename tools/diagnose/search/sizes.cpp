@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/search/search.hpp"
@@ -12,22 +13,67 @@ namespace ravencal::diagnose {
 
 using Eigen::VectorXd;
 
-/// Blocks as observations.
-double Search::gain_z(const Model& richer, const Model& poorer) const {
-  const auto innovations = [&](const Model& model) {
-    const State state = model.state_for(training_);
-    return training_.whitened(training_.residuals(state, training_.outcome(state)));
+namespace {
+
+constexpr int kPartsLeftOut = 4;
+
+VectorXd innovations(const State& state, const Likelihood& rows) {
+  auto residuals = rows.residuals(state, rows.outcome(state));
+  take_drawn_constants(rows, residuals);
+  return rows.whitened(residuals);
+}
+
+/// Of the loss in each row.
+VectorXd gains(const VectorXd& with_it, const VectorXd& without_it) {
+  VectorXd out(with_it.size());
+  for (Eigen::Index i = 0; i < out.size(); ++i)
+    out[i] = huber_loss(without_it[i]) - huber_loss(with_it[i]);
+  return out;
+}
+
+}  // namespace
+
+/// Over the dispersion: on the recordings that no fit saw, or, without any, on all blocks but the
+/// two that gain most.
+double Search::unseen_gain(const Model& richer, const Model& poorer) const {
+  if (held_out_ != nullptr) {
+    return gains(innovations(richer.state_elsewhere(*held_out_), *held_out_),
+                 innovations(poorer.state_elsewhere(*held_out_), *held_out_))
+               .sum() /
+           dispersion();
+  }
+  const VectorXd of_rows = gains(innovations(richer.state_for(training_), training_),
+                                 innovations(poorer.state_for(training_), training_));
+  std::vector<double> of_blocks(static_cast<std::size_t>(training_.block_count()), 0.0);
+  for (Eigen::Index i = 0; i < of_rows.size(); ++i)
+    of_blocks[static_cast<std::size_t>(training_.blocks()[static_cast<std::size_t>(i)])] +=
+        of_rows[i];
+  std::sort(of_blocks.rbegin(), of_blocks.rend());
+  const std::size_t most = std::min<std::size_t>(2, of_blocks.size());
+  return std::accumulate(of_blocks.begin() + static_cast<std::ptrdiff_t>(most), of_blocks.end(),
+                         0.0) /
+         dispersion();
+}
+
+/// Over the dispersion: of parts of the recordings, each predicted by what the others say.
+double Search::gain_left_out(const Model& richer, const Model& poorer) const {
+  const auto part_of = [&](Eigen::Index row) {
+    return training_.blocks()[static_cast<std::size_t>(row)] * kPartsLeftOut /
+           std::max(1, training_.block_count());
   };
-  const VectorXd with_it = innovations(richer);
-  const VectorXd without_it = innovations(poorer);
-  VectorXd gains = VectorXd::Zero(training_.block_count());
-  for (Eigen::Index i = 0; i < with_it.size(); ++i)
-    gains[training_.blocks()[static_cast<std::size_t>(i)]] +=
-        huber_loss(without_it[i]) - huber_loss(with_it[i]);
-  const double mean = gains.mean();
-  const double squares = (gains.array() - mean).square().sum();
-  const auto blocks = static_cast<double>(gains.size());
-  return squares > 0.0 ? mean / std::sqrt(squares / (blocks * (blocks - 1.0))) : 0.0;
+  double sum = 0.0;
+  for (int part = 0; part < kPartsLeftOut; ++part) {
+    VectorXd is_left_out(training_.rows());
+    for (Eigen::Index i = 0; i < is_left_out.size(); ++i)
+      is_left_out[i] = part_of(i) == part ? 1.0 : 0.0;
+    const VectorXd counted = 1.0 - is_left_out.array();
+    const auto predicted = [&](Model model) {
+      fit(training_, model, &counted);
+      return innovations(model.state_for(training_), training_);
+    };
+    sum += gains(predicted(richer), predicted(poorer)).dot(is_left_out);
+  }
+  return sum / dispersion();
 }
 
 namespace {

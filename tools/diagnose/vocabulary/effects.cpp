@@ -29,6 +29,8 @@ constexpr double kFormDeviation = 1.0;
 constexpr double kTimeDeviation = 0.7;
 constexpr double kSpeedDeviation = 0.5;
 constexpr double kCreepStartDeviation = 1.0;
+/// A scale further from that of the plant is another transmission.
+constexpr double kMostGainError = 0.3;
 
 class Effects {
  public:
@@ -46,7 +48,7 @@ class Effects {
     if (lacks("homing_offset"))
       add({signed_size("homing_offset", "offset", 1e-3 * position, Reaches::kCable)}).constant =
           true;
-    if (lacks("gain_error")) add({signed_size("gain_error", "ratio", 4e-3, Reaches::kCable)});
+    if (lacks("gain_error")) gain_error();
     couplings();
     if (joint_.parameter("compliance", "stiffness") <= 0.0 && can_stretch()) {
       Parameter p = size("compliance", "compliance", 2e-3 * position / s_.load, Reaches::kCable);
@@ -171,6 +173,13 @@ class Effects {
     return c;
   }
 
+  void gain_error() {
+    Parameter ratio = signed_size("gain_error", "ratio", 4e-3, Reaches::kCable);
+    ratio.high = kMostGainError / ratio.scale;
+    ratio.low = -ratio.high;
+    add({ratio});
+  }
+
   void couplings() {
     for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
       if (k == s_.joint || (k > s_.joint && chain_is_known())) continue;
@@ -230,6 +239,7 @@ class Effects {
     Candidate& c =
         add({size("creep", "compliance", 8e-4 * s_.position / s_.load, Reaches::kCable)});
     c.forms = {form("creep", "time", kTimeDeviation, Reaches::kCable), start};
+    c.forms.front().low = -2.0 * kTimeDeviation;  // what is over at once is a compliance
     for (const double time_s : {2.5, 7.0, 20.0})
       for (const double share : {0.0, 1.0}) c.starts.push_back({time_s, share});
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "diagnose/vocabulary/candidates.hpp"
@@ -14,9 +13,9 @@ namespace {
 
 using physics::JointCircumstances;
 
-/// Bounds of a plant's number, in deviations.
-constexpr double kBound = 2.7;
-constexpr double kHomedBound = 20.0;
+/// How far a cable is stretched when the controller takes a stop for reached, no plant says: in
+/// quanta of the encoder.
+constexpr double kHomedQuanta = 7.0;
 /// Numbers of a simulation's form: presliding, of a drive whose plant states none, and the damping
 /// of bristles. Deviations of the logarithm.
 constexpr double kPreslidingForm = 0.5;
@@ -30,6 +29,8 @@ constexpr double kLawRateDeviation = 0.1;
 constexpr double kDesiredRateDeviation = 0.5;
 constexpr double kLinkShareDeviation = 0.4;
 constexpr double kDelayScale_s = 0.1;
+/// What is positive keeps so much of the plant's number.
+constexpr double kLeastRatio = -0.998;
 
 class Numbers {
  public:
@@ -40,17 +41,17 @@ class Numbers {
   void of_plant(const std::string& effect, const std::string& parameter, Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value <= 0.0) return;
-    bounded(logarithmic(effect, parameter, value, deviation(effect, parameter), reaches));
+    out_.push_back(positive(effect, parameter, value, deviation(effect, parameter), reaches));
   }
 
   void cable() {
     if (const double stiffness = joint_.parameter("compliance", "stiffness");
         stiffness > 0.0 && s_.truth) {
-      Parameter p = logarithmic("compliance", "compliance", 1.0 / stiffness,
-                                deviation("compliance", "stiffness"), Reaches::kCable);
+      Parameter p = positive("compliance", "compliance", 1.0 / stiffness,
+                             deviation("compliance", "stiffness"), Reaches::kCable);
       p.unit = unit_of("creep", "compliance", s_.prismatic);
       p.set = as_compliance(s_.joint);
-      bounded(std::move(p));
+      out_.push_back(std::move(p));
     }
     of_plant("joint_friction", "level", Reaches::kCable);
     form("joint_friction", "presliding", kPreslidingForm, Reaches::kCable);
@@ -65,19 +66,21 @@ class Numbers {
 
   void mass() {
     if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
-    Parameter p =
-        linear("gravity", "ratio", 1.0, deviation("gravity", "weight_scale"), Reaches::kEverything);
+    Parameter p = ratio("gravity", deviation("gravity", "weight_scale"), Reaches::kEverything);
     p.set = relative([](auto& joint) -> auto& { return joint.link.mass_kg; });
-    bounded(std::move(p));
+    out_.push_back(std::move(p));
   }
 
   void drive() {
-    Parameter inertia = linear("inertia_error", "ratio", 1.0, deviation("inertia_error", "inertia"),
-                               Reaches::kDrive);
+    Parameter inertia =
+        ratio("inertia_error", deviation("inertia_error", "inertia"), Reaches::kDrive);
     inertia.set = relative([](auto& joint) -> auto& { return joint.motor_inertia_kg_m2; });
-    bounded(std::move(inertia));
-    either_sign("torque_constant", "ratio", 1.0, deviation("torque_constant", "ratio"),
-                Reaches::kDrive);
+    out_.push_back(std::move(inertia));
+    Parameter torque =
+        ratio("torque_constant", deviation("torque_constant", "ratio"), Reaches::kDrive);
+    torque.nominal = joint_.parameter("torque_constant", "ratio");
+    torque.low -= torque.nominal;
+    out_.push_back(std::move(torque));
     either_sign("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
     of_plant("coulomb_friction", "level", Reaches::kDrive);
     of_plant("viscous_friction", "damping", Reaches::kDrive);
@@ -90,24 +93,19 @@ class Numbers {
     presliding();
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
-    bounded(recorded("effort", "late", 1.0, kDelayS, Reaches::kDrive,
-                     &JointCircumstances::effort_lateness_s));
+    out_.push_back(recorded("effort", "late", 1.0, kDelayS, Reaches::kDrive,
+                            &JointCircumstances::effort_lateness_s));
   }
 
   void encoder(std::size_t recordings) {
     delay();
     const double homing = joint_.parameter("homing_offset", "deviation");
+    const double unstated = joint_.homing ? kHomedQuanta * s_.quantum : s_.quantum;
     for (std::size_t r = 0; r < recordings; ++r) {
-      Parameter constant = recorded("encoder", "constant", 1.0, std::max(s_.quantum, homing),
-                                    Reaches::kPosition, &JointCircumstances::encoder_offset, r);
-      // A stated deviation is that of a normal distribution, which ends nowhere. How far a cable is
-      // stretched when the controller takes a stop for reached, no plant says.
-      if (homing > s_.quantum)
-        out_.push_back(std::move(constant));
-      else
-        bounded(std::move(constant), joint_.homing ? kHomedBound : kBound);
-      bounded(recorded("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition,
-                       &JointCircumstances::encoder_ramp, r));
+      out_.push_back(recorded("encoder", "constant", 1.0, std::max(unstated, homing),
+                              Reaches::kPosition, &JointCircumstances::encoder_offset, r));
+      out_.push_back(recorded("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition,
+                              &JointCircumstances::encoder_ramp, r));
     }
   }
 
@@ -117,17 +115,16 @@ class Numbers {
     if (joint_.find_effect("delay") != nullptr)
       of_plant("delay", "delay", Reaches::kCable);
     else
-      bounded(recorded("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s, Reaches::kCable,
-                       &JointCircumstances::truth_lateness_s));
+      out_.push_back(recorded("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s,
+                              Reaches::kCable, &JointCircumstances::truth_lateness_s));
   }
 
   void law() {
     const bool stated = physics::stated_tolerance(joint_, "controller_gain", "").has_value();
-    Parameter gain =
-        linear("controller_gain", "ratio", 1.0,
-               stated ? deviation("controller_gain", "") : kLawDeviation, Reaches::kLaw);
+    Parameter gain = ratio("controller_gain",
+                           stated ? deviation("controller_gain", "") : kLawDeviation, Reaches::kLaw);
     gain.set = relative([](auto& joint) -> auto& { return joint.controller->kp_n_m_per_rad; });
-    bounded(std::move(gain));
+    out_.push_back(std::move(gain));
     Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
     rate.set = relative([](auto& joint) -> auto& { return joint.controller->kd_n_m_s_per_rad; });
     out_.push_back(std::move(rate));
@@ -179,6 +176,23 @@ class Numbers {
     return p;
   }
 
+  /// Down to nothing.
+  [[nodiscard]] Parameter positive(const std::string& effect, const std::string& name, double value,
+                                   double deviation, Reaches reaches) const {
+    Parameter p = linear(effect, name, value, deviation, reaches);
+    p.nominal = value;
+    p.low = kLeastRatio;
+    return p;
+  }
+
+  /// A relative change of what is positive.
+  [[nodiscard]] Parameter ratio(const std::string& effect, double deviation,
+                                Reaches reaches) const {
+    Parameter p = linear(effect, "ratio", 1.0, deviation, reaches);
+    p.low = kLeastRatio;
+    return p;
+  }
+
   [[nodiscard]] Parameter linear(const std::string& effect, const std::string& name, double scale,
                                  double deviation, Reaches reaches) const {
     Parameter p = parameter_of(s_, effect, name, reaches);
@@ -200,12 +214,6 @@ class Numbers {
     return p;
   }
 
-  void bounded(Parameter p, double deviations = kBound) {
-    p.low = p.mean - deviations * p.deviation;
-    p.high = p.mean + deviations * p.deviation;
-    out_.push_back(std::move(p));
-  }
-
   /// A number of the simulation's form that the plant has.
   void form(const std::string& effect, const std::string& parameter, double deviation,
             Reaches reaches) {
@@ -220,7 +228,7 @@ class Numbers {
                    double deviation, Reaches reaches) {
     Parameter p = linear(effect, parameter, scale, deviation, reaches);
     p.nominal = joint_.parameter(effect, parameter);
-    bounded(std::move(p));
+    out_.push_back(std::move(p));
   }
 
   /// Of either sign; nothing where the plant has none.
@@ -238,7 +246,7 @@ class Numbers {
                               std::hypot(deviation("presliding", "displacement"), kPreslidingForm),
                               Reaches::kDrive);
     p.said = false;
-    bounded(std::move(p));
+    out_.push_back(std::move(p));
   }
 
   void unstated_presliding() {
@@ -256,53 +264,47 @@ class Numbers {
   std::vector<Parameter>& out_;
 };
 
-/// A mass or an inertia stays positive.
-constexpr double kLeastRatio = -0.95;
-constexpr double kOpenedBelow = -2.5;  // of a logarithm: a twelfth of the plant's number
-constexpr double kOpenedAbove = 8.0;
-constexpr double kOpenedReach = 2.5;  // deviations of what is no logarithm
+/// Of the plant's number: how far off one may be that is beyond its tolerance, of which nothing is
+/// known.
+constexpr double kOpened = 3.0;
 
-/// Where the prior of a number opens to.
+/// A number whose prior may open.
 struct Opening {
   const char* effect;
   const char* parameter;
-  double deviation;   ///< of x: relative, levels of friction for an offset
   bool wrong_number;  ///< else it is physics that the plant lacks: a delay, a payload's weight
-  double least = -std::numeric_limits<double>::infinity();  ///< of x, where it is no logarithm
 };
 
 constexpr Opening kOpenings[] = {
-    {"delay", "delay", 0.6, false, 0.0},
-    {"compliance", "compliance", 0.6, true},
-    {"joint_friction", "level", 0.6, true},
-    {"gravity", "ratio", 0.5, true, kLeastRatio},
-    {"torque_constant", "ratio", 0.6, false},
-    {"coulomb_friction", "level", 0.6, true},
-    {"viscous_friction", "damping", 0.6, true},
-    {"stribeck_friction", "extra", 0.6, true},
-    {"load_dependent_friction", "load_share", 0.6, true},
-    {"backlash", "half_width", 0.6, true},
-    {"hysteresis", "stiffness", 0.6, true},
-    {"creep", "compliance", 0.6, true},
-    {"gain_error", "ratio", 3.0, true},
-    {"eccentricity", "amplitude", 3.0, true},
-    {"thermal_drift", "final", 3.0, true},
-    {"torque_ripple", "amplitude", 3.0, true},
-    {"asymmetric_friction", "level_difference", 3.0, true},
-    {"inertia_error", "ratio", 0.3, true, kLeastRatio},
-    {"controller_gain", "ratio", 0.6, false},
-    {"presliding", "displacement", 5.0, false},
-    {"effort_offset", "offset", 3.0, false},
+    {"delay", "delay", false},
+    {"compliance", "compliance", true},
+    {"joint_friction", "level", true},
+    {"gravity", "ratio", true},
+    {"torque_constant", "ratio", false},
+    {"coulomb_friction", "level", true},
+    {"viscous_friction", "damping", true},
+    {"stribeck_friction", "extra", true},
+    {"load_dependent_friction", "load_share", true},
+    {"backlash", "half_width", true},
+    {"hysteresis", "stiffness", true},
+    {"creep", "compliance", true},
+    {"gain_error", "ratio", true},
+    {"eccentricity", "amplitude", true},
+    {"thermal_drift", "final", true},
+    {"torque_ripple", "amplitude", true},
+    {"asymmetric_friction", "level_difference", true},
+    {"inertia_error", "ratio", true},
+    {"controller_gain", "ratio", false},
+    {"presliding", "displacement", false},
+    {"effort_offset", "offset", false},
 };
 
-Parameter opened(const Parameter& number, const Opening& opening) {
+Parameter opened(const Parameter& number) {
   Parameter p = number;
-  p.deviation = opening.deviation;
-  const double reach = kOpenedReach * opening.deviation;
-  p.low = p.logarithmic ? kOpenedBelow : std::max(opening.least, p.mean - reach);
-  p.high = p.logarithmic ? kOpenedAbove : p.mean + reach;
+  p.deviation = kOpened;
   if (!p.in_plant) {  // what recorders cannot be late by is a delay of the joint
     p.in_plant = true;
+    p.low = 0.0;
     p.set = in_plant(p.joint, p.effect, p.name);
   }
   return p;
@@ -334,7 +336,7 @@ void add_wrong_numbers(const physics::Plant& plant, const Scales& s,
       c.joint = s.joint;
       c.kind = CandidateKind::kNumber;
       c.opens = n;
-      c.opened = opened(number, opening);
+      c.opened = opened(number);
       const bool stated = plant.joints[s.joint].find_effect(number.effect) != nullptr;
       c.wrong_number = opening.wrong_number || stated;
       candidates.push_back(std::move(c));
