@@ -103,7 +103,8 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   const Growth growth = growth_of(models);
   add_free_run(view, growth.refitted, report);
   add_two_estimates(models, report);
-  add_error_left(view, report);
+  const physics::Plant moved = plant_of(models.moved, fitted);
+  add_error_left(view_of(plant, moved, rows, elsewhere != nullptr, &recorder), report);
   add_not_found(models, report);
   add_candidates(models, options.seed, report);
   add_mismatch(view_of(plant, report.improved, fitted, false), report);

@@ -32,7 +32,7 @@ struct Estimate {
 class ReportedEffects {
  public:
   ReportedEffects(const Models& models, const View& view) : m_(models), view_(view) {
-    const MatrixXd& covariance = m_.best.judgement.covariance;
+    const MatrixXd& covariance = m_.fitted.judgement.covariance;
     Index place = 0;
     const auto estimate = [&](const Parameter& fitted, const Parameter& written) {
       Estimate e{&written, 0.0, -1};
@@ -44,16 +44,11 @@ class ReportedEffects {
       }
       return e;
     };
-    for (std::size_t n = 0; n < m_.best.numbers.size(); ++n)
-      numbers_.push_back(estimate(m_.best.numbers[n], m_.written.numbers[n]));
-    for (const auto& [c, parameters] : m_.best.effects) {
-      const auto written = m_.written.effects.find(c);
-      const bool kept = written != m_.written.effects.end();
-      for (std::size_t k = 0; k < parameters.size(); ++k) {
-        const Estimate e = estimate(parameters[k], kept ? written->second[k] : parameters[k]);
-        if (kept) effects_[c].push_back(e);
-      }
-    }
+    for (std::size_t n = 0; n < m_.fitted.numbers.size(); ++n)
+      numbers_.push_back(estimate(m_.fitted.numbers[n], m_.written.numbers[n]));
+    for (const auto& [c, parameters] : m_.fitted.effects)
+      for (std::size_t k = 0; k < parameters.size(); ++k)
+        effects_[c].push_back(estimate(parameters[k], m_.written.effects.at(c)[k]));
     if (m_.written.chosen.empty()) return;
     fitted_after_ = errors_of(m_.written, m_.training);
     if (&view_.rows != &m_.training) shown_after_ = errors_of(m_.written, view_.rows);
@@ -241,7 +236,7 @@ class ReportedEffects {
     const Eigen::Vector2d at(sine.parameter->value(), cosine.parameter->value());
     const double amplitude = std::max(at.norm(), 1e-300);
     const Eigen::Matrix2d covariance =
-        m_.best.judgement.covariance.block<2, 2>(sine.place, sine.place) * sine.parameter->scale *
+        m_.fitted.judgement.covariance.block<2, 2>(sine.place, sine.place) * sine.parameter->scale *
         cosine.parameter->scale;
     const double half = kNormal95 *
                         std::sqrt(std::max(0.0, (at.transpose() * covariance * at).value())) /
@@ -269,12 +264,12 @@ class ReportedEffects {
   void add_refitted(Report& report) const {
     const std::set<std::size_t> opened = opened_by(m_.written, m_.vocabulary);
     for (std::size_t n = 0; n < numbers_.size(); ++n) {
-      const Parameter& p = *numbers_[n].parameter;
+      const Parameter& p = m_.moved.numbers[n];
       if (!p.in_plant || p.held || opened.contains(n)) continue;
       NamedEffect out;
       out.id = p.effect;
       out.joint = m_.given.joints[p.joint].name;
-      out.parameters = {named(numbers_[n])};
+      out.parameters = {named({&p, numbers_[n].deviation, numbers_[n].place})};
       report.refitted.push_back(std::move(out));
     }
   }
@@ -301,7 +296,7 @@ class ReportedEffects {
       }
       const auto count = static_cast<Index>(places.size());
       const auto per_x = Eigen::Map<const VectorXd>(slopes.data(), count).asDiagonal();
-      const MatrixXd covariance = per_x * m_.best.judgement.covariance(places, places) * per_x;
+      const MatrixXd covariance = per_x * m_.fitted.judgement.covariance(places, places) * per_x;
       auto found =
           combination_of(parameters, Eigen::Map<const VectorXd>(logs.data(), count), covariance);
       if (!found) continue;

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "diagnose/findings/policy.hpp"
-#include "diagnose/findings/quantiles.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -53,53 +52,76 @@ bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant
   return any;
 }
 
-/// Whether the interval of all its sizes contains zero in the plain model: they moved so far when
-/// what no plant holds went.
-bool gone(const Candidate& candidate, std::size_t number, const Model& best, const Model& plain) {
-  const auto is_zero = [](const Parameter& fitted, const Parameter& written) {
-    return std::abs(written.x - written.mean) < kNormal95 * std::abs(written.x - fitted.x);
-  };
-  if (candidate.opens)
-    return is_zero(best.numbers[*candidate.opens], plain.numbers[*candidate.opens]);
-  const std::vector<Parameter>& fitted = best.effects.at(number);
-  const std::vector<Parameter>& written = plain.effects.at(number);
-  for (std::size_t k = 0; k < candidate.sizes.size(); ++k)
-    if (!is_zero(fitted[k], written[k])) return false;
-  return true;
+/// Names were found beside shapes and ways that no plant holds; without these, one that no longer
+/// pays on motion that no fit saw is none.
+void drop_what_no_longer_pays(const Likelihood& training, const Vocabulary& vocabulary,
+                              const Search& search, Model& plain) {
+  const std::set<std::size_t> chosen = plain.chosen;
+  for (const std::size_t c : chosen) {
+    if (vocabulary.candidates[c].searched()) continue;
+    Model less = without(plain, vocabulary, c);
+    fit(training, less);
+    if (search.unseen_gain(plain, less) < kLeastUnseenGain) plain = std::move(less);
+  }
 }
 
-/// Without effects that are gone, fitted anew.
-void drop_gone(const Model& best, const Likelihood& training, const Vocabulary& vocabulary,
-               Model& plain) {
-  std::vector<std::size_t> dropped;
-  for (const std::size_t c : plain.chosen)
-    if (gone(vocabulary.candidates[c], c, best, plain)) dropped.push_back(c);
-  if (dropped.empty()) return;
-  for (const std::size_t c : dropped) plain = without(plain, vocabulary, c);
-  fit(training, plain);
-  judge(training, 0.0, plain);
+bool changes_plant(const Model& model, const Vocabulary& vocabulary) {
+  return std::any_of(model.chosen.begin(), model.chosen.end(), [&](std::size_t c) {
+    return !vocabulary.candidates[c].beyond_plants();
+  });
 }
 
 /// The best model as a plant has it: no plant holds a shape without a name or part of a cable's
-/// way, so numbers and effects are fitted without any. The shapes then take what these leave.
-Model written_as(const Model& best, const Likelihood& training, const Vocabulary& vocabulary) {
+/// way, so numbers and effects are fitted without any.
+Model plain_of(const Model& best, const Likelihood& training, const Vocabulary& vocabulary,
+               const Search& search) {
   Model plain = best;
-  Model written = best;
   for (const std::size_t c : best.chosen)
     if (vocabulary.candidates[c].unnamed()) plain = without(plain, vocabulary, c);
   const bool ways = take_ways(routings_of(best, training), training.base().plant, plain);
   if (ways || plain.chosen.size() < best.chosen.size()) {
     fit(training, plain);
-    judge(training, 0.0, plain);
-    drop_gone(best, training, vocabulary, plain);
+    drop_what_no_longer_pays(training, vocabulary, search, plain);
   }
-  hold_uncertain(training, opened_by(plain, vocabulary), plain);
-  for (Parameter& p : plain.numbers)
+  return plain;
+}
+
+/// Without the moves of numbers that do not pay on motion that no fit saw, joint by joint. Where
+/// nothing is named that a plant holds, none is kept.
+Model with_what_pays(const Model& plain, const Likelihood& training, const Vocabulary& vocabulary,
+                     const Search& search) {
+  const std::set<std::size_t> opened = opened_by(plain, vocabulary);
+  const auto moves = [&](std::size_t n) {
+    return plain.numbers[n].in_plant && !plain.numbers[n].held && !opened.contains(n);
+  };
+  Model kept = plain;
+  for (std::size_t n = 0; n < kept.numbers.size(); ++n)
+    if (moves(n)) kept.numbers[n].held = true;
+  fit(training, kept);
+  if (!changes_plant(plain, vocabulary)) return kept;
+  for (std::size_t joint = 0; joint < training.base().plant.joints.size(); ++joint) {
+    Model more = kept;
+    for (std::size_t n = 0; n < more.numbers.size(); ++n)
+      if (moves(n) && more.numbers[n].joint == joint) more.numbers[n].held = false;
+    if (more.free().size() == kept.free().size()) continue;
+    fit(training, more);
+    if (search.unseen_gain(more, kept) >= kLeastUnseenGain) kept = std::move(more);
+  }
+  return kept;
+}
+
+/// With the shapes that no plant holds, which take what the plain model leaves.
+Model written_as(const Model& best, const Model& plain, const Likelihood& training,
+                 const Vocabulary& vocabulary) {
+  Model written = best;
+  for (Parameter& p : written.numbers)
     if (p.reaches == Reaches::kRouting) p.held = false;
   for (const std::size_t c : best.chosen)
     if (!vocabulary.candidates[c].unnamed() && !plain.chosen.contains(c))
       written = without(written, vocabulary, c);
   written.numbers = plain.numbers;
+  for (Parameter& p : written.numbers)
+    if (p.reaches == Reaches::kRouting) p.held = false;
   for (const auto& [c, parameters] : plain.effects) written.effects[c] = parameters;
   if (plain.chosen.size() == written.chosen.size()) return written;
   Model shapes = written;
@@ -148,9 +170,17 @@ physics::Plant plant_of(const Model& model, const Likelihood& training) {
 Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search) {
   const Model& best = search.best();
-  Models out{given, training, vocabulary, search, best, written_as(best, training, vocabulary), {}};
-  judge(training, 0.0, out.written);
-  out.improved = plant_of(out.written, training);
+  Model fitted = plain_of(best, training, vocabulary, search);
+  judge(training, 0.0, fitted);
+  Model moved = fitted;
+  hold_uncertain(training, opened_by(fitted, vocabulary), moved);
+  judge(training, 0.0, moved);
+  Model written = written_as(best, with_what_pays(moved, training, vocabulary, search), training,
+                             vocabulary);
+  judge(training, 0.0, written);
+  Models out{given,  training, vocabulary, search, best, std::move(fitted), std::move(moved),
+             std::move(written), given};
+  if (changes_plant(out.written, vocabulary)) out.improved = plant_of(out.written, training);
   return out;
 }
 

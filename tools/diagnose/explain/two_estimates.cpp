@@ -49,7 +49,7 @@ class FreeRuns {
  public:
   FreeRuns(const Models& models, std::size_t joint, std::vector<Parameter> parameters)
       : training_(models.training),
-        state_(models.written.state_for(models.training)),
+        state_(models.moved.state_for(models.training)),
         joint_(joint),
         parameters_(std::move(parameters)) {
     std::vector<double> sizes;
@@ -218,7 +218,7 @@ std::string note_of(const TwoEstimates& e) {
 }
 
 void add_of_joint(const Models& models, std::size_t joint, Report& report) {
-  const std::vector<const Parameter*> free = models.written.free();
+  const std::vector<const Parameter*> free = models.moved.free();
   const std::vector<std::size_t> places = places_of(free, joint);
   if (places.empty()) return;
   std::vector<Parameter> parameters;
@@ -234,7 +234,7 @@ void add_of_joint(const Models& models, std::size_t joint, Report& report) {
     Parameter by_motion = by_efforts;
     by_motion.x = x[i];
     const double of_motion = std::sqrt(std::max(0.0, covariance(i, i)));
-    const double of_efforts = std::sqrt(models.written.judgement.covariance(k, k));
+    const double of_efforts = std::sqrt(models.moved.judgement.covariance(k, k));
     const bool known = std::max(of_motion, of_efforts) < kMostOfPrior * by_efforts.deviation;
     if (!by_efforts.said || !known || by_efforts.at_bound() || by_motion.at_bound()) continue;
     const double z =

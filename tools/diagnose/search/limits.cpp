@@ -43,8 +43,7 @@ Limit limit_of_number(const Vocabulary& vocabulary, const Resolution& r) {
       curvature > 0.0 ? std::sqrt(kGainNineTimesInTen / curvature) : 0.0;
   const double by_prior = kWrongBy * number.deviation + kNineInTen_z * r.deviation;
   const double x = std::max(by_gain, by_prior);
-  const double size = number.logarithmic ? number.nominal * std::expm1(x) : number.scale * x;
-  return {r.candidate, std::abs(size), r.own > kLeastOwn && curvature > 0.0};
+  return {r.candidate, std::abs(number.scale * x), r.own > kLeastOwn && curvature > 0.0};
 }
 
 }  // namespace

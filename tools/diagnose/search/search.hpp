@@ -37,6 +37,9 @@ class Search {
   /// Greatest change that what distinguishes two models makes in any channel, as a share of what
   /// the richer one leaves there.
   [[nodiscard]] double size_between(const Model& richer, const Model& other) const;
+  /// What one model gains over another on the recordings that no fit saw or, without any, on all
+  /// blocks but the two that gain most; over the dispersion.
+  [[nodiscard]] double unseen_gain(const Model& richer, const Model& poorer) const;
 
  private:
   using Key = std::set<std::size_t>;
@@ -64,7 +67,6 @@ class Search {
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] bool passes(const Key& key);
   [[nodiscard]] Model as_given(const Model& model) const;
-  [[nodiscard]] double unseen_gain(const Model& richer, const Model& poorer) const;
   [[nodiscard]] double gain_left_out(const Model& richer, const Model& poorer) const;
   [[nodiscard]] double cost_of(const Key& key) const;
   void refine_moment(const Model& model, Hit& hit);

@@ -33,8 +33,6 @@ VectorXd gains(const VectorXd& with_it, const VectorXd& without_it) {
 
 }  // namespace
 
-/// Over the dispersion: on the recordings that no fit saw, or, without any, on all blocks but the
-/// two that gain most.
 double Search::unseen_gain(const Model& richer, const Model& poorer) const {
   if (held_out_ != nullptr) {
     return gains(innovations(richer.state_elsewhere(*held_out_), *held_out_),

@@ -16,11 +16,13 @@ using physics::JointCircumstances;
 /// How far a cable is stretched when the controller takes a stop for reached, no plant says: in
 /// quanta of the encoder.
 constexpr double kHomedQuanta = 7.0;
-/// Numbers of a simulation's form: presliding, of a drive whose plant states none, and the damping
-/// of bristles. Deviations of the logarithm.
+/// Numbers of a simulation's form, relative to the plant's: presliding, of a drive whose plant
+/// states none, and the damping of bristles.
 constexpr double kPreslidingForm = 0.5;
 constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
+/// How late efforts are logged: filters, buses and drives' own averages.
+constexpr double kEffortDelayS = 0.02;
 /// Deviation of the motor's constant effort over its friction, which no plant states.
 constexpr double kEffortOffset = 0.006;
 /// The law is software, but how it differentiates is not stated.
@@ -93,7 +95,7 @@ class Numbers {
     presliding();
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
-    out_.push_back(recorded("effort", "late", 1.0, kDelayS, Reaches::kDrive,
+    out_.push_back(recorded("effort", "late", 1.0, kEffortDelayS, Reaches::kDrive,
                             &JointCircumstances::effort_lateness_s));
   }
 
@@ -167,15 +169,6 @@ class Numbers {
     };
   }
 
-  [[nodiscard]] Parameter logarithmic(const std::string& effect, const std::string& name,
-                                      double value, double deviation, Reaches reaches) const {
-    Parameter p = parameter_of(s_, effect, name, reaches);
-    p.logarithmic = true;
-    p.nominal = value;
-    p.deviation = deviation;
-    return p;
-  }
-
   /// Down to nothing.
   [[nodiscard]] Parameter positive(const std::string& effect, const std::string& name, double value,
                                    double deviation, Reaches reaches) const {
@@ -219,7 +212,7 @@ class Numbers {
             Reaches reaches) {
     const double value = joint_.parameter(effect, parameter);
     if (value <= 0.0) return;
-    Parameter p = logarithmic(effect, parameter, value, deviation, reaches);
+    Parameter p = positive(effect, parameter, value, deviation, reaches);
     p.said = false;
     out_.push_back(std::move(p));
   }
@@ -242,9 +235,9 @@ class Numbers {
   void presliding() {
     const double value = joint_.parameter("presliding", "displacement");
     if (value <= 0.0) return;
-    Parameter p = logarithmic("presliding", "displacement", value,
-                              std::hypot(deviation("presliding", "displacement"), kPreslidingForm),
-                              Reaches::kDrive);
+    Parameter p = positive("presliding", "displacement", value,
+                           std::hypot(deviation("presliding", "displacement"), kPreslidingForm),
+                           Reaches::kDrive);
     p.said = false;
     out_.push_back(std::move(p));
   }
@@ -253,7 +246,7 @@ class Numbers {
     const double value =
         s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
     Parameter p =
-        logarithmic("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
+        positive("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
     p.said = false;
     out_.push_back(std::move(p));
   }
@@ -264,9 +257,9 @@ class Numbers {
   std::vector<Parameter>& out_;
 };
 
-/// Of the plant's number: how far off one may be that is beyond its tolerance, of which nothing is
-/// known.
+/// Of the plant's number: how far off one may be that is beyond its tolerance; and one of its form.
 constexpr double kOpened = 3.0;
+constexpr double kOpenedForm = 100.0;
 
 /// A number whose prior may open.
 struct Opening {
@@ -301,7 +294,7 @@ constexpr Opening kOpenings[] = {
 
 Parameter opened(const Parameter& number) {
   Parameter p = number;
-  p.deviation = kOpened;
+  p.deviation = number.said ? kOpened : kOpenedForm;
   if (!p.in_plant) {  // what recorders cannot be late by is a delay of the joint
     p.in_plant = true;
     p.low = 0.0;
