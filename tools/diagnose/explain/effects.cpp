@@ -46,9 +46,14 @@ class ReportedEffects {
     };
     for (std::size_t n = 0; n < m_.fitted.numbers.size(); ++n)
       numbers_.push_back(estimate(m_.fitted.numbers[n], m_.written.numbers[n]));
-    for (const auto& [c, parameters] : m_.fitted.effects)
-      for (std::size_t k = 0; k < parameters.size(); ++k)
-        effects_[c].push_back(estimate(parameters[k], m_.written.effects.at(c)[k]));
+    for (const auto& [c, parameters] : m_.fitted.effects) {
+      const auto written = m_.written.effects.find(c);
+      const bool kept = written != m_.written.effects.end();
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        const Estimate e = estimate(parameters[k], kept ? written->second[k] : parameters[k]);
+        if (kept) effects_[c].push_back(e);
+      }
+    }
     if (m_.written.chosen.empty()) return;
     fitted_after_ = errors_of(m_.written, m_.training);
     if (&view_.rows != &m_.training) shown_after_ = errors_of(m_.written, view_.rows);

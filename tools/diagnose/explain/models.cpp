@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "diagnose/findings/policy.hpp"
@@ -52,17 +53,22 @@ bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant
   return any;
 }
 
-/// Names were found beside shapes and ways that no plant holds; without these, one that no longer
-/// pays on motion that no fit saw is none.
-void drop_what_no_longer_pays(const Likelihood& training, const Vocabulary& vocabulary,
-                              const Search& search, Model& plain) {
-  const std::set<std::size_t> chosen = plain.chosen;
-  for (const std::size_t c : chosen) {
+/// Of the names that do not pay on motion that no fit saw, the one that gains least.
+std::optional<std::size_t> least_paying(const Model& model, const Likelihood& training,
+                                        const Vocabulary& vocabulary, const Search& search) {
+  std::optional<std::size_t> least;
+  double least_gain = 0.0;
+  for (const std::size_t c : model.chosen) {
     if (vocabulary.candidates[c].searched()) continue;
-    Model less = without(plain, vocabulary, c);
+    Model less = without(model, vocabulary, c);
     fit(training, less);
-    if (search.unseen_gain(plain, less) < kLeastUnseenGain) plain = std::move(less);
+    if (search.pays(model, less)) continue;
+    const double gain = search.unseen_gain(model, less);
+    if (least && gain >= least_gain) continue;
+    least_gain = gain;
+    least = c;
   }
+  return least;
 }
 
 bool changes_plant(const Model& model, const Vocabulary& vocabulary) {
@@ -73,16 +79,12 @@ bool changes_plant(const Model& model, const Vocabulary& vocabulary) {
 
 /// The best model as a plant has it: no plant holds a shape without a name or part of a cable's
 /// way, so numbers and effects are fitted without any.
-Model plain_of(const Model& best, const Likelihood& training, const Vocabulary& vocabulary,
-               const Search& search) {
+Model plain_of(const Model& best, const Likelihood& training, const Vocabulary& vocabulary) {
   Model plain = best;
   for (const std::size_t c : best.chosen)
     if (vocabulary.candidates[c].unnamed()) plain = without(plain, vocabulary, c);
   const bool ways = take_ways(routings_of(best, training), training.base().plant, plain);
-  if (ways || plain.chosen.size() < best.chosen.size()) {
-    fit(training, plain);
-    drop_what_no_longer_pays(training, vocabulary, search, plain);
-  }
+  if (ways || plain.chosen.size() < best.chosen.size()) fit(training, plain);
   return plain;
 }
 
@@ -96,7 +98,7 @@ Model with_what_pays(const Model& plain, const Likelihood& training, const Vocab
   };
   Model kept = plain;
   for (std::size_t n = 0; n < kept.numbers.size(); ++n)
-    if (moves(n)) kept.numbers[n].held = true;
+    if (moves(n)) kept.numbers[n].hold_at_plant();
   fit(training, kept);
   if (!changes_plant(plain, vocabulary)) return kept;
   for (std::size_t joint = 0; joint < training.base().plant.joints.size(); ++joint) {
@@ -105,7 +107,7 @@ Model with_what_pays(const Model& plain, const Likelihood& training, const Vocab
       if (moves(n) && more.numbers[n].joint == joint) more.numbers[n].held = false;
     if (more.free().size() == kept.free().size()) continue;
     fit(training, more);
-    if (search.unseen_gain(more, kept) >= kLeastUnseenGain) kept = std::move(more);
+    if (search.pays(more, kept)) kept = std::move(more);
   }
   return kept;
 }
@@ -114,8 +116,6 @@ Model with_what_pays(const Model& plain, const Likelihood& training, const Vocab
 Model written_as(const Model& best, const Model& plain, const Likelihood& training,
                  const Vocabulary& vocabulary) {
   Model written = best;
-  for (Parameter& p : written.numbers)
-    if (p.reaches == Reaches::kRouting) p.held = false;
   for (const std::size_t c : best.chosen)
     if (!vocabulary.candidates[c].unnamed() && !plain.chosen.contains(c))
       written = without(written, vocabulary, c);
@@ -159,6 +159,9 @@ std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary
 physics::Plant plant_of(const Model& model, const Likelihood& training) {
   physics::Plant plant = model.state_for(training).plant;
   plant.hash = 0;  // no file has these bytes
+  for (const Parameter& share : model.numbers)
+    if (share.reaches == Reaches::kRouting && share.held && share.x == 1.0)
+      plant.joints[share.joint].coupling_through = physics::Through::kLink;
   for (const Routing& routing : routings_of(model, training)) {
     physics::Joint& joint = plant.joints[*plant.joint_index(routing.joint)];
     for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
@@ -170,13 +173,21 @@ physics::Plant plant_of(const Model& model, const Likelihood& training) {
 Models models_of(const physics::Plant& given, const Likelihood& training,
                  const Vocabulary& vocabulary, const Search& search) {
   const Model& best = search.best();
-  Model fitted = plain_of(best, training, vocabulary, search);
-  judge(training, 0.0, fitted);
-  Model moved = fitted;
-  hold_uncertain(training, opened_by(fitted, vocabulary), moved);
+  Model fitted = plain_of(best, training, vocabulary);
+  Model moved, kept;
+  // A name that does not pay in the plant that is written is none, whatever it did beside shapes.
+  for (std::optional<std::size_t> dropped;;) {
+    judge(training, 0.0, fitted);
+    moved = fitted;
+    hold_uncertain(training, opened_by(fitted, vocabulary), moved);
+    kept = with_what_pays(moved, training, vocabulary, search);
+    dropped = least_paying(kept, training, vocabulary, search);
+    if (!dropped) break;
+    fitted = without(fitted, vocabulary, *dropped);
+    fit(training, fitted);
+  }
   judge(training, 0.0, moved);
-  Model written = written_as(best, with_what_pays(moved, training, vocabulary, search), training,
-                             vocabulary);
+  Model written = written_as(best, kept, training, vocabulary);
   judge(training, 0.0, written);
   Models out{given,  training, vocabulary, search, best, std::move(fitted), std::move(moved),
              std::move(written), given};

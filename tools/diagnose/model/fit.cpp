@@ -246,7 +246,7 @@ void hold_uncertain(const Likelihood& likelihood, const std::set<std::size_t>& o
     const VectorXd gain = covariance.col(i) / covariance(i, i);
     off -= gain * off[i];
     covariance -= gain * covariance.row(i).eval();
-    free[places[*n]]->held = true;
+    free[places[*n]]->hold_at_plant();
     places.erase(places.begin() + static_cast<std::ptrdiff_t>(*n));
   }
   fit(likelihood, model);

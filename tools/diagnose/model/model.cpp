@@ -35,7 +35,7 @@ State state_of(const Model& model, State state, bool own_recordings) {
     if (own_recordings || !parameter.recording) parameter.apply(state);
   };
   for (const Parameter& number : model.numbers)
-    if (!number.held) apply(number);
+    if (!number.is_plants()) apply(number);
   for (const auto& [candidate, parameters] : model.effects)
     for (const Parameter& parameter : parameters) apply(parameter);
   return state;

@@ -65,7 +65,7 @@ struct Parameter {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   double step = 0.02;  ///< of the finite difference
-  /// Not fitted: a moment or an order that was searched for, a number that stays the plant's.
+  /// Not fitted: a moment or an order that was searched for, a number that stays where it is.
   bool held = false;
   bool in_plant = true;  ///< else the recordings have it, and no plant
   /// Else it is a form or a switch, of which no report gives the value.
@@ -80,6 +80,12 @@ struct Parameter {
   [[nodiscard]] double slope() const { return logarithmic ? value() : scale; }
   void apply(State& state) const { set(state, value()); }
   [[nodiscard]] bool at_bound() const { return x <= low + 1e-9 || x >= high - 1e-9; }
+  /// A number that stays as the plant states it, or absent where the plant states none.
+  void hold_at_plant() {
+    x = mean;
+    held = true;
+  }
+  [[nodiscard]] bool is_plants() const { return in_plant && held && x == mean; }
   [[nodiscard]] double bounded(double wanted) const { return std::clamp(wanted, low, high); }
   /// Twice the negative logarithm of the prior, constants apart.
   [[nodiscard]] double penalty() const {

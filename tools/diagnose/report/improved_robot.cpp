@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/whole_file.hpp"
 #include "diagnose/report/write_report.hpp"
 
 namespace ravencal::diagnose {
@@ -42,6 +44,12 @@ core::Result<std::optional<ImprovedRobot>> write_with_robot(Report& report,
                                                             const fs::path& folder) {
   std::optional<ImprovedRobot> robot = improved_robot(report, plant_file, folder);
   RAVENCAL_RETURN_IF_ERROR(write_report(report, folder));
+  const bool beyond = std::any_of(report.effects.begin(), report.effects.end(),
+                                  [](const NamedEffect& e) { return e.beyond_plants; });
+  if (report.improved.hash != 0 && !beyond) {  // the given file's own
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string given, core::read_whole_file(plant_file));
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "plant_improved.toml", given));
+  }
   if (robot) RAVENCAL_RETURN_IF_ERROR(physics::save_robot(robot->written, robot->path));
   return robot;
 }

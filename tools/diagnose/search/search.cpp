@@ -21,6 +21,8 @@ constexpr int kStartRounds = 2;
 constexpr std::size_t kFirstBreadth = 6;
 constexpr std::size_t kBreadth = 4;
 constexpr std::size_t kNarrow = 2;
+/// Candidates that turn out not to be worth a name take no place of others, up to so many times it.
+constexpr std::size_t kMostRefused = 3;
 /// Models this close to the best are expanded as well, so many of them.
 constexpr double kCloseScore = 30.0;
 constexpr std::size_t kClose = 3;
@@ -198,20 +200,26 @@ void Search::expand(const Key& key, std::size_t most, std::optional<std::size_t>
   aim(training_, held_out_, model, vocabulary_);
   std::set<std::string> shapes;
   std::map<std::size_t, std::pair<double, Hit>> of_joint;  // gained, by which
-  std::size_t tried = 0;
+  std::size_t tried = 0, refused = 0;
   for (Hit& hit : screen(training_, model, vocabulary_, seed_, joint)) {
-    if (tried == most || !go_on_()) break;
+    if (tried == most || refused == kMostRefused * most || !go_on_()) break;
     if (!worth_trying(hit, key, shapes)) continue;
-    ++tried;
     Key larger = key;
     larger.insert(hit.candidate);
-    if (judged_.contains(larger)) continue;
+    if (judged_.contains(larger)) {
+      ++tried;
+      continue;
+    }
     if (vocabulary_.candidates[hit.candidate].kind == CandidateKind::kJump) {
       refine_moment(model, hit);
-      if (has_no_moment(model, hit)) continue;
+      if (has_no_moment(model, hit)) {
+        ++refused;
+        continue;
+      }
     }
     Judged& considered = consider(with(model, vocabulary_, hit));
     considered.too_small = too_small(considered.model, key, hit.candidate);
+    ++(considered.too_small ? refused : tried);
     const double gained = model.judgement.score_at(dispersion()) - considered.model.judgement.score;
     if (considered.too_small || gained <= 0.0) continue;
     auto& [most_gained, best] = of_joint[vocabulary_.candidates[hit.candidate].joint];

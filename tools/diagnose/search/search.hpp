@@ -40,6 +40,9 @@ class Search {
   /// What one model gains over another on the recordings that no fit saw or, without any, on all
   /// blocks but the two that gain most; over the dispersion.
   [[nodiscard]] double unseen_gain(const Model& richer, const Model& poorer) const;
+  /// Whether what it gains there is worth a change of the plant, and its squared error over the
+  /// floors falls as well.
+  [[nodiscard]] bool pays(const Model& richer, const Model& poorer) const;
 
  private:
   using Key = std::set<std::size_t>;

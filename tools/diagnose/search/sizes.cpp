@@ -23,6 +23,19 @@ VectorXd innovations(const State& state, const Likelihood& rows) {
   return rows.whitened(residuals);
 }
 
+/// The plant and the laws of a model elsewhere: what a recorder adds (a late effort) is no part of
+/// either.
+State as_plant(const Model& model, const Likelihood& elsewhere) {
+  State state = model.state_elsewhere(elsewhere);
+  for (std::size_t r = 0; r < state.circumstances.size(); ++r)
+    for (std::size_t j = 0; j < state.circumstances[r].size(); ++j) {
+      const std::optional<double> link_share = state.circumstances[r][j].link_share;
+      state.circumstances[r][j] = elsewhere.base().circumstances[r][j];
+      state.circumstances[r][j].link_share = link_share;
+    }
+  return state;
+}
+
 /// Of the loss in each row.
 VectorXd gains(const VectorXd& with_it, const VectorXd& without_it) {
   VectorXd out(with_it.size());
@@ -35,8 +48,8 @@ VectorXd gains(const VectorXd& with_it, const VectorXd& without_it) {
 
 double Search::unseen_gain(const Model& richer, const Model& poorer) const {
   if (held_out_ != nullptr) {
-    return gains(innovations(richer.state_elsewhere(*held_out_), *held_out_),
-                 innovations(poorer.state_elsewhere(*held_out_), *held_out_))
+    return gains(innovations(as_plant(richer, *held_out_), *held_out_),
+                 innovations(as_plant(poorer, *held_out_), *held_out_))
                .sum() /
            dispersion();
   }
@@ -51,6 +64,26 @@ double Search::unseen_gain(const Model& richer, const Model& poorer) const {
   return std::accumulate(of_blocks.begin() + static_cast<std::ptrdiff_t>(most), of_blocks.end(),
                          0.0) /
          dispersion();
+}
+
+/// Innovations forget what is slow; a plant must not buy them with errors that stay.
+bool Search::pays(const Model& richer, const Model& poorer) const {
+  if (unseen_gain(richer, poorer) < kLeastUnseenGain) return false;
+  if (held_out_ == nullptr) return true;
+  const auto error = [&](const Model& model) {
+    const State state = as_plant(model, *held_out_);
+    auto left = held_out_->residuals(state, held_out_->outcome(state));
+    take_drawn_constants(*held_out_, left);
+    double floors = 0.0;
+    for (std::size_t c = 0; c < left.size(); ++c) {
+      const Channel& channel = held_out_->channels()[c];
+      for (std::size_t r = 0; r < left[c].size(); ++r)
+        if (!channel.used[r].empty())
+          floors += left[c][r](channel.used[r]).squaredNorm() / std::pow(channel.floor, 2);
+    }
+    return floors;
+  };
+  return error(richer) < error(poorer);
 }
 
 /// Over the dispersion: of parts of the recordings, each predicted by what the others say.

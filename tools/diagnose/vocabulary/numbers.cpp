@@ -22,7 +22,7 @@ constexpr double kPreslidingForm = 0.5;
 constexpr double kUnstatedPreslidingForm = 1.0;
 constexpr double kBristleDampingForm = 0.6;
 /// How late efforts are logged: filters, buses and drives' own averages.
-constexpr double kEffortDelayS = 0.02;
+constexpr double kEffortDelayS = 0.005;
 /// Deviation of the motor's constant effort over its friction, which no plant states.
 constexpr double kEffortOffset = 0.006;
 /// The law is software, but how it differentiates is not stated.
