@@ -128,20 +128,14 @@ TEST(Diagnose, CallsAParameterOutOfItsToleranceThatAndNotPhysics) {
   EXPECT_NEAR(effect->parameters.front().value, 0.8, 0.05);
 }
 
-/// A held-out recording may lack what the fitted one has: then its error grows, and is said.
-TEST(Diagnose, GivesTheErrorOfTheJointThatHasTheEffect) {
+/// An effect that the held-out recording lacks has no name, and what it leaves is said.
+TEST(Diagnose, NamesNothingThatItsHeldOutRecordingLacks) {
   const auto fitted = generator::make_recording({.delay_s = 0.03}, {});
   const auto shown = generator::make_recording({}, {.seed = 2});
   const auto report = diagnose::diagnose({fitted}, {shown}, plant_of(), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  const auto* effect = find(*report, "delay");
-  ASSERT_NE(effect, nullptr) << names_in(*report);
-  const auto figure =
-      std::find_if(report->held_out.begin(), report->held_out.end(),
-                   [](const auto& f) { return f.joint == "one" && f.metric == "position_rmse"; });
-  ASSERT_NE(figure, report->held_out.end());
-  EXPECT_DOUBLE_EQ(effect->held_out_after, figure->after);
-  EXPECT_GT(effect->held_out_after, effect->held_out_before);
+  EXPECT_EQ(find(*report, "delay"), nullptr) << names_in(*report);
+  for (const auto& figure : report->held_out) EXPECT_EQ(figure.after, figure.before);
 }
 
 TEST(Diagnose, SaysUnknownOfWhatItsVocabularyLacks) {

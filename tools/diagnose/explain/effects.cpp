@@ -149,9 +149,8 @@ class ReportedEffects {
     out.held_out_after = taken.after;
     out.size = taken.size();
     // Ratio of the likelihoods: a bound on the chance of such data without the effect.
-    const double gain =
-        (less.judgement.loss - m_.written.judgement.loss) / m_.search.dispersion() + less.prior() -
-        m_.written.prior();
+    const double gain = (less.judgement.loss - m_.written.judgement.loss) / m_.search.dispersion() +
+                        less.prior() - m_.written.prior();
     out.p_value = std::exp(-0.5 * std::max(0.0, gain));
     out.out_of_tolerance = candidate.wrong_number;
     out.beyond_plants = candidate.beyond_plants();

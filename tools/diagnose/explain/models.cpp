@@ -53,17 +53,19 @@ bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant
   return any;
 }
 
-/// Of the names that do not pay on motion that no fit saw, the one that gains least.
-std::optional<std::size_t> least_paying(const Model& model, const Likelihood& training,
-                                        const Vocabulary& vocabulary, const Search& search) {
+/// Of the names that are not certain in the fitted model or do not pay in the written one, on
+/// motion that no fit saw, the one that gains least there.
+std::optional<std::size_t> least_worth(const Model& fitted, const Model& written,
+                                       const Likelihood& training, const Vocabulary& vocabulary,
+                                       const Search& search) {
   std::optional<std::size_t> least;
   double least_gain = 0.0;
-  for (const std::size_t c : model.chosen) {
-    if (vocabulary.candidates[c].searched()) continue;
-    Model less = without(model, vocabulary, c);
+  for (const std::size_t c : written.chosen) {
+    Model less = without(written, vocabulary, c);
     fit(training, less);
-    if (search.pays(model, less)) continue;
-    const double gain = search.unseen_gain(model, less);
+    const bool paid = vocabulary.candidates[c].searched() || search.pays(written, less);
+    if (paid && search.certain(fitted, written, c)) continue;
+    const double gain = search.unseen_gain(written, less);
     if (least && gain >= least_gain) continue;
     least_gain = gain;
     least = c;
@@ -72,9 +74,8 @@ std::optional<std::size_t> least_paying(const Model& model, const Likelihood& tr
 }
 
 bool changes_plant(const Model& model, const Vocabulary& vocabulary) {
-  return std::any_of(model.chosen.begin(), model.chosen.end(), [&](std::size_t c) {
-    return !vocabulary.candidates[c].beyond_plants();
-  });
+  return std::any_of(model.chosen.begin(), model.chosen.end(),
+                     [&](std::size_t c) { return !vocabulary.candidates[c].beyond_plants(); });
 }
 
 /// The best model as a plant has it: no plant holds a shape without a name or part of a cable's
@@ -181,7 +182,7 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
     moved = fitted;
     hold_uncertain(training, opened_by(fitted, vocabulary), moved);
     kept = with_what_pays(moved, training, vocabulary, search);
-    dropped = least_paying(kept, training, vocabulary, search);
+    dropped = least_worth(fitted, kept, training, vocabulary, search);
     if (!dropped) break;
     fitted = without(fitted, vocabulary, *dropped);
     fit(training, fitted);
@@ -189,8 +190,9 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
   judge(training, 0.0, moved);
   Model written = written_as(best, kept, training, vocabulary);
   judge(training, 0.0, written);
-  Models out{given,  training, vocabulary, search, best, std::move(fitted), std::move(moved),
-             std::move(written), given};
+  Models out{given, training,          vocabulary,       search,
+             best,  std::move(fitted), std::move(moved), std::move(written),
+             given};
   if (changes_plant(out.written, vocabulary)) out.improved = plant_of(out.written, training);
   return out;
 }

@@ -19,10 +19,10 @@ struct Models {
   const Likelihood& training;
   const Vocabulary& vocabulary;
   const Search& search;
-  const Model& best;  ///< of the search: probabilities come from it
-  Model fitted;       ///< what a plant can hold of it, fitted alone: intervals come from it
-  Model moved;        ///< without numbers that the rows do not move: it raises the alarm
-  Model written;      ///< without those whose moves do not pay either: values come from it
+  const Model& best;        ///< of the search: probabilities come from it
+  Model fitted;             ///< what a plant can hold of it, fitted alone: intervals come from it
+  Model moved;              ///< without numbers that the rows do not move: it raises the alarm
+  Model written;            ///< without those whose moves do not pay either: values come from it
   physics::Plant improved;  ///< of `written`: the given one where nothing is named
 };
 

@@ -18,9 +18,10 @@ struct ImprovedRobot {
   physics::WrittenRobot written;
 };
 
-/// write_report, which writes a plant that stays as it was byte for byte, and, where `plant_file` is
-/// a robot model, robot_improved.xml or .urdf beside it; the verdict's text then says what that is. A model that cannot be made leaves the report whole
-/// and stands in it with the reason. Errors: something cannot be written (kIo).
+/// write_report, which writes a plant that stays as it was byte for byte, and, where `plant_file`
+/// is a robot model, robot_improved.xml or .urdf beside it; the verdict's text then says what that
+/// is. A model that cannot be made leaves the report whole and stands in it with the reason.
+/// Errors: something cannot be written (kIo).
 core::Result<std::optional<ImprovedRobot>> write_with_robot(Report& report,
                                                             const std::filesystem::path& plant_file,
                                                             const std::filesystem::path& folder);

@@ -171,8 +171,7 @@ std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
   const bool looked = std::any_of(report.looked_at.begin(), report.looked_at.end(),
                                   [&](const LookedAt& l) { return l.joint == line.joint; });
   if (text.empty()) {
-    text = looked ? "no physics is missing"
-                  : "these recordings do not show this joint";
+    text = looked ? "no physics is missing" : "these recordings do not show this joint";
   }
   if (line.figure != nullptr) text += "; " + change_words(*line.figure);
   return capitalised(text) + ".";

@@ -39,8 +39,7 @@ Limit limit_of_number(const Vocabulary& vocabulary, const Resolution& r) {
   const double closed2 = r.deviation * r.deviation + number.deviation * number.deviation;
   const double opened2 = r.deviation * r.deviation + std::pow(candidate.opened.deviation, 2);
   const double curvature = 1.0 / closed2 - 1.0 / opened2;
-  const double by_gain =
-      curvature > 0.0 ? std::sqrt(kGainNineTimesInTen / curvature) : 0.0;
+  const double by_gain = curvature > 0.0 ? std::sqrt(kGainNineTimesInTen / curvature) : 0.0;
   const double by_prior = kWrongBy * number.deviation + kNineInTen_z * r.deviation;
   const double x = std::max(by_gain, by_prior);
   return {r.candidate, std::abs(number.scale * x), r.own > kLeastOwn && curvature > 0.0};

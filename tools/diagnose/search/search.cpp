@@ -38,6 +38,10 @@ bool ends_at_bound(const Model& model, const Candidate& candidate, std::size_t p
   return false;
 }
 
+double least_unseen(const Candidate& candidate) {
+  return candidate.unnamed() ? kClearGain : kLeastUnseenGain;
+}
+
 double counted(double dispersion) { return std::clamp(dispersion, 1.0, kMostDispersion); }
 
 }  // namespace
@@ -80,15 +84,15 @@ bool Search::passes(const Key& key) {
   for (const std::size_t candidate : key) {
     Key smaller = key;
     smaller.erase(candidate);
-    if (!judged_.contains(smaller))
-      consider(without(judged_[key].model, vocabulary_, candidate));
+    if (!judged_.contains(smaller)) consider(without(judged_[key].model, vocabulary_, candidate));
     const Model& with_it = judged_[key].model;
     const Model& without_it = judged_[smaller].model;
-    const double likelier = without_it.judgement.score_at(dispersion()) -
-                            with_it.judgement.score_at(dispersion());
-    const bool asked = held_out_ == nullptr && !vocabulary_.candidates[candidate].searched();
+    const double likelier =
+        without_it.judgement.score_at(dispersion()) - with_it.judgement.score_at(dispersion());
+    const Candidate& added = vocabulary_.candidates[candidate];
+    const bool asked = held_out_ == nullptr && !added.searched();
     if (likelier < kLeastLikelier || too_small(with_it, smaller, candidate) ||
-        (asked && gain_left_out(with_it, without_it) < kLeastUnseenGain)) {
+        (asked && gain_left_out(with_it, without_it) < least_unseen(added))) {
       judged_[key].too_small = true;
       return false;
     }
@@ -261,10 +265,7 @@ void Search::try_without(const Key& key) {
 bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
   if (added.is_presence() && acting_size(with_it, candidate) < kLeastActingSize) return true;
-  const double least_z = added.is_presence()                  ? kLeastPresence_z
-                         : added.kind == CandidateKind::kJump ? kLeastJumpSize_z
-                                                              : kLeastSize_z;
-  if (size_z(with_it, candidate) < least_z) return true;
+  if (!certain(with_it, with_it, candidate)) return true;
   if (!added.is_presence() && ends_at_bound(with_it, added, candidate)) return true;
   if (added.opens) {
     const Parameter& closed = vocabulary_.numbers[*added.opens];
@@ -273,7 +274,7 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   }
   const Model& smaller = judged_.at(without_it).model;
   if (!added.searched() && !added.is_presence() &&
-      unseen_gain(with_it, smaller) < kLeastUnseenGain)
+      unseen_gain(with_it, smaller) < least_unseen(added))
     return true;
   const VectorXd sizes = sizes_between(with_it, smaller);
   const VectorXd of_others = sizes_between(smaller, as_given(smaller));
@@ -286,9 +287,8 @@ Model Search::as_given(const Model& model) const {
   Model given = model;
   for (std::size_t n = 0; n < given.numbers.size(); ++n)
     if (given.numbers[n].in_plant) given.numbers[n].x = vocabulary_.numbers[n].mean;
-  std::erase_if(given.effects, [&](const auto& effect) {
-    return !vocabulary_.candidates[effect.first].constant;
-  });
+  std::erase_if(given.effects,
+                [&](const auto& effect) { return !vocabulary_.candidates[effect.first].constant; });
   return given;
 }
 

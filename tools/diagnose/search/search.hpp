@@ -43,6 +43,10 @@ class Search {
   /// Whether what it gains there is worth a change of the plant, and its squared error over the
   /// floors falls as well.
   [[nodiscard]] bool pays(const Model& richer, const Model& poorer) const;
+  /// Whether the interval of what a candidate adds to the written model, as wide as the judged one
+  /// and the way between the two say, is as far from nothing as a name of its kind asks for.
+  [[nodiscard]] bool certain(const Model& judged, const Model& written,
+                             std::size_t candidate) const;
 
  private:
   using Key = std::set<std::size_t>;
@@ -66,7 +70,8 @@ class Search {
   [[nodiscard]] bool too_small(const Model& with_it, const Key& without_it,
                                std::size_t candidate) const;
   [[nodiscard]] double acting_size(const Model& model, std::size_t presence) const;
-  [[nodiscard]] double size_z(const Model& model, std::size_t candidate) const;
+  [[nodiscard]] double size_z(const Model& judged, const Model& written,
+                              std::size_t candidate) const;
   [[nodiscard]] bool has_no_moment(const Model& without_it, const Hit& jump) const;
   [[nodiscard]] bool passes(const Key& key);
   [[nodiscard]] Model as_given(const Model& model) const;

@@ -27,12 +27,9 @@ VectorXd innovations(const State& state, const Likelihood& rows) {
 /// either.
 State as_plant(const Model& model, const Likelihood& elsewhere) {
   State state = model.state_elsewhere(elsewhere);
-  for (std::size_t r = 0; r < state.circumstances.size(); ++r)
-    for (std::size_t j = 0; j < state.circumstances[r].size(); ++j) {
-      const std::optional<double> link_share = state.circumstances[r][j].link_share;
-      state.circumstances[r][j] = elsewhere.base().circumstances[r][j];
-      state.circumstances[r][j].link_share = link_share;
-    }
+  for (std::vector<physics::JointCircumstances>& joints : state.circumstances)
+    for (physics::JointCircumstances& joint : joints)
+      joint.effort_lateness_s = joint.truth_lateness_s = 0.0;
   return state;
 }
 
@@ -173,27 +170,38 @@ double Search::acting_size(const Model& model, std::size_t presence) const {
   return greatest;
 }
 
-/// Of what the candidate adds, by its interval.
-double Search::size_z(const Model& model, std::size_t candidate) const {
+bool Search::certain(const Model& judged, const Model& written, std::size_t candidate) const {
   const Candidate& added = vocabulary_.candidates[candidate];
-  const std::vector<const Parameter*> free = model.free();
-  std::vector<Eigen::Index> places;
-  const auto add = [&](const Parameter& wanted) {
-    for (std::size_t k = 0; k < free.size(); ++k)
-      if (free[k] == &wanted) places.push_back(static_cast<Eigen::Index>(k));
+  const double least_z = added.is_presence()                  ? kLeastPresence_z
+                         : added.kind == CandidateKind::kJump ? kLeastJumpSize_z
+                                                              : kLeastSize_z;
+  return size_z(judged, written, candidate) >= least_z;
+}
+
+double Search::size_z(const Model& judged, const Model& written, std::size_t candidate) const {
+  const Candidate& added = vocabulary_.candidates[candidate];
+  const auto sizes = [&](const Model& model) {
+    std::vector<const Parameter*> out;
+    if (added.opens) {
+      out.push_back(&model.numbers[*added.opens]);
+    } else {
+      for (std::size_t a = 0; a < added.sizes.size(); ++a)
+        out.push_back(&model.effects.at(candidate)[a]);
+    }
+    return out;
   };
-  if (added.opens) {
-    add(model.numbers[*added.opens]);
-  } else {
-    const std::vector<Parameter>& parameters = model.effects.at(candidate);
-    for (std::size_t a = 0; a < added.sizes.size(); ++a) add(parameters[a]);
+  const std::vector<const Parameter*> free = judged.free(), wide = sizes(judged),
+                                      said = sizes(written);
+  std::vector<Eigen::Index> places;
+  VectorXd off(static_cast<Eigen::Index>(said.size())), moved(off.size());
+  for (std::size_t n = 0; n < said.size(); ++n) {
+    const auto place = std::find(free.begin(), free.end(), wide[n]) - free.begin();
+    places.push_back(static_cast<Eigen::Index>(place));
+    off[static_cast<Eigen::Index>(n)] = said[n]->x - said[n]->mean;
+    moved[static_cast<Eigen::Index>(n)] = said[n]->x - wide[n]->x;
   }
-  VectorXd off(static_cast<Eigen::Index>(places.size()));
-  for (std::size_t n = 0; n < places.size(); ++n) {
-    const Parameter& p = *free[static_cast<std::size_t>(places[n])];
-    off[static_cast<Eigen::Index>(n)] = p.x - p.mean;
-  }
-  const Eigen::MatrixXd covariance = model.judgement.covariance(places, places);
+  const Eigen::MatrixXd covariance =
+      judged.judgement.covariance(places, places) + moved * moved.transpose();
   return std::sqrt(std::max(0.0, off.dot(covariance.ldlt().solve(off))));
 }
 

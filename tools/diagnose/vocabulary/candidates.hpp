@@ -8,6 +8,10 @@
 
 namespace ravencal::diagnose {
 
+/// Until its prior opens, a number that may be wrong ends where it would be called wrong: what is
+/// missing must not hide in it.
+void close(Parameter& number);
+
 /// The numbers of one joint that are always fitted: those of the plant within their tolerance, and
 /// what every recording has of its own.
 void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,

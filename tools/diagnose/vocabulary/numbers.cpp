@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/vocabulary/candidates.hpp"
 #include "diagnose/vocabulary/setters.hpp"
 #include "physics/drives.hpp"
@@ -104,8 +105,11 @@ class Numbers {
     const double homing = joint_.parameter("homing_offset", "deviation");
     const double unstated = joint_.homing ? kHomedQuanta * s_.quantum : s_.quantum;
     for (std::size_t r = 0; r < recordings; ++r) {
-      out_.push_back(recorded("encoder", "constant", 1.0, std::max(unstated, homing),
-                              Reaches::kPosition, &JointCircumstances::encoder_offset, r));
+      Parameter constant = recorded("encoder", "constant", 1.0, std::max(unstated, homing),
+                                    Reaches::kPosition, &JointCircumstances::encoder_offset, r);
+      // Beyond, it is a homing offset, unless the plant has one already.
+      if (joint_.find_effect("homing_offset") == nullptr) close(constant);
+      out_.push_back(std::move(constant));
       out_.push_back(recorded("encoder", "ramp", 1.0, s_.quantum, Reaches::kPosition,
                               &JointCircumstances::encoder_ramp, r));
     }
@@ -123,8 +127,9 @@ class Numbers {
 
   void law() {
     const bool stated = physics::stated_tolerance(joint_, "controller_gain", "").has_value();
-    Parameter gain = ratio("controller_gain",
-                           stated ? deviation("controller_gain", "") : kLawDeviation, Reaches::kLaw);
+    Parameter gain =
+        ratio("controller_gain", stated ? deviation("controller_gain", "") : kLawDeviation,
+              Reaches::kLaw);
     gain.set = relative([](auto& joint) -> auto& { return joint.controller->kp_n_m_per_rad; });
     out_.push_back(std::move(gain));
     Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
@@ -304,6 +309,12 @@ Parameter opened(const Parameter& number) {
 }
 
 }  // namespace
+
+void close(Parameter& number) {
+  const double reach = kWrongBy * number.deviation;
+  number.low = std::max(number.low, number.mean - reach);
+  number.high = std::min(number.high, number.mean + reach);
+}
 
 void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,
                  std::vector<Parameter>& out) {

@@ -3,22 +3,14 @@
 
 #include <algorithm>
 
-#include "diagnose/findings/policy.hpp"
 #include "diagnose/vocabulary/candidates.hpp"
 
 namespace ravencal::diagnose {
 namespace {
 
-/// Until its prior opens, a number that may be wrong ends where it would be called wrong: what is
-/// missing must not hide in it.
-void close(const std::vector<Candidate>& candidates, std::vector<Parameter>& numbers) {
-  for (const Candidate& candidate : candidates) {
-    if (!candidate.opens) continue;
-    Parameter& p = numbers[*candidate.opens];
-    const double reach = kWrongBy * p.deviation;
-    p.low = std::max(p.low, p.mean - reach);
-    p.high = std::min(p.high, p.mean + reach);
-  }
+void close_all(const std::vector<Candidate>& candidates, std::vector<Parameter>& numbers) {
+  for (const Candidate& candidate : candidates)
+    if (candidate.opens) close(numbers[*candidate.opens]);
 }
 
 }  // namespace
@@ -38,7 +30,7 @@ Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Like
   const bool weighs =
       std::any_of(scales.begin(), scales.end(), [](const Scales& s) { return s.weight; });
   if (weighs) add_payload(plant, scales, out.candidates);
-  close(out.candidates, out.numbers);
+  close_all(out.candidates, out.numbers);
   return out;
 }
 
