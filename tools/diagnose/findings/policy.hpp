@@ -35,8 +35,9 @@ inline constexpr double kLeastToneStatistic = 16.0;
 /// ones in trials, by 36 and less of what slow wander imitates.
 inline constexpr double kMomentKnown_s = 2.0;
 inline constexpr double kLeastMomentGain = 40.0;
-/// Of a name on motion that no fit saw, or, where there is none, on that which it explains least:
-/// what a true one gained at least on 34 diagnoses of real recordings.
+/// Of a name, or of a number that moves, on motion that no fit saw: false names of worlds that the
+/// project did not write gained less, the true ones beside them more. Of a shape without a name,
+/// for which no physics speaks, it is kClearGain.
 inline constexpr double kLeastUnseenGain = 4.0;
 /// Of the score: a name is twenty times likelier than its absence.
 inline constexpr double kLeastLikelier = 6.0;
