@@ -157,17 +157,32 @@ std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary
   return out;
 }
 
+namespace {
+
+/// The ways of cables that the model knows; false: the plant says them already.
+bool say_ways(const Model& model, const Likelihood& training, physics::Plant& plant) {
+  bool any = false;
+  const auto say = [&](std::size_t joint, physics::Through through) {
+    std::optional<physics::Through>& said = plant.joints[joint].coupling_through;
+    any = any || said != through;
+    said = through;
+  };
+  for (const Parameter& share : model.numbers)
+    if (share.reaches == Reaches::kRouting && share.held && share.x == 1.0)
+      say(share.joint, physics::Through::kLink);
+  for (const Routing& routing : routings_of(model, training))
+    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
+      if (routing.through == physics::through_word(through))
+        say(*plant.joint_index(routing.joint), through);
+  return any;
+}
+
+}  // namespace
+
 physics::Plant plant_of(const Model& model, const Likelihood& training) {
   physics::Plant plant = model.state_for(training).plant;
   plant.hash = 0;  // no file has these bytes
-  for (const Parameter& share : model.numbers)
-    if (share.reaches == Reaches::kRouting && share.held && share.x == 1.0)
-      plant.joints[share.joint].coupling_through = physics::Through::kLink;
-  for (const Routing& routing : routings_of(model, training)) {
-    physics::Joint& joint = plant.joints[*plant.joint_index(routing.joint)];
-    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
-      if (routing.through == physics::through_word(through)) joint.coupling_through = through;
-  }
+  say_ways(model, training, plant);
   return plant;
 }
 
@@ -193,7 +208,10 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
   Models out{given, training,          vocabulary,       search,
              best,  std::move(fitted), std::move(moved), std::move(written),
              given};
-  if (changes_plant(out.written, vocabulary)) out.improved = plant_of(out.written, training);
+  if (changes_plant(out.written, vocabulary))
+    out.improved = plant_of(out.written, training);
+  else if (say_ways(out.written, training, out.improved))
+    out.improved.hash = 0;  // no file has these bytes
   return out;
 }
 

@@ -37,8 +37,8 @@ class Search {
   /// Greatest change that what distinguishes two models makes in any channel, as a share of what
   /// the richer one leaves there.
   [[nodiscard]] double size_between(const Model& richer, const Model& other) const;
-  /// What one model gains over another on the recordings that no fit saw or, without any, on all
-  /// blocks but the two that gain most; over the dispersion.
+  /// What one model gains over another on the recordings that no fit saw or, without any, what its
+  /// blocks gain together less 2.5 standard errors; over the dispersion.
   [[nodiscard]] double unseen_gain(const Model& richer, const Model& poorer) const;
   /// Whether what it gains there is worth a change of the plant, and its squared error over the
   /// floors falls as well.

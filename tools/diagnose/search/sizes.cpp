@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/search/search.hpp"
@@ -41,6 +40,13 @@ VectorXd gains(const VectorXd& with_it, const VectorXd& without_it) {
   return out;
 }
 
+/// Of gains by block: what nearly all other blocks of this kind would give as well.
+double least_sum(const VectorXd& of_blocks) {
+  const auto blocks = static_cast<double>(of_blocks.size());
+  const double squares = (of_blocks.array() - of_blocks.mean()).square().sum();
+  return of_blocks.sum() - kLeastSize_z * std::sqrt(squares * blocks / std::max(1.0, blocks - 1.0));
+}
+
 }  // namespace
 
 double Search::unseen_gain(const Model& richer, const Model& poorer) const {
@@ -52,15 +58,10 @@ double Search::unseen_gain(const Model& richer, const Model& poorer) const {
   }
   const VectorXd of_rows = gains(innovations(richer.state_for(training_), training_),
                                  innovations(poorer.state_for(training_), training_));
-  std::vector<double> of_blocks(static_cast<std::size_t>(training_.block_count()), 0.0);
+  VectorXd of_blocks = VectorXd::Zero(training_.block_count());
   for (Eigen::Index i = 0; i < of_rows.size(); ++i)
-    of_blocks[static_cast<std::size_t>(training_.blocks()[static_cast<std::size_t>(i)])] +=
-        of_rows[i];
-  std::sort(of_blocks.rbegin(), of_blocks.rend());
-  const std::size_t most = std::min<std::size_t>(2, of_blocks.size());
-  return std::accumulate(of_blocks.begin() + static_cast<std::ptrdiff_t>(most), of_blocks.end(),
-                         0.0) /
-         dispersion();
+    of_blocks[training_.blocks()[static_cast<std::size_t>(i)]] += of_rows[i];
+  return least_sum(of_blocks) / dispersion();
 }
 
 /// Innovations forget what is slow; a plant must not buy them with errors that stay.
