@@ -43,7 +43,7 @@ TEST(DiagnoseTwoEstimates, PartWhereAnotherLawPassesForTheRobots) {
       recording.samples.col(*recording.column(record::Role::kMotorPosition, "elbow")) / 121.5;
   for (Eigen::Index i = 1; i + 1 < effort.size(); ++i) {
     const double velocity_rad_per_s = 50.0 * (q[i + 1] - q[i - 1]);
-    effort[i] *= 1.0 + 0.5 * std::sin(2.0 * q[i]) * std::tanh(velocity_rad_per_s / 0.01);
+    effort[i] *= 1.0 + 0.4 * std::sin(2.0 * q[i]) * std::tanh(velocity_rad_per_s / 0.01);
   }
   const Report report = report_of(std::move(recording));
   const auto parted = std::find_if(report.two_estimates.begin(), report.two_estimates.end(),

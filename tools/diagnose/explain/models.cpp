@@ -53,6 +53,21 @@ bool take_ways(const std::vector<Routing>& routings, const physics::Plant& plant
   return any;
 }
 
+/// False: the plant says them already.
+bool say_ways(const std::vector<Routing>& routings, physics::Plant& plant) {
+  bool any = false;
+  for (const Routing& routing : routings) {
+    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive}) {
+      if (routing.through != physics::through_word(through)) continue;
+      std::optional<physics::Through>& said =
+          plant.joints[*plant.joint_index(routing.joint)].coupling_through;
+      any = any || said != through;
+      said = through;
+    }
+  }
+  return any;
+}
+
 /// Of the names that are not certain in the fitted model or do not pay in the written one, on
 /// motion that no fit saw, the one that gains least there.
 std::optional<std::size_t> least_worth(const Model& fitted, const Model& written,
@@ -121,8 +136,6 @@ Model written_as(const Model& best, const Model& plain, const Likelihood& traini
     if (!vocabulary.candidates[c].unnamed() && !plain.chosen.contains(c))
       written = without(written, vocabulary, c);
   written.numbers = plain.numbers;
-  for (Parameter& p : written.numbers)
-    if (p.reaches == Reaches::kRouting) p.held = false;
   for (const auto& [c, parameters] : plain.effects) written.effects[c] = parameters;
   if (plain.chosen.size() == written.chosen.size()) return written;
   Model shapes = written;
@@ -157,32 +170,12 @@ std::set<std::size_t> opened_by(const Model& model, const Vocabulary& vocabulary
   return out;
 }
 
-namespace {
-
-/// The ways of cables that the model knows; false: the plant says them already.
-bool say_ways(const Model& model, const Likelihood& training, physics::Plant& plant) {
-  bool any = false;
-  const auto say = [&](std::size_t joint, physics::Through through) {
-    std::optional<physics::Through>& said = plant.joints[joint].coupling_through;
-    any = any || said != through;
-    said = through;
-  };
-  for (const Parameter& share : model.numbers)
-    if (share.reaches == Reaches::kRouting && share.held && share.x == 1.0)
-      say(share.joint, physics::Through::kLink);
-  for (const Routing& routing : routings_of(model, training))
-    for (const physics::Through through : {physics::Through::kLink, physics::Through::kDrive})
-      if (routing.through == physics::through_word(through))
-        say(*plant.joint_index(routing.joint), through);
-  return any;
-}
-
-}  // namespace
-
 physics::Plant plant_of(const Model& model, const Likelihood& training) {
   physics::Plant plant = model.state_for(training).plant;
   plant.hash = 0;  // no file has these bytes
-  say_ways(model, training, plant);
+  for (const Parameter& share : model.numbers)
+    if (share.reaches == Reaches::kRouting && share.held && share.x == 1.0)
+      plant.joints[share.joint].coupling_through = physics::Through::kLink;
   return plant;
 }
 
@@ -208,10 +201,8 @@ Models models_of(const physics::Plant& given, const Likelihood& training,
   Models out{given, training,          vocabulary,       search,
              best,  std::move(fitted), std::move(moved), std::move(written),
              given};
-  if (changes_plant(out.written, vocabulary))
-    out.improved = plant_of(out.written, training);
-  else if (say_ways(out.written, training, out.improved))
-    out.improved.hash = 0;  // no file has these bytes
+  if (changes_plant(out.written, vocabulary)) out.improved = plant_of(out.written, training);
+  if (say_ways(routings_of(best, training), out.improved)) out.improved.hash = 0;
   return out;
 }
 

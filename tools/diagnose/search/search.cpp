@@ -276,13 +276,16 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   if (!added.searched() && !added.is_presence() &&
       unseen_gain(with_it, smaller) < least_unseen(added))
     return true;
-  const VectorXd sizes = sizes_between(with_it, smaller);
+  // Without a number that is wrong, others at the ends of their tolerance stand in for it.
+  Model back = with_it;
+  if (added.opens) back.numbers[*added.opens].x = vocabulary_.numbers[*added.opens].mean;
+  const VectorXd sizes = sizes_between(with_it, added.opens ? back : smaller);
   const VectorXd of_others = sizes_between(smaller, as_given(smaller));
   const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
   return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
 }
 
-/// The plant as it was given, beside what no form of could be wrong.
+/// The plant as it was given, beside effects whose form cannot be wrong.
 Model Search::as_given(const Model& model) const {
   Model given = model;
   for (std::size_t n = 0; n < given.numbers.size(); ++n)

@@ -14,8 +14,8 @@ namespace {
 
 using physics::JointCircumstances;
 
-/// How far a cable is stretched when the controller takes a stop for reached, no plant says: in
-/// quanta of the encoder.
+/// How far a cable without compliance is stretched when the controller takes a stop for reached, no
+/// plant says: in quanta of the encoder.
 constexpr double kHomedQuanta = 7.0;
 /// Numbers of a simulation's form, relative to the plant's: presliding, of a drive whose plant
 /// states none, and the damping of bristles.
@@ -102,11 +102,11 @@ class Numbers {
 
   void encoder(std::size_t recordings) {
     delay();
-    const double homing = joint_.parameter("homing_offset", "deviation");
-    const double unstated = joint_.homing ? kHomedQuanta * s_.quantum : s_.quantum;
+    const double stated = joint_.parameter("homing_offset", "deviation");
+    const double homed = std::max({s_.quantum, stated, stretch_at_stop()});
     for (std::size_t r = 0; r < recordings; ++r) {
-      Parameter constant = recorded("encoder", "constant", 1.0, std::max(unstated, homing),
-                                    Reaches::kPosition, &JointCircumstances::encoder_offset, r);
+      Parameter constant = recorded("encoder", "constant", 1.0, homed, Reaches::kPosition,
+                                    &JointCircumstances::encoder_offset, r);
       // Beyond, it is a homing offset, unless the plant has one already.
       if (joint_.find_effect("homing_offset") == nullptr) close(constant);
       out_.push_back(std::move(constant));
@@ -162,6 +162,17 @@ class Numbers {
   }
 
  private:
+  /// Of the cable, when the controller takes the stop for reached: the joint is then as far from
+  /// where the motor has it.
+  [[nodiscard]] double stretch_at_stop() const {
+    if (!joint_.homing) return 0.0;
+    const double stiffness = joint_.parameter("compliance", "stiffness");
+    const double counts_per_n_m = std::abs(joint_.drive.dac_counts_per_n_m);
+    if (stiffness <= 0.0 || counts_per_n_m <= 0.0) return kHomedQuanta * s_.quantum;
+    const double capstan_n_m = joint_.homing->dac_threshold_counts / counts_per_n_m;
+    return capstan_n_m * joint_.reduction / joint_.gearbox_ratio / stiffness;
+  }
+
   [[nodiscard]] double deviation(const std::string& effect, const std::string& parameter) const {
     return kDeviationPerTolerance * tolerance_of(joint_, effect, parameter);
   }
@@ -186,8 +197,8 @@ class Numbers {
   /// A relative change of what is positive.
   [[nodiscard]] Parameter ratio(const std::string& effect, double deviation,
                                 Reaches reaches) const {
-    Parameter p = linear(effect, "ratio", 1.0, deviation, reaches);
-    p.low = kLeastRatio;
+    Parameter p = positive(effect, "ratio", 1.0, deviation, reaches);
+    p.nominal = 0.0;
     return p;
   }
 
