@@ -16,7 +16,6 @@
 #include "diagnose/explain/repetition.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/track/filter.hpp"
-#include "diagnose/vocabulary/scales.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -94,21 +93,10 @@ class Judge {
     return rows.size() > 0 ? VectorXd(rows.array() - rows.mean()) : rows;
   }
 
-  /// Mean square of the change in a second.
-  [[nodiscard]] double mean_square_rate() const {
-    ByRecording rates = channel_.measured;
-    for (std::size_t r = 0; r < rates.size(); ++r)
-      if (rates[r].size() > 0)
-        rates[r] = first_difference(rates[r], view_.rows.tracks()[r].period_s);
-    return std::pow(rms(channel_, rates), 2);
-  }
-
-  /// RMS by which simulations of other forms differ from the plant's, signals from those of the
-  /// same moment, and friction from itself.
+  /// RMS by which simulations of other forms differ from the plant's, and friction from itself.
   [[nodiscard]] double form() const {
     double square =
         kModelForm * kModelForm * predicted_.squaredNorm() / static_cast<double>(predicted_.size());
-    square += kDelayS * kDelayS * mean_square_rate();
     const double stiffness = joint_.parameter("compliance", "stiffness");
     const bool position = channel_.kind == ChannelKind::kPosition;
     for (const char* friction : {"coulomb_friction", "joint_friction"}) {

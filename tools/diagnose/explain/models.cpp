@@ -68,8 +68,8 @@ bool say_ways(const std::vector<Routing>& routings, physics::Plant& plant) {
   return any;
 }
 
-/// Of the names that are not certain in the fitted model or do not pay in the written one, on
-/// motion that no fit saw, the one that gains least there.
+/// Of the names that are not certain in the fitted model, or do not show in the written one or pay
+/// there on motion that no fit saw, the one that gains least on it.
 std::optional<std::size_t> least_worth(const Model& fitted, const Model& written,
                                        const Likelihood& training, const Vocabulary& vocabulary,
                                        const Search& search) {
@@ -79,7 +79,7 @@ std::optional<std::size_t> least_worth(const Model& fitted, const Model& written
     Model less = without(written, vocabulary, c);
     fit(training, less);
     const bool paid = vocabulary.candidates[c].searched() || search.pays(written, less);
-    if (paid && search.certain(fitted, written, c)) continue;
+    if (paid && search.certain(fitted, written, c) && search.shows(written, less, c)) continue;
     const double gain = search.unseen_gain(written, less);
     if (least && gain >= least_gain) continue;
     least_gain = gain;

@@ -279,10 +279,15 @@ bool Search::too_small(const Model& with_it, const Key& without_it, std::size_t 
   // Without a number that is wrong, others at the ends of their tolerance stand in for it.
   Model back = with_it;
   if (added.opens) back.numbers[*added.opens].x = vocabulary_.numbers[*added.opens].mean;
-  const VectorXd sizes = sizes_between(with_it, added.opens ? back : smaller);
-  const VectorXd of_others = sizes_between(smaller, as_given(smaller));
-  const double least = added.unnamed() ? kLeastShapeSize : kLeastNamedSize;
-  return (sizes.array() < (kLeastBesideOthers * of_others).array().max(least)).all();
+  return !shows(with_it, added.opens ? back : smaller, candidate);
+}
+
+bool Search::shows(const Model& with_it, const Model& without_it, std::size_t candidate) const {
+  const VectorXd sizes = sizes_between(with_it, without_it);
+  const VectorXd of_others = sizes_between(without_it, as_given(without_it));
+  const double least =
+      vocabulary_.candidates[candidate].unnamed() ? kLeastShapeSize : kLeastNamedSize;
+  return (sizes.array() >= (kLeastBesideOthers * of_others).array().max(least)).any();
 }
 
 /// The plant as it was given, beside effects whose form cannot be wrong.

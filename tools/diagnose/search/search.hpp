@@ -43,6 +43,10 @@ class Search {
   /// Whether what it gains there is worth a change of the plant, and its squared error over the
   /// floors falls as well.
   [[nodiscard]] bool pays(const Model& richer, const Model& poorer) const;
+  /// Whether a candidate changes what it says by enough in any channel: as a share of what is left
+  /// there, and of what all else changes.
+  [[nodiscard]] bool shows(const Model& with_it, const Model& without_it,
+                           std::size_t candidate) const;
   /// Whether the interval of what a candidate adds to the written model, as wide as the judged one
   /// and the way between the two say, is as far from nothing as a name of its kind asks for.
   [[nodiscard]] bool certain(const Model& judged, const Model& written,
