@@ -91,6 +91,7 @@ void settle_child(const Isolation& bounds) {
   }
   limit(RLIMIT_CORE, 0);
   if (bounds.cpu_s > 0) limit(RLIMIT_CPU, bounds.cpu_s);
+  if (bounds.wall_s > 0) ::alarm(bounds.wall_s);
   if (bounds.memory_bytes > 0 && !kSanitized) {
     limit(RLIMIT_AS, address_bytes() + bounds.memory_bytes);
   }
@@ -160,6 +161,8 @@ std::string end_of(int ended, const Isolation& bounds) {
   if (WIFSIGNALED(ended) && (WTERMSIG(ended) == SIGXCPU || WTERMSIG(ended) == SIGKILL)) {
     return fmt::format("it was not done after {} s of processor time", bounds.cpu_s);
   }
+  if (WIFSIGNALED(ended) && WTERMSIG(ended) == SIGALRM)
+    return fmt::format("it was not done after {} s", bounds.wall_s);
   if (WIFSIGNALED(ended)) {
     return fmt::format("its library failed ({})", ::strsignal(WTERMSIG(ended)));
   }
@@ -172,8 +175,8 @@ Isolation Isolation::reading(const std::filesystem::path& file) {
   std::error_code absent;
   const std::uintmax_t size = std::filesystem::file_size(file, absent);
   const std::uint64_t bytes = absent ? 0 : size;
-  return {static_cast<std::uint32_t>(10 + bytes / (4 * kMiB)), 512 * kMiB + 8 * bytes,
-          64 * kMiB + 100 * bytes};
+  const auto cpu_s = static_cast<std::uint32_t>(10 + bytes / (4 * kMiB));
+  return {cpu_s, 10 * cpu_s, 512 * kMiB + 8 * bytes, 64 * kMiB + 100 * bytes};
 }
 
 Status in_child(const std::filesystem::path& file, const char* doing, const Isolation& bounds,
@@ -198,6 +201,17 @@ Status in_child(const std::filesystem::path& file, const char* doing, const Isol
   while (::waitpid(child, &ended, 0) < 0 && errno == EINTR) {
   }
   return heard ? status : failed(ErrorCode::kData, end_of(ended, bounds));
+}
+
+Status send_text(const TakePiece& send, std::string_view text) {
+  return send({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+TakePiece texts_into(std::vector<std::string>& texts) {
+  return [&texts](std::span<const std::uint8_t> piece) -> Status {
+    texts.emplace_back(piece.begin(), piece.end());
+    return {};
+  };
 }
 
 }  // namespace ravencal::core

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <utility>
+#include <string>
+#include <vector>
 
+#include "core/isolated.hpp"
 #include "core/whole_file.hpp"
 #include "physics/plant.hpp"
 #include "physics/plant_writer.hpp"
@@ -13,13 +15,26 @@
 namespace ravencal::physics {
 namespace {
 
+/// The library that compiles models trusts their authors: it works in a child process, which sends
+/// the plant's text and then its notes.
 core::Result<Plant> plant_of_robot(const std::filesystem::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(RobotFile robot, read_robot_file(path));
-  RAVENCAL_ASSIGN_OR_RETURN(const Plant made, plant_of_model(*robot.model, path.string()));
-  core::Result<Plant> plant = parse_plant(plant_text(made), path.string());
+  std::vector<std::string> said;
+  const auto work = [&](const core::TakePiece& send) -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(RobotFile robot, read_robot_file(path));
+    RAVENCAL_ASSIGN_OR_RETURN(const Plant made,
+                              plant_of_model(*robot.model, path.string(), robot.words));
+    RAVENCAL_RETURN_IF_ERROR(core::send_text(send, plant_text(made)));
+    robot.notes.insert(robot.notes.end(), made.notes.begin(), made.notes.end());
+    for (const std::string& note : robot.notes) {
+      RAVENCAL_RETURN_IF_ERROR(core::send_text(send, note));
+    }
+    return {};
+  };
+  RAVENCAL_RETURN_IF_ERROR(
+      core::in_child(path, "read", core::Isolation::reading(path), work, core::texts_into(said)));
+  core::Result<Plant> plant = parse_plant(said.front(), path.string());
   if (!plant.ok()) return core::data_error(fmt::format("as a plant, {}", plant.error().message));
-  plant->notes = std::move(robot.notes);
-  plant->notes.insert(plant->notes.end(), made.notes.begin(), made.notes.end());
+  plant->notes.assign(said.begin() + 1, said.end());
   return plant;
 }
 

@@ -199,7 +199,7 @@ TEST_F(RobotModel, SaysWhatIsWrongWithAModel) {
       {"<mujoco/>", "has no joint"},
       {"<sdf/>", "MuJoCo"},
       {"<mujoco><worldbody><body><joint name=\"b\" type=\"ball\"/>" + body, "joint 'b' is neither"},
-      {"<mujoco><worldbody><body><freejoint name=\"f\"/>" + body, "joint 'f' is neither"},
+      {"<mujoco><worldbody><body><freejoint name=\"f\"/>" + body, "has no joint"},
       {"<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "mass and inertia"},
       {"<mujoco><worldbody><body><joint axis=\"x\"/>" + body, "axis"},
       {"<mujoco><worldbody><include file=\"no.xml\"/></worldbody></mujoco>", "no.xml"},

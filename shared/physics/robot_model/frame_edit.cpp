@@ -66,6 +66,15 @@ Vector3d numbers_of(const XMLElement& element, const char* attribute) {
 
 }  // namespace
 
+Isometry3d urdf_pose(const XMLElement* origin) {
+  if (origin == nullptr) return Isometry3d::Identity();
+  const Vector3d rpy = numbers_of(*origin, "rpy");
+  return Eigen::Translation3d(numbers_of(*origin, "xyz")) *
+         Eigen::AngleAxisd(rpy[2], Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(rpy[1], Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy[0], Vector3d::UnitX());
+}
+
 bool first_on_its_body(const mjModel& model, int joint) {
   return model.body_jntadr[model.jnt_bodyid[joint]] == joint;
 }
@@ -97,11 +106,7 @@ core::Status edit_urdf_frames(ModelEdit& edit) {
     XMLElement* joint = urdf_joint(edit.document, name);
     if (joint == nullptr) return core::data_error(fmt::format("has no joint '{}'", name));
     XMLElement& origin = child_of(edit.document, *joint, "origin");
-    const Vector3d rpy = numbers_of(origin, "rpy");
-    const Isometry3d given = Eigen::Translation3d(numbers_of(origin, "xyz")) *
-                             Eigen::AngleAxisd(rpy[2], Vector3d::UnitZ()) *
-                             Eigen::AngleAxisd(rpy[1], Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(rpy[0], Vector3d::UnitX());
+    const Isometry3d given = urdf_pose(&origin);
     const Isometry3d wanted = given * moved.body_to_wanted;
     origin.SetAttribute("xyz", text_of(wanted.translation()).c_str());
     if (!wanted.linear().isApprox(given.linear(), kSameNumber))

@@ -61,7 +61,8 @@ struct RawLink {
 
 class Importer {
  public:
-  Importer(const mjModel& model, const std::string& source) : m_(model) {
+  Importer(const mjModel& model, const std::string& source, const ModelWords& words)
+      : m_(model), words_(words) {
     plant_.source = source;
     plant_.robot.name = m_.names[0] != '\0' ? m_.names : "robot";
     std::copy_n(m_.opt.gravity, 3, plant_.robot.gravity_m_per_s2.begin());
@@ -84,6 +85,7 @@ class Importer {
     plant_.coupling.assign(links_.size(), std::vector<double>(links_.size(), 0.0));
     add_couplings();
     add_actuators();
+    add_words();
     note_rest();
     return std::move(plant_);
   }
@@ -265,6 +267,13 @@ class Importer {
         note(fmt::format("actuator {} is left out: it follows a velocity", name));
       }
       const mjtNum* range = m_.actuator_forcerange + 2 * static_cast<Index>(a);
+      if (m_.actuator_dyntype[a] != mjDYN_NONE)
+        note(fmt::format("dyntype of actuator {} is left out: a plant's drive has no lag", name));
+      if (m_.actuator_forcelimited[a] != 0 && range[0] - pushed != pushed - range[1])
+        note(
+            fmt::format("forcerange {:g} {:g} of actuator {} is taken by its upper end: a plant's "
+                        "limit is the same to both sides",
+                        range[0], range[1], name));
       if (m_.actuator_forcelimited[a] != 0 && range[1] > pushed)
         joint.effects.push_back(
             {"saturation", "", {{"limit", std::abs(gear) * (range[1] - pushed)}}});
@@ -273,12 +282,46 @@ class Importer {
     }
   }
 
+  void add_words() {
+    for (Joint& joint : plant_.joints) {
+      const auto limit = words_.effort_limit.find(joint.name);
+      if (limit != words_.effort_limit.end()) limit_effort(joint, limit->second);
+      const auto reduction = words_.reduction.find(joint.name);
+      if (reduction == words_.reduction.end()) continue;
+      joint.reduction = reduction->second;
+      joint.motor_inertia_kg_m2 = std::max(
+          kNoInertia_kg_m2, joint.motor_inertia_kg_m2 / (joint.reduction * joint.reduction));
+    }
+    for (const ModelWords::Mimic& mimic : words_.mimics) {
+      const auto to = plant_.joint_index(mimic.joint), from = plant_.joint_index(mimic.of);
+      if (to && from && *from < *to)
+        plant_.coupling[*to][*from] = mimic.ratio;
+      else
+        note(
+            fmt::format("joint {} is left free, though it mimics {}: a plant couples a joint to a "
+                        "multiple of one before it",
+                        mimic.joint, mimic.of));
+    }
+  }
+
+  /// An actuator may have the smaller limit.
+  static void limit_effort(Joint& joint, double limit) {
+    for (Effect& effect : joint.effects) {
+      if (effect.id != "saturation") continue;
+      double& own = effect.parameters.at("limit");
+      own = std::min(own, limit);
+      return;
+    }
+    joint.effects.push_back({"saturation", "", {{"limit", limit}}});
+  }
+
   void note_rest() {
     if (m_.ntendon > 0) note(fmt::format("{} tendons are left out", m_.ntendon));
     if (m_.ngeom > 0) note("contacts are left out: a plant touches nothing");
   }
 
   const mjModel& m_;
+  const ModelWords& words_;
   std::vector<RawLink> links_;
   Vector3d tool_ = Vector3d::Zero();  ///< of the last link, in its raw frame
   Plant plant_;
@@ -286,8 +329,9 @@ class Importer {
 
 }  // namespace
 
-core::Result<Plant> plant_of_model(const mjModel& model, const std::string& source) {
-  return Importer(model, source).plant();
+core::Result<Plant> plant_of_model(const mjModel& model, const std::string& source,
+                                   const ModelWords& words) {
+  return Importer(model, source, words).plant();
 }
 
 }  // namespace ravencal::physics

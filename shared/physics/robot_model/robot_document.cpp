@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "core/whole_file.hpp"
+#include "physics/robot_model/attach.hpp"
+#include "physics/robot_model/frames.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -15,28 +17,61 @@ using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
 constexpr int kMostIncludes = 100;
+/// Chains of bodies are shorter by far; libraries walk them by recursion.
+constexpr int kMostDepth = 400;
+
+core::Status too_deep(const fs::path& path) {
+  return core::data_error(
+      fmt::format("{}: elements are nested deeper than {}", path.string(), kMostDepth));
+}
+
+/// Notes where the element and those below stand.
+core::Status note_places(RobotDocument& document, XMLElement& element, const fs::path& path,
+                         int depth) {
+  if (depth > kMostDepth) return too_deep(path);
+  element.SetUserData(&document.places.emplace_back(path.string(), element.GetLineNum()));
+  for (XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+    RAVENCAL_RETURN_IF_ERROR(note_places(document, *e, path, depth + 1));
+  return {};
+}
+
+core::Status parse(RobotDocument& document, tinyxml2::XMLDocument& xml, std::string_view text,
+                   const fs::path& path) {
+  if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    return core::data_error(
+        fmt::format("{}:{}: is not XML: {}", path.string(), xml.ErrorLineNum(), xml.ErrorName()));
+  if (xml.RootElement() == nullptr)
+    return core::data_error(fmt::format("{}: is empty", path.string()));
+  return note_places(document, *xml.RootElement(), path, 0);
+}
 
 /// Puts the children of included files in the place of the elements that name them.
-core::Status include_files(RobotDocument& document, XMLElement& parent, const fs::path& path) {
+core::Status include_files(RobotDocument& document, XMLElement& parent, const fs::path& path,
+                           int depth) {
+  if (depth > kMostDepth) return too_deep(path);
   for (XMLElement* child = parent.FirstChildElement(); child != nullptr;) {
     XMLElement* next = child->NextSiblingElement();
     const char* file = is_named(*child, "include") ? child->Attribute("file") : nullptr;
     if (file == nullptr) {
-      RAVENCAL_RETURN_IF_ERROR(include_files(document, *child, path));
+      RAVENCAL_RETURN_IF_ERROR(include_files(document, *child, path, depth + 1));
       child = next;
       continue;
     }
     if (++document.included > kMostIncludes)
       return core::data_error(fmt::format("{}: includes itself", path.string()));
     const fs::path other = path.parent_path() / file;
+    if (std::error_code absent; fs::exists(other, absent) && !fs::is_regular_file(other, absent))
+      return core::data_error(fmt::format("{}: is no file", other.string()));
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(other));
     tinyxml2::XMLDocument included;
-    if (included.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS ||
-        included.RootElement() == nullptr)
-      return core::data_error(fmt::format("{}: is not XML", other.string()));
+    RAVENCAL_RETURN_IF_ERROR(parse(document, included, text, other));
     XMLNode* before = child;
-    for (XMLNode* n = included.RootElement()->FirstChild(); n != nullptr; n = n->NextSibling())
-      before = parent.InsertAfterChild(before, n->DeepClone(&document.xml));
+    for (const XMLNode* n = included.RootElement()->FirstChild(); n != nullptr;
+         n = n->NextSibling()) {
+      const XMLElement* e = n->ToElement();
+      before = parent.InsertAfterChild(
+          before, e != nullptr ? document.copy_of(*e) : n->DeepClone(&document.xml));
+    }
     next = child->NextSiblingElement();
     parent.DeleteChild(child);
     child = next;
@@ -44,10 +79,19 @@ core::Status include_files(RobotDocument& document, XMLElement& parent, const fs
   return {};
 }
 
+void copy_places(const XMLElement& from, XMLElement& to) {
+  to.SetUserData(from.GetUserData());
+  const XMLElement* other = from.FirstChildElement();
+  for (XMLElement* e = to.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    copy_places(*other, *e);
+    other = other->NextSiblingElement();
+  }
+}
+
 void add_bodies(XMLElement& body, Tree& tree) {
   tree.bodies.push_back(&body);
   for (XMLElement* e = body.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
-    if (is_named(*e, "joint") || is_named(*e, "freejoint")) tree.joints.push_back(e);
+    if (is_named(*e, "joint") && !is_free_joint(*e)) tree.joints.push_back(e);
   for (XMLElement* e = body.FirstChildElement("body"); e != nullptr;
        e = e->NextSiblingElement("body"))
     add_bodies(*e, tree);
@@ -56,6 +100,35 @@ void add_bodies(XMLElement& body, Tree& tree) {
 }  // namespace
 
 bool is_named(const XMLElement& element, std::string_view name) { return element.Name() == name; }
+
+core::Error error_at(const XMLElement& element, const std::string& what) {
+  return core::data_error(fmt::format("{}: {}", RobotDocument::where(element), what));
+}
+
+void take_away(XMLElement& around, std::string_view element, const char* attribute) {
+  for (XMLElement* e = around.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    if (is_named(*e, element)) e->DeleteAttribute(attribute);
+    take_away(*e, element, attribute);
+  }
+}
+
+bool is_free_joint(const XMLElement& element) {
+  return is_named(element, "freejoint") ||
+         (is_named(element, "joint") && element.Attribute("type", "free") != nullptr);
+}
+
+std::string RobotDocument::where(const XMLElement& element) {
+  for (const XMLNode* n = &element; n != nullptr; n = n->Parent())
+    if (const auto* place = static_cast<const Place*>(n->GetUserData()))
+      return fmt::format("{}:{}", place->file, place->line);
+  return {};
+}
+
+XMLElement* RobotDocument::copy_of(const XMLElement& element) {
+  XMLElement* copy = element.DeepClone(&xml)->ToElement();
+  copy_places(element, *copy);
+  return copy;
+}
 
 bool RobotDocument::is_urdf() const { return is_named(root(), "robot"); }
 
@@ -68,19 +141,21 @@ std::string RobotDocument::text() const {
 core::Result<std::unique_ptr<RobotDocument>> parse_robot_document(std::string_view text,
                                                                   const fs::path& path) {
   auto document = std::make_unique<RobotDocument>();
-  if (document->xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    return core::data_error(fmt::format("{}:{}: is not XML: {}", path.string(),
-                                        document->xml.ErrorLineNum(), document->xml.ErrorName()));
-  if (document->xml.RootElement() == nullptr)
-    return core::data_error(fmt::format("{}: is empty", path.string()));
+  RAVENCAL_RETURN_IF_ERROR(parse(*document, document->xml, text, path));
   return document;
 }
 
-core::Result<std::unique_ptr<RobotDocument>> read_robot_document(const fs::path& path) {
+core::Result<std::unique_ptr<RobotDocument>> read_robot_document(const fs::path& path, int depth) {
+  if (path.extension() == ".xacro")
+    return core::data_error(fmt::format("{}: is xacro: `xacro {} > robot.urdf` writes the robot",
+                                        path.string(), path.filename().string()));
   RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
   RAVENCAL_ASSIGN_OR_RETURN(std::unique_ptr<RobotDocument> document,
                             parse_robot_document(text, path));
-  RAVENCAL_RETURN_IF_ERROR(include_files(*document, document->root(), path));
+  RAVENCAL_RETURN_IF_ERROR(include_files(*document, document->root(), path, 0));
+  if (document->is_urdf()) return document;
+  RAVENCAL_RETURN_IF_ERROR(attach_models(*document, path, depth));
+  RAVENCAL_RETURN_IF_ERROR(put_in_place(*document));
   return document;
 }
 

@@ -2,13 +2,17 @@
 #include "physics/robot_model/robot_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tinyxml2.h>
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
+#include <map>
 #include <regex>
 
 #include "physics/robot_model/robot_document.hpp"
+#include "physics/robot_model/series_joints.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -19,6 +23,25 @@ using tinyxml2::XMLNode;
 
 /// More unknown words than this are another language.
 constexpr int kMostRepairs = 500;
+
+/// What a robot has beside its parts, and how it is counted; null: not at all.
+struct LeftOut {
+  const char* element;
+  const char* said;
+};
+constexpr LeftOut kLeftOut[] = {{"asset", nullptr},     {"visual", nullptr},
+                                {"collision", nullptr}, {"statistic", nullptr},
+                                {"size", nullptr},      {"keyframe", "keyframes"},
+                                {"sensor", "sensors"},  {"contact", "exceptions of contact"}};
+
+/// The element itself or one in it that moves, weighs or drives.
+const XMLElement* part_of_robot(const XMLElement& element) {
+  for (const char* part : {"body", "joint", "freejoint", "inertial", "actuator"})
+    if (is_named(element, part)) return &element;
+  for (const XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+    if (const XMLElement* part = part_of_robot(*e)) return part;
+  return nullptr;
+}
 
 /// Calls `visit` on each element below; true from it removes the element.
 void prune(XMLElement& parent, const std::function<bool(XMLElement&)>& visit) {
@@ -56,19 +79,35 @@ class Repair {
     const bool weighs_shapes =
         compiler != nullptr && compiler->Attribute("inertiafromgeom", "true") != nullptr;
     std::size_t meshes = 0;
+    std::map<std::string, std::size_t> count;
     prune(document_.root(), [&](XMLElement& e) {
-      const bool is_asset = is_named(e, "asset") || is_named(e, "visual") ||
-                            is_named(e, "collision") || is_named(e, "statistic") ||
-                            is_named(e, "keyframe") || is_named(e, "sensor") ||
-                            is_named(e, "contact") || is_named(e, "size");
+      const auto kind =
+          std::find_if(std::begin(kLeftOut), std::end(kLeftOut),
+                       [&](const LeftOut& left) { return is_named(e, left.element); });
+      if (kind != std::end(kLeftOut)) {
+        if (kind->said != nullptr)
+          for (const XMLElement* c = e.FirstChildElement(); c != nullptr;
+               c = c->NextSiblingElement())
+            ++count[kind->said];
+        return true;
+      }
+      if (!is_named(e, "geom")) return false;
+      // Looks come from assets, which are gone.
+      e.DeleteAttribute("material");
       const XMLNode* parent = e.Parent();
       const bool weighed =
           !weighs_shapes && parent != nullptr && parent->FirstChildElement("inertial") != nullptr;
-      const bool is_shape = is_named(e, "geom") && (weighed || e.Attribute("mesh") != nullptr ||
-                                                    e.Attribute("hfield") != nullptr);
-      meshes += is_named(e, "geom") && !weighed && e.Attribute("mesh") != nullptr ? 1 : 0;
-      return is_asset || is_shape;
+      const bool is_mesh = e.Attribute("mesh") != nullptr;
+      if (!weighed && !is_mesh && e.Attribute("hfield") == nullptr) return false;
+      meshes += !weighed && is_mesh ? 1 : 0;
+      ++count["shapes"];
+      return true;
     });
+    take_away(document_.root(), "site", "material");
+    take_away(document_.root(), "spatial", "material");
+    std::vector<std::string> said;
+    for (const auto& [what, many] : count) said.push_back(fmt::format("{} {}", many, what));
+    if (!said.empty()) notes_.push_back(fmt::format("left out: {}", fmt::join(said, ", ")));
     if (meshes > 0)
       notes_.push_back(fmt::format(
           "{} shapes were left out whose mesh alone says what their body weighs: state the inertia "
@@ -76,7 +115,21 @@ class Repair {
           meshes));
   }
 
-  /// Removes what the library names as unknown; false where it names nothing of the kind.
+  /// A plant stands on the ground.
+  void hold_base() {
+    prune(document_.root(), [&](XMLElement& e) {
+      const XMLNode* body = e.Parent();
+      if (!is_free_joint(e) || body == nullptr || is_named(*body->ToElement(), "default"))
+        return false;
+      const char* name = body->ToElement()->Attribute("name");
+      notes_.push_back(fmt::format("{}: body {} floats in the model; here it is held",
+                                   RobotDocument::where(e), name != nullptr ? name : "of a joint"));
+      return true;
+    });
+  }
+
+  /// Removes what the library names as unknown; false where it names nothing of the kind, or what
+  /// carries a part of the robot.
   bool without(const std::string& refusal) {
     static const std::regex kAttribute("unrecognized attribute: '([^']+)'");
     static const std::regex kValue("invalid keyword: '([^']+)'");
@@ -88,6 +141,9 @@ class Repair {
     if (std::regex_search(refusal, word, kValue)) return drop_attribute(element, {}, word[1]);
     return refusal.find("unrecognized element") != std::string::npos && drop_element(element);
   }
+
+  /// What stands in a word that the library does not know and is a part of the robot; else empty.
+  [[nodiscard]] const std::string& carried() const { return carried_; }
 
  private:
   void note_unknown(const std::string& what) {
@@ -117,33 +173,87 @@ class Repair {
 
   bool drop_element(const std::string& element) {
     bool any = false;
-    prune(document_.root(), [&](XMLElement& e) { return is_named(e, element) && (any = true); });
+    prune(document_.root(), [&](XMLElement& e) {
+      if (!is_named(e, element) || !carried_.empty()) return false;
+      if (const XMLElement* part = part_of_robot(e)) {
+        carried_ = fmt::format("{}: <{}> is not known to the installed MuJoCo {} and holds <{}>",
+                               RobotDocument::where(e), element, mj_versionString(), part->Name());
+        return false;
+      }
+      return any = true;
+    });
     if (any) note_unknown(fmt::format("<{}>", element));
-    return any;
+    return any && carried_.empty();
   }
 
   RobotDocument& document_;
   std::vector<std::string>& notes_;
+  std::string carried_;
 };
+
+/// The element of the document that stands in that line of its text.
+const XMLElement* element_at(const RobotDocument& document, const std::string& text, int line) {
+  tinyxml2::XMLDocument printed;
+  if (printed.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) return nullptr;
+  const XMLElement* found = nullptr;
+  const std::function<void(const XMLElement&, const XMLElement&)> walk =
+      [&](const XMLElement& own, const XMLElement& same) {
+        if (same.GetLineNum() <= line) found = &own;
+        const XMLElement* other = same.FirstChildElement();
+        for (const XMLElement* e = own.FirstChildElement(); e != nullptr && other != nullptr;
+             e = e->NextSiblingElement(), other = other->NextSiblingElement())
+          walk(*e, *other);
+      };
+  walk(document.root(), *printed.RootElement());
+  return found;
+}
+
+/// The library counts lines of the text that it was given.
+std::string in_file(const RobotDocument& document, const std::string& text, std::string refusal,
+                    const fs::path& path) {
+  static const std::regex kLine("(, )?line( =)? (\\d+)(, column( =)? -?\\d+)?");
+  std::smatch at;
+  std::string place = path.string();
+  if (std::regex_search(refusal, at, kLine)) {
+    if (const XMLElement* e = element_at(document, text, std::stoi(at[3])))
+      place = RobotDocument::where(*e);
+    refusal = at.prefix().str() + at.suffix().str();
+  }
+  std::replace(refusal.begin(), refusal.end(), '\n', ' ');
+  return fmt::format("{}: MuJoCo {} refuses it: {}", place, mj_versionString(), refusal);
+}
 
 }  // namespace
 
 core::Result<RobotFile> compile_robot(RobotDocument& document, const fs::path& path) {
   RobotFile out;
   Repair repair(document, out.notes);
-  repair.take_ranges_for_limits();
+  ServoWords servos;
+  std::vector<double> effort_limits;
+  if (document.is_urdf()) {
+    RAVENCAL_ASSIGN_OR_RETURN(out.words, take_urdf_words(document, out.notes));
+  } else {
+    repair.take_ranges_for_limits();
+    repair.hold_base();
+    servos = ServoWords::take(document, out.notes);
+    effort_limits = take_effort_limits(document, out.notes);
+  }
   repair.leave_out_shapes();
   CompiledModel result;
+  std::string text;
   for (int pass = 0; pass < kMostRepairs; ++pass) {
-    result = compile_model(document.text(), document.is_urdf() ? "robot.urdf" : "robot.xml");
+    text = document.text();
+    result = compile_model(text, document.is_urdf() ? "robot.urdf" : "robot.xml");
     if (result.model || !repair.without(result.refusal)) break;
   }
-  if (!result.model) {
-    std::replace(result.refusal.begin(), result.refusal.end(), '\n', ' ');
-    return core::data_error(fmt::format("{}: MuJoCo {} refuses it: {}", path.string(),
-                                        mj_versionString(), result.refusal));
-  }
+  if (!repair.carried().empty()) return core::data_error(repair.carried());
+  if (!result.model) return core::data_error(in_file(document, text, result.refusal, path));
   out.model = std::move(result.model);
+  servos.apply(*out.model);
+  for (std::size_t j = 0; j < effort_limits.size(); ++j)
+    if (effort_limits[j] > 0.0)
+      out.words.effort_limit[joint_name(*out.model, static_cast<int>(j))] = effort_limits[j];
+  if (document.is_urdf()) restore_urdf_inertias(document, *out.model, out.notes);
   return out;
 }
 

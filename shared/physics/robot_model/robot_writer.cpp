@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/isolated.hpp"
 #include "core/whole_file.hpp"
 #include "physics/plant_writer.hpp"
 #include "physics/rigid_bodies.hpp"
@@ -21,6 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::VectorXd;
 using tinyxml2::XMLElement;
+
+/// What a line that the child sends says.
+constexpr char kChanged = 'c', kNotExpressed = 'n';
 
 /// Of the joint's inertia: a drive that has less makes the model's motion behind it singular.
 constexpr double kLeastDrive = 1e-3;
@@ -220,7 +224,8 @@ core::Status gives(const std::string& text, const Plant& wanted, const fs::path&
   RAVENCAL_ASSIGN_OR_RETURN(const auto document, parse_robot_document(text, out));
   const bool of_urdf = document->is_urdf();
   RAVENCAL_ASSIGN_OR_RETURN(const RobotFile file, compile_robot(*document, out));
-  RAVENCAL_ASSIGN_OR_RETURN(const Plant read, plant_of_model(*file.model, out.string()));
+  RAVENCAL_ASSIGN_OR_RETURN(const Plant read,
+                            plant_of_model(*file.model, out.string(), file.words));
   const auto refuse = [&](const std::string& what) {
     return core::data_error(
         fmt::format("{}: MuJoCo {} reads another {} than was written; write the model out by "
@@ -242,10 +247,30 @@ core::Status gives(const std::string& text, const Plant& wanted, const fs::path&
   return {};
 }
 
+core::Result<WrittenRobot> changed_model(const Plant& plant, const Plant& given,
+                                         const fs::path& model, const fs::path& out) {
+  RAVENCAL_ASSIGN_OR_RETURN(const RobotFile file, read_robot_file(model));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto document, read_robot_document(model));
+  ModelEdit edit{*document, *file.model, given, plant};
+  const std::string callback = callback_path(out).filename().string();
+  WrittenRobot written;
+  written.not_expressed = Missing(edit, callback).list();
+  const core::Status edited = document->is_urdf() ? edit_urdf(edit) : edit_mjcf(edit);
+  if (!edited.ok())
+    return core::data_error(fmt::format("{}: {}", model.string(), edited.error().message));
+  written.changed = edit.changed;
+  if (!document->is_urdf()) written.callback = effects_callback(plant, callback);
+  keep_assets(*document, fs::absolute(model).parent_path(), fs::absolute(out).parent_path());
+  say_at_top(edit, written, model);
+  written.text = document->text();
+  RAVENCAL_RETURN_IF_ERROR(gives(written.text, plant, out));
+  return written;
+}
+
 }  // namespace
 
 bool is_robot_model(const fs::path& path) {
-  return path.extension() == ".xml" || path.extension() == ".urdf";
+  return path.extension() == ".xml" || path.extension() == ".urdf" || path.extension() == ".xacro";
 }
 
 fs::path callback_path(const fs::path& out) {
@@ -262,21 +287,22 @@ core::Result<WrittenRobot> write_robot(const Plant& plant, const fs::path& model
                                        const fs::path& out) {
   RAVENCAL_ASSIGN_OR_RETURN(const Plant given, load_plant(model));
   RAVENCAL_RETURN_IF_ERROR(is_of_model(plant, given));
-  RAVENCAL_ASSIGN_OR_RETURN(const RobotFile file, read_robot_file(model));
-  RAVENCAL_ASSIGN_OR_RETURN(const auto document, read_robot_document(model));
-  ModelEdit edit{*document, *file.model, given, plant};
-  const std::string callback = callback_path(out).filename().string();
-  WrittenRobot written;
-  written.not_expressed = Missing(edit, callback).list();
-  const core::Status edited = document->is_urdf() ? edit_urdf(edit) : edit_mjcf(edit);
-  if (!edited.ok())
-    return core::data_error(fmt::format("{}: {}", model.string(), edited.error().message));
-  written.changed = edit.changed;
-  if (!document->is_urdf()) written.callback = effects_callback(plant, callback);
-  keep_assets(*document, fs::absolute(model).parent_path(), fs::absolute(out).parent_path());
-  say_at_top(edit, written, model);
-  written.text = document->text();
-  RAVENCAL_RETURN_IF_ERROR(gives(written.text, plant, out));
+  std::vector<std::string> said;
+  const auto work = [&](const core::TakePiece& send) -> core::Status {
+    RAVENCAL_ASSIGN_OR_RETURN(const WrittenRobot written, changed_model(plant, given, model, out));
+    RAVENCAL_RETURN_IF_ERROR(core::send_text(send, written.text));
+    RAVENCAL_RETURN_IF_ERROR(core::send_text(send, written.callback));
+    for (const std::string& line : written.changed)
+      RAVENCAL_RETURN_IF_ERROR(core::send_text(send, kChanged + line));
+    for (const std::string& line : written.not_expressed)
+      RAVENCAL_RETURN_IF_ERROR(core::send_text(send, kNotExpressed + line));
+    return {};
+  };
+  RAVENCAL_RETURN_IF_ERROR(core::in_child(model, "changed", core::Isolation::reading(model), work,
+                                          core::texts_into(said)));
+  WrittenRobot written{said[0], {}, {}, said[1]};
+  for (std::size_t k = 2; k < said.size(); ++k)
+    (said[k][0] == kChanged ? written.changed : written.not_expressed).push_back(said[k].substr(1));
   return written;
 }
 

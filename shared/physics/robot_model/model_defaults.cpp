@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/robot_model/model_defaults.hpp"
+
+#include <string_view>
+
+namespace ravencal::physics {
+namespace {
+
+using tinyxml2::XMLElement;
+using tinyxml2::XMLNode;
+
+const XMLElement* find_class(const XMLElement& around, std::string_view name) {
+  for (const XMLElement* e = around.FirstChildElement("default"); e != nullptr;
+       e = e->NextSiblingElement("default")) {
+    if (e->Attribute("class") != nullptr && e->Attribute("class") == name) return e;
+    if (const XMLElement* inner = find_class(*e, name)) return inner;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+const XMLElement* ModelDefaults::class_named(const char* name) const {
+  return find_class(document_.root(), name);
+}
+
+const XMLElement* ModelDefaults::class_of(const XMLElement& element) const {
+  if (const char* own = element.Attribute("class")) return class_named(own);
+  for (const XMLNode* n = element.Parent(); n != nullptr && n->ToElement() != nullptr;
+       n = n->Parent())
+    if (const char* around = n->ToElement()->Attribute("childclass")) return class_named(around);
+  return document_.root().FirstChildElement("default");
+}
+
+const char* ModelDefaults::attribute(const XMLElement& element,
+                                     std::initializer_list<const char*> tags,
+                                     const char* name) const {
+  if (const char* own = element.Attribute(name)) return own;
+  for (const XMLElement* c = class_of(element); c != nullptr && is_named(*c, "default");
+       c = c->Parent()->ToElement())
+    for (const char* tag : tags)
+      for (const XMLElement* e = c->FirstChildElement(tag); e != nullptr;
+           e = e->NextSiblingElement(tag))
+        if (const char* value = e->Attribute(name)) return value;
+  return nullptr;
+}
+
+}  // namespace ravencal::physics

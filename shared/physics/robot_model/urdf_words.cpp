@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <set>
+
+#include "physics/robot_model/model_edit.hpp"
+#include "physics/robot_model/model_words.hpp"
+
+namespace ravencal::physics {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using tinyxml2::XMLElement;
+
+/// Below what any link weighs, above what the library takes for nothing.
+constexpr const char* kNothing = "1e-14";
+
+template <typename Visit>
+void for_each(XMLElement& parent, const char* name, Visit visit) {
+  for (XMLElement* e = parent.FirstChildElement(name); e != nullptr;
+       e = e->NextSiblingElement(name))
+    visit(*e);
+}
+
+/// What a macro processor would have replaced.
+const XMLElement* unexpanded(const XMLElement& element) {
+  if (std::string_view(element.Name()).starts_with("xacro:")) return &element;
+  for (const tinyxml2::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+    const std::string_view value = a->Value();
+    if (value.find("$(") != value.npos || value.find("${") != value.npos) return &element;
+  }
+  for (const XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+    if (const XMLElement* found = unexpanded(*e)) return found;
+  return nullptr;
+}
+
+std::string attribute_of(const XMLElement* element, const char* attribute = "name") {
+  const char* name = element != nullptr ? element->Attribute(attribute) : nullptr;
+  return name != nullptr ? name : "";
+}
+
+core::Status check_roots(RobotDocument& document) {
+  std::set<std::string> children;
+  for_each(document.root(), "joint", [&](XMLElement& joint) {
+    children.insert(attribute_of(joint.FirstChildElement("child"), "link"));
+  });
+  const XMLElement* first = nullptr;
+  for (const XMLElement* link = document.root().FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    if (children.contains(attribute_of(link))) continue;
+    if (first != nullptr)
+      return error_at(*link, fmt::format("link '{}' hangs on no joint, and neither does '{}': a "
+                                         "robot has one base",
+                                         attribute_of(link), attribute_of(first)));
+    first = link;
+  }
+  return {};
+}
+
+core::Status take_joint(XMLElement& joint, ModelWords& words, std::size_t& speeds) {
+  const std::string name = attribute_of(&joint);
+  if (const XMLElement* dynamics = joint.FirstChildElement("dynamics")) {
+    for (const char* number : {"friction", "damping"})
+      if (dynamics->DoubleAttribute(number) < 0.0)
+        return error_at(*dynamics, fmt::format("{} of joint '{}' is {}, below zero", number, name,
+                                               dynamics->Attribute(number)));
+  }
+  if (const XMLElement* limit = joint.FirstChildElement("limit")) {
+    if (const double effort = limit->DoubleAttribute("effort"); effort > 0.0)
+      words.effort_limit[name] = effort;
+    speeds += limit->DoubleAttribute("velocity") > 0.0 ? 1 : 0;
+  }
+  if (const XMLElement* mimic = joint.FirstChildElement("mimic"))
+    words.mimics.push_back(
+        {name, attribute_of(mimic, "joint"), mimic->DoubleAttribute("multiplier", 1.0)});
+  return {};
+}
+
+void take_reductions(RobotDocument& document, ModelWords& words) {
+  for_each(document.root(), "transmission", [&](XMLElement& transmission) {
+    const XMLElement* joint = transmission.FirstChildElement("joint");
+    const XMLElement* actuator = transmission.FirstChildElement("actuator");
+    for (const XMLElement* at : {actuator, joint, static_cast<const XMLElement*>(&transmission)}) {
+      const XMLElement* ratio =
+          at != nullptr ? at->FirstChildElement("mechanicalReduction") : nullptr;
+      const double value = ratio != nullptr ? std::abs(ratio->DoubleText()) : 0.0;
+      if (value > 0.0 && joint != nullptr) {
+        words.reduction[attribute_of(joint)] = value;
+        return;
+      }
+    }
+  });
+}
+
+/// Links stay bodies of their own, so that each can get its inertia back.
+void ready_for_library(RobotDocument& document) {
+  XMLElement& compiler =
+      child_of(document, child_of(document, document.root(), "mujoco"), "compiler");
+  compiler.SetAttribute("fusestatic", "false");
+  compiler.SetAttribute("balanceinertia", "true");
+  compiler.SetAttribute("boundmass", kNothing);
+  compiler.SetAttribute("boundinertia", kNothing);
+}
+
+}  // namespace
+
+core::Result<ModelWords> take_urdf_words(RobotDocument& document, std::vector<std::string>& notes) {
+  if (const XMLElement* macro = unexpanded(document.root()))
+    return error_at(*macro, fmt::format("<{}> is xacro that nobody expanded: `xacro FILE > "
+                                        "robot.urdf` writes the robot",
+                                        macro->Name()));
+  RAVENCAL_RETURN_IF_ERROR(check_roots(document));
+  ModelWords words;
+  std::size_t speeds = 0;
+  for (XMLElement* joint = document.root().FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint"))
+    RAVENCAL_RETURN_IF_ERROR(take_joint(*joint, words, speeds));
+  take_reductions(document, words);
+  if (speeds > 0)
+    notes.push_back(
+        fmt::format("greatest speeds of {} joints are left out: a plant has none", speeds));
+  ready_for_library(document);
+  return words;
+}
+
+void restore_urdf_inertias(const RobotDocument& document, mjModel& model,
+                           std::vector<std::string>& notes) {
+  std::vector<std::string> restored;
+  for (const XMLElement* link = document.root().FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    const XMLElement* inertial = link->FirstChildElement("inertial");
+    const XMLElement* stated =
+        inertial != nullptr ? inertial->FirstChildElement("inertia") : nullptr;
+    const int body = mj_name2id(&model, mjOBJ_BODY, attribute_of(link).c_str());
+    if (stated == nullptr || body < 0) continue;
+    const auto part = [&](const char* name) { return stated->DoubleAttribute(name); };
+    Matrix3d about;
+    about << part("ixx"), part("ixy"), part("ixz"), part("ixy"), part("iyy"), part("iyz"),
+        part("ixz"), part("iyz"), part("izz");
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(about);
+    const Vector3d moments = solver.eigenvalues();
+    if (moments[0] + moments[1] >= moments[2]) continue;
+    Matrix3d axes = solver.eigenvectors();
+    if (axes.determinant() < 0.0) axes.col(0) *= -1.0;
+    const Quaterniond turn(urdf_pose(inertial->FirstChildElement("origin")).linear() * axes);
+    const auto at = static_cast<Eigen::Index>(body);
+    Eigen::Map<Vector3d>(model.body_inertia + 3 * at) = moments;
+    Eigen::Map<Eigen::Vector4d>(model.body_iquat + 4 * at) << turn.w(), turn.x(), turn.y(),
+        turn.z();
+    restored.push_back(attribute_of(link));
+  }
+  if (!restored.empty())
+    notes.push_back(
+        fmt::format("inertia of {}: no rigid body has it (its two smaller moments are "
+                    "together below the greatest); taken as it is stated",
+                    fmt::join(restored, ", ")));
+}
+
+}  // namespace ravencal::physics
