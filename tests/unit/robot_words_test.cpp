@@ -248,7 +248,8 @@ TEST_F(RobotWords, DampingOfServosIsTaken) {
   EXPECT_NEAR(plant.joints[1].controller->kd_n_m_s_per_rad,
               4.0 * 2.0 * std::sqrt(40.0 * inertia) / 2.0, 1e-9);
   EXPECT_EQ(plant.joints[2].controller->kd_n_m_s_per_rad, 2.0);
-  EXPECT_NE(notes_of(plant).find("timeconst of actuator lag"), std::string::npos) << notes_of(plant);
+  EXPECT_NE(notes_of(plant).find("timeconst of actuator lag"), std::string::npos)
+      << notes_of(plant);
 }
 
 TEST_F(RobotWords, LimitsOfEffortsAreTakenAndWhatIsNotIsSaid) {
@@ -279,7 +280,8 @@ TEST_F(RobotWords, AFloatingBaseIsHeld) {
     };
     const Plant floating = plant_of(model(free));
     expect_same_robot(floating, plant_of(model("")));
-    EXPECT_NE(notes_of(floating).find("body trunk floats"), std::string::npos) << notes_of(floating);
+    EXPECT_NE(notes_of(floating).find("body trunk floats"), std::string::npos)
+        << notes_of(floating);
   }
 }
 
@@ -290,8 +292,10 @@ TEST_F(RobotWords, ASceneIsItsRobot) {
                           kLink));
   const Plant scene = plant_of(R"(<mujoco><include file="arm.xml"/>
     <asset><texture name="t" type="2d" builtin="checker" width="9" height="9"/>
-      <material name="floor" texture="t"/></asset>
+      <material name="floor" texture="t"/><mesh name="cover" file="nowhere.stl"/></asset>
+    <default><default class="look"><geom type="mesh" mesh="cover" material="floor"/></default></default>
     <worldbody><geom type="plane" size="0 0 0.05" material="floor"/><site name="s" material="floor"/>
+      <geom class="look"/>
       <body name="table"><geom type="box" size="1 1 1" material="floor"/></body></worldbody></mujoco>)");
   EXPECT_EQ(names_of(scene), Names{"j"});
 }

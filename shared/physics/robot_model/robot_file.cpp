@@ -10,7 +10,9 @@
 #include <iterator>
 #include <map>
 #include <regex>
+#include <set>
 
+#include "physics/robot_model/model_defaults.hpp"
 #include "physics/robot_model/robot_document.hpp"
 #include "physics/robot_model/series_joints.hpp"
 
@@ -29,10 +31,13 @@ struct LeftOut {
   const char* element;
   const char* said;
 };
-constexpr LeftOut kLeftOut[] = {{"asset", nullptr},     {"visual", nullptr},
-                                {"collision", nullptr}, {"statistic", nullptr},
-                                {"size", nullptr},      {"keyframe", "keyframes"},
-                                {"sensor", "sensors"},  {"contact", "exceptions of contact"}};
+constexpr LeftOut kLeftOut[] = {{"visual", nullptr},
+                                {"collision", nullptr},
+                                {"statistic", nullptr},
+                                {"size", nullptr},
+                                {"keyframe", "keyframes"},
+                                {"sensor", "sensors"},
+                                {"contact", "exceptions of contact"}};
 
 /// The element itself or one in it that moves, weighs or drives.
 const XMLElement* part_of_robot(const XMLElement& element) {
@@ -57,8 +62,8 @@ void prune(XMLElement& parent, const std::function<bool(XMLElement&)>& visit) {
 
 class Repair {
  public:
-  Repair(RobotDocument& document, std::vector<std::string>& notes)
-      : document_(document), notes_(notes) {}
+  Repair(RobotDocument& document, const fs::path& path, std::vector<std::string>& notes)
+      : document_(document), path_(path), notes_(notes) {}
 
   /// Newer versions take a range for a limit unless told otherwise; this one asks.
   void take_ranges_for_limits() {
@@ -72,47 +77,69 @@ class Repair {
     if (compiler->Attribute("autolimits") == nullptr) compiler->SetAttribute("autolimits", "true");
   }
 
-  /// Pictures and shapes of contact: a plant has neither, and their files need not be there. Bodies
-  /// whose inertia follows from meshes keep them.
+  /// Pictures and shapes of contact: a plant has neither, and their files need not be there. Shapes
+  /// that alone say what their body weighs stay, of meshes those that can be read.
   void leave_out_shapes() {
     const XMLElement* compiler = document_.root().FirstChildElement("compiler");
     const bool weighs_shapes =
         compiler != nullptr && compiler->Attribute("inertiafromgeom", "true") != nullptr;
-    std::size_t meshes = 0;
+    const ModelDefaults defaults(document_);
+    const std::set<std::string> readable = readable_meshes();
+    std::set<std::string> weighing;
     std::map<std::string, std::size_t> count;
     prune(document_.root(), [&](XMLElement& e) {
-      const auto kind =
-          std::find_if(std::begin(kLeftOut), std::end(kLeftOut),
-                       [&](const LeftOut& left) { return is_named(e, left.element); });
-      if (kind != std::end(kLeftOut)) {
-        if (kind->said != nullptr)
-          for (const XMLElement* c = e.FirstChildElement(); c != nullptr;
-               c = c->NextSiblingElement())
-            ++count[kind->said];
-        return true;
-      }
-      if (!is_named(e, "geom")) return false;
-      // Looks come from assets, which are gone.
-      e.DeleteAttribute("material");
       const XMLNode* parent = e.Parent();
-      const bool weighed =
-          !weighs_shapes && parent != nullptr && parent->FirstChildElement("inertial") != nullptr;
-      const bool is_mesh = e.Attribute("mesh") != nullptr;
-      if (!weighed && !is_mesh && e.Attribute("hfield") == nullptr) return false;
-      meshes += !weighed && is_mesh ? 1 : 0;
+      if (!is_named(e, "geom") || parent == nullptr || is_named(*parent->ToElement(), "default"))
+        return false;
+      const char* mesh = defaults.attribute(e, {"geom"}, "mesh");
+      const bool weighs = weighs_shapes || parent->FirstChildElement("inertial") == nullptr;
+      const bool is_field = defaults.attribute(e, {"geom"}, "hfield") != nullptr;
+      if (weighs && !is_field && (mesh == nullptr || readable.contains(mesh))) {
+        if (mesh == nullptr) return false;
+        const std::string name = mesh;
+        weighing.insert(name);
+        e.SetAttribute("type", "mesh");
+        e.SetAttribute("mesh", name.c_str());
+        return false;
+      }
+      unread_ += weighs && mesh != nullptr ? 1 : 0;
       ++count["shapes"];
       return true;
     });
-    take_away(document_.root(), "site", "material");
-    take_away(document_.root(), "spatial", "material");
+    prune(document_.root(), [&](XMLElement& e) {
+      const XMLNode* parent = e.Parent();
+      if (parent != nullptr && parent->ToElement() != nullptr &&
+          is_named(*parent->ToElement(), "asset"))
+        return !is_named(e, "mesh") || !weighing.contains(mesh_name(e));
+      const auto kind =
+          std::find_if(std::begin(kLeftOut), std::end(kLeftOut),
+                       [&](const LeftOut& left) { return is_named(e, left.element); });
+      if (kind == std::end(kLeftOut)) return false;
+      if (kind->said != nullptr)
+        for (const XMLElement* c = e.FirstChildElement(); c != nullptr; c = c->NextSiblingElement())
+          ++count[kind->said];
+      return true;
+    });
+    // They name assets, which are gone.
+    for (const char* element : {"geom", "site", "spatial"})
+      take_away(document_.root(), element, "material");
+    for (XMLElement* d = document_.root().FirstChildElement("default"); d != nullptr;
+         d = d->NextSiblingElement("default"))
+      for (const char* asset : {"mesh", "hfield"}) take_away(*d, "geom", asset);
     std::vector<std::string> said;
     for (const auto& [what, many] : count) said.push_back(fmt::format("{} {}", many, what));
     if (!said.empty()) notes_.push_back(fmt::format("left out: {}", fmt::join(said, ", ")));
-    if (meshes > 0)
-      notes_.push_back(fmt::format(
-          "{} shapes were left out whose mesh alone says what their body weighs: state the inertia "
-          "of these bodies",
-          meshes));
+    if (unread_ > 0) notes_.push_back(unread());
+  }
+
+  /// Why bodies may weigh nothing; empty where they do not.
+  [[nodiscard]] std::string unread() const {
+    return unread_ == 0 ? ""
+                        : fmt::format(
+                              "{} shapes were left out whose mesh alone says what their "
+                              "body weighs: put its file where the model names it, or "
+                              "state the inertia of these bodies",
+                              unread_);
   }
 
   /// A plant stands on the ground.
@@ -146,6 +173,30 @@ class Repair {
   [[nodiscard]] const std::string& carried() const { return carried_; }
 
  private:
+  static std::string mesh_name(const XMLElement& mesh) {
+    if (const char* name = mesh.Attribute("name")) return name;
+    const char* file = mesh.Attribute("file");
+    return file != nullptr ? fs::path(file).stem().string() : "";
+  }
+
+  /// Makes their folder an absolute one: the library gets no file to start from.
+  std::set<std::string> readable_meshes() {
+    fs::path folder = fs::absolute(path_).parent_path();
+    XMLElement* compiler = document_.root().FirstChildElement("compiler");
+    for (const char* attribute : {"assetdir", "meshdir"})
+      if (compiler != nullptr && compiler->Attribute(attribute) != nullptr)
+        folder = fs::absolute(path_).parent_path() / compiler->Attribute(attribute);
+    std::set<std::string> out;
+    for (const XMLElement* e : children_of_sections(document_, "asset")) {
+      const char* file = is_named(*e, "mesh") ? e->Attribute("file") : nullptr;
+      std::error_code absent;
+      if (file != nullptr && fs::is_regular_file(folder / file, absent)) out.insert(mesh_name(*e));
+    }
+    if (!out.empty() && compiler != nullptr)
+      compiler->SetAttribute("meshdir", folder.string().c_str());
+    return out;
+  }
+
   void note_unknown(const std::string& what) {
     notes_.push_back(fmt::format("{} is not known to the installed MuJoCo {}: left out", what,
                                  mj_versionString()));
@@ -187,8 +238,10 @@ class Repair {
   }
 
   RobotDocument& document_;
+  const fs::path& path_;
   std::vector<std::string>& notes_;
   std::string carried_;
+  std::size_t unread_ = 0;  ///< shapes that weigh, of meshes that are not there
 };
 
 /// The element of the document that stands in that line of its text.
@@ -227,7 +280,7 @@ std::string in_file(const RobotDocument& document, const std::string& text, std:
 
 core::Result<RobotFile> compile_robot(RobotDocument& document, const fs::path& path) {
   RobotFile out;
-  Repair repair(document, out.notes);
+  Repair repair(document, path, out.notes);
   ServoWords servos;
   std::vector<double> effort_limits;
   if (document.is_urdf()) {
@@ -247,7 +300,11 @@ core::Result<RobotFile> compile_robot(RobotDocument& document, const fs::path& p
     if (result.model || !repair.without(result.refusal)) break;
   }
   if (!repair.carried().empty()) return core::data_error(repair.carried());
-  if (!result.model) return core::data_error(in_file(document, text, result.refusal, path));
+  if (!result.model) {
+    const std::string why = repair.unread();
+    return core::data_error(in_file(document, text, result.refusal, path) +
+                            (why.empty() ? "" : "; " + why));
+  }
   out.model = std::move(result.model);
   servos.apply(*out.model);
   for (std::size_t j = 0; j < effort_limits.size(); ++j)
