@@ -22,6 +22,16 @@ Wander variation_of(const Joint& joint, std::string_view effect) {
 
 }  // namespace
 
+void set_reduction(Joint& joint, double motor_rad_per_joint_rad) {
+  const double ratio = motor_rad_per_joint_rad;
+  joint.reduction = joint.gearbox_ratio = ratio;
+  joint.motor_inertia_kg_m2 =
+      std::max(kNoInertia_kg_m2, joint.motor_inertia_kg_m2 / (ratio * ratio));
+  if (!joint.controller) return;
+  joint.controller->kp_n_m_per_rad /= ratio;
+  joint.controller->kd_n_m_s_per_rad /= ratio;
+}
+
 DriveKinematics drive_kinematics(const Plant& plant,
                                  const std::vector<std::optional<double>>& link_shares) {
   const auto joints = static_cast<Index>(plant.joints.size());

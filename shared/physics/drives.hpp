@@ -31,6 +31,10 @@ struct DriveKinematics {
 DriveKinematics drive_kinematics(const Plant& plant,
                                  const std::vector<std::optional<double>>& link_shares = {});
 
+/// Counts turns of the motor before a gearbox of this ratio, which ends at the joint: what the
+/// joint feels of inertia, gains and efforts stays. `joint`: of reduction 1, as models have them.
+void set_reduction(Joint& joint, double motor_rad_per_joint_rad);
+
 /// What homing adds to the positions that `kinematics` gives for believed ones, [joints]: at its
 /// stop a joint is where the external encoder has the stop, and the controller takes it for
 /// elsewhere. 0 for a joint that does not home. The seat of a homing (homing_offset) comes on top.

@@ -10,9 +10,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "physics/drives.hpp"
 #include "physics/plant.hpp"
 #include "physics/rigid_bodies.hpp"
 #include "physics/robot_model/robot_file.hpp"
+#include "physics/servo_law.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -356,6 +358,24 @@ TEST_F(RobotWords, UrdfGivesLimitsMimicsAndReductions) {
   EXPECT_EQ(plant.joints[1].reduction, 50.0);
   EXPECT_EQ(plant.coupling[2][0], -0.5);
   EXPECT_NE(notes_of(plant).find("speeds of 1 joint"), std::string::npos) << notes_of(plant);
+}
+
+/// The joint feels the same of its motor, whose turns are counted now.
+TEST_F(RobotWords, AReductionIsTheMotorsAlone) {
+  Plant plant = plant_of(fmt::format(
+      R"(<mujoco><worldbody><body><joint name="j" armature="0.4"/>{}</body></worldbody>
+      <actuator><position joint="j" kp="20" kv="2"/></actuator></mujoco>)",
+      kLink));
+  ASSERT_EQ(plant.joints.size(), 1U);
+  Joint& joint = plant.joints[0];
+  const auto before = servo_law(joint);
+  set_reduction(joint, 100.0);
+  const auto after = servo_law(joint);
+  ASSERT_TRUE(before && after);
+  EXPECT_NEAR(after->position, before->position, 1e-12);
+  EXPECT_NEAR(after->rate, before->rate, 1e-12);
+  EXPECT_NEAR(joint.motor_inertia_kg_m2 * joint.reduction * joint.reduction, 0.4, 1e-12);
+  EXPECT_EQ(joint.reduction / joint.gearbox_ratio, 1.0) << "efforts are the joint's";
 }
 
 /// About a vertical axis the effort for an acceleration is the inertia about it, by Steiner.

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "physics/drives.hpp"
 #include "physics/robot_model/series_joints.hpp"
 
 namespace ravencal::physics {
@@ -287,10 +288,7 @@ class Importer {
       const auto limit = words_.effort_limit.find(joint.name);
       if (limit != words_.effort_limit.end()) limit_effort(joint, limit->second);
       const auto reduction = words_.reduction.find(joint.name);
-      if (reduction == words_.reduction.end()) continue;
-      joint.reduction = reduction->second;
-      joint.motor_inertia_kg_m2 = std::max(
-          kNoInertia_kg_m2, joint.motor_inertia_kg_m2 / (joint.reduction * joint.reduction));
+      if (reduction != words_.reduction.end()) set_reduction(joint, reduction->second);
     }
     for (const ModelWords::Mimic& mimic : words_.mimics) {
       const auto to = plant_.joint_index(mimic.joint), from = plant_.joint_index(mimic.of);

@@ -151,7 +151,7 @@ void restore_urdf_inertias(const RobotDocument& document, mjModel& model,
     Eigen::Map<Vector3d>(model.body_inertia + 3 * at) = moments;
     Eigen::Map<Eigen::Vector4d>(model.body_iquat + 4 * at) << turn.w(), turn.x(), turn.y(),
         turn.z();
-    restored.push_back(attribute_of(link));
+    restored.push_back(attribute_of(link) + (moments[0] < 0.0 ? " (one below zero: none)" : ""));
   }
   if (!restored.empty())
     notes.push_back(
