@@ -316,6 +316,12 @@ class Importer {
   void note_rest() {
     if (m_.ntendon > 0) note(fmt::format("{} tendons are left out", m_.ntendon));
     if (m_.ngeom > 0) note("contacts are left out: a plant touches nothing");
+    if (m_.opt.density != 0.0 || m_.opt.viscosity != 0.0)
+      note("density and viscosity of the medium are left out: a plant moves in nothing");
+    const auto limited = std::count_if(links_.begin(), links_.end(), [&](const RawLink& link) {
+      return m_.jnt_limited[link.joint] != 0;
+    });
+    if (limited > 0) note(fmt::format("ends of the travel of {} joints are left out", limited));
   }
 
   const mjModel& m_;
