@@ -32,8 +32,9 @@ core::Result<Plant> plant_of_robot(const std::filesystem::path& path) {
   };
   RAVENCAL_RETURN_IF_ERROR(
       core::in_child(path, "read", core::Isolation::reading(path), work, core::texts_into(said)));
-  core::Result<Plant> plant = parse_plant(said.front(), path.string());
-  if (!plant.ok()) return core::data_error(fmt::format("as a plant, {}", plant.error().message));
+  core::Result<Plant> plant = parse_plant(said.front(), path.string() + " as a plant");
+  if (!plant.ok()) return plant.error();
+  plant->source = path.string();
   plant->notes.assign(said.begin() + 1, said.end());
   return plant;
 }

@@ -6,6 +6,8 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -139,6 +141,67 @@ TEST_F(RobotWords, ReplicasStandBehindEachOther) {
   }
 }
 
+/// Angles of several axes add up each, and do not chain.
+TEST_F(RobotWords, ReplicasTurnByMultiplesOfTheirAngles) {
+  const Plant with = plant_of(fmt::format(R"(<mujoco><worldbody>
+    <replicate count="3" offset="0.2 0.1 0" euler="30 40 20"><body pos="0.5 0 0">
+      <joint name="j" axis="0 1 0"/>{}</body></replicate></worldbody></mujoco>)",
+                                          kLink));
+  const auto copy = [](const char* name, const char* pos, const char* euler) {
+    return fmt::format(
+        R"(<body pos="{}" euler="{}"><body pos="0.5 0 0"><joint name="{}" axis="0 1 0"/>{}
+      </body></body>)",
+        pos, euler, name, kLink);
+  };
+  // The second step is turned by 30, 40, 20 degrees about x, y, z of the turned frame.
+  const Eigen::Vector3d second = Eigen::Vector3d(0.2, 0.1, 0.0) +
+                                 Eigen::AngleAxisd(M_PI / 6.0, Eigen::Vector3d::UnitX()) *
+                                     (Eigen::AngleAxisd(M_PI / 4.5, Eigen::Vector3d::UnitY()) *
+                                      (Eigen::AngleAxisd(M_PI / 9.0, Eigen::Vector3d::UnitZ()) *
+                                       Eigen::Vector3d(0.2, 0.1, 0.0)));
+  const std::string at = fmt::format("{} {} {}", second[0], second[1], second[2]);
+  const Plant without = plant_of(
+      fmt::format("<mujoco><worldbody>{}{}{}</worldbody></mujoco>", copy("j0", "0 0 0", "0 0 0"),
+                  copy("j1", "0.2 0.1 0", "30 40 20"), copy("j2", at.c_str(), "60 80 40")));
+  expect_same_robot(with, without);
+}
+
+/// The library takes the last word of several sections.
+TEST_F(RobotWords, ClassesStandInSeveralSections) {
+  const Plant plant = plant_of(fmt::format(R"(<mujoco><default><joint damping="1"/></default>
+    <default><position kp="50" kv="7"/><joint actuatorfrcrange="-3 3"/></default>
+    <worldbody><body><joint name="j"/>{}</body></worldbody>
+    <actuator><position joint="j"/></actuator></mujoco>)",
+                                           kLink));
+  ASSERT_EQ(plant.joints.size(), 1U);
+  ASSERT_TRUE(plant.joints[0].controller);
+  EXPECT_EQ(plant.joints[0].controller->kd_n_m_s_per_rad, 7.0);
+  EXPECT_EQ(plant.joints[0].parameter("saturation", "limit"), 3.0);
+}
+
+TEST_F(RobotWords, WhatWouldBeAnotherRobotIsRefused) {
+  const auto arm = [](const std::string& more, const std::string& joint = "<joint name=\"j\"/>") {
+    return fmt::format("<mujoco><worldbody><body>\n{}{}</body></worldbody>{}</mujoco>", joint,
+                       kLink, more);
+  };
+  const std::pair<std::string, const char*> bad[] = {
+      {arm("\n<actuator><dcmotor joint=\"j\"/></actuator>"), "robot.xml:3: <dcmotor>"},
+      {arm("", "<joint name=\"planar\" type=\"planar\"/>"),
+       "robot.xml:2: type 'planar' of <joint>"},
+      {arm("", "<joint name=\"j\"/><flexcomp/>"), "robot.xml:2: <flexcomp>"},
+      {arm("") + "\n<mujoco/>", "robot.xml:3: <mujoco> stands beside"},
+      {"<mujoco><default><geom euler=\"0 70 0\"/></default><worldbody><body>\n<joint name=\"j\"/>"
+       "<frame pos=\"0 0 1\"><geom type=\"box\" size=\"1 2 "
+       "3\"/></frame></body></worldbody></mujoco>",
+       "robot.xml:2: the class of this <geom>"},
+      {"<mujoco><compiler eulerseq=\"abc\"/><worldbody>\n<frame euler=\"1 2 3\"><body>"
+       "<joint name=\"j\"/></body></frame></worldbody></mujoco>",
+       "robot.xml:2: eulerseq is 'abc'"},
+  };
+  for (const auto& [text, words] : bad)
+    EXPECT_NE(refusal_of(text).find(words), std::string::npos) << text << "\n" << refusal_of(text);
+}
+
 TEST_F(RobotWords, NumbersOfReplicasHaveAsManyDigitsAsTheirCount) {
   const Plant plant = plant_of(fmt::format(
       R"(<mujoco><worldbody><body name="a"><joint name="j"/>{0}<replicate count="2" offset="0 0 1">
@@ -182,6 +245,32 @@ TEST_F(RobotWords, AttachedModelsStandWhereTheyAreAttached) {
     EXPECT_EQ(with.joints[curl].controller->kp_n_m_per_rad, 5.0);
     EXPECT_EQ(with.coupling[curl][curl - 1], 0.5);
   }
+}
+
+/// An attached model has its own classes, also where it has none, and the meshes that weigh.
+TEST_F(RobotWords, AttachedModelsTakeNothingFromTheOneAroundThem) {
+  (void)write("plain.xml",
+              fmt::format("<mujoco><worldbody><body name=\"a\"><joint name=\"j\"/>{}</body>"
+                          "</worldbody></mujoco>",
+                          kLink));
+  const Plant plant =
+      plant_of(fmt::format(R"(<mujoco><asset><model name="m" file="plain.xml"/></asset>
+    <default><default class="c"><joint axis="1 0 0" damping="5"/></default></default>
+    <worldbody><body childclass="c"><joint name="base"/>{}
+      <attach model="m" body="a" prefix="p_"/></body></worldbody></mujoco>)",
+                           kLink));
+  ASSERT_EQ(plant.joints.size(), 2U);
+  EXPECT_EQ(plant.joints[0].parameter("viscous_friction", "damping"), 5.0);
+  EXPECT_EQ(plant.joints[1].parameter("viscous_friction", "damping"), 0.0);
+  (void)write("other.xml",
+              fmt::format("<mujoco><default><joint axis=\"0 1 0\"/></default><worldbody>"
+                          "<body name=\"b\"><joint name=\"k\"/>{}</body></worldbody></mujoco>",
+                          kLink));
+  const std::string twice = refusal_of(
+      "<mujoco><asset><model name=\"m\" file=\"plain.xml\"/><model name=\"o\" file=\"other.xml\"/>"
+      "</asset><worldbody>\n<attach model=\"m\" body=\"a\" prefix=\"p_\"/>\n"
+      "<attach model=\"o\" body=\"b\" prefix=\"p_\"/></worldbody></mujoco>");
+  EXPECT_NE(twice.find("robot.xml:3: <attach> of another model"), std::string::npos) << twice;
 }
 
 TEST_F(RobotWords, AttachmentsThatCannotBeFollowedAreRefusedWithTheirPlace) {
@@ -398,6 +487,19 @@ TEST_F(RobotWords, UrdfThatIsNotWholeIsRefusedWithItsPlace) {
   const std::pair<std::string, const char*> bad[] = {
       {urdf(0.025, -0.3), "damping of joint 'j' is -0.3"},
       {urdf(0.025, 0.3, "\n<link name=\"second\"/>"), "link 'second' hangs on no joint"},
+      {urdf(0.025, 0.3,
+            "<link name=\"d\"><inertial><mass value=\"-1\"/></inertial></link><joint name=\"m\" "
+            "type=\"fixed\"><parent link=\"a\"/><child link=\"d\"/></joint>"),
+       "value of link 'd' is -1"},
+      {urdf(0.025, 0.3,
+            "<link name=\"d\"/><joint name=\"m\" type=\"screw\"><parent link=\"a\"/>"
+            "<child link=\"d\"/></joint>"),
+       "joint 'm' is of type 'screw'"},
+      {urdf(
+           0.025, 0.3,
+           "<group><joint name=\"m\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"
+           "</group>"),
+       "<joint> stands in <group>"},
       {urdf(0.025, 0.3, "\n<link name=\"$(arg side)_hand\"/>"), "xacro that nobody expanded"},
       {urdf(0.025, 0.3, "\n<xacro:property name=\"x\" value=\"1\"/>"),
        "xacro that nobody expanded"},

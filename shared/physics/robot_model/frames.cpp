@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -38,21 +38,20 @@ std::optional<std::vector<double>> numbers_in(const char* text) {
 
 /// How a document measures and chains angles.
 struct Angles {
-  double unit_rad = std::numbers::pi / 180.0;
-  std::string sequence = "xyz";  ///< lower case: about the turned axes; upper case: the parent's
+  double unit_rad;
+  std::string sequence;  ///< lower case: about the turned axes; upper case: the parent's
 
-  explicit Angles(const RobotDocument& document) {
-    for (const XMLElement* c = document.root().FirstChildElement("compiler"); c != nullptr;
-         c = c->NextSiblingElement("compiler")) {
-      if (const char* angle = c->Attribute("angle"))
-        unit_rad = std::string_view(angle) == "radian" ? 1.0 : std::numbers::pi / 180.0;
-      if (const char* given = c->Attribute("eulerseq")) sequence = given;
-    }
+  explicit Angles(const RobotDocument& document)
+      : unit_rad(compiler_word(document, "angle", "degree") == "radian" ? 1.0
+                                                                        : std::numbers::pi / 180.0),
+        sequence(compiler_word(document, "eulerseq", "xyz")) {}
+
+  [[nodiscard]] bool valid() const {
+    return sequence.size() == 3 && sequence.find_first_not_of("xyzXYZ") == std::string::npos;
   }
-
   [[nodiscard]] Quaterniond turn(const Vector3d& euler) const {
     Quaterniond out = Quaterniond::Identity();
-    for (std::size_t k = 0; k < 3 && k < sequence.size(); ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       const char axis = sequence[k];
       const bool is_turned = axis >= 'x';
       const AngleAxisd step(unit_rad * euler[static_cast<Index>(k)],
@@ -115,11 +114,14 @@ class Frames {
     RAVENCAL_ASSIGN_OR_RETURN(const auto euler, numbers(element, "euler", 3));
     RAVENCAL_ASSIGN_OR_RETURN(const auto axes, numbers(element, "xyaxes", 6));
     RAVENCAL_ASSIGN_OR_RETURN(const auto z, numbers(element, "zaxis", 3));
-    if (about)
+    // Of several the library takes the last.
+    if (about && !euler && !axes && !z)
       return Quaterniond(
           AngleAxisd(angles_.unit_rad * about->back(), Vector3d(about->data()).normalized()));
+    if (euler && !angles_.valid())
+      return error_at(element, fmt::format("eulerseq is '{}'", angles_.sequence));
     if (euler) return angles_.turn(Vector3d(euler->data()));
-    if (axes) {
+    if (axes && !z) {
       Eigen::Matrix3d r;
       r.col(0) = Vector3d(axes->data()).normalized();
       const Vector3d y(axes->data() + 3);
@@ -138,12 +140,19 @@ class Frames {
     return Isometry3d(Eigen::Translation3d(at) * turn);
   }
 
-  static void set_pose(XMLElement& element, const Isometry3d& pose) {
-    for (const char* other : {"axisangle", "xyaxes", "zaxis", "euler"})
+  /// Errors: a class turns the element by a word that would win over this one.
+  core::Status set_pose(XMLElement& element, const Isometry3d& pose) const {
+    for (const char* other : {"axisangle", "xyaxes", "zaxis", "euler"}) {
+      if (defaults_.of_class(element, {element.Name()}, other) != nullptr)
+        return error_at(element, fmt::format("the class of this <{}> in a <frame> states {}: state "
+                                             "the class's turn as quat",
+                                             element.Name(), other));
       element.DeleteAttribute(other);
+    }
     const Quaterniond turn(pose.linear());
     element.SetAttribute("pos", text_of(pose.translation()).c_str());
     element.SetAttribute("quat", numbers_text(turn.w(), turn.x(), turn.y(), turn.z()).c_str());
+    return {};
   }
 
   /// Writes the child of a frame as a child of what the frame stands in.
@@ -169,8 +178,7 @@ class Frames {
     for (const char* placed : {"body", "geom", "site", "camera"}) {
       if (!is_named(child, placed)) continue;
       RAVENCAL_ASSIGN_OR_RETURN(const Isometry3d own, pose_of(child));
-      set_pose(child, frame * own);
-      return {};
+      return set_pose(child, frame * own);
     }
     if (is_named(child, "freejoint")) return {};
     return error_at(child, fmt::format("<{}> stands in a <frame>", child.Name()));
@@ -200,36 +208,41 @@ class Frames {
 
   /// Puts its copies in its place, each behind the one before it by the same step.
   core::Status replicate(XMLElement& element) {
-    const int count = element.IntAttribute("count");
-    made_ += std::max(0, count);
+    RAVENCAL_ASSIGN_OR_RETURN(const auto stated, numbers(element, "count", 1));
+    const double wanted = stated ? stated->front() : 0.0;
+    const bool is_count = wanted >= 1.0 && wanted <= kMostReplicas && wanted == std::floor(wanted);
+    const int count = is_count ? static_cast<int>(wanted) : 0;
+    made_ += count;
     if (count < 1 || made_ > kMostReplicas)
       return error_at(element, fmt::format("<replicate> makes 1 to {} copies", kMostReplicas));
     RAVENCAL_ASSIGN_OR_RETURN(const Vector3d offset, vector(element, "offset", Vector3d::Zero()));
     RAVENCAL_ASSIGN_OR_RETURN(const Vector3d euler, vector(element, "euler", Vector3d::Zero()));
-    const Isometry3d step = Eigen::Translation3d(offset) * angles_.turn(euler);
+    if (!angles_.valid())
+      return error_at(element, fmt::format("eulerseq is '{}'", angles_.sequence));
     const char* separator = element.Attribute("sep");
     const std::size_t digits = std::to_string(count).size();
     std::vector<std::string> suffixes;
     for (int k = 0; k < count; ++k)
       suffixes.push_back(fmt::format("{}{:0{}}", separator != nullptr ? separator : "", k, digits));
     ModelNames names = names_in(element);
-    Isometry3d at = Isometry3d::Identity();
+    Vector3d at = Vector3d::Zero();
     XMLNode* before = &element;
-    for (const std::string& suffix : suffixes) {
+    for (std::size_t k = 0; k < suffixes.size(); ++k) {
+      // Angles add up, each about its axis; steps follow the copy before.
+      const Quaterniond turn = angles_.turn(static_cast<double>(k) * euler);
       XMLElement* frame = document_.copy_of(element);
       frame->SetName("frame");
-      set_pose(*frame, at);
-      rename(*frame, "", suffix);
-      XMLNode* last = element.Parent()->InsertAfterChild(before, frame);
-      XMLNode* behind = last->NextSibling();
+      RAVENCAL_RETURN_IF_ERROR(set_pose(*frame, Eigen::Translation3d(at) * turn));
+      rename(*frame, names, "", suffixes[k]);
+      XMLNode* behind = element.Parent()->InsertAfterChild(before, frame)->NextSibling();
       RAVENCAL_RETURN_IF_ERROR(dissolve(*frame));
       before = behind != nullptr ? behind->PreviousSibling() : element.Parent()->LastChild();
-      at = at * step;
+      at += turn * offset;
     }
     element.Parent()->DeleteChild(&element);
     for (const char* section : {"tendon", "equality", "actuator"})
       for (XMLElement* e : children_of_sections(document_, section))
-        if (refers_to(*e, names)) copy_for_each(*e, names, suffixes);
+        if (references_of(*e, names).inside > 0) copy_for_each(*e, names, suffixes);
     return {};
   }
 

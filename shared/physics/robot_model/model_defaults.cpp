@@ -35,14 +35,30 @@ const XMLElement* ModelDefaults::class_of(const XMLElement& element) const {
 const char* ModelDefaults::attribute(const XMLElement& element,
                                      std::initializer_list<const char*> tags,
                                      const char* name) const {
-  if (const char* own = element.Attribute(name)) return own;
-  for (const XMLElement* c = class_of(element); c != nullptr && is_named(*c, "default");
+  const char* own = element.Attribute(name);
+  return own != nullptr ? own : of_class(element, tags, name);
+}
+
+const char* ModelDefaults::of_class(const XMLElement& element,
+                                    std::initializer_list<const char*> tags,
+                                    const char* name) const {
+  const auto last_word = [&](const XMLElement& section) {
+    const char* found = nullptr;
+    for (const XMLElement* e = section.FirstChildElement(); e != nullptr;
+         e = e->NextSiblingElement())
+      for (const char* tag : tags)
+        if (is_named(*e, tag) && e->Attribute(name) != nullptr) found = e->Attribute(name);
+    return found;
+  };
+  const XMLElement* c = class_of(element);
+  for (; c != nullptr && c->Parent()->ToElement() != &document_.root();
        c = c->Parent()->ToElement())
-    for (const char* tag : tags)
-      for (const XMLElement* e = c->FirstChildElement(tag); e != nullptr;
-           e = e->NextSiblingElement(tag))
-        if (const char* value = e->Attribute(name)) return value;
-  return nullptr;
+    if (const char* value = last_word(*c)) return value;
+  const char* found = nullptr;
+  for (const XMLElement* d = document_.root().FirstChildElement("default"); d != nullptr;
+       d = d->NextSiblingElement("default"))
+    if (const char* value = last_word(*d)) found = value;
+  return found;
 }
 
 }  // namespace ravencal::physics

@@ -20,13 +20,14 @@ std::optional<Named> named_kind(const XMLElement& element) {
 }
 
 constexpr std::pair<const char*, Named> kReferences[] = {
-    {"body", Named::kBody},           {"body1", Named::kBody},     {"body2", Named::kBody},
-    {"joint", Named::kJoint},         {"joint1", Named::kJoint},   {"joint2", Named::kJoint},
-    {"jointinparent", Named::kJoint}, {"site", Named::kSite},      {"site1", Named::kSite},
-    {"site2", Named::kSite},          {"refsite", Named::kSite},   {"cranksite", Named::kSite},
-    {"slidersite", Named::kSite},     {"sidesite", Named::kSite},  {"geom", Named::kGeom},
-    {"geom1", Named::kGeom},          {"geom2", Named::kGeom},     {"tendon", Named::kTendon},
-    {"tendon1", Named::kTendon},      {"tendon2", Named::kTendon},
+    {"body", Named::kBody},           {"body1", Named::kBody},    {"body2", Named::kBody},
+    {"joint", Named::kJoint},         {"joint1", Named::kJoint},  {"joint2", Named::kJoint},
+    {"jointinparent", Named::kJoint}, {"site", Named::kSite},     {"site1", Named::kSite},
+    {"site2", Named::kSite},          {"refsite", Named::kSite},  {"cranksite", Named::kSite},
+    {"slidersite", Named::kSite},     {"sidesite", Named::kSite}, {"geom", Named::kGeom},
+    {"geom1", Named::kGeom},          {"geom2", Named::kGeom},    {"tendon", Named::kTendon},
+    {"target", Named::kBody},         {"mesh", Named::kMesh},     {"tendon1", Named::kTendon},
+    {"tendon2", Named::kTendon},
 };
 
 void extend(XMLElement& element, const char* attribute, const std::string& prefix,
@@ -70,18 +71,27 @@ void add_own_name(const XMLElement& element, ModelNames& names) {
   if (kind && element.Attribute("name") != nullptr) names.emplace(*kind, element.Attribute("name"));
 }
 
-bool refers_to(const XMLElement& element, const ModelNames& names) {
+References references_of(const XMLElement& element, const ModelNames& names) {
+  References out;
   for (const auto& [attribute, kind] : kReferences)
-    if (is_reference(element, attribute, kind, names)) return true;
-  for (const XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
-    if (refers_to(*e, names)) return true;
-  return false;
+    if (element.Attribute(attribute) != nullptr)
+      ++(is_reference(element, attribute, kind, names) ? out.inside : out.outside);
+  for (const XMLElement* e = element.FirstChildElement(); e != nullptr;
+       e = e->NextSiblingElement()) {
+    const References below = references_of(*e, names);
+    out.inside += below.inside;
+    out.outside += below.outside;
+  }
+  return out;
 }
 
-void rename(XMLElement& around, const std::string& prefix, const std::string& suffix) {
+void rename(XMLElement& around, const ModelNames& names, const std::string& prefix,
+            const std::string& suffix) {
   for (XMLElement* e = around.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
     extend(*e, "name", prefix, suffix);
-    rename(*e, prefix, suffix);
+    for (const auto& [attribute, kind] : kReferences)
+      if (is_reference(*e, attribute, kind, names)) extend(*e, attribute, prefix, suffix);
+    rename(*e, names, prefix, suffix);
   }
 }
 

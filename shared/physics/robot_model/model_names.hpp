@@ -5,6 +5,7 @@
 
 #include <tinyxml2.h>
 
+#include <cstddef>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,18 +13,22 @@
 namespace ravencal::physics {
 
 /// What a name stands for.
-enum class Named { kBody, kJoint, kSite, kGeom, kTendon };
+enum class Named { kBody, kJoint, kSite, kGeom, kTendon, kMesh };
 using ModelNames = std::set<std::pair<Named, std::string>>;
 
 /// Of all below the element.
 ModelNames names_in(const tinyxml2::XMLElement& around);
 /// Its own, if others may refer to it.
 void add_own_name(const tinyxml2::XMLElement& element, ModelNames& names);
-/// Whether the element or one below it refers to one of the names.
-bool refers_to(const tinyxml2::XMLElement& element, const ModelNames& names);
+/// How often the element and those below it refer to one of the names, and to others.
+struct References {
+  std::size_t inside = 0, outside = 0;
+};
+References references_of(const tinyxml2::XMLElement& element, const ModelNames& names);
 
-/// Names of all below the element.
-void rename(tinyxml2::XMLElement& around, const std::string& prefix, const std::string& suffix);
+/// Names of all below the element, and what these say of the names.
+void rename(tinyxml2::XMLElement& around, const ModelNames& names, const std::string& prefix,
+            const std::string& suffix);
 /// The element's own name, and what it and those below say of the names.
 void rename_with_references(tinyxml2::XMLElement& element, const ModelNames& names,
                             const std::string& prefix, const std::string& suffix);

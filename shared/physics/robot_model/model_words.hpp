@@ -40,8 +40,21 @@ class ServoWords {
   std::vector<Servo> servos_;
 };
 
-/// Limits of the effort at joints of an MJCF document (actuatorfrcrange). By place in tree_of.
-std::vector<double> take_effort_limits(RobotDocument& document, std::vector<std::string>& notes);
+/// Of the effort at joints of an MJCF document (actuatorfrcrange).
+class EffortLimits {
+ public:
+  static EffortLimits take(RobotDocument& document, std::vector<std::string>& notes);
+  /// By name, N m or N. Of joints without a name only where the library made none beside the
+  /// document's.
+  [[nodiscard]] std::map<std::string, double, std::less<>> of(const mjModel& model) const;
+
+ private:
+  struct Limit {
+    std::string joint;
+    double effort = 0.0;
+  };
+  std::vector<Limit> limits_;  ///< by place in tree_of; 0: none
+};
 
 /// A URDF document's efforts, mimics and reductions; readies it for the library, which refuses
 /// inertias that no rigid body has and fuses links. Errors (kData, with the place): xacro that

@@ -226,7 +226,12 @@ class Importer {
       const bool of_joints = m_.eq_type[e] == mjEQ_JOINT && m_.eq_obj2id[e] >= 0;
       const int to = of_joints ? place_of(m_.eq_obj1id[e]) : -1;
       const int from = of_joints ? place_of(m_.eq_obj2id[e]) : -1;
-      const bool linear = from >= 0 && c[2] == 0.0 && c[3] == 0.0 && c[4] == 0.0 && to > from;
+      const bool active = m_.eq_active[e] != 0;
+      if (of_joints && active && c[0] != 0.0)
+        note(fmt::format("equality constraint {} keeps its joints {:g} apart: that is left out", e,
+                         c[0]));
+      const bool linear =
+          active && from >= 0 && c[2] == 0.0 && c[3] == 0.0 && c[4] == 0.0 && to > from;
       if (linear)
         plant_.coupling[static_cast<std::size_t>(to)][static_cast<std::size_t>(from)] = c[1];
       else

@@ -8,6 +8,7 @@
 #include "core/whole_file.hpp"
 #include "physics/robot_model/attach.hpp"
 #include "physics/robot_model/frames.hpp"
+#include "physics/robot_model/model_defaults.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -19,6 +20,13 @@ using tinyxml2::XMLNode;
 constexpr int kMostIncludes = 100;
 /// Chains of bodies are shorter by far; libraries walk them by recursion.
 constexpr int kMostDepth = 400;
+
+/// A pipe or a device has no end.
+core::Result<std::string> read_model(const fs::path& path) {
+  if (std::error_code absent; fs::exists(path, absent) && !fs::is_regular_file(path, absent))
+    return core::data_error(fmt::format("{}: is no file", path.string()));
+  return core::read_whole_file(path);
+}
 
 core::Status too_deep(const fs::path& path) {
   return core::data_error(
@@ -38,10 +46,13 @@ core::Status note_places(RobotDocument& document, XMLElement& element, const fs:
 core::Status parse(RobotDocument& document, tinyxml2::XMLDocument& xml, std::string_view text,
                    const fs::path& path) {
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    return core::data_error(
-        fmt::format("{}:{}: is not XML: {}", path.string(), xml.ErrorLineNum(), xml.ErrorName()));
+    return core::data_error(fmt::format("{}:{}: is not XML: {}", path.string(),
+                                        std::max(1, xml.ErrorLineNum()), xml.ErrorName()));
   if (xml.RootElement() == nullptr)
     return core::data_error(fmt::format("{}: is empty", path.string()));
+  if (const XMLElement* second = xml.RootElement()->NextSiblingElement())
+    return core::data_error(fmt::format("{}:{}: <{}> stands beside the robot's own element",
+                                        path.string(), second->GetLineNum(), second->Name()));
   return note_places(document, *xml.RootElement(), path, 0);
 }
 
@@ -58,11 +69,10 @@ core::Status include_files(RobotDocument& document, XMLElement& parent, const fs
       continue;
     }
     if (++document.included > kMostIncludes)
-      return core::data_error(fmt::format("{}: includes itself", path.string()));
+      return core::data_error(
+          fmt::format("{}: includes itself, or more than {} files", path.string(), kMostIncludes));
     const fs::path other = path.parent_path() / file;
-    if (std::error_code absent; fs::exists(other, absent) && !fs::is_regular_file(other, absent))
-      return core::data_error(fmt::format("{}: is no file", other.string()));
-    RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(other));
+    RAVENCAL_ASSIGN_OR_RETURN(const std::string text, read_model(other));
     tinyxml2::XMLDocument included;
     RAVENCAL_RETURN_IF_ERROR(parse(document, included, text, other));
     XMLNode* before = child;
@@ -88,13 +98,13 @@ void copy_places(const XMLElement& from, XMLElement& to) {
   }
 }
 
-void add_bodies(XMLElement& body, Tree& tree) {
+void add_bodies(const RobotDocument& document, XMLElement& body, Tree& tree) {
   tree.bodies.push_back(&body);
   for (XMLElement* e = body.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
-    if (is_named(*e, "joint") && !is_free_joint(*e)) tree.joints.push_back(e);
+    if (is_named(*e, "joint") && !is_free_joint(document, *e)) tree.joints.push_back(e);
   for (XMLElement* e = body.FirstChildElement("body"); e != nullptr;
        e = e->NextSiblingElement("body"))
-    add_bodies(*e, tree);
+    add_bodies(document, *e, tree);
 }
 
 }  // namespace
@@ -112,9 +122,20 @@ void take_away(XMLElement& around, std::string_view element, const char* attribu
   }
 }
 
-bool is_free_joint(const XMLElement& element) {
-  return is_named(element, "freejoint") ||
-         (is_named(element, "joint") && element.Attribute("type", "free") != nullptr);
+bool is_free_joint(const RobotDocument& document, const XMLElement& element) {
+  if (is_named(element, "freejoint")) return true;
+  if (!is_named(element, "joint")) return false;
+  const char* type = ModelDefaults(document).attribute(element, {"joint"}, "type");
+  return type != nullptr && std::string_view(type) == "free";
+}
+
+std::string compiler_word(const RobotDocument& document, const char* attribute,
+                          const char* otherwise) {
+  std::string out = otherwise;
+  for (const XMLElement* c = document.root().FirstChildElement("compiler"); c != nullptr;
+       c = c->NextSiblingElement("compiler"))
+    if (const char* value = c->Attribute(attribute)) out = value;
+  return out;
 }
 
 std::string RobotDocument::where(const XMLElement& element) {
@@ -149,7 +170,7 @@ core::Result<std::unique_ptr<RobotDocument>> read_robot_document(const fs::path&
   if (path.extension() == ".xacro")
     return core::data_error(fmt::format("{}: is xacro: `xacro {} > robot.urdf` writes the robot",
                                         path.string(), path.filename().string()));
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, core::read_whole_file(path));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string text, read_model(path));
   RAVENCAL_ASSIGN_OR_RETURN(std::unique_ptr<RobotDocument> document,
                             parse_robot_document(text, path));
   RAVENCAL_RETURN_IF_ERROR(include_files(*document, document->root(), path, 0));
@@ -164,7 +185,7 @@ Tree tree_of(RobotDocument& document) {
   for (XMLElement* world = document.root().FirstChildElement("worldbody"); world != nullptr;
        world = world->NextSiblingElement("worldbody")) {
     const bool again = !tree.bodies.empty();
-    add_bodies(*world, tree);
+    add_bodies(document, *world, tree);
     if (again) tree.bodies.erase(std::find(tree.bodies.begin(), tree.bodies.end(), world));
   }
   return tree;

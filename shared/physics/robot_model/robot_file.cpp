@@ -41,8 +41,9 @@ constexpr LeftOut kLeftOut[] = {{"visual", nullptr},
 
 /// The element itself or one in it that moves, weighs or drives.
 const XMLElement* part_of_robot(const XMLElement& element) {
-  for (const char* part : {"body", "joint", "freejoint", "inertial", "actuator"})
+  for (const char* part : {"body", "joint", "freejoint", "inertial", "actuator", "flexcomp"})
     if (is_named(element, part)) return &element;
+  if (is_named(*element.Parent()->ToElement(), "actuator")) return &element;
   for (const XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
     if (const XMLElement* part = part_of_robot(*e)) return part;
   return nullptr;
@@ -80,12 +81,14 @@ class Repair {
   /// Pictures and shapes of contact: a plant has neither, and their files need not be there. Shapes
   /// that alone say what their body weighs stay, of meshes those that can be read.
   void leave_out_shapes() {
-    const XMLElement* compiler = document_.root().FirstChildElement("compiler");
-    const bool weighs_shapes =
-        compiler != nullptr && compiler->Attribute("inertiafromgeom", "true") != nullptr;
+    const bool weighs_shapes = compiler_word(document_, "inertiafromgeom", "auto") == "true";
     const ModelDefaults defaults(document_);
     const std::set<std::string> readable = readable_meshes();
-    std::set<std::string> weighing;
+    std::set<std::string> weighing, wrapped;
+    for (const XMLElement* tendon : children_of_sections(document_, "tendon"))
+      for (const XMLElement* e = tendon->FirstChildElement(); e != nullptr;
+           e = e->NextSiblingElement())
+        if (const char* geom = e->Attribute("geom")) wrapped.insert(geom);
     std::map<std::string, std::size_t> count;
     prune(document_.root(), [&](XMLElement& e) {
       const XMLNode* parent = e.Parent();
@@ -93,6 +96,9 @@ class Repair {
         return false;
       const char* mesh = defaults.attribute(e, {"geom"}, "mesh");
       const bool weighs = weighs_shapes || parent->FirstChildElement("inertial") == nullptr;
+      if (mesh == nullptr && e.Attribute("name") != nullptr &&
+          wrapped.contains(e.Attribute("name")))
+        return false;
       const bool is_field = defaults.attribute(e, {"geom"}, "hfield") != nullptr;
       if (weighs && !is_field && (mesh == nullptr || readable.contains(mesh))) {
         if (mesh == nullptr) return false;
@@ -144,15 +150,25 @@ class Repair {
 
   /// A plant stands on the ground.
   void hold_base() {
-    prune(document_.root(), [&](XMLElement& e) {
-      const XMLNode* body = e.Parent();
-      if (!is_free_joint(e) || body == nullptr || is_named(*body->ToElement(), "default"))
-        return false;
-      const char* name = body->ToElement()->Attribute("name");
-      notes_.push_back(fmt::format("{}: body {} floats in the model; here it is held",
-                                   RobotDocument::where(e), name != nullptr ? name : "of a joint"));
-      return true;
-    });
+    std::set<std::string> held;
+    for (XMLElement* world = document_.root().FirstChildElement("worldbody"); world != nullptr;
+         world = world->NextSiblingElement("worldbody"))
+      prune(*world, [&](XMLElement& e) {
+        if (!is_free_joint(document_, e)) return false;
+        const char* name = e.Parent()->ToElement()->Attribute("name");
+        notes_.push_back(fmt::format("{}: body {} floats in the model; here it is held",
+                                     RobotDocument::where(e),
+                                     name != nullptr ? name : "of a joint"));
+        if (e.Attribute("name") != nullptr) held.insert(e.Attribute("name"));
+        return true;
+      });
+    for (XMLElement* e : children_of_sections(document_, "actuator")) {
+      const char* joint = e->Attribute("joint");
+      if (joint == nullptr || !held.contains(joint)) continue;
+      notes_.push_back(
+          fmt::format("{}: an actuator of the held base is left out", RobotDocument::where(*e)));
+      e->Parent()->DeleteChild(e);
+    }
   }
 
   /// Removes what the library names as unknown; false where it names nothing of the kind, or what
@@ -181,19 +197,18 @@ class Repair {
 
   /// Makes their folder an absolute one: the library gets no file to start from.
   std::set<std::string> readable_meshes() {
-    fs::path folder = fs::absolute(path_).parent_path();
-    XMLElement* compiler = document_.root().FirstChildElement("compiler");
-    for (const char* attribute : {"assetdir", "meshdir"})
-      if (compiler != nullptr && compiler->Attribute(attribute) != nullptr)
-        folder = fs::absolute(path_).parent_path() / compiler->Attribute(attribute);
+    const fs::path folder =
+        fs::absolute(path_).parent_path() /
+        compiler_word(document_, "meshdir", compiler_word(document_, "assetdir", "").c_str());
     std::set<std::string> out;
     for (const XMLElement* e : children_of_sections(document_, "asset")) {
       const char* file = is_named(*e, "mesh") ? e->Attribute("file") : nullptr;
       std::error_code absent;
       if (file != nullptr && fs::is_regular_file(folder / file, absent)) out.insert(mesh_name(*e));
     }
-    if (!out.empty() && compiler != nullptr)
-      compiler->SetAttribute("meshdir", folder.string().c_str());
+    for (XMLElement* c = document_.root().FirstChildElement("compiler"); c != nullptr;
+         c = c->NextSiblingElement("compiler"))
+      if (!out.empty()) c->SetAttribute("meshdir", folder.string().c_str());
     return out;
   }
 
@@ -210,7 +225,14 @@ class Repair {
       if (!is_named(e, element)) return false;
       for (const tinyxml2::XMLAttribute* a = e.FirstAttribute(); a != nullptr;) {
         const tinyxml2::XMLAttribute* next = a->Next();
-        if (name.empty() ? a->Value() == value : a->Name() == name) {
+        const bool is_it = name.empty()
+                               ? a->Value() == value && std::string_view(a->Name()) != "name"
+                               : a->Name() == name;
+        if (is_it && name.empty() && std::string_view(a->Name()) == "type" &&
+            (element == "joint" || element == "geom")) {
+          carried_ = fmt::format("{}: type '{}' of <{}> is not known to the installed MuJoCo {}",
+                                 RobotDocument::where(e), value, element, mj_versionString());
+        } else if (is_it) {
           dropped = name.empty() ? fmt::format("{}=\"{}\"", a->Name(), value) : name;
           e.DeleteAttribute(a->Name());
         }
@@ -219,7 +241,7 @@ class Repair {
       return false;
     });
     if (!dropped.empty()) note_unknown(fmt::format("{} of <{}>", dropped, element));
-    return !dropped.empty();
+    return !dropped.empty() && carried_.empty();
   }
 
   bool drop_element(const std::string& element) {
@@ -227,8 +249,10 @@ class Repair {
     prune(document_.root(), [&](XMLElement& e) {
       if (!is_named(e, element) || !carried_.empty()) return false;
       if (const XMLElement* part = part_of_robot(e)) {
-        carried_ = fmt::format("{}: <{}> is not known to the installed MuJoCo {} and holds <{}>",
-                               RobotDocument::where(e), element, mj_versionString(), part->Name());
+        carried_ = fmt::format(
+            "{}: <{}> is not known to the installed MuJoCo {} and holds {}",
+            RobotDocument::where(e), element, mj_versionString(),
+            part == &e ? std::string("a part of the robot") : fmt::format("<{}>", part->Name()));
         return false;
       }
       return any = true;
@@ -282,14 +306,14 @@ core::Result<RobotFile> compile_robot(RobotDocument& document, const fs::path& p
   RobotFile out;
   Repair repair(document, path, out.notes);
   ServoWords servos;
-  std::vector<double> effort_limits;
+  EffortLimits effort_limits;
   if (document.is_urdf()) {
     RAVENCAL_ASSIGN_OR_RETURN(out.words, take_urdf_words(document, out.notes));
   } else {
     repair.take_ranges_for_limits();
     repair.hold_base();
     servos = ServoWords::take(document, out.notes);
-    effort_limits = take_effort_limits(document, out.notes);
+    effort_limits = EffortLimits::take(document, out.notes);
   }
   repair.leave_out_shapes();
   CompiledModel result;
@@ -307,9 +331,7 @@ core::Result<RobotFile> compile_robot(RobotDocument& document, const fs::path& p
   }
   out.model = std::move(result.model);
   servos.apply(*out.model);
-  for (std::size_t j = 0; j < effort_limits.size(); ++j)
-    if (effort_limits[j] > 0.0)
-      out.words.effort_limit[joint_name(*out.model, static_cast<int>(j))] = effort_limits[j];
+  out.words.effort_limit.merge(effort_limits.of(*out.model));
   if (document.is_urdf()) restore_urdf_inertias(document, *out.model, out.notes);
   return out;
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
 
 #include "physics/robot_model/model_defaults.hpp"
 #include "physics/robot_model/model_words.hpp"
+#include "physics/robot_model/series_joints.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -59,22 +61,36 @@ void ServoWords::apply(mjModel& model) const {
   }
 }
 
-std::vector<double> take_effort_limits(RobotDocument& document, std::vector<std::string>& notes) {
-  std::vector<double> out;
+EffortLimits EffortLimits::take(RobotDocument& document, std::vector<std::string>& notes) {
+  EffortLimits out;
   const ModelDefaults defaults(document);
   for (const XMLElement* joint : tree_of(document).joints) {
     const char* text = defaults.attribute(*joint, {"joint"}, "actuatorfrcrange");
+    const char* limited = defaults.attribute(*joint, {"joint"}, "actuatorfrclimited");
     double low = 0.0, high = 0.0;
-    if (text != nullptr) std::istringstream(text) >> low >> high;
+    const bool holds = limited == nullptr || std::string_view(limited) != "false";
+    if (text != nullptr && holds) std::istringstream(text) >> low >> high;
     if (high > 0.0 && low != -high)
       notes.push_back(
           fmt::format("{}: actuatorfrcrange {} of joint {} is taken by its upper end: a plant's "
                       "limit is the same to both sides",
                       RobotDocument::where(*joint), text, name_or_none(*joint)));
-    out.push_back(std::max(0.0, high));
+    const char* name = joint->Attribute("name");
+    out.limits_.push_back({name != nullptr ? name : "", std::max(0.0, high)});
   }
   for (const char* word : {"actuatorfrcrange", "actuatorfrclimited"})
     take_away(document.root(), "joint", word);
+  return out;
+}
+
+std::map<std::string, double, std::less<>> EffortLimits::of(const mjModel& model) const {
+  std::map<std::string, double, std::less<>> out;
+  const bool same_joints = limits_.size() == static_cast<std::size_t>(model.njnt);
+  for (std::size_t j = 0; j < limits_.size(); ++j) {
+    if (!(limits_[j].effort > 0.0) || (limits_[j].joint.empty() && !same_joints)) continue;
+    out[limits_[j].joint.empty() ? joint_name(model, static_cast<int>(j)) : limits_[j].joint] =
+        limits_[j].effort;
+  }
   return out;
 }
 

@@ -3,6 +3,9 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <set>
 
 #include "physics/robot_model/model_edit.hpp"
@@ -33,6 +36,9 @@ const XMLElement* unexpanded(const XMLElement& element) {
     const std::string_view value = a->Value();
     if (value.find("$(") != value.npos || value.find("${") != value.npos) return &element;
   }
+  if (const char* text = element.GetText();
+      text != nullptr && std::string_view(text).find("${") != std::string_view::npos)
+    return &element;
   for (const XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
     if (const XMLElement* found = unexpanded(*e)) return found;
   return nullptr;
@@ -61,37 +67,84 @@ core::Status check_roots(RobotDocument& document) {
   return {};
 }
 
-core::Status take_joint(XMLElement& joint, ModelWords& words, std::size_t& speeds) {
-  const std::string name = attribute_of(&joint);
-  if (const XMLElement* dynamics = joint.FirstChildElement("dynamics")) {
+/// Numbers that a robot cannot have.
+core::Status check_number(const XMLElement& element, const char* attribute, const std::string& of) {
+  const double value = element.DoubleAttribute(attribute);
+  if (value >= 0.0 && std::isfinite(value)) return {};
+  return error_at(element, fmt::format("{} of {} is {}, below zero or no number", attribute, of,
+                                       element.Attribute(attribute)));
+}
+
+constexpr const char* kJointTypes[] = {"revolute", "continuous", "prismatic",
+                                       "fixed",    "floating",   "planar"};
+
+core::Status take_joint(const XMLElement& joint, ModelWords& words, std::size_t& speeds,
+                        std::vector<std::string>& notes) {
+  const std::string name = attribute_of(&joint), type = attribute_of(&joint, "type");
+  if (std::find(std::begin(kJointTypes), std::end(kJointTypes), type) == std::end(kJointTypes))
+    return error_at(joint, fmt::format("joint '{}' is of type '{}'; URDF has {}", name, type,
+                                       fmt::join(kJointTypes, ", ")));
+  if (const XMLElement* dynamics = joint.FirstChildElement("dynamics"))
     for (const char* number : {"friction", "damping"})
-      if (dynamics->DoubleAttribute(number) < 0.0)
-        return error_at(*dynamics, fmt::format("{} of joint '{}' is {}, below zero", number, name,
-                                               dynamics->Attribute(number)));
-  }
+      RAVENCAL_RETURN_IF_ERROR(check_number(*dynamics, number, fmt::format("joint '{}'", name)));
   if (const XMLElement* limit = joint.FirstChildElement("limit")) {
+    RAVENCAL_RETURN_IF_ERROR(check_number(*limit, "effort", fmt::format("joint '{}'", name)));
     if (const double effort = limit->DoubleAttribute("effort"); effort > 0.0)
       words.effort_limit[name] = effort;
     speeds += limit->DoubleAttribute("velocity") > 0.0 ? 1 : 0;
   }
-  if (const XMLElement* mimic = joint.FirstChildElement("mimic"))
+  if (const XMLElement* mimic = joint.FirstChildElement("mimic")) {
     words.mimics.push_back(
         {name, attribute_of(mimic, "joint"), mimic->DoubleAttribute("multiplier", 1.0)});
+    if (mimic->DoubleAttribute("offset") != 0.0)
+      notes.push_back(fmt::format("{}: offset {} of joint {} to {} is left out",
+                                  RobotDocument::where(*mimic), mimic->Attribute("offset"), name,
+                                  attribute_of(mimic, "joint")));
+  }
   return {};
 }
 
-void take_reductions(RobotDocument& document, ModelWords& words) {
+/// Joints and links stand in the robot itself.
+core::Status check_places(const XMLElement& around, bool is_root) {
+  for (const XMLElement* e = around.FirstChildElement(); e != nullptr;
+       e = e->NextSiblingElement()) {
+    const bool is_part = (is_named(*e, "joint") && e->FirstChildElement("child") != nullptr) ||
+                         (is_named(*e, "link") && e->FirstChildElement("inertial") != nullptr);
+    if (is_part && !is_root)
+      return error_at(*e, fmt::format("<{}> stands in <{}> and not in the robot itself", e->Name(),
+                                      around.Name()));
+    if (!is_named(*e, "gazebo")) RAVENCAL_RETURN_IF_ERROR(check_places(*e, false));
+  }
+  return {};
+}
+
+core::Status check_masses(const RobotDocument& document) {
+  for (const XMLElement* link = document.root().FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link"))
+    if (const XMLElement* inertial = link->FirstChildElement("inertial"))
+      if (const XMLElement* mass = inertial->FirstChildElement("mass"))
+        RAVENCAL_RETURN_IF_ERROR(
+            check_number(*mass, "value", fmt::format("link '{}'", attribute_of(link))));
+  return {};
+}
+
+void take_reductions(RobotDocument& document, ModelWords& words, std::vector<std::string>& notes) {
   for_each(document.root(), "transmission", [&](XMLElement& transmission) {
     const XMLElement* joint = transmission.FirstChildElement("joint");
+    if (joint == nullptr) return;
+    const bool joins = joint->NextSiblingElement("joint") != nullptr;
     const XMLElement* actuator = transmission.FirstChildElement("actuator");
     for (const XMLElement* at : {actuator, joint, static_cast<const XMLElement*>(&transmission)}) {
       const XMLElement* ratio =
           at != nullptr ? at->FirstChildElement("mechanicalReduction") : nullptr;
       const double value = ratio != nullptr ? std::abs(ratio->DoubleText()) : 0.0;
-      if (value > 0.0 && joint != nullptr) {
+      if (!(value > 0.0)) continue;
+      if (joins)
+        notes.push_back(fmt::format("{}: a reduction that several joints share is left out",
+                                    RobotDocument::where(*ratio)));
+      else
         words.reduction[attribute_of(joint)] = value;
-        return;
-      }
+      return;
     }
   });
 }
@@ -113,13 +166,15 @@ core::Result<ModelWords> take_urdf_words(RobotDocument& document, std::vector<st
     return error_at(*macro, fmt::format("<{}> is xacro that nobody expanded: `xacro FILE > "
                                         "robot.urdf` writes the robot",
                                         macro->Name()));
+  RAVENCAL_RETURN_IF_ERROR(check_places(document.root(), true));
   RAVENCAL_RETURN_IF_ERROR(check_roots(document));
+  RAVENCAL_RETURN_IF_ERROR(check_masses(document));
   ModelWords words;
   std::size_t speeds = 0;
   for (XMLElement* joint = document.root().FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint"))
-    RAVENCAL_RETURN_IF_ERROR(take_joint(*joint, words, speeds));
-  take_reductions(document, words);
+    RAVENCAL_RETURN_IF_ERROR(take_joint(*joint, words, speeds, notes));
+  take_reductions(document, words, notes);
   if (speeds > 0)
     notes.push_back(
         fmt::format("greatest speeds of {} joints are left out: a plant has none", speeds));
