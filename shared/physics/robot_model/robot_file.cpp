@@ -31,13 +31,10 @@ struct LeftOut {
   const char* element;
   const char* said;
 };
-constexpr LeftOut kLeftOut[] = {{"visual", nullptr},
-                                {"collision", nullptr},
-                                {"statistic", nullptr},
-                                {"size", nullptr},
-                                {"keyframe", "keyframes"},
-                                {"sensor", "sensors"},
-                                {"contact", "exceptions of contact"}};
+constexpr LeftOut kLeftOut[] = {
+    {"visual", nullptr},       {"camera", nullptr},    {"light", nullptr},
+    {"collision", nullptr},    {"statistic", nullptr}, {"size", nullptr},
+    {"keyframe", "keyframes"}, {"sensor", "sensors"},  {"contact", "exceptions of contact"}};
 
 /// The element itself or one in it that moves, weighs or drives.
 const XMLElement* part_of_robot(const XMLElement& element) {
