@@ -9,7 +9,7 @@ ravencal_test(NAME physics_test
           ${CMAKE_CURRENT_LIST_DIR}/physics_twin_test.cpp
   LIBS ravencal::physics LABELS unit)
 ravencal_test(NAME robot_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_model_test.cpp
-          ${CMAKE_CURRENT_LIST_DIR}/robot_words_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/robot_frames_test.cpp ${CMAKE_CURRENT_LIST_DIR}/robot_words_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/robot_writer_test.cpp
   LIBS ravencal::physics fmt::fmt ${MUJOCO} ${CMAKE_DL_LIBS} LABELS unit)
 target_include_directories(robot_model_test SYSTEM PRIVATE ${MUJOCO_INCLUDE_DIR})
