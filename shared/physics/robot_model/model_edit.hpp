@@ -77,7 +77,7 @@ bool first_on_its_body(const mjModel& model, int joint);
 /// The actuator that drives the joint and that can be changed: its element; null without one.
 tinyxml2::XMLElement* actuator_of(RobotDocument& document, const mjModel& model, int joint);
 
-/// URDF: the pose that an <origin> states; none is no change.
+/// URDF: the pose that an `origin` states; none is no change.
 Eigen::Isometry3d urdf_pose(const tinyxml2::XMLElement* origin);
 /// URDF: the joint's element; null without one.
 tinyxml2::XMLElement* urdf_joint(RobotDocument& document, std::string_view name);

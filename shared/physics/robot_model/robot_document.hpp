@@ -65,9 +65,9 @@ bool is_named(const tinyxml2::XMLElement& element, std::string_view name);
 core::Error error_at(const tinyxml2::XMLElement& element, const std::string& what);
 /// Removes the attribute from all elements of that name, also from classes.
 void take_away(tinyxml2::XMLElement& around, std::string_view element, const char* attribute);
-/// <freejoint>, or a joint of type free, be it by its class.
+/// `freejoint`, or a joint of type free, be it by its class.
 bool is_free_joint(const RobotDocument& document, const tinyxml2::XMLElement& element);
-/// Last word of an MJCF document's <compiler> elements on this.
+/// Last word of an MJCF document's `compiler` elements on this.
 std::string compiler_word(const RobotDocument& document, const char* attribute,
                           const char* otherwise);
 
