@@ -9,6 +9,7 @@ ravencal_test(NAME diagnose_test
   LIBS ravencal_diagnose nlohmann_json::nlohmann_json fmt::fmt LABELS unit promise SLOW)
 ravencal_test(NAME diagnose_inside_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_numbers_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_repetition_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/diagnose_fit_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_arm.cpp
   LIBS ravencal_diagnose LABELS unit inside)
 target_include_directories(diagnose_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 set_target_properties(diagnose_test PROPERTIES UNITY_BUILD OFF)  # its sources name diagnose() and the namespace
