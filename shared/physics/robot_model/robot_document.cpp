@@ -37,7 +37,7 @@ core::Status too_deep(const fs::path& path) {
 core::Status note_places(RobotDocument& document, XMLElement& element, const fs::path& path,
                          int depth) {
   if (depth > kMostDepth) return too_deep(path);
-  element.SetUserData(&document.places.emplace_back(path.string(), element.GetLineNum()));
+  element.SetUserData(&document.places.emplace_back(Place{path.string(), element.GetLineNum()}));
   for (XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
     RAVENCAL_RETURN_IF_ERROR(note_places(document, *e, path, depth + 1));
   return {};
