@@ -14,7 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using tinyxml2::XMLElement;
-using tinyxml2::XMLNode;
 
 constexpr int kMostAttached = 20;
 
@@ -114,14 +113,10 @@ class Attachment {
 
   /// By absolute files: the other model's folder is not this one's.
   void take_meshes(ModelNames& names) {
-    const fs::path folder =
-        fs::absolute(path_).parent_path() /
-        compiler_word(other_, "meshdir", compiler_word(other_, "assetdir", "").c_str());
+    const fs::path folder = mesh_folder(other_, path_);
     for (const XMLElement* e : children_of_sections(other_, "asset")) {
       if (!is_named(*e, "mesh") || e->Attribute("file") == nullptr) continue;
-      const std::string name = e->Attribute("name") != nullptr
-                                   ? attribute_text(*e, "name")
-                                   : fs::path(attribute_text(*e, "file")).stem().string();
+      const std::string name = asset_name(*e);
       names.emplace(Named::kMesh, name);
       XMLElement* copy = document_.copy_of(*e);
       copy->SetAttribute("name", (prefix_ + name).c_str());
@@ -198,9 +193,7 @@ core::Result<fs::path> file_of(RobotDocument& document, const XMLElement& attach
     if (!is_named(*e, "model")) continue;
     const std::string file = attribute_text(*e, "file");
     if (file.empty()) return error_at(*e, "<model> names no file");
-    const std::string own = e->Attribute("name") != nullptr ? attribute_text(*e, "name")
-                                                            : fs::path(file).stem().string();
-    if (own == name) return path.parent_path() / file;
+    if (asset_name(*e) == name) return path.parent_path() / file;
   }
   return error_at(attach,
                   fmt::format("<attach> of '{}', which is no <model> among the assets", name));

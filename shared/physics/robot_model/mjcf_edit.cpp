@@ -38,12 +38,10 @@ struct AddedJoint {
 
 class MjcfJoints {
  public:
-  MjcfJoints(ModelEdit& edit, const Tree& tree) : edit_(edit), tree_(tree) {
-    for (const XMLElement* c = edit.document.root().FirstChildElement("compiler"); c != nullptr;
-         c = c->NextSiblingElement("compiler"))
-      if (c->Attribute("angle") != nullptr)
-        in_degrees_ = c->Attribute("angle", "radian") == nullptr;
-  }
+  MjcfJoints(ModelEdit& edit, const Tree& tree)
+      : edit_(edit),
+        tree_(tree),
+        in_degrees_(compiler_word(edit.document, "angle", "degree") != "radian") {}
 
   void edit() {
     const std::vector<int> joints = plant_joints(edit_.model);
@@ -157,7 +155,7 @@ class MjcfJoints {
 
   ModelEdit& edit_;
   const Tree& tree_;
-  bool in_degrees_ = true;  ///< as the format has it unless told otherwise
+  bool in_degrees_;
   std::vector<AddedJoint> added_;
 };
 

@@ -36,6 +36,14 @@ void extend(XMLElement& element, const char* attribute, const std::string& prefi
     element.SetAttribute(attribute, (prefix + name + suffix).c_str());
 }
 
+/// Of all below the element.
+void extend_names(XMLElement& around, const std::string& prefix, const std::string& suffix) {
+  for (XMLElement* e = around.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    extend(*e, "name", prefix, suffix);
+    extend_names(*e, prefix, suffix);
+  }
+}
+
 void collect_names(const XMLElement& around, ModelNames& names) {
   for (const XMLElement* e = around.FirstChildElement(); e != nullptr;
        e = e->NextSiblingElement()) {
@@ -87,12 +95,8 @@ References references_of(const XMLElement& element, const ModelNames& names) {
 
 void rename(XMLElement& around, const ModelNames& names, const std::string& prefix,
             const std::string& suffix) {
-  for (XMLElement* e = around.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    extend(*e, "name", prefix, suffix);
-    for (const auto& [attribute, kind] : kReferences)
-      if (is_reference(*e, attribute, kind, names)) extend(*e, attribute, prefix, suffix);
-    rename(*e, names, prefix, suffix);
-  }
+  extend_names(around, prefix, suffix);
+  follow(around, names, prefix, suffix);
 }
 
 void rename_with_references(XMLElement& element, const ModelNames& names, const std::string& prefix,

@@ -138,6 +138,17 @@ std::string compiler_word(const RobotDocument& document, const char* attribute,
   return out;
 }
 
+std::string asset_name(const XMLElement& asset) {
+  if (const char* name = asset.Attribute("name")) return name;
+  const char* file = asset.Attribute("file");
+  return file != nullptr ? fs::path(file).stem().string() : "";
+}
+
+fs::path mesh_folder(const RobotDocument& document, const fs::path& path) {
+  const std::string of_assets = compiler_word(document, "assetdir", "");
+  return fs::absolute(path).parent_path() / compiler_word(document, "meshdir", of_assets.c_str());
+}
+
 std::string RobotDocument::where(const XMLElement& element) {
   for (const XMLNode* n = &element; n != nullptr; n = n->Parent())
     if (const auto* place = static_cast<const Place*>(n->GetUserData()))

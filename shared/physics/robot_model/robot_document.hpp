@@ -61,6 +61,10 @@ std::vector<tinyxml2::XMLElement*> children_of_sections(RobotDocument& document,
                                                         const char* section);
 
 bool is_named(const tinyxml2::XMLElement& element, std::string_view name);
+/// What others call an asset: its name, or that of its file without folder and ending.
+std::string asset_name(const tinyxml2::XMLElement& asset);
+/// Where the MJCF document at `path` has its meshes.
+std::filesystem::path mesh_folder(const RobotDocument& document, const std::filesystem::path& path);
 /// kData at the element's place.
 core::Error error_at(const tinyxml2::XMLElement& element, const std::string& what);
 /// Removes the attribute from all elements of that name, also from classes.

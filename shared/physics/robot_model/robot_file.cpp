@@ -113,7 +113,7 @@ class Repair {
       const XMLNode* parent = e.Parent();
       if (parent != nullptr && parent->ToElement() != nullptr &&
           is_named(*parent->ToElement(), "asset"))
-        return !is_named(e, "mesh") || !weighing.contains(mesh_name(e));
+        return !is_named(e, "mesh") || !weighing.contains(asset_name(e));
       const auto kind =
           std::find_if(std::begin(kLeftOut), std::end(kLeftOut),
                        [&](const LeftOut& left) { return is_named(e, left.element); });
@@ -186,22 +186,14 @@ class Repair {
   [[nodiscard]] const std::string& carried() const { return carried_; }
 
  private:
-  static std::string mesh_name(const XMLElement& mesh) {
-    if (const char* name = mesh.Attribute("name")) return name;
-    const char* file = mesh.Attribute("file");
-    return file != nullptr ? fs::path(file).stem().string() : "";
-  }
-
   /// Makes their folder an absolute one: the library gets no file to start from.
   std::set<std::string> readable_meshes() {
-    const fs::path folder =
-        fs::absolute(path_).parent_path() /
-        compiler_word(document_, "meshdir", compiler_word(document_, "assetdir", "").c_str());
+    const fs::path folder = mesh_folder(document_, path_);
     std::set<std::string> out;
     for (const XMLElement* e : children_of_sections(document_, "asset")) {
       const char* file = is_named(*e, "mesh") ? e->Attribute("file") : nullptr;
       std::error_code absent;
-      if (file != nullptr && fs::is_regular_file(folder / file, absent)) out.insert(mesh_name(*e));
+      if (file != nullptr && fs::is_regular_file(folder / file, absent)) out.insert(asset_name(*e));
     }
     for (XMLElement* c = document_.root().FirstChildElement("compiler"); c != nullptr;
          c = c->NextSiblingElement("compiler"))
