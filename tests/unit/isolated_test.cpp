@@ -82,6 +82,10 @@ TEST(InChild, EndsWorkThatFindsNoEnd) {
   };
   EXPECT_EQ(said({.cpu_s = 1}, endless),
             "x.bag: cannot be read: it was not done after 1 s of processor time");
+  const auto waiting = [](const TakePiece&) -> Status {
+    for (;;) ::pause();
+  };
+  EXPECT_EQ(said({.wall_s = 1}, waiting), "x.bag: cannot be read: it was not done after 1 s");
 }
 
 TEST(InChild, EndsWorkThatAsksForTooMuchMemoryOrSendsTooMuch) {
