@@ -89,6 +89,12 @@ double WanderingFriction::step(double velocity, double dt_s, double load) {
   return friction + 0.5 * level_difference * std::min(1.0, std::abs(friction) / level);
 }
 
+double unstated_presliding(const Joint& joint) {
+  constexpr double kRevolute_rad = 1e-4;
+  constexpr double kPrismatic_m = 1e-5;
+  return joint.kind == JointKind::kRevolute ? kRevolute_rad : kPrismatic_m;
+}
+
 WanderingFriction motor_friction(const Joint& joint) {
   BristleFriction::Parameters p;
   // Friction that depends on the load alone still needs a bristle, so it gets a negligible level.
@@ -100,8 +106,7 @@ WanderingFriction motor_friction(const Joint& joint) {
     p.presliding = joint.parameter("presliding", "displacement");
     p.damping = joint.parameter("presliding", "damping");
   } else {
-    p.presliding =
-        joint.kind == JointKind::kRevolute ? kUnstatedPresliding_rad : kUnstatedPresliding_m;
+    p.presliding = unstated_presliding(joint);
   }
   return {BristleFriction(p), variation_of(joint, "coulomb_friction"), p.level, load_share,
           joint.parameter("asymmetric_friction", "level_difference")};

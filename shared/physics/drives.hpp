@@ -53,8 +53,7 @@ struct WanderingFriction {
 };
 
 /// Over which dry friction of a drive builds up where the plant does not say.
-inline constexpr double kUnstatedPresliding_rad = 1e-4;
-inline constexpr double kUnstatedPresliding_m = 1e-5;
+double unstated_presliding(const Joint& joint);
 
 /// Of the motor and its gearbox: coulomb_friction, stribeck_friction, presliding,
 /// load_dependent_friction and asymmetric_friction.

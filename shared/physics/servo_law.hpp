@@ -19,8 +19,9 @@ struct ServoLaw {
 
   [[nodiscard]] double effort(double position_error, double velocity,
                               double desired_velocity = 0.0) const {
-    const double asked =
-        position * position_error - rate * velocity + desired_rate * desired_velocity;
+    return limited(position * position_error - rate * velocity + desired_rate * desired_velocity);
+  }
+  [[nodiscard]] double limited(double asked) const {
     return limit > 0.0 ? std::clamp(asked, -limit, limit) : asked;
   }
 };

@@ -18,6 +18,7 @@ ravencal_test(NAME trajectory_test
           ${CMAKE_CURRENT_LIST_DIR}/simulation_test.cpp
   LIBS ravencal_simulation ravencal_trajectory ravencal::record LABELS unit)
 ravencal_test(NAME robot_improved_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_improved_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/robot_servo_test.cpp
   LIBS ravencal::physics nlohmann_json::nlohmann_json fmt::fmt ${MUJOCO} LABELS unit promise SLOW)
 target_include_directories(robot_improved_test SYSTEM PRIVATE ${MUJOCO_INCLUDE_DIR})
 target_compile_definitions(robot_improved_test PRIVATE RAVENCAL_PROGRAM="$<TARGET_FILE:ravencal>")

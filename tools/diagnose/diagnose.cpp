@@ -93,7 +93,7 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   const Models models = models_of(plant, fitted, vocabulary, search);
   report.improved = models.improved;
   const Likelihood& rows = shown ? *shown : fitted;
-  const State recorder = models.best.state_elsewhere(rows);
+  const State recorder = models.written.state_elsewhere(rows);
   const View view = view_of(plant, report.improved, rows, elsewhere != nullptr, &recorder);
   const std::size_t first_recording = held_out.empty() ? 0 : training.size();
   add_looked_at(fitted, elsewhere, plant, report);
@@ -104,7 +104,8 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   add_free_run(view, growth.refitted, report);
   add_two_estimates(models, report);
   const physics::Plant moved = plant_of(models.moved, fitted);
-  add_error_left(view_of(plant, moved, rows, elsewhere != nullptr, &recorder), report);
+  const State of_moved = models.moved.state_elsewhere(rows);
+  add_error_left(view_of(plant, moved, rows, elsewhere != nullptr, &of_moved), report);
   add_not_found(models, report);
   add_candidates(models, options.seed, report);
   add_mismatch(view_of(plant, report.improved, fitted, false), report);

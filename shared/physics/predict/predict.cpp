@@ -10,6 +10,8 @@
 #include "physics/effects/thermal_drift.hpp"
 #include "physics/joint_error.hpp"
 #include "physics/plant_effort.hpp"
+#include "physics/predict/run_drive.hpp"
+#include "physics/servo_law.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -21,6 +23,9 @@ using Eigen::VectorXd;
 /// Weights depend on where the links are, and that on the weights: the second pass changes an
 /// error of some degrees by a few per cent, a third one nothing that an encoder shows.
 constexpr int kPasses = 2;
+
+/// Steps of a drive that follows under its law: a tenth of the time constants of servos.
+constexpr double kLoopStep_s = 4e-3;
 
 /// Half of the rows over which the rate of an effort is taken: its lateness is less than a row.
 constexpr Index kRateReach = 1;
@@ -37,7 +42,8 @@ class Step {
  public:
   Step(const Predictor& predictor, const Plant& plant,
        const std::vector<JointCircumstances>& circumstances, const std::vector<Motion>& links)
-      : forced_(predictor.forced()),
+      : predictor_(predictor),
+        forced_(predictor.forced()),
         believed_(predictor.believed()),
         plant_(plant),
         links_(links),
@@ -60,23 +66,17 @@ class Step {
                      shape_error(plant_.joints[j], signals(j));
   }
 
-  /// What the encoder shows; joints before it must hang.
+  [[nodiscard]] bool follows(std::size_t j) const {
+    return !forced_.followed.empty() && forced_.followed[j].size() > 0;
+  }
+
+  /// What the encoder shows; joints before it and, of a motor that its law moves, after it must
+  /// hang.
   void show(std::size_t j, Prediction& out) const {
-    const JointCircumstances& c = of(j);
-    VectorXd& position = out.position[j];
-    position = out.hanging[j];
-    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
-      // Cables hung where the links were taken to be.
-      if (const double factor = of_joint(j, k); factor != 0.0 && k != j)
-        position += factor * (out.hanging[k] - links_[k].q);
-    }
-    if (const double late_s = forced_.truth_lateness_s + c.truth_lateness_s; late_s != 0.0)
-      position = later(forced_.t_s, forced_.fresh, position, late_s);
-    position.array() += c.encoder_offset;
-    if (c.encoder_ramp == 0.0) return;
-    const VectorXd& t_s = forced_.t_s;
-    const double length_s = t_s[t_s.size() - 1] - t_s[0];
-    position.array() += c.encoder_ramp * ((t_s.array() - t_s[0]) / length_s - 0.5);
+    if (follows(j))
+      show_followed(j, out);
+    else
+      show_hanging(j, out);
   }
 
   void ask(std::size_t j, Prediction& out) const {
@@ -106,6 +106,58 @@ class Step {
   }
 
  private:
+  void show_followed(std::size_t j, Prediction& out) const {
+    const Joint& joint = plant_.joints[j];
+    const JointCircumstances& c = of(j);
+    VectorXd load = predictor_.link_load(plant_, j);
+    for (std::size_t k = j + 1; k < plant_.joints.size(); ++k) {
+      const double factor = kinematics_.of_motor(static_cast<Index>(k), static_cast<Index>(j));
+      if (factor != 0.0) load += factor * out.tension[k];
+    }
+    const Motion& recorded = forced_.motors[j];
+    RunningDrive drive;
+    // What the link's inertia asks of the drive follows the motion that is simulated.
+    const double link_inertia = predictor_.link_inertia(j);
+    drive.numbers = drive_numbers(joint, drive_losses(joint).inertia + link_inertia,
+                                  unstated_presliding(joint));
+    drive.load.recorded = load - link_inertia * recorded.a;
+    drive.effort_limit = joint.parameter("saturation", "limit");
+    drive.law = servo_law(joint);
+    drive.law->desired_rate = c.desired_rate * drive.law->rate;
+    drive.longest_step_s = kLoopStep_s;
+    const VectorXd none = VectorXd::Zero(rows());
+    const DriveSignals signals{forced_.t_s, recorded.q,          recorded.v, none,
+                               {},          forced_.followed[j], {}};
+    DriveRun run{recorded.q, none, none};
+    for (Index first = 0; first < rows();) {
+      Index end = first + 1;
+      while (end < rows() && !starts(end)) ++end;
+      run_drive(drive, signals, first, end, run);
+      first = end;
+    }
+    const double late_s = joint.parameter("delay", "delay") + c.truth_lateness_s;
+    out.position[j] =
+        late_s == 0.0 ? run.position : later(forced_.t_s, forced_.fresh, run.position, late_s);
+  }
+
+  void show_hanging(std::size_t j, Prediction& out) const {
+    const JointCircumstances& c = of(j);
+    VectorXd& position = out.position[j];
+    position = out.hanging[j];
+    for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
+      // Cables hung where the links were taken to be.
+      if (const double factor = of_joint(j, k); factor != 0.0 && k != j)
+        position += factor * (out.hanging[k] - links_[k].q);
+    }
+    if (const double late_s = forced_.truth_lateness_s + c.truth_lateness_s; late_s != 0.0)
+      position = later(forced_.t_s, forced_.fresh, position, late_s);
+    position.array() += c.encoder_offset;
+    if (c.encoder_ramp == 0.0) return;
+    const VectorXd& t_s = forced_.t_s;
+    const double length_s = t_s[t_s.size() - 1] - t_s[0];
+    position.array() += c.encoder_ramp * ((t_s.array() - t_s[0]) / length_s - 0.5);
+  }
+
   [[nodiscard]] Index rows() const { return forced_.t_s.size(); }
   [[nodiscard]] double of_joint(std::size_t to, std::size_t from) const {
     return kinematics_.of_joint(static_cast<Index>(to), static_cast<Index>(from));
@@ -187,6 +239,7 @@ class Step {
             }};
   }
 
+  const Predictor& predictor_;
   const ForcedMotion& forced_;
   const std::vector<VectorXd>& believed_;
   const Plant& plant_;
@@ -210,6 +263,9 @@ Predictor::Predictor(const Plant& plant, ForcedMotion forced, Masses masses)
   const MatrixXd carried = (MatrixXd::Identity(joints, joints) - kinematics.of_joint).inverse();
   const MatrixXd through = carried * kinematics.of_motor;
   const VectorXd homed = carried * constants_of(forced_, plant, kinematics);
+  for (std::size_t j = 0; j < forced_.followed.size(); ++j)
+    link_inertias_.push_back(forced_.followed[j].size() > 0 ? physics::link_inertia(plant, j)
+                                                            : 0.0);
   links_.resize(plant.joints.size());
   for (Index j = 0; j < joints; ++j) {
     Motion& link = links_[static_cast<std::size_t>(j)];
@@ -254,7 +310,11 @@ void Predictor::update(const Plant& plant, const std::vector<JointCircumstances>
   const std::size_t joints = plant.joints.size();
   const bool everything = reach == Reach::kEverything;
   if (reach == Reach::kPosition) return step.show(joint, out);
-  if (reach == Reach::kDrive) return step.ask(joint, out);
+  if (reach == Reach::kDrive) {
+    step.ask(joint, out);
+    if (step.follows(joint)) step.show(joint, out);
+    return;
+  }
   std::vector<char> hung(joints, everything ? 1 : 0);
   for (std::size_t j = joints; j-- > 0;) {
     hung[j] |= j == joint ? 1 : 0;
@@ -273,7 +333,7 @@ void Predictor::update(const Plant& plant, const std::vector<JointCircumstances>
       carried = carried || (hung[k] != 0 && kinematics.of_joint(column, row) != 0.0);
     }
     if (pulled) step.ask(j, out);
-    if (carried) step.show(j, out);
+    if (step.follows(j) ? pulled : carried) step.show(j, out);
   }
 }
 

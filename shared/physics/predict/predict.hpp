@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a plant says of a recording whose motors are forced to move as they did: the effort that
-// each drive was asked for, where each joint was, and what the controller's law asks for. The
+// each drive was asked for, and where each joint was or its law took it. The
 // element functions are those of the simulated arm (ArmPhysics); cables balance at every row
 // (CableReplay), and links are accelerated as the joints would be without stretch.
 #pragma once
@@ -28,6 +28,9 @@ struct ForcedMotion {
   std::vector<Eigen::VectorXd> external_loads{};
   /// A recorded load that an effect names; empty if there is none of that name.
   std::function<Eigen::VectorXd(const std::string&)> load{};
+  /// Positions that motors follow under their laws, [joints], where that is what is predicted: of
+  /// such a joint the encoder is the motor's. Empty: as recorded.
+  std::vector<Eigen::VectorXd> followed{};
   /// Motor positions count from the plant's stops, where homing found them.
   bool homed = false;
   double truth_lateness_s = 0.0;  ///< of the external encoders' time stamps
@@ -48,6 +51,7 @@ struct JointCircumstances {
   double encoder_ramp = 0.0;       ///< of it from the first row to the last
   double effort_lateness_s = 0.0;  ///< of the recorded effort
   double truth_lateness_s = 0.0;   ///< of the external encoder, beyond ForcedMotion's
+  double desired_rate = 0.0;       ///< share of the desired velocity that a followed law knows of
   /// Of a cable that other joints move: 1 through their links, 0 through their drives. Without it
   /// the plant says so.
   std::optional<double> link_share{};
@@ -92,11 +96,14 @@ class Predictor {
   [[nodiscard]] const std::vector<Eigen::VectorXd>& believed() const { return believed_; }
   /// Effort that the plant's links and measured loads from outside ask of the joint.
   [[nodiscard]] Eigen::VectorXd link_load(const Plant& plant, std::size_t joint) const;
+  /// Of what hangs on a joint that follows its law, where the plant's joints are zero.
+  [[nodiscard]] double link_inertia(std::size_t joint) const { return link_inertias_[joint]; }
 
  private:
   ForcedMotion forced_;
   std::vector<Eigen::VectorXd> believed_;
   std::vector<Motion> links_;
+  std::vector<double> link_inertias_;  ///< [joints] where any follows
   LinkLoads loads_;
 };
 

@@ -13,10 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kLongestStep_s = 1e-3;
-/// Each pass leaves dt_s rate / (2 inertia) of the error of the one before, some percent.
-constexpr int kLawPasses = 4;
-
 /// One of the steps from a row to the next.
 struct Substep {
   Index row;
@@ -45,17 +41,19 @@ Asked step_under_law(const RunningDrive& drive, const DriveSignals& signals, con
           ? (desired[step.row + 1] - desired[step.row]) / (step.dt_s * step.of)
           : 0.0;
   const double held = drive.load.at(state.position, step.row);
-  Asked asked{0.0, state.velocity};
-  DriveState<double> next;
-  for (int pass = 0; pass < kLawPasses; ++pass) {
-    const double effort =
-        drive.law->effort(wanted - state.position, asked.velocity, wanted_velocity);
-    asked.effort = off ? 0.0 : drive.limited(effort);
-    next = state;
-    step_drive(drive.numbers, asked.effort, held, step.dt_s, next);
-    asked.velocity = 0.5 * (state.velocity + next.velocity);
-  }
-  state = next;
+  const DriveState<double> before = state;
+  const double half_rate = 0.5 * drive.law->rate;
+  const double without_next = drive.law->position * (wanted - before.position) -
+                              half_rate * before.velocity +
+                              drive.law->desired_rate * wanted_velocity;
+  step_drive(drive.numbers, without_next, held, step.dt_s, state, half_rate);
+  Asked asked{0.0, 0.5 * (before.velocity + state.velocity)};
+  const double effort = without_next - half_rate * state.velocity;
+  asked.effort = off ? 0.0 : drive.limited(drive.law->limited(effort));
+  if (asked.effort == effort) return asked;
+  state = before;
+  step_drive(drive.numbers, asked.effort, held, step.dt_s, state);
+  asked.velocity = 0.5 * (before.velocity + state.velocity);
   return asked;
 }
 
@@ -100,7 +98,7 @@ Index run_drive(const RunningDrive& drive, const DriveSignals& signals, Index fi
     out.velocity[i] = state.velocity;
     if (i + 1 == signals.t_s.size()) break;
     const double dt_s = signals.t_s[i + 1] - signals.t_s[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kLongestStep_s - 1e-6)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / drive.longest_step_s - 1e-6)));
     for (int k = 0; k < steps; ++k) {
       const Substep step{i, static_cast<double>(k), static_cast<double>(steps), dt_s / steps};
       if (!drive.law) {

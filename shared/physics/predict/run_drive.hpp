@@ -34,6 +34,7 @@ struct RunningDrive {
   DriveLoad load;
   double effort_limit = 0.0;    ///< 0: none
   std::optional<ServoLaw> law;  ///< closes the loop; without it recorded efforts drive
+  double longest_step_s = 1e-3;
 
   [[nodiscard]] double limited(double effort) const;
 };

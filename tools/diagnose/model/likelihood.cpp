@@ -98,7 +98,10 @@ void Likelihood::add_channels(const Likelihood* like) {
         VectorXd measured;
         if (recorded) measured = filtered(track, signal_of(joint, kind), rows.used);
         if (kind == ChannelKind::kLaw) leave_out_lost(track, joint.desired, rows.used);
-        if (recorded && kind == ChannelKind::kPosition) channel.tracking = joint.tracking;
+        if (recorded && kind == ChannelKind::kPosition) {
+          channel.tracking = joint.tracking;
+          channel.followed = track.forced.followed[j].size() > 0;
+        }
         if (!recorded) rows.used.assign(rows.used.size(), 0);
         any = any || recorded;
         channel.rows.push_back(std::move(rows));
@@ -315,9 +318,10 @@ void Likelihood::estimate_noise(const State& state) {
       rows.push_back(&channel.rows[r]);
       values.push_back(&left[c][r]);
     }
+    const bool encoder = channel.kind == ChannelKind::kPosition && !channel.followed;
     channel.noise = diagnose::estimate_noise(
         rows, values, channel.kind == ChannelKind::kLaw ? kLeastLawScale : kLeastScale,
-        channel.kind == ChannelKind::kPosition ? kSlowestEncoderNoise_s : kSlowestEffortNoise_s);
+        encoder ? kSlowestEncoderNoise_s : kSlowestEffortNoise_s);
     // Recordings of simulations may hold a law to the last bit.
     const double share = channel.kind == ChannelKind::kDrive ? kLeastEffortNoise : kLeastNoise;
     const double least = share * floor_of(channel.rows, channel.measured);

@@ -28,6 +28,7 @@ struct Channel {
   std::size_t joint = 0;
   ChannelKind kind = ChannelKind::kPosition;
   bool tracking = false;                  ///< a position that followed the command (JointTrack)
+  bool followed = false;                  ///< ...under the plant's law: it shows a drive
   std::vector<NoiseRows> rows;            ///< [recording]
   std::vector<Eigen::VectorXd> measured;  ///< [recording], filtered; empty: not recorded there
   std::vector<Eigen::Index> first;        ///< [recording]: place of its first used row in the stack

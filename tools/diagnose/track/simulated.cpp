@@ -57,8 +57,9 @@ struct Side {
   [[nodiscard]] VectorXd value(std::size_t j, Compared what) const {
     const JointTrack& joint = track->joints[j];
     if (what == Compared::kEffort) return joint.effort;
-    const bool same = joint.truth.size() > 0 && joint.tracking == (what == Compared::kTracking);
-    return same ? VectorXd(joint.truth - predictor.believed()[j]) : VectorXd();
+    if (joint.truth.size() == 0 || joint.tracking != (what == Compared::kTracking)) return {};
+    const VectorXd& followed = track->forced.followed[j];
+    return joint.truth - (followed.size() > 0 ? followed : predictor.believed()[j]);
   }
 
   /// What the value follows first: friction and inertia the speed, cables the position.
@@ -254,6 +255,7 @@ void take_joint(std::size_t j, const std::vector<Track>& from, std::vector<Track
   for (std::size_t t = 0; t < std::min(from.size(), to.size()); ++t) {
     to[t].joints[j] = from[t].joints[j];
     to[t].forced.motors[j] = from[t].forced.motors[j];
+    to[t].forced.followed[j] = from[t].forced.followed[j];
     to[t].lost[j] = from[t].lost[j];
   }
 }

@@ -115,6 +115,7 @@ void keep(const std::vector<Stretch>& stretches, Track& track) {
   cut_flags(forced.fresh);
   for (physics::Motion& motor : forced.motors)
     for (VectorXd* x : {&motor.q, &motor.v, &motor.a}) cut(*x);
+  for (VectorXd& followed : forced.followed) cut(followed);
   for (VectorXd& load : forced.external_loads) cut(load);
   forced.load = [kept, whole = std::move(forced.load)](const std::string& name) {
     return kept(whole(name));

@@ -13,6 +13,7 @@
 #include "diagnose/track/filter.hpp"
 #include "diagnose/track/input.hpp"
 #include "physics/predict/smoother.hpp"
+#include "physics/servo_law.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -172,7 +173,11 @@ class TrackBuilder {
     // Nothing but the command was recorded beside a position: that is what followed it.
     out.tracking =
         out.truth.size() == 0 && out.effort.size() == 0 && desired.size() > 0 && motor.size() > 0;
-    if (out.tracking) {
+    const auto law = physics::servo_law(joint);
+    const bool followed = out.tracking && law && law->position > 0.0;
+    if (followed) {
+      out.truth = motor;
+    } else if (out.tracking) {
       out.truth = estimates_[j];
       motor = desired;
     } else {
@@ -186,7 +191,11 @@ class TrackBuilder {
       motor = VectorXd::Zero(grid_.rows());
     }
     mark_lost(motor, track.lost[j]);
-    track.forced.motors.push_back(motion_of(physics::without_gaps(motor)));
+    if (followed) mark_lost(desired, track.lost[j]);
+    motor = physics::without_gaps(motor);
+    track.forced.followed.push_back(followed ? physics::without_gaps(desired) : VectorXd());
+    track.forced.motors.push_back(followed ? physics::smooth_motion(grid_.t_s, motor, grid_.fresh)
+                                           : motion_of(motor));
     const double noise = track.forced.motors.back().noise = motor_noise(joint);
     // A plant that states no encoder has a default one, which may be coarser than the recording.
     const double stated =

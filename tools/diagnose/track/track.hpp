@@ -24,7 +24,8 @@ struct JointTrack {
   Eigen::VectorXd truth;    ///< of the external encoder, or what followed the command
   Eigen::VectorXd desired;  ///< position of the motor that the controller wants, at the joint
   double quantum = 0.0;     ///< of the motor's encoder, at the joint
-  /// `truth` is a measured position that followed the command, and the motor is the command.
+  /// `truth` is a measured position that followed the command. The motor is the command or, where
+  /// the plant states the law by which it followed (ForcedMotion::followed), what was measured.
   bool tracking = false;
   /// Taken off `effort` and `truth` where another simulator is the baseline: what it predicts less
   /// what the given plant does. Empty: nothing.

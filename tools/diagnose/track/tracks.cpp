@@ -51,7 +51,7 @@ void agree_on_tracking(Tracks& tracks, std::size_t joint) {
   for (std::vector<Track>* list : {&tracks.training, &tracks.held_out}) {
     for (Track& track : *list) {
       JointTrack& j = track.joints[joint];
-      if (j.tracking) j.truth = {};
+      if (j.tracking) j.truth = track.forced.followed[joint] = {};
       j.tracking = false;
     }
   }

@@ -322,11 +322,11 @@ class Effects {
 void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales, std::size_t joint,
                  std::size_t recordings, std::vector<Candidate>& candidates) {
   const Scales& s = scales[joint];
-  if (!s.effort && !s.truth) return;
+  if (!s.effort && !s.truth && !s.followed) return;
   Effects effects(plant, scales, joint, recordings, candidates);
   if (s.truth) effects.of_position();
   effects.of_both();
-  if (s.effort) effects.of_effort();
+  if (s.effort || s.followed) effects.of_effort();
   if (s.law) effects.of_law();
 }
 

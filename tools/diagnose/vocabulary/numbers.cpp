@@ -74,16 +74,13 @@ class Numbers {
     out_.push_back(std::move(p));
   }
 
+  /// Of what an effort moves; without a recorded one its scale is the law's.
   void drive() {
     Parameter inertia =
         ratio("inertia_error", deviation("inertia_error", "inertia"), Reaches::kDrive);
     inertia.set = relative([](auto& joint) -> auto& { return joint.motor_inertia_kg_m2; });
     out_.push_back(std::move(inertia));
-    Parameter torque =
-        ratio("torque_constant", deviation("torque_constant", "ratio"), Reaches::kDrive);
-    torque.nominal = joint_.parameter("torque_constant", "ratio");
-    torque.low -= torque.nominal;
-    out_.push_back(std::move(torque));
+    if (s_.effort) effort();
     either_sign("effort_offset", "offset", s_.load, kEffortOffset, Reaches::kDrive);
     of_plant("coulomb_friction", "level", Reaches::kDrive);
     of_plant("viscous_friction", "damping", Reaches::kDrive);
@@ -96,12 +93,9 @@ class Numbers {
     presliding();
     form("presliding", "damping", kBristleDampingForm, Reaches::kDrive);
     if (joint_.find_effect("presliding") == nullptr) unstated_presliding();
-    out_.push_back(recorded("effort", "late", 1.0, kEffortDelayS, Reaches::kDrive,
-                            &JointCircumstances::effort_lateness_s));
   }
 
   void encoder(std::size_t recordings) {
-    delay();
     const double stated = joint_.parameter("homing_offset", "deviation");
     const double homed = std::max({s_.quantum, stated, stretch_at_stop()});
     for (std::size_t r = 0; r < recordings; ++r) {
@@ -119,34 +113,38 @@ class Numbers {
   /// recorders may be late by, it is the joint's.
   void delay() {
     if (joint_.find_effect("delay") != nullptr)
-      of_plant("delay", "delay", Reaches::kCable);
+      of_plant("delay", "delay", of_position());
     else
       out_.push_back(recorded("delay", "delay", kDelayScale_s, kDelayS / kDelayScale_s,
-                              Reaches::kCable, &JointCircumstances::truth_lateness_s));
+                              of_position(), &JointCircumstances::truth_lateness_s));
   }
 
   void law() {
+    const Reaches reaches = s_.followed ? Reaches::kDrive : Reaches::kLaw;
     const bool stated = physics::stated_tolerance(joint_, "controller_gain", "").has_value();
-    Parameter gain =
-        ratio("controller_gain", stated ? deviation("controller_gain", "") : kLawDeviation,
-              Reaches::kLaw);
+    Parameter gain = ratio("controller_gain",
+                           stated ? deviation("controller_gain", "") : kLawDeviation, reaches);
     gain.set = relative([](auto& joint) -> auto& { return joint.controller->kp_n_m_per_rad; });
     out_.push_back(std::move(gain));
-    Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, Reaches::kLaw);
+    Parameter rate = linear("controller_gain", "rate_ratio", 1.0, kLawRateDeviation, reaches);
     rate.set = relative([](auto& joint) -> auto& { return joint.controller->kd_n_m_s_per_rad; });
     out_.push_back(std::move(rate));
-    const auto seen = [&](const char* name, double mean, double deviation,
-                          double LawCircumstances::*part) {
-      Parameter p = linear("controller_gain", name, 1.0, deviation, Reaches::kLaw);
-      p.mean = p.x = mean;
-      p.in_plant = false;
-      p.set = [joint = s_.joint, part](State& state, double value) {
-        state.laws[joint].*part = value;
-      };
-      out_.push_back(std::move(p));
-    };
-    seen("desired_rate", s_.desired_rate, kDesiredRateDeviation, &LawCircumstances::desired_rate);
-    seen("age", 0.0, kDelayS, &LawCircumstances::age_s);
+    Parameter desired_rate =
+        linear("controller_gain", "desired_rate", 1.0, kDesiredRateDeviation, reaches);
+    desired_rate.in_plant = false;
+    if (s_.followed) {
+      desired_rate.low = 0.0;
+      desired_rate.high = 1.0;
+      desired_rate.set = in_circumstances(s_.joint, {}, &JointCircumstances::desired_rate);
+    } else {
+      desired_rate.mean = desired_rate.x = s_.desired_rate;
+      desired_rate.set = of_law(&LawCircumstances::desired_rate);
+      Parameter age = linear("controller_gain", "age", 1.0, kDelayS, reaches);
+      age.in_plant = false;
+      age.set = of_law(&LawCircumstances::age_s);
+      out_.push_back(std::move(age));
+    }
+    out_.push_back(std::move(desired_rate));
   }
 
   /// Which way a cable runs that other joints move.
@@ -162,6 +160,26 @@ class Numbers {
   }
 
  private:
+  void effort() {
+    Parameter torque =
+        ratio("torque_constant", deviation("torque_constant", "ratio"), Reaches::kDrive);
+    torque.nominal = joint_.parameter("torque_constant", "ratio");
+    torque.low -= torque.nominal;
+    out_.push_back(std::move(torque));
+    out_.push_back(recorded("effort", "late", 1.0, kEffortDelayS, Reaches::kDrive,
+                            &JointCircumstances::effort_lateness_s));
+  }
+
+  [[nodiscard]] Setter of_law(double LawCircumstances::*part) const {
+    return
+        [joint = s_.joint, part](State& state, double value) { state.laws[joint].*part = value; };
+  }
+
+  /// Where the position comes from.
+  [[nodiscard]] Reaches of_position() const {
+    return s_.followed ? Reaches::kDrive : Reaches::kCable;
+  }
+
   /// Of the cable, when the controller takes the stop for reached: the joint is then as far from
   /// where the motor has it.
   [[nodiscard]] double stretch_at_stop() const {
@@ -259,10 +277,8 @@ class Numbers {
   }
 
   void unstated_presliding() {
-    const double value =
-        s_.prismatic ? physics::kUnstatedPresliding_m : physics::kUnstatedPresliding_rad;
-    Parameter p =
-        positive("presliding", "displacement", value, kUnstatedPreslidingForm, Reaches::kDrive);
+    Parameter p = positive("presliding", "displacement", physics::unstated_presliding(joint_),
+                           kUnstatedPreslidingForm, Reaches::kDrive);
     p.said = false;
     out_.push_back(std::move(p));
   }
@@ -329,13 +345,14 @@ void close(Parameter& number) {
 
 void add_numbers(const physics::Plant& plant, const Scales& scales, std::size_t recordings,
                  std::vector<Parameter>& out) {
-  if (!scales.effort && !scales.truth) return;
+  if (!scales.effort && !scales.truth && !scales.followed) return;
   Numbers numbers(plant, scales, out);
   numbers.cable();
   numbers.mass();
-  if (scales.effort) numbers.drive();
+  if (scales.effort || scales.followed) numbers.drive();
+  if (scales.truth || scales.followed) numbers.delay();
   if (scales.truth) numbers.encoder(recordings);
-  if (scales.law) numbers.law();
+  if (scales.law || scales.followed) numbers.law();
   numbers.link_share();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/effects/effect_spec.hpp"
+#include "physics/servo_law.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -55,6 +56,7 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
       joint.parameter("coulomb_friction", "level") + joint.parameter("joint_friction", "level");
   s.quantum = joint.joint_encoder_resolution_ji > 0.0 ? joint.joint_encoder_resolution_ji
                                                       : kUsualQuantum_rad * s.position;
+  const auto law = physics::servo_law(joint);
   double lowest = 1e300, highest = -1e300, squares = 0.0, rows = 0.0;
   for (std::size_t r = 0; r < training.tracks().size(); ++r) {
     const Track& track = training.tracks()[r];
@@ -62,7 +64,10 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
     lowest = std::min(lowest, q.minCoeff());
     highest = std::max(highest, q.maxCoeff());
     s.tracking = s.tracking || track.joints[j].tracking;
-    for (const double effort : track.joints[j].effort) {
+    const Eigen::VectorXd& followed = track.forced.followed[j];
+    s.followed = s.followed || followed.size() > 0;
+    for (const double effort : followed.size() > 0 ? Eigen::VectorXd(law->position * (followed - q))
+                                                   : track.joints[j].effort) {
       if (!std::isfinite(effort)) continue;
       s.greatest_effort = std::max(s.greatest_effort, std::abs(effort));
       squares += effort * effort;
@@ -73,6 +78,7 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
     s.weight_load =
         std::max(s.weight_load, training.predictor(r).link_load(plant, j).cwiseAbs().maxCoeff());
   }
+  if (s.followed) s.truth = false;
   s.load = s.prismatic ? kUsualFriction_n : kUsualFriction_n_m;
   if (squares > 0.0) s.load = kFrictionShare * std::sqrt(squares / rows);
   if (friction > 0.0) s.load = friction;
