@@ -165,7 +165,7 @@ class ReportedEffects {
     const bool yields = std::any_of(effects.begin(), effects.end(), [](const auto& effect) {
       return words_for(effect.id).seat == Seat::kBetween;
     });
-    return {m_.training.has(joint, ChannelKind::kPosition), yields,
+    return {shown(m_.training, joint, "transmission"), yields,
             m_.given.joints[joint].gearbox_ratio > 1.0};
   }
 

@@ -229,8 +229,8 @@ void add_channel_notes(const Likelihood& fitted, const Likelihood* held_out,
 }
 
 std::string why_not(const Likelihood& fitted, std::size_t joint, std::string_view stage) {
-  const bool drive = fitted.has(joint, ChannelKind::kDrive);
-  const bool position = fitted.has(joint, ChannelKind::kPosition);
+  const bool drive = shown(fitted, joint, "drive");
+  const bool position = shown(fitted, joint, "transmission");
   if (stage == "command")
     return "the recording or the plant lacks the command's inputs, its output or its control law";
   if (!drive && !position)

@@ -32,11 +32,6 @@ const Parameter& first_of(const Candidate& candidate, const Vocabulary& vocabula
   return candidate.opens ? vocabulary.numbers[*candidate.opens] : candidate.sizes.front();
 }
 
-bool shown(const Likelihood& training, std::size_t joint, std::string_view stage) {
-  if (stage == "command") return training.has(joint, ChannelKind::kLaw);
-  return training.has(joint, stage == "drive" ? ChannelKind::kDrive : ChannelKind::kPosition);
-}
-
 NotFound silent(const Models& models, const std::vector<Limit>& limits, std::size_t joint,
                 const EffectWords& words) {
   NotFound out{std::string(words.id), models.given.joints[joint].name, std::nullopt, "", ""};

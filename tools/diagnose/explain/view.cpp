@@ -78,6 +78,14 @@ std::string stage_of(const Channel& channel) {
   return "command";
 }
 
+bool shown(const Likelihood& rows, std::size_t joint, std::string_view stage) {
+  if (stage == "command") return rows.has(joint, ChannelKind::kLaw);
+  const Channel* position = rows.find(joint, ChannelKind::kPosition);
+  const bool followed = position != nullptr && position->followed;
+  if (stage == "drive") return followed || rows.has(joint, ChannelKind::kDrive);
+  return position != nullptr && !followed;
+}
+
 std::string position_unit_of(const physics::Joint& joint) {
   return joint.kind == physics::JointKind::kPrismatic ? "m" : "rad";
 }

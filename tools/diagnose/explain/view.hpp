@@ -52,6 +52,8 @@ double rms(const Channel& channel, const ByRecording& values);
 
 /// "transmission", "drive" or "command".
 std::string stage_of(const Channel& channel);
+/// Whether any channel shows that stage of the joint.
+bool shown(const Likelihood& rows, std::size_t joint, std::string_view stage);
 /// "rad" or "m", and "N_m" or "N".
 std::string position_unit_of(const physics::Joint& joint);
 std::string effort_unit_of(const physics::Joint& joint);

@@ -32,6 +32,7 @@ bool no_yielding_cable(const Scales& s, const physics::Plant& plant) {
 bool no_friction(const Scales& s, const physics::Plant& plant) {
   return plant.joints[s.joint].parameter("coulomb_friction", "level") <= 0.0;
 }
+bool followed(const Scales& s, const physics::Plant&) { return s.followed; }
 bool always(const Scales&, const physics::Plant&) { return true; }
 
 constexpr std::string_view kNoFrame =
@@ -57,6 +58,10 @@ constexpr std::array kLacks = {
     Lack{"link_axial", always, kNoLever, false},
     Lack{"link_across", always, kNoLever, false},
     Lack{"joint_zero", always, kNoLever, false},
+    Lack{"torque_constant", followed,
+         "no effort was recorded, so the controller's gains stand for it: record the effort"},
+    Lack{"saturation", followed,
+         "no effort was recorded: a limit shows where less is delivered than was asked for"},
     Lack{"saturation", no_law,
          "record the desired position, and state the controller in the plant: a limit shows where "
          "less is delivered than was asked for"},

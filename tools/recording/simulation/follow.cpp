@@ -145,6 +145,9 @@ class Follower {
     physics::DriveRun run{r.measured(), none, r.effort.size() > 0 ? r.effort : none};
     for (Index first = 0; first < rows;)
       first = physics::run_drive(drive, signals, first, end_of_window(first, controlled), run);
+    // Without an effort beside it, how late the joint is seen is how late its motor is.
+    if (const double late_s = joint.parameter("delay", "delay"); late_s != 0.0 && !r.effort.size())
+      run.position = physics::later(t_s_, fresh_, run.position, late_s);
     // Nothing follows the last row: it keeps what was asked before.
     if (controlled && rows > 1) run.effort.tail(1) = run.effort.segment(rows - 2, 1);
     write_drive(j, run, controlled);
