@@ -42,6 +42,9 @@ struct Track {
   double period_s = 0.0;
   double begins_s = 0.0;       ///< of the first row, in the recording
   Eigen::Index tent_rows = 1;  ///< half width of the filter
+  /// Each row is the mean of a rest. No speed and no acceleration; the sign of `forced.motors.v`
+  /// says from which side the rest was approached.
+  bool at_rest = false;
   physics::ForcedMotion forced;
   std::vector<JointTrack> joints;  ///< as in the plant
   /// 1 where the drives were off or a signal was lost: no row within the filter's reach is used.
