@@ -69,6 +69,8 @@ class Judge {
     out_.before = rms(channel_, without_constants(channel_, view.before[c]));
     out_.left = std::sqrt(left_.squaredNorm() / std::max(1.0, static_cast<double>(left_.size())));
     out_.measured_by = "none";
+    const double recorded = rms(channel_, channel_.measured);
+    if (recorded > 0.0) out_.of_signal = std::pow(out_.left / recorded, 2);
   }
 
   [[nodiscard]] bool any_rows() const { return left_.size() > 0; }

@@ -106,12 +106,10 @@ class TrackBuilder {
   void add_joint(std::size_t j, Track& track) {
     const physics::Joint& joint = plant_.joints[j];
     JointTrack out;
-    const double to_joint = joint.reduction / joint.gearbox_ratio;
-    const double counts = joint.drive.dac_counts_per_n_m;
-    out.effort = signal(Role::kDriveTorque, joint.name) * to_joint;
+    out.effort = signal(Role::kDriveTorque, joint.name) * effort_scale(joint, true);
     if (out.effort.size() == 0)
-      out.effort = signal(Role::kDriveInput, joint.name) * to_joint *
-                   (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
+      out.effort = signal(Role::kDriveInput, joint.name) * effort_scale(joint, false);
+    out.effort_power = effort_power(joint, out.effort);
     out.truth = signal(Role::kJointTruth, joint.name);
     if (out.truth.size() > 0) track.forced.truth_lateness_s = truth_lateness_s(plant_.logger);
     const VectorXd desired = desired_[j].size() > 0 ? without_coupling(j, desired_) : VectorXd();
@@ -181,6 +179,34 @@ class TrackBuilder {
         steps.push_back(step);
     if (steps.empty()) return 0.0;
     return core::upper_quantile(std::move(steps), kFewest) / (motor ? joint.reduction : 1.0);
+  }
+
+  /// Of the samples' variance, what is no noise: that differs from sample to sample, so that values
+  /// differ from the middle of their neighbours (Gasser, Sroka, Jennen-Steinmetz 1986).
+  [[nodiscard]] double effort_power(const physics::Joint& joint, const VectorXd& rows) const {
+    const auto torque = recording_.column(Role::kDriveTorque, joint.name);
+    const auto column = torque ? torque : recording_.column(Role::kDriveInput, joint.name);
+    if (grid_.at_rest || !column || rows.size() == 0) return 0.0;
+    const auto& x = recording_.samples.col(*column);
+    double sum = 0.0, squares = 0.0, count = 0.0, noise = 0.0;
+    for (Index i = grid_.first.front() + 1; i + 1 < grid_.end(); ++i) {
+      const double off = x[i] - 0.5 * (x[i - 1] + x[i + 1]);
+      if (!std::isfinite(off)) continue;
+      sum += x[i];
+      squares += x[i] * x[i];
+      noise += off * off / 1.5;
+      count += 1.0;
+    }
+    if (count == 0.0) return 0.0;
+    return std::max(0.0, (squares - sum * sum / count - noise) / count) *
+           std::pow(effort_scale(joint, torque.has_value()), 2);
+  }
+
+  /// At the joint, of a recorded torque or of a drive's input.
+  static double effort_scale(const physics::Joint& joint, bool is_torque) {
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    const double counts = joint.drive.dac_counts_per_n_m;
+    return is_torque ? to_joint : to_joint * (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
   }
 
   [[nodiscard]] VectorXd without_coupling(std::size_t j,

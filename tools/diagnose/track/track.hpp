@@ -24,6 +24,8 @@ struct JointTrack {
   Eigen::VectorXd truth;    ///< of the external encoder, or what followed the command
   Eigen::VectorXd desired;  ///< position of the motor that the controller wants, at the joint
   double quantum = 0.0;     ///< of the motor's encoder, at the joint
+  /// Mean square of the effort about its mean, noise apart, sample by sample; 0 of rests.
+  double effort_power = 0.0;
   /// `truth` is a measured position that followed the command, and the motor is the command.
   bool tracking = false;
   /// Taken off `effort` and `truth` where another simulator is the baseline: what it predicts less
