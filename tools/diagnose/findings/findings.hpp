@@ -106,6 +106,7 @@ struct ErrorLeft {
   std::size_t compared_rows = 0;  ///< that met another pass; 0 without repetition
   double agreement = 0.0;  ///< share of the circumstances' variance that rows so compared share
   double of_signal = 0.0;  ///< share of the squared signal that is left
+  double resolved = 0.0;   ///< RMS that the sensors resolve
   double allowed = 0.0;    ///< up to which the floor is reached: chance and the form of simulations
   bool reached = true;     ///< always without a floor
 

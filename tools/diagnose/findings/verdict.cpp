@@ -165,15 +165,25 @@ std::string grounds_sentence(const Report& report) {
   return text;
 }
 
-/// Why silence proves nothing: channels of which most is left, or most was not compared.
+/// Why silence proves nothing: channels of which most is left, or of which no row was judged. A law
+/// is no physics, and has no floor.
 std::string doubts_of(const Report& report) {
   std::string text;
   for (const ErrorLeft& e : report.left) {
-    if (e.of_signal <= kMostOfSignal) continue;
+    // What the sensors do not resolve is noise, however much it is.
+    if (e.of_signal <= kMostOfSignal || e.left <= e.resolved * std::sqrt(kMostPerFloor2)) continue;
     text += fmt::format(
         " Joint {}, {}: {} of the squared signal is left, so that what it might lack is not told "
         "from noise: repeat the motion, larger and with more load.",
         e.joint, e.stage, share_words(e.of_signal));
+  }
+  for (const LookedAt& l : report.looked_at) {
+    if (l.stage == "command" || at_place_of(l, report.left)) continue;
+    text += fmt::format(
+        " Joint {}, {}: the motor stood or turned at every row, so that nothing says how much may "
+        "be "
+        "left: record it in motion.",
+        l.joint, l.stage);
   }
   return text;
 }

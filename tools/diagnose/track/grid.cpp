@@ -73,16 +73,16 @@ class Rests {
       const double reach_s = time_s(recording_, after) - time_s(recording_, before);
       const bool still = within(before, after, std::max(1.0, reach_s / (2.0 * kStillS)));
       const bool hole = i > first && t_s - time_s(recording_, i - 1) > hole_s_;
-      if (rest != kNone && !(still && within(rest, i, 1.0))) {
+      if (rest != kNone && !within(rest, i, 1.0)) {
         close(rest, i);
         rest = kNone;
       }
-      if (motion != kNone && (still || hole)) {
+      if (still && rest == kNone) rest = i;
+      if (motion != kNone && (rest != kNone || hole)) {
         moved(motion, i);
         motion = kNone;
       }
-      if (still && rest == kNone) rest = i;
-      if (!still && motion == kNone) motion = i;
+      if (rest == kNone && motion == kNone) motion = i;
     }
     if (rest != kNone) close(rest, last);
     if (motion != kNone) moved(motion, last);

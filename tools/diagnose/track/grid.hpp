@@ -39,8 +39,8 @@ struct RecordedPosition {
   double least_move = 0.0;
 };
 
-/// One row per rest: samples that follow each other, each of them while no position moves, within a
-/// least move of the first. Nothing where there are too few rests, or where motion gives rows of
+/// One row per rest: samples that follow each other within a least move of the first, at which no
+/// position moved. Nothing where there are too few rests, or where motion gives rows of
 /// `period_s`.
 std::optional<Grid> rests_of(const record::Recording& recording,
                              const std::vector<RecordedPosition>& positions, double period_s,

@@ -29,6 +29,7 @@ struct Scales {
   bool prismatic = false;
   bool effort = false, truth = false, law = false;  ///< channels of the joint
   bool tracking = false;                            ///< the joint's position follows its command
+  bool moves = false;                               ///< speeds show, and not rests alone
   bool weight = false;                              ///< its load changes with posture
   bool unknown_weight = false;   ///< there is gravity, and the plant has no links
   double position = 1.0;         ///< rad, or the metres that stand for one
