@@ -5,11 +5,12 @@
 # one part of a set, the figures are of the other.
 #   diagnose_rows.sh RAVENCAL DATA_DIR OUT_DIR [SET...]
 # SETs: emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker davinci_tool4_friction
-# davinci_tool4_gearbox davinci_tool4_jaw double_pendulum so101; all by default. so101 takes minutes.
+# davinci_tool4_gearbox davinci_tool4_jaw double_pendulum laas_cogging laas_cogging_places
+# laas_cogging_speed so101; all by default. so101 takes minutes.
 # OUT_DIR/SET/report.html shows the reasons.
 set -euo pipefail
 if (($# < 3)); then
-  sed -n '5,9s/^# \{0,1\}//p' "$0" >&2
+  sed -n '5,10s/^# \{0,1\}//p' "$0" >&2
   exit 2
 fi
 ravencal=$1 data=$2 out=$3
@@ -21,11 +22,13 @@ mkdir -p "$out"
 diagnose() {
   local set=$1 folder=$1 files=() status=0
   if [[ $set == davinci_tool4_* ]]; then folder=davinci_tool4; fi
+  local plant=$set
+  if [[ $set == laas_cogging* ]]; then folder=laas_cogging plant=laas_cogging; fi
   shift
   while [[ $1 != -- ]]; do files+=("$data/$folder/$1"); shift; done
   shift
   echo "$set"
-  "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$set.toml" --out "$out/$set" \
+  "$ravencal" diagnose "${files[@]}" --plant "$tools/plants/$plant.toml" --out "$out/$set" \
     --placebo 0 "$@" >"$out/$set.txt" || status=$?
   if ((status > 1)); then return "$status"; fi
   cat "$out/$set.txt"
@@ -56,6 +59,10 @@ row() {
       diagnose "$set" "${train[@]}" -- --profile "$profile" --held-out "${test[@]}" ;;
     double_pendulum) diagnose "$set" train_run{00,02,04}.csv -- --profile "$profile" \
       --held-out "$data/$set"/test_run{03,11,12}.csv ;;
+    laas_cogging) diagnose "$set" hold_map.csv -- --profile "$profile" ;;
+    laas_cogging_places) diagnose "$set" map_there.csv map_back.csv -- --profile "$profile" ;;
+    laas_cogging_speed) diagnose "$set" speed_flag0.csv -- \
+      --profile "$tools/profiles/laas_cogging.toml" ;;
     so101) diagnose "$set" velocity_ramp.csv trapezoidal_profile.csv multisine.csv \
       workspace_sweep.csv -- --profile "$profile" --held-out "$data/$set/step_response.csv" ;;
     *) echo "diagnose_rows.sh: there is no set $set" >&2; return 2 ;;
@@ -63,5 +70,5 @@ row() {
 }
 
 (($# > 0)) || set -- emps bam_xl330 raven2_uiuc raven2_uw dvrk_berkeley dvrk_jhu_tracker \
-  davinci_tool4_{friction,gearbox,jaw} double_pendulum so101
+  davinci_tool4_{friction,gearbox,jaw} double_pendulum laas_cogging{,_places,_speed} so101
 for name; do row "$name"; done

@@ -213,4 +213,36 @@ TEST_F(DiagnoseRows, DavinciNamesBothSpringsOfTheCables) {
   EXPECT_LE(after(report, "jaw", "position_rmse"), 0.42 * kDeg);
 }
 
+/// Current over position has 72 waves a turn of 0.184 A by least squares, at 0.025 N m/A.
+void expect_cogging(const Json& report) {
+  const Json ripple = find(report, "rotor", "torque_ripple");
+  ASSERT_FALSE(ripple.is_null()) << report["effects"];
+  EXPECT_EQ(report["verdict"]["kind"], "named");
+  constexpr double kAmplitude_n_m = 0.184 * 0.025;
+  EXPECT_NEAR(value_of(ripple), kAmplitude_n_m, 0.05 * kAmplitude_n_m);
+  EXPECT_LT(double(ripple["parameters"][0]["ci95"][0]), kAmplitude_n_m);
+  EXPECT_GT(double(ripple["parameters"][0]["ci95"][1]), kAmplitude_n_m);
+  EXPECT_NEAR(value_of(ripple, 2), 72.0, 0.1);
+}
+
+TEST_F(DiagnoseRows, LaasNamesTheCoggingOfAMapThatWasSteppedAndHeld) {
+  SKIP_WITHOUT("laas_cogging");
+  expect_cogging(row("laas_cogging"));
+}
+
+TEST_F(DiagnoseRows, LaasNamesTheCoggingOfMapsWithoutAClock) {
+  SKIP_WITHOUT("laas_cogging");
+  expect_cogging(row("laas_cogging_places"));
+}
+
+TEST_F(DiagnoseRows, LaasSaysThatCoggingAtSpeedLiesAboveTheBand) {
+  SKIP_WITHOUT("laas_cogging");
+  const Json report = row("laas_cogging_speed");
+  EXPECT_NE(report["verdict"]["kind"], "nothing_left_out");
+  EXPECT_TRUE(find(report, "rotor", "torque_ripple").is_null());
+  EXPECT_GT(double(report["looked_at"][0]["above_band"]), 0.9);
+  const std::string text = report["verdict"]["text"];
+  EXPECT_NE(text.find("of the effort's power lies above"), std::string::npos) << text;
+}
+
 }  // namespace

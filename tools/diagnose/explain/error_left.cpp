@@ -32,10 +32,6 @@ constexpr double kCorrelationsApart = 2.0;
 /// Of a joint's own circumstances, those of waves, bumps and friction: position and velocity.
 constexpr std::size_t kWhereAndHowFast = 2;
 
-/// Mean square, over that of the floor, of an error in which nothing without a name is as large as
-/// the gates ask for.
-constexpr double kMostPerFloor2 = 1.0 + kUnnamedPerFloor * kUnnamedPerFloor;
-
 /// The channel without rows that the noise model doubts: around reversals presliding decides, which
 /// no plant states to the last micrometre.
 Channel undoubted(const Channel& channel) {
@@ -69,11 +65,14 @@ class Judge {
     out_.before = rms(channel_, without_constants(channel_, view.before[c]));
     out_.left = std::sqrt(left_.squaredNorm() / std::max(1.0, static_cast<double>(left_.size())));
     out_.measured_by = "none";
+    const double recorded = rms(channel_, channel_.measured);
+    if (recorded > 0.0) out_.of_signal = std::pow(out_.left / recorded, 2);
   }
 
   [[nodiscard]] bool any_rows() const { return left_.size() > 0; }
 
   ErrorLeft judge() {
+    out_.resolved = resolution() * noise_gain();
     if (!by_repetition()) by_resolution();
     return out_;
   }
@@ -225,7 +224,7 @@ class Judge {
   /// A sensor wanders by more than it resolves, and without repetition nobody knows by how much:
   /// the alarm waits until most of what was recorded is left.
   void by_resolution() {
-    out_.floor = resolution() * noise_gain();
+    out_.floor = out_.resolved;
     if (!(out_.floor > 0.0)) return;
     out_.measured_by = "resolution";
     out_.allowed = std::max(std::hypot(std::sqrt(kMostPerFloor2) * out_.floor, form()),

@@ -59,6 +59,20 @@ Interval band_of(const Likelihood& fitted) {
   return {1.0 / longest_s, highest_hz};
 }
 
+/// Share of the power of the effort that the filter does not pass.
+double above_band(const Channel& channel, const std::vector<Track>& tracks) {
+  double recorded = 0.0, passed = 0.0;
+  for (std::size_t r = 0; r < tracks.size(); ++r) {
+    const double power = tracks[r].joints[channel.joint].effort_power;
+    if (channel.kind != ChannelKind::kDrive || !(power > 0.0)) continue;
+    const Eigen::ArrayXd seen = channel.measured[r].array();
+    const auto rows = static_cast<double>(seen.size());
+    recorded += power * rows;
+    passed += std::min(power * rows, (seen - seen.mean()).square().sum());
+  }
+  return recorded > 0.0 ? 1.0 - passed / recorded : 0.0;
+}
+
 /// The channel with all recorded rows, those at rest as well.
 Channel with_rest(const Channel& channel, const std::vector<Track>& tracks) {
   Channel out = channel;
@@ -109,6 +123,7 @@ LookedAt looked_at(const Channel& channel, const Channel* held_out, const Likeli
   out.held_out_rows = held_out != nullptr ? used_row_count(*held_out) : 0;
   out.rows = used_row_count(channel) + out.held_out_rows;
   out.band_hz = band_of(fitted);
+  out.above_band = above_band(channel, fitted.tracks());
   out.position_unit = position_unit_of(joint);
   out.effort_unit = effort_unit_of(joint);
   add_motion(channel, fitted, given, out);

@@ -76,6 +76,7 @@ PlantDrive::PlantDrive(const physics::Plant& plant, const Likelihood& rows, std:
 std::vector<PlantDrive::Window> PlantDrive::windows_of(const Track& track,
                                                        const VectorXd& driven_by, double least_s,
                                                        double longest_s) const {
+  if (track.at_rest) return {};
   const VectorXd& t_s = track.forced.t_s;
   const auto usable = [&](Index i) {
     return track.lost[joint_][static_cast<std::size_t>(i)] == 0 && std::isfinite(driven_by[i]);

@@ -2,6 +2,7 @@
 #include "diagnose/findings/verdict.hpp"
 
 #include "core/units.hpp"
+#include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/words.hpp"
 
 #include <fmt/format.h>
@@ -164,6 +165,42 @@ std::string grounds_sentence(const Report& report) {
   return text;
 }
 
+/// Why silence proves nothing: channels of which most is left, or of which no row was judged. A law
+/// is no physics, and has no floor.
+std::string doubts_of(const Report& report) {
+  std::string text;
+  for (const ErrorLeft& e : report.left) {
+    // What the sensors do not resolve is noise, however much it is.
+    if (e.of_signal <= kMostOfSignal || e.left <= e.resolved * std::sqrt(kMostPerFloor2)) continue;
+    text += fmt::format(
+        " Joint {}, {}: {} of the squared signal is left, so that what it might lack is not told "
+        "from noise: repeat the motion, larger and with more load.",
+        e.joint, e.stage, share_words(e.of_signal));
+  }
+  for (const LookedAt& l : report.looked_at) {
+    if (l.stage == "command" || at_place_of(l, report.left)) continue;
+    text += fmt::format(
+        " Joint {}, {}: the motor stood or turned at every row, so that nothing says how much may "
+        "be "
+        "left: record it in motion.",
+        l.joint, l.stage);
+  }
+  return text;
+}
+
+/// Of each channel whose power mostly lies where nothing is compared.
+std::string above_band_sentences(const Report& report) {
+  std::string text;
+  for (const LookedAt& l : report.looked_at) {
+    if (l.above_band <= kMostOfSignal) continue;
+    text += fmt::format(
+        " Joint {}, {}: {} of the effort's power lies above {:.2g} Hz, where nothing is compared: "
+        "pass the same range so slowly that it stays below, or step and hold.",
+        l.joint, l.stage, share_words(l.above_band), l.band_hz.second);
+  }
+  return text;
+}
+
 std::string kind_of(const Report& report) {
   bool physics = false, certain = false, parameter = false;
   for (const NamedEffect& effect : report.effects) {
@@ -178,7 +215,8 @@ std::string kind_of(const Report& report) {
   const bool looked = !report.held_out.empty() ||
                       std::any_of(report.not_found.begin(), report.not_found.end(),
                                   [](const NotFound& n) { return n.detection_limit.has_value(); });
-  return looked ? "nothing_left_out" : "not_testable";
+  const bool proven = doubts_of(report).empty() && above_band_sentences(report).empty();
+  return looked && proven ? "nothing_left_out" : "not_testable";
 }
 
 }  // namespace
@@ -212,14 +250,17 @@ void decide(Report& report) {
   } else if (verdict.kind == "not_testable") {
     text =
         "This recording cannot tell: it lacks the signals or the motion that would show a "
-        "mismatch.";
+        "mismatch." +
+        doubts_of(report);
   }
+  const std::string above = above_band_sentences(report);
   for (const NamedEffect& effect : report.effects) {
     if (effect.id != kUnknown) text += (text.empty() ? "" : " ") + sentence_of(effect);
   }
   if (verdict.kind != "unexplained" && !left.empty()) text += (text.empty() ? "" : " ") + left;
   for (std::size_t i = 0; i < described; ++i)
     text += (text.empty() ? "" : " ") + sentence_of(report.unexplained[i]);
+  text += above;
   for (const std::string& note : report.notes) text += " Note: " + note + ".";
   if (verdict.false_alarm_rate) {
     text += " " + alarms_sentence(verdict);

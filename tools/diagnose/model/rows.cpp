@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnose/model/likelihood.hpp"
 #include "diagnose/track/filter.hpp"
+#include "diagnose/track/grid.hpp"
 
 namespace ravencal::diagnose {
 
@@ -14,9 +16,6 @@ namespace {
 
 /// Cables and friction forget how a recording began.
 constexpr double kForgottenS = 1.0;
-/// Reach of a difference that tells motion from the encoder's counts, and the counts.
-constexpr double kStillS = 0.04;
-constexpr double kStillQuanta = 2.5;
 /// Around a reversal, where presliding and quanta decide: half widths beyond the filter, and the
 /// further variance in variances of the noise.
 constexpr double kTurnDriveS = 0.06;
@@ -32,6 +31,15 @@ template <typename Mark>
 void mark_around(Index centre, Index reach, Index rows, Mark&& mark) {
   for (Index i = std::max<Index>(0, centre - reach); i <= std::min(rows - 1, centre + reach); ++i)
     mark(static_cast<std::size_t>(i));
+}
+
+/// A rest from which the joint did not move to the next one says nothing of the side on which
+/// friction acts.
+void leave_out_unmoved(const Track& track, std::size_t joint, std::vector<char>& used) {
+  const VectorXd& q = track.forced.motors[joint].q;
+  for (Index i = 1; i < q.size(); ++i)
+    if (std::abs(q[i] - q[i - 1]) < track.joints[joint].quantum)
+      used[static_cast<std::size_t>(i)] = 0;
 }
 
 /// At rest dry friction is whatever the effort asks.
@@ -71,22 +79,28 @@ NoiseRows rows_of(const Track& track, std::size_t joint, ChannelKind kind,
   NoiseRows rows{std::vector<char>(count, 0), std::vector<double>(count, 0.0), track.period_s,
                  track.forced.fresh};
   double begun_s = 0.0;
-  const double ends_s = track.forced.t_s[track.rows() - 1] - kTentS;
+  // Nothing is known of the side from which the first rest was approached.
+  const double forgotten_s = track.at_rest ? std::numeric_limits<double>::min() : kForgottenS;
+  const double ends_s = track.forced.t_s[track.rows() - 1] - (track.at_rest ? 0.0 : kTentS);
   for (Index i = 0; i < track.rows(); ++i) {
     const double t_s = track.forced.t_s[i];
     if (track.forced.fresh[static_cast<std::size_t>(i)] != 0) begun_s = t_s;
     // One row per width of the filter: others say the same again.
-    const bool sampled = i % track.tent_rows == 0 && t_s - begun_s >= kForgottenS && t_s <= ends_s;
+    const bool sampled = i % track.tent_rows == 0 && t_s - begun_s >= forgotten_s && t_s <= ends_s;
     rows.used[static_cast<std::size_t>(i)] = sampled ? 1 : 0;
   }
+  const Index reach = track.at_rest ? 0 : track.tent_rows;
   for (Index i = 0; i < track.rows(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     // The filter reaches into the episode before.
     if (track.lost[joint][at] != 0 || (i > 0 && track.forced.fresh[at] != 0))
-      mark_around(i, track.tent_rows, track.rows(), [&](std::size_t n) { rows.used[n] = 0; });
+      mark_around(i, reach, track.rows(), [&](std::size_t n) { rows.used[n] = 0; });
   }
   if (kind == ChannelKind::kDrive) {
-    leave_out_rest(track, joint, rows.used);
+    if (track.at_rest)
+      leave_out_unmoved(track, joint, rows.used);
+    else
+      leave_out_rest(track, joint, rows.used);
     if (plant.joints[joint].find_effect("presliding") == nullptr)
       doubt_turns(track, joint, kTurnDriveS, kTurnDriveDoubt, rows.doubt);
   }

@@ -51,7 +51,8 @@ static RAVENCAL_JSON_MEMBERS(RegimeScale, effect, circumstance, scale, deviation
 static RAVENCAL_JSON_MEMBERS(CandidateRow, joint, stage, id, gain_share, z, p_value, size, unit,
                              outcome);
 static RAVENCAL_JSON_MEMBERS(LookedAt, joint, stage, rows, held_out_rows, band_hz, position,
-                             position_unit, fastest, rest_share, load, effort_unit, circumstances);
+                             position_unit, fastest, above_band, rest_share, load, effort_unit,
+                             circumstances);
 static RAVENCAL_JSON_MEMBERS(NotLookedAt, joint, stage, because);
 static RAVENCAL_JSON_MEMBERS(Parting, id, rival, experiment, minutes);
 static RAVENCAL_JSON_MEMBERS(Cause, name, sentence, status, joints, effects, partings);
@@ -133,6 +134,7 @@ static void to_json(Json& json, const ErrorLeft& e) {
           {"agreement", e.agreement},
           {"allowed", measured ? Json(e.allowed) : Json(nullptr)},
           {"share_left", e.share()},
+          {"of_signal", e.of_signal},
           {"reached", e.reached}};
 }
 

@@ -24,7 +24,7 @@ constexpr double kLeastPassed = 0.25;
 /// Half the phase that passes within the filter's half width at most, for the highest order of an
 /// octave: sinc^2(1.6) = 0.39 of the wave is left.
 constexpr double kPassedAngle_rad = 1.6;
-constexpr Index kFewestRows = 50;
+constexpr Index kFewestRowsOfWave = 50;
 /// Periods that a motion passes at least: less of a wave is a curve.
 constexpr double kFewestWavePeriods = 2.0;
 /// Twice the power over the rows is chi-squared of two degrees in noise: beyond chance in some
@@ -96,7 +96,7 @@ void add_peaks(const OverAngle& rows, double lowest, double highest, std::vector
     values[static_cast<Index>((rows.angle[i] - rows.lowest) / cell)] += rows.left[i];
     count += 1.0;
   }
-  if (count < kFewestRows) return;
+  if (count < kFewestRowsOfWave) return;
   Eigen::FFT<double> fft;
   Eigen::VectorXcd spectrum;
   fft.fwd(spectrum, values);

@@ -11,6 +11,7 @@
 
 #include "core/median.hpp"
 #include "diagnose/track/filter.hpp"
+#include "diagnose/track/grid.hpp"
 #include "diagnose/track/input.hpp"
 #include "physics/predict/smoother.hpp"
 #include "physics/servo_law.hpp"
@@ -23,63 +24,9 @@ using Eigen::VectorXd;
 using record::Recording;
 using record::Role;
 
-constexpr Index kFewestRows = 50;
-/// Periods without a row after which a new episode begins.
-constexpr double kLongestHole = 5.0;
-
-/// Which rows of a recording a row of the track is the mean of.
-struct Grid {
-  double period_s = 0.0;
-  double begins_s = 0.0;
-  VectorXd t_s;
-  std::vector<char> fresh;
-  std::vector<Index> first;  ///< of each row of the track, and one past the last
-
-  [[nodiscard]] Index rows() const { return t_s.size(); }
-};
-
-double time_s(const Recording& recording, Index row) {
-  return 1e-9 * static_cast<double>(recording.t_ns[static_cast<std::size_t>(row)] -
-                                    recording.t_ns.front());
-}
-
-Grid grid_of(const Recording& recording, double from_s, double to_s) {
-  std::vector<double> steps;
-  for (Index i = 1; i < std::min<Index>(recording.rows(), 2000); ++i)
-    steps.push_back(time_s(recording, i) - time_s(recording, i - 1));
-  const double usual_s = steps.empty() ? 0.0 : core::upper_median(std::move(steps));
-  Grid grid;
-  if (!(usual_s > 0.0)) return grid;
-  const Index stride = std::max<Index>(1, std::lround(1.0 / (kWorkingRateHz * usual_s)));
-  grid.period_s = usual_s * static_cast<double>(stride);
-  std::vector<std::int64_t> starts_ns;
-  for (const record::Event& event : recording.events)
-    if (event.kind == "episode" || event.kind == "homing") starts_ns.push_back(event.t_ns);
-  std::sort(starts_ns.begin(), starts_ns.end());
-  std::vector<double> times_s;
-  std::size_t next = 0;
-  for (Index i = 0; i + stride <= recording.rows(); i += stride) {
-    const double t_s = time_s(recording, i);
-    if (t_s < from_s || t_s >= to_s) continue;
-    const double step_s = times_s.empty() ? 0.0 : t_s - times_s.back();
-    bool starts = !(step_s > 0.0) || step_s > kLongestHole * grid.period_s;
-    for (;
-         next < starts_ns.size() && starts_ns[next] <= recording.t_ns[static_cast<std::size_t>(i)];
-         ++next)
-      starts = true;
-    times_s.push_back(t_s);
-    grid.fresh.push_back(starts ? 1 : 0);
-    grid.first.push_back(i);
-  }
-  if (!grid.first.empty()) grid.first.push_back(grid.first.back() + stride);
-  grid.t_s = Eigen::Map<const VectorXd>(times_s.data(), static_cast<Index>(times_s.size()));
-  if (grid.rows() > 0) {
-    grid.t_s.array() -= times_s.front();
-    // A row is the mean of its samples.
-    grid.begins_s = times_s.front() + 0.5 * (grid.period_s - usual_s);
-  }
-  return grid;
-}
+/// Over the move per row, 1/s: from which side a rest was approached, at a speed that nothing
+/// feels.
+constexpr double kRestSpeed = 1e-9;
 
 /// A recorder that pairs the nearest stamps adds nothing on average, one that repeats the latest
 /// reading half a period: which it does, no plant says.
@@ -96,7 +43,8 @@ class TrackBuilder {
     Track track;
     track.period_s = grid_.period_s;
     track.begins_s = grid_.begins_s;
-    track.tent_rows = std::max<Index>(1, std::lround(kTentS / grid_.period_s));
+    track.at_rest = grid_.at_rest;
+    track.tent_rows = grid_.at_rest ? 1 : std::max<Index>(1, std::lround(kTentS / grid_.period_s));
     track.forced.t_s = grid_.t_s;
     track.forced.fresh = grid_.fresh;
     track.forced.homed = true;
@@ -159,12 +107,10 @@ class TrackBuilder {
   void add_joint(std::size_t j, Track& track) {
     const physics::Joint& joint = plant_.joints[j];
     JointTrack out;
-    const double to_joint = joint.reduction / joint.gearbox_ratio;
-    const double counts = joint.drive.dac_counts_per_n_m;
-    out.effort = signal(Role::kDriveTorque, joint.name) * to_joint;
+    out.effort = signal(Role::kDriveTorque, joint.name) * effort_scale(joint, true);
     if (out.effort.size() == 0)
-      out.effort = signal(Role::kDriveInput, joint.name) * to_joint *
-                   (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
+      out.effort = signal(Role::kDriveInput, joint.name) * effort_scale(joint, false);
+    out.effort_power = effort_power(joint, out.effort);
     out.truth = signal(Role::kJointTruth, joint.name);
     if (out.truth.size() > 0) track.forced.truth_lateness_s = truth_lateness_s(plant_.logger);
     const VectorXd desired = desired_[j].size() > 0 ? without_coupling(j, desired_) : VectorXd();
@@ -205,6 +151,8 @@ class TrackBuilder {
   }
 
   [[nodiscard]] physics::Motion motion_of(const VectorXd& motor) const {
+    if (grid_.at_rest)
+      return {motor, kRestSpeed * first_difference(motor, 1.0), VectorXd::Zero(motor.size()), 0.0};
     return {motor, first_difference(motor, grid_.period_s),
             second_difference(motor, grid_.period_s), 0.0};
   }
@@ -218,7 +166,7 @@ class TrackBuilder {
     if (!column) return 0.0;
     const auto& x = recording_.samples.col(*column);
     std::vector<double> differences;
-    for (Index i = grid_.first.front() + 2; i + 2 < grid_.first.back(); ++i) {
+    for (Index i = grid_.first.front() + 2; i + 2 < grid_.end(); ++i) {
       const double difference = x[i - 2] + x[i + 2] - 4.0 * (x[i - 1] + x[i + 1]) + 6.0 * x[i];
       if (std::isfinite(difference)) differences.push_back(difference);
     }
@@ -235,11 +183,39 @@ class TrackBuilder {
     if (!column) return 0.0;
     const auto& x = recording_.samples.col(*column);
     std::vector<double> steps;
-    for (Index i = grid_.first.front() + 1; i < grid_.first.back(); ++i)
+    for (Index i = grid_.first.front() + 1; i < grid_.end(); ++i)
       if (const double step = std::abs(x[i] - x[i - 1]); step > 0.0 && std::isfinite(step))
         steps.push_back(step);
     if (steps.empty()) return 0.0;
     return core::upper_quantile(std::move(steps), kFewest) / (motor ? joint.reduction : 1.0);
+  }
+
+  /// Of the samples' variance, what is no noise: that differs from sample to sample, so that values
+  /// differ from the middle of their neighbours (Gasser, Sroka, Jennen-Steinmetz 1986).
+  [[nodiscard]] double effort_power(const physics::Joint& joint, const VectorXd& rows) const {
+    const auto torque = recording_.column(Role::kDriveTorque, joint.name);
+    const auto column = torque ? torque : recording_.column(Role::kDriveInput, joint.name);
+    if (grid_.at_rest || !column || rows.size() == 0) return 0.0;
+    const auto& x = recording_.samples.col(*column);
+    double sum = 0.0, squares = 0.0, count = 0.0, noise = 0.0;
+    for (Index i = grid_.first.front() + 1; i + 1 < grid_.end(); ++i) {
+      const double off = x[i] - 0.5 * (x[i - 1] + x[i + 1]);
+      if (!std::isfinite(off)) continue;
+      sum += x[i];
+      squares += x[i] * x[i];
+      noise += off * off / 1.5;
+      count += 1.0;
+    }
+    if (count == 0.0) return 0.0;
+    return std::max(0.0, (squares - sum * sum / count - noise) / count) *
+           std::pow(effort_scale(joint, torque.has_value()), 2);
+  }
+
+  /// At the joint, of a recorded torque or of a drive's input.
+  static double effort_scale(const physics::Joint& joint, bool is_torque) {
+    const double to_joint = joint.reduction / joint.gearbox_ratio;
+    const double counts = joint.drive.dac_counts_per_n_m;
+    return is_torque ? to_joint : to_joint * (counts != 0.0 ? 1.0 / counts : joint.drive.gain);
   }
 
   [[nodiscard]] VectorXd without_coupling(std::size_t j,
@@ -278,9 +254,8 @@ class TrackBuilder {
     if (!column) return {};
     VectorXd out(grid_.rows());
     for (Index i = 0; i < grid_.rows(); ++i) {
-      const Index first = grid_.first[static_cast<std::size_t>(i)];
-      const Index stride = grid_.first.back() - grid_.first[grid_.first.size() - 2];
-      out[i] = recording_.samples.col(*column).segment(first, stride).mean();
+      const auto row = static_cast<std::size_t>(i);
+      out[i] = recording_.samples.col(*column).segment(grid_.first[row], grid_.samples[row]).mean();
     }
     if (!out.array().isFinite().any()) return {};
     return out;
@@ -292,17 +267,39 @@ class TrackBuilder {
   std::vector<VectorXd> estimates_, desired_;  ///< [joint], at the joints
 };
 
+/// All recorded positions, where an effort stands beside one: a rest is compared by its effort.
+std::vector<RecordedPosition> positions_of(const Recording& recording, const physics::Plant& plant,
+                                           const Track& track) {
+  std::vector<RecordedPosition> out;
+  bool any_effort = false;
+  for (std::size_t j = 0; j < plant.joints.size(); ++j) {
+    const physics::Joint& joint = plant.joints[j];
+    const auto motor = recording.column(Role::kMotorPosition, joint.name);
+    const auto column = motor ? motor : recording.column(Role::kJointEstimate, joint.name);
+    if (!column) continue;
+    any_effort = any_effort || track.joints[j].effort.size() > 0;
+    const double least = kStillQuanta * track.joints[j].quantum;
+    out.push_back({*column, least * (motor ? std::abs(joint.reduction) : 1.0)});
+  }
+  if (!any_effort) out.clear();
+  return out;
+}
+
 }  // namespace
 
 core::Result<Track> make_track(const Recording& recording, const physics::Plant& plant,
                                double from_s, double to_s) {
   Grid grid = grid_of(recording, from_s, to_s);
-  if (grid.rows() < kFewestRows) {
+  if (grid.rows() < kFewestTrackRows) {
     return core::data_error(
         fmt::format("{}: {} samples are too few to diagnose; at least {} are needed",
-                    recording.source, grid.rows(), kFewestRows));
+                    recording.source, grid.rows(), kFewestTrackRows));
   }
-  return TrackBuilder(recording, plant, std::move(grid)).build();
+  const double period_s = grid.period_s;
+  Track moving = TrackBuilder(recording, plant, std::move(grid)).build();
+  auto rests = rests_of(recording, positions_of(recording, plant, moving), period_s, from_s, to_s);
+  if (!rests) return moving;
+  return TrackBuilder(recording, plant, std::move(*rests)).build();
 }
 
 }  // namespace ravencal::diagnose

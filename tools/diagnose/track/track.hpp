@@ -24,6 +24,8 @@ struct JointTrack {
   Eigen::VectorXd truth;    ///< of the external encoder, or what followed the command
   Eigen::VectorXd desired;  ///< position of the motor that the controller wants, at the joint
   double quantum = 0.0;     ///< of the motor's encoder, at the joint
+  /// Mean square of the effort about its mean, noise apart, sample by sample; 0 of rests.
+  double effort_power = 0.0;
   /// `truth` is a measured position that followed the command. The motor is the command or, where
   /// the plant states the law by which it followed (ForcedMotion::followed), what was measured.
   bool tracking = false;
@@ -43,6 +45,9 @@ struct Track {
   double period_s = 0.0;
   double begins_s = 0.0;       ///< of the first row, in the recording
   Eigen::Index tent_rows = 1;  ///< half width of the filter
+  /// Each row is the mean of a rest. No speed and no acceleration; the sign of `forced.motors.v`
+  /// says from which side the rest was approached.
+  bool at_rest = false;
   physics::ForcedMotion forced;
   std::vector<JointTrack> joints;  ///< as in the plant
   /// 1 where the drives were off or a signal was lost: no row within the filter's reach is used.

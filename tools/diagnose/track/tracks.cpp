@@ -32,6 +32,11 @@ core::Status add_tracks(const Recordings& recordings, std::size_t place,
       continue;
     }
     track->recording = place + r;
+    if (track->at_rest)
+      notes.push_back(fmt::format(
+          "{}{} was taken as {} rests, approached from either side: no speed and no acceleration "
+          "shows in it",
+          late ? "the held-out part of " : "", file_name(recordings[r]), track->rows()));
     tracks.push_back(std::move(*track));
   }
   if (tracks.size() == before && too_few) return *too_few;

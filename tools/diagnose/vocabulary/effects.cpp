@@ -96,8 +96,8 @@ class Effects {
       if (lacks(id)) add({size(id, name, start, Reaches::kDrive)});
     };
     drive("coulomb_friction", "level", 0.4 * s_.load);
-    drive("viscous_friction", "damping", 1.5 * s_.load / s_.position);
-    if (lacks("stribeck_friction"))
+    if (s_.moves) drive("viscous_friction", "damping", 1.5 * s_.load / s_.position);
+    if (s_.moves && lacks("stribeck_friction"))
       add({size("stribeck_friction", "extra", 0.2 * s_.load, Reaches::kDrive)},
           form("stribeck_friction", "velocity", kSpeedDeviation, Reaches::kDrive),
           {8e-3 * s_.position, 16e-3 * s_.position, 30e-3 * s_.position});

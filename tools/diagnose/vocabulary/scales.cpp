@@ -63,6 +63,7 @@ Scales scales_of(const physics::Plant& plant, std::size_t j, const Likelihood& t
     const Eigen::VectorXd& q = track.forced.motors[j].q;
     lowest = std::min(lowest, q.minCoeff());
     highest = std::max(highest, q.maxCoeff());
+    s.moves = s.moves || !track.at_rest;
     s.tracking = s.tracking || track.joints[j].tracking;
     const Eigen::VectorXd& followed = track.forced.followed[j];
     s.followed = s.followed || followed.size() > 0;

@@ -29,12 +29,14 @@ bool no_yielding_cable(const Scales& s, const physics::Plant& plant) {
   return joint.parameter("compliance", "stiffness") <= 0.0 &&
          joint.parameter("backlash", "half_width") <= 0.0;
 }
+bool no_speed(const Scales& s, const physics::Plant&) { return !s.moves; }
 bool no_friction(const Scales& s, const physics::Plant& plant) {
   return plant.joints[s.joint].parameter("coulomb_friction", "level") <= 0.0;
 }
 bool followed(const Scales& s, const physics::Plant&) { return s.followed; }
 bool always(const Scales&, const physics::Plant&) { return true; }
 
+constexpr std::string_view kRests = "the recordings consist of rests, which show no speed";
 constexpr std::string_view kNoFrame =
     "the plant does not state where its joints stand ([joint.frame])";
 constexpr std::string_view kNoLever =
@@ -43,6 +45,9 @@ constexpr std::string_view kNoLever =
 constexpr std::array kLacks = {
     Lack{"compliance", no_load, "the load on this joint never changes"},
     Lack{"creep", no_load, "the load on this joint never changes"},
+    Lack{"viscous_friction", no_speed, kRests},
+    Lack{"stribeck_friction", no_speed, kRests},
+    Lack{"inertia_error", no_speed, kRests},
     Lack{"load_dependent_friction", no_known_load,
          "the plant's links have no weight, so the load is not known", false},
     Lack{"gravity", no_known_load, "the plant's links have no weight, so the load is not known",
