@@ -26,21 +26,24 @@ namespace {
 namespace fs = std::filesystem;
 using OptionalPath = std::optional<fs::path>;
 
-/// A trajectory by its arrays: times [rows] and joints [rows, 3].
+/// A trajectory by its arrays: times [rows] and joints [rows, joints of the plant].
 trajectory::Trajectory trajectory_of_arrays(const std::vector<double>& t_s,
-                                            const Eigen::MatrixXd& joints_ji) {
+                                            const Eigen::MatrixXd& joints_ji,
+                                            const physics::Plant& plant) {
   const auto refuse = [](const std::string& why) {
     return Failure(core::data_error("trajectory: " + why));
   };
   const auto rows = static_cast<Eigen::Index>(t_s.size());
-  if (rows < 2 || joints_ji.rows() != rows || joints_ji.cols() != 3) {
+  const std::size_t joints = plant.joints.size();
+  if (rows < 2 || joints_ji.rows() != rows || joints_ji.cols() != static_cast<Eigen::Index>(joints)) {
     throw refuse(
-        fmt::format("{} times and joints of shape {} x {}; it needs at least two times, and "
-                    "three joints for each",
-                    rows, joints_ji.rows(), joints_ji.cols()));
+        fmt::format("{} times and joints of shape {} x {}; it needs at least two times, and the "
+                    "{} joints of {} for each",
+                    rows, joints_ji.rows(), joints_ji.cols(), joints, plant.source));
   }
   if (!joints_ji.allFinite()) throw refuse("a joint is not a number");
   trajectory::Trajectory made;
+  made.joints = trajectory::joints_of(plant);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const double time_s = t_s[static_cast<std::size_t>(i)];
     if (!std::isfinite(time_s) || (i > 0 && !(time_s > made.t_s.back())))
@@ -48,14 +51,15 @@ trajectory::Trajectory trajectory_of_arrays(const std::vector<double>& t_s,
     made.t_s.push_back(time_s);
     made.joints_ji.emplace_back(joints_ji.row(i));
   }
+  succeed(trajectory::check_limits(made, plant, "trajectory"));
   return made;
 }
 
-trajectory::Trajectory trajectory_of(const py::object& given) {
+trajectory::Trajectory trajectory_of(const py::object& given, const physics::Plant& plant) {
   if (!py::isinstance<py::tuple>(given))
-    return value_of(trajectory::read_csv(given.cast<fs::path>()));
+    return value_of(trajectory::read_for_plant(given.cast<fs::path>(), plant));
   const auto [t_s, joints_ji] = given.cast<std::pair<std::vector<double>, Eigen::MatrixXd>>();
-  return trajectory_of_arrays(t_s, joints_ji);
+  return trajectory_of_arrays(t_s, joints_ji, plant);
 }
 
 physics::Plant loaded(physics::Plant plant, const std::optional<double>& payload_g) {
@@ -73,8 +77,7 @@ std::shared_ptr<HeldRecording> simulate(const physics::Plant& given, const py::o
                                         const std::optional<double>& payload_g,
                                         const py::object& progress) {
   const physics::Plant plant = loaded(given, payload_g);
-  succeed(simulation::check_simulation_runs(plant));
-  const trajectory::Trajectory motion = trajectory_of(trajectory);
+  const trajectory::Trajectory motion = trajectory_of(trajectory, plant);
   options.trajectory_name =
       py::isinstance<py::tuple>(trajectory) ? "arrays" : name_of(trajectory.cast<fs::path>());
   options.edges = edges;

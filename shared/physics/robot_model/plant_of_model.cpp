@@ -191,6 +191,10 @@ class Importer {
     };
     effect("coulomb_friction", "level", m_.dof_frictionloss[dof]);
     effect("viscous_friction", "damping", m_.dof_damping[dof]);
+    if (m_.jnt_limited[j] != 0) {
+      joint.limits.low_ji = m_.jnt_range[2 * static_cast<Index>(j)];
+      joint.limits.high_ji = m_.jnt_range[2 * static_cast<Index>(j) + 1];
+    }
     if (m_.jnt_stiffness[j] != 0.0)
       note(fmt::format("joint {}'s spring of {:g} is left out: a plant has no spring to a position",
                        joint.name, m_.jnt_stiffness[j]));
@@ -292,6 +296,8 @@ class Importer {
     for (Joint& joint : plant_.joints) {
       const auto limit = words_.effort_limit.find(joint.name);
       if (limit != words_.effort_limit.end()) limit_effort(joint, limit->second);
+      if (const auto speed = words_.speed_limit.find(joint.name); speed != words_.speed_limit.end())
+        joint.limits.speed_ji = speed->second;
       const auto reduction = words_.reduction.find(joint.name);
       if (reduction != words_.reduction.end()) set_reduction(joint, reduction->second);
     }
@@ -323,10 +329,6 @@ class Importer {
     if (m_.ngeom > 0) note("contacts are left out: a plant touches nothing");
     if (m_.opt.density != 0.0 || m_.opt.viscosity != 0.0)
       note("density and viscosity of the medium are left out: a plant moves in nothing");
-    const auto limited = std::count_if(links_.begin(), links_.end(), [&](const RawLink& link) {
-      return m_.jnt_limited[link.joint] != 0;
-    });
-    if (limited > 0) note(fmt::format("ends of the travel of {} joints are left out", limited));
   }
 
   const mjModel& m_;
