@@ -132,8 +132,7 @@ template <typename T>
 void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double dt_s,
                 DriveState<T>& state) {
   const auto [push, drag] = push_of_drive(n, effort, load, dt_s, state);
-  state.velocity =
-      (state.velocity + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
+  state.velocity = (state.velocity + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
   move_drive(n, dt_s, state);
 }
 

@@ -126,7 +126,8 @@ void write_link_and_drive(PlantText& out, const Joint& joint) {
   if (joint.limits != Limits{}) {
     const auto limit = [&](std::string_view name, Dimension dimension,
                            const std::optional<double>& value) {
-      if (value) out.value(std::string(name) + std::string(unit_suffix(dimension, joint.kind)), *value);
+      if (value)
+        out.value(std::string(name) + std::string(unit_suffix(dimension, joint.kind)), *value);
     };
     out.table("[joint.limits]", true);
     limit("low", Dimension::kPosition, joint.limits.low_ji);

@@ -65,14 +65,13 @@ core::Status take_word(const std::string& word, const JointWord& kind, physics::
 core::Status import_robot(const PlantArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.robot));
   for (const std::string& word : arguments.reductions)
-    RAVENCAL_RETURN_IF_ERROR(
-        take_word(word, {"--reduction", "a ratio", "RATIO", {1.0, kMostReduction}}, plant,
-                  [](physics::Joint& joint, double ratio) { physics::set_reduction(joint, ratio); }));
+    RAVENCAL_RETURN_IF_ERROR(take_word(
+        word, {"--reduction", "a ratio", "RATIO", {1.0, kMostReduction}}, plant,
+        [](physics::Joint& joint, double ratio) { physics::set_reduction(joint, ratio); }));
   for (const std::string& word : arguments.speeds)
     RAVENCAL_RETURN_IF_ERROR(take_word(
-        word,
-        {"--speed", "a speed in rad/s or m/s", "SPEED", physics::kSpeedRange},
-        plant, [](physics::Joint& joint, double speed) { joint.limits.speed_ji = speed; }));
+        word, {"--speed", "a speed in rad/s or m/s", "SPEED", physics::kSpeedRange}, plant,
+        [](physics::Joint& joint, double speed) { joint.limits.speed_ji = speed; }));
   if (std::filesystem::exists(arguments.out) && !arguments.force)
     return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.out, physics::plant_text(plant)));

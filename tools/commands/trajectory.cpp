@@ -118,8 +118,11 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   add_common(*zigzag, *options);
   zigzag->add_option("--sparsity", options->sparsity, "Step between sweeps, as a share of the edge")
       ->capture_default_str();
-  zigzag->add_option("--kind", options->kind, "Direction of the sweeps of three joints: x, y, z, xy, yz, xz or xyz. Of any other "
-                   "number each joint sweeps in turn")
+  zigzag
+      ->add_option(
+          "--kind", options->kind,
+          "Direction of the sweeps of three joints: x, y, z, xy, yz, xz or xyz. Of any other "
+          "number each joint sweeps in turn")
       ->capture_default_str();
   zigzag->footer(
       "Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv\n"

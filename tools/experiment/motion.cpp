@@ -63,7 +63,8 @@ class Path {
 /// At this share of the speeds.
 core::Result<Trajectory> zigzag(const JointLimits& bounds, double share) {
   trajectory::ZigzagOptions options;
-  options.divisions = 2;
+  // Where each joint sweeps in turn, there are postures enough with fewer steps.
+  options.divisions = bounds.joints.size() == 3 ? 2 : 1;
   options.limits = bounds;
   options.pace = share;
   return trajectory::make_zigzag(options);
@@ -154,8 +155,7 @@ core::Result<Trajectory> motion_of(Exercise motion, const JointLimits& bounds) {
     case Exercise::kOneByOne:
       return one_by_one(bounds, std::move(path));
     case Exercise::kWholeRange:
-      for (int k = 0; k < 20; ++k)
-        path.move(k % 2 == 0 ? bounds.high_ji : bounds.low_ji, kCalm);
+      for (int k = 0; k < 20; ++k) path.move(k % 2 == 0 ? bounds.high_ji : bounds.low_ji, kCalm);
       return std::move(path).taken();
     case Exercise::kNone:
       break;

@@ -13,8 +13,8 @@
 
 namespace ravencal::experiment {
 
-/// Positions and speeds that the recordings reached, as far as the plant's own limits allow them, in
-/// the plant's order of joints. Errors (kData): a joint did not move, or only beyond its limits.
+/// Positions and speeds that the recordings reached, as far as the plant's own limits allow them,
+/// in the plant's order of joints. Errors (kData): a joint did not move, or only beyond its limits.
 core::Result<trajectory::JointLimits> bounds_of(const std::vector<diagnose::Explored>& explored,
                                                 const physics::Plant& plant);
 

@@ -35,7 +35,8 @@ trajectory::Trajectory trajectory_of_arrays(const std::vector<double>& t_s,
   };
   const auto rows = static_cast<Eigen::Index>(t_s.size());
   const std::size_t joints = plant.joints.size();
-  if (rows < 2 || joints_ji.rows() != rows || joints_ji.cols() != static_cast<Eigen::Index>(joints)) {
+  if (rows < 2 || joints_ji.rows() != rows ||
+      joints_ji.cols() != static_cast<Eigen::Index>(joints)) {
     throw refuse(
         fmt::format("{} times and joints of shape {} x {}; it needs at least two times, and the "
                     "{} joints of {} for each",
@@ -143,7 +144,7 @@ void add_simulation(py::module_& module) {
         options.drift = drift;
         return simulate(plant, trajectory, out, edges, options, payload_g, progress);
       },
-      "Simulates a RAVEN arm along a trajectory.", py::arg("plant"), py::arg("trajectory"),
+      "Simulates a plant along a trajectory.", py::arg("plant"), py::arg("trajectory"),
       py::kw_only(), py::arg("out") = py::none(), py::arg("overwrite") = false,
       py::arg("edges") = py::none(), py::arg("seed") = 1, py::arg("homing_seed") = 1,
       py::arg("payload_g") = py::none(), py::arg("rate_hz") = py::none(),

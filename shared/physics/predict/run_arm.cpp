@@ -83,13 +83,13 @@ struct ArmRun::Impl {
         count(static_cast<Index>(plant.joints.size())),
         states(plant.joints.size()) {
     const DriveKinematics kinematics = drive_kinematics(plant);
-    through = (MatrixXd::Identity(count, count) - kinematics.of_joint).inverse() *
-              kinematics.of_motor;
+    through =
+        (MatrixXd::Identity(count, count) - kinematics.of_joint).inverse() * kinematics.of_motor;
     for (const Joint& joint : plant.joints) {
       const bool turns = joint.kind == JointKind::kRevolute;
       const double motor = joint.motor_inertia_kg_m2 * joint.reduction * joint.reduction;
-      numbers.push_back(drive_numbers(
-          joint, motor, turns ? kUnstatedPresliding_rad : kUnstatedPresliding_m));
+      numbers.push_back(
+          drive_numbers(joint, motor, turns ? kUnstatedPresliding_rad : kUnstatedPresliding_m));
       limits.push_back(joint.parameter("saturation", "limit"));
     }
   }

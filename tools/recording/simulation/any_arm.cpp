@@ -118,8 +118,9 @@ Run run_along(const Plant& plant, physics::ArmRun& arm, const trajectory::Trajec
       run.velocities.row(row) = arm.velocities_ji();
       run.efforts.row(row) = arm.efforts();
     }
-    run.interrupted = i % look == 0 && !progress(static_cast<double>(i) /
-                                                 static_cast<double>(std::max<std::int64_t>(1, cycles)));
+    run.interrupted =
+        i % look == 0 &&
+        !progress(static_cast<double>(i) / static_cast<double>(std::max<std::int64_t>(1, cycles)));
     wanted = next;
     from = to;
   }
@@ -197,9 +198,8 @@ core::Result<SessionSummary> record_any_arm(const Plant& plant,
   RAVENCAL_RETURN_IF_ERROR(check_loads(plant));
   RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t cycles, cycles_per_row(plant, options));
   std::vector<std::string> led;
-  RAVENCAL_ASSIGN_OR_RETURN(
-      physics::ArmRun arm,
-      arm_of(plant, physics::asked_motors(plant, trajectory.at(0.0)), led));
+  RAVENCAL_ASSIGN_OR_RETURN(physics::ArmRun arm,
+                            arm_of(plant, physics::asked_motors(plant, trajectory.at(0.0)), led));
   const Run run = run_along(plant, arm, trajectory, cycles, progress);
   if (!run.motors.allFinite())
     return core::data_error(fmt::format(
@@ -209,8 +209,7 @@ core::Result<SessionSummary> record_any_arm(const Plant& plant,
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<VectorXd> shown, shown_joints(plant, run));
   record::Recording recording = recording_of(plant, run, shown);
   recording.meta = meta_of(plant, options);
-  if (!led.empty())
-    recording.meta["led_by_simulation"] = fmt::format("{}", fmt::join(led, " "));
+  if (!led.empty()) recording.meta["led_by_simulation"] = fmt::format("{}", fmt::join(led, " "));
   if (run.interrupted)
     recording.events.push_back({run.t_ns.back(), "interrupted", "stopped by the user"});
   RAVENCAL_RETURN_IF_ERROR(

@@ -304,10 +304,9 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                             physics::RavenTwin::create(plant, twin_options));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels,
                             channels_of(plant, !options.edges));
-  RAVENCAL_ASSIGN_OR_RETURN(
-      record::RecordingWriter writer,
-      record::RecordingWriter::create_whole(out, meta_of_twin(plant, options), channels,
-                                            options.overwrite));
+  RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
+                            record::RecordingWriter::create_whole(out, meta_of_twin(plant, options),
+                                                                  channels, options.overwrite));
   std::optional<EdgeStream> edges;
   if (options.edges) {
     RAVENCAL_ASSIGN_OR_RETURN(edges, EdgeStream::create(*options.edges, plant,

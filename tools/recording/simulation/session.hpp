@@ -52,9 +52,9 @@ core::Status check_simulation_runs(const physics::Plant& plant);
 /// Told the share done, in [0, 1]; returns false to stop early.
 using ProgressFunction = std::function<bool(double)>;
 
-/// `trajectory` is in the plant's order of joints. Records into `out`, which appears when it is whole. Stopped early, it ends with the event
-/// `interrupted`, and replaces no file. Errors: kUsage for names that are taken and rates that do
-/// not fit, kData for a plant that cannot home, kIo.
+/// `trajectory` is in the plant's order of joints. Records into `out`, which appears when it is
+/// whole. Stopped early, it ends with the event `interrupted`, and replaces no file. Errors: kUsage
+/// for names that are taken and rates that do not fit, kData for a plant that cannot home, kIo.
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const trajectory::Trajectory& trajectory,
                                             const std::filesystem::path& out,

@@ -101,10 +101,10 @@ core::Status check_limits(const Trajectory& trajectory, const physics::Plant& pl
     const auto place = static_cast<Index>(j);
     const auto refuse = [&](std::size_t row, double value, std::string_view what, double limit,
                             std::string_view per) {
-      return core::data_error(fmt::format(
-          "{}:{}: joint '{}' at {:.6g} {}{} is {} {:.6g} {}{}, its limit in {}", source,
-          row + 1 + kHeaderLines, joint.name, value, unit, per, what, limit, unit, per,
-          plant.source));
+      return core::data_error(
+          fmt::format("{}:{}: joint '{}' at {:.6g} {}{} is {} {:.6g} {}{}, its limit in {}", source,
+                      row + 1 + kHeaderLines, joint.name, value, unit, per, what, limit, unit, per,
+                      plant.source));
     };
     for (std::size_t row = 0; row < trajectory.t_s.size(); ++row) {
       const double at = trajectory.joints_ji[row][place];

@@ -66,8 +66,9 @@ core::Result<std::vector<MovedJoint>> parse_header(std::string_view text,
     MovedJoint joint{std::string(field.substr(0, field.size() - unit)),
                      turns ? JointKind::kRevolute : JointKind::kPrismatic};
     if (joint.name.empty()) return refuse(fmt::format("column {} '{}' has no name", k + 1, field));
-    const bool twice = std::any_of(joints.begin(), joints.end(),
-                                   [&](const MovedJoint& other) { return other.name == joint.name; });
+    const bool twice = std::any_of(joints.begin(), joints.end(), [&](const MovedJoint& other) {
+      return other.name == joint.name;
+    });
     if (twice) return refuse(fmt::format("column {}: joint '{}' stands twice", k + 1, joint.name));
     joints.push_back(std::move(joint));
   }
@@ -88,8 +89,7 @@ core::Result<std::vector<double>> parse_row(std::string_view text,
     const std::string_view field = fields[column];
     const auto [end, error] =
         std::from_chars(field.data(), field.data() + field.size(), values[column]);
-    if (error == std::errc{} && end == field.data() + field.size() &&
-        std::isfinite(values[column]))
+    if (error == std::errc{} && end == field.data() + field.size() && std::isfinite(values[column]))
       continue;
     return error_in_line(
         path, line,

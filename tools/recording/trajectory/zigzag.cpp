@@ -87,8 +87,7 @@ std::vector<VectorXd> corners_of_cube(const ZigzagOptions& options) {
   const Matrix3d edges = edges_of(options.kind) / std::numbers::sqrt3;
   std::vector<VectorXd> corners;
   for (const Vector3d& corner : snake_corners(options.divisions)) {
-    corners.emplace_back(centre +
-                         range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5))));
+    corners.emplace_back(centre + range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5))));
   }
   return corners;
 }
@@ -144,9 +143,10 @@ core::Status check_range(const JointLimits& limits) {
   for (Index j = 0; j < limits.low_ji.size(); ++j) {
     const std::string& name = limits.joints[static_cast<std::size_t>(j)].name;
     if (!(limits.low_ji[j] < limits.high_ji[j]))
-      return core::usage_error(fmt::format("joint {}: its lower limit {} must be below its upper "
-                                           "limit {}",
-                                           name, limits.low_ji[j], limits.high_ji[j]));
+      return core::usage_error(
+          fmt::format("joint {}: its lower limit {} must be below its upper "
+                      "limit {}",
+                      name, limits.low_ji[j], limits.high_ji[j]));
     if (!(limits.fastest_ji[j] > 0.0))
       return core::usage_error(
           fmt::format("joint {}: its speed {} must be above 0", name, limits.fastest_ji[j]));
