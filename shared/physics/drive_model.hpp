@@ -93,11 +93,17 @@ struct DriveState {
   T bristle{0.0};  ///< deflection over presliding, -1 to 1
 };
 
-/// Moves the state on by `dt_s` under `effort`, less `damping` times the velocity at the end of the
-/// step; `load` is the effort that holds the link.
+/// What acts on a drive over a step: `push` whatever its new velocity, and `drag` per unit of that
+/// against it.
 template <typename T>
-void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double dt_s,
-                DriveState<T>& state, const T& damping = T(0.0)) {
+struct DrivePush {
+  T push, drag;
+};
+
+/// Under `effort`; `load` is the effort that holds the link.
+template <typename T>
+DrivePush<T> push_of_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double dt_s,
+                           const DriveState<T>& state) {
   using std::abs;
   using std::sin;
   const T& v = state.velocity;
@@ -108,12 +114,28 @@ void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double
            n.asymmetric_level * abs(state.bristle) - level * state.bristle / yielding;
   if (n.ripple != T(0.0)) push -= n.ripple * sin(n.ripple_order * state.position + n.ripple_phase);
   if (n.weight != T(0.0)) push -= n.weight * sin(state.position + n.weight_phase);
-  const T drag =
-      n.viscous + (1.0 + n.torque_ratio) * damping + level * dt_s / (n.presliding * yielding);
-  state.velocity = (v + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
+  const T drag = n.viscous + level * dt_s / (n.presliding * yielding);
+  return {push, drag};
+}
+
+/// Moves bristle and position on with the velocity that the state has got.
+template <typename T>
+void move_drive(const DriveNumbers<T>& n, double dt_s, DriveState<T>& state) {
+  using std::abs;
   const T moved = state.velocity * dt_s / n.presliding;
   state.bristle = (state.bristle + moved) / (1.0 + abs(moved));
   state.position += dt_s * state.velocity;
+}
+
+/// Moves the state on by `dt_s` under `effort`, less `damping` times the velocity at the end of the
+/// step; `load` is the effort that holds the link.
+template <typename T>
+void step_drive(const DriveNumbers<T>& n, const T& effort, const T& load, double dt_s,
+                DriveState<T>& state, const T& damping = T(0.0)) {
+  auto [push, drag] = push_of_drive(n, effort, load, dt_s, state);
+  drag += (1.0 + n.torque_ratio) * damping;
+  state.velocity = (state.velocity + dt_s / n.inertia * push) / (1.0 + dt_s / n.inertia * drag);
+  move_drive(n, dt_s, state);
 }
 
 }  // namespace ravencal::physics

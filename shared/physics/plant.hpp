@@ -60,6 +60,15 @@ struct Frame {
   bool operator==(const Frame&) const = default;
 };
 
+/// What the joint may do, as the robot's maker states it: trajectories stay within it. Nothing in a
+/// simulation stops a joint there.
+struct Limits {
+  std::optional<double> low_ji, high_ji;  ///< position
+  std::optional<double> speed_ji;         ///< greatest, per second
+
+  bool operator==(const Limits&) const = default;
+};
+
 /// What turns a command into motor torque.
 struct Drive {
   std::string input = "torque_n_m";  ///< torque_n_m, force_n, voltage_v or current_a
@@ -116,6 +125,7 @@ struct Joint {
   std::optional<Through> coupling_through;   ///< of its row of the coupling; empty: nobody says
   Link link;
   std::optional<Frame> frame{};  ///< all joints have one, or none
+  Limits limits{};
   Drive drive;
   std::optional<ExternalLoad> external_load;
   std::optional<Controller> controller;

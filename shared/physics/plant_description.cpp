@@ -32,6 +32,25 @@ std::string describe_effect(const Effect& effect, JointKind kind) {
   return text + "\n";
 }
 
+nlohmann::json limits_in_json(const Limits& limits) {
+  nlohmann::json out = nlohmann::json::object();
+  if (limits.low_ji) out["low"] = *limits.low_ji;
+  if (limits.high_ji) out["high"] = *limits.high_ji;
+  if (limits.speed_ji) out["speed"] = *limits.speed_ji;
+  return out;
+}
+
+std::string describe_limits(const Joint& joint) {
+  const Limits& limits = joint.limits;
+  if (limits == Limits{}) return {};
+  const char* unit = joint.kind == JointKind::kRevolute ? "rad" : "m";
+  std::string text = "    moves";
+  if (limits.low_ji) text += fmt::format(" from {:.4g} {}", *limits.low_ji, unit);
+  if (limits.high_ji) text += fmt::format(" to {:.4g} {}", *limits.high_ji, unit);
+  if (limits.speed_ji) text += fmt::format(" at up to {:.4g} {}/s", *limits.speed_ji, unit);
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string describe_plant(const Plant& plant) {
@@ -50,6 +69,7 @@ std::string describe_plant(const Plant& plant) {
         fmt::format("  {}: {}, reduction {:.6g} {}, motor inertia {:.3g} kg m2, link {:.3g} kg\n",
                     joint.name, revolute ? "revolute" : "prismatic", joint.reduction,
                     revolute ? "rad/rad" : "rad/m", joint.motor_inertia_kg_m2, joint.link.mass_kg);
+    text += describe_limits(joint);
     if (joint.coupling_through)
       text += fmt::format("    its cable follows the other joints' {}s\n",
                           through_word(*joint.coupling_through));
@@ -86,6 +106,7 @@ std::string describe_plant_in_json(const Plant& plant) {
                       {"motor_inertia_kg_m2", joint.motor_inertia_kg_m2},
                       {"link_mass_kg", joint.link.mass_kg},
                       {"effects", std::move(effects)}});
+    if (joint.limits != Limits{}) joints.back()["limits"] = limits_in_json(joint.limits);
     if (joint.coupling_through)
       joints.back()["coupling_through"] = through_word(*joint.coupling_through);
     if (joint.external_load)

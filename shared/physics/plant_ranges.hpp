@@ -10,9 +10,10 @@
 
 namespace ravencal::physics {
 
-inline constexpr core::NumberRange kPositionRange{-1e3, 1e3};   ///< rad or m
-inline constexpr core::NumberRange kWidthRange{0.0, 1e3};       ///< rad or m
-inline constexpr core::NumberRange kVelocityRange{-1e4, 1e4};   ///< rad/s or m/s
+inline constexpr core::NumberRange kPositionRange{-1e3, 1e3};  ///< rad or m
+inline constexpr core::NumberRange kWidthRange{0.0, 1e3};      ///< rad or m
+inline constexpr core::NumberRange kVelocityRange{-1e4, 1e4};  ///< rad/s or m/s
+inline constexpr core::NumberRange kSpeedRange{1e-9, 1e4};     ///< rad/s or m/s; times divide by it
 inline constexpr core::NumberRange kStiffnessRange{0.0, 1e12};  ///< N m/rad or N/m; servos, too
 inline constexpr core::NumberRange kDampingRange{0.0, 1e9};     ///< N m s/rad or N s/m
 inline constexpr core::NumberRange kCountsRange{0.0, 1e9};

@@ -125,6 +125,24 @@ core::Status read_frame(TomlTable& joint, std::optional<Frame>& frame) {
   return table->finish();
 }
 
+core::Status read_limits(TomlTable& joint, JointKind kind, Limits& limits) {
+  auto table = joint.table("limits");
+  if (!table) return {};
+  const auto read = [&](std::string_view name, Dimension dimension, const core::NumberRange& range,
+                        std::optional<double>& value) {
+    const std::string key = std::string(name) + std::string(unit_suffix(dimension, kind));
+    if (table->has(key)) value = table->number(key, range);
+    return key;
+  };
+  read("low", Dimension::kPosition, kPositionRange, limits.low_ji);
+  const std::string high = read("high", Dimension::kPosition, kPositionRange, limits.high_ji);
+  read("speed", Dimension::kVelocity, kSpeedRange, limits.speed_ji);
+  if (limits.low_ji && limits.high_ji && !(*limits.low_ji < *limits.high_ji))
+    table->fail(high, fmt::format("{} {} is not above the lower limit {}", high, *limits.high_ji,
+                                  *limits.low_ji));
+  return table->finish();
+}
+
 core::Status read_drive(TomlTable& joint, Drive& drive) {
   auto table = joint.table("drive");
   if (!table) return {};
@@ -262,6 +280,7 @@ core::Result<Joint> read_joint(TomlTable& table) {
   joint.coupling_through = read_through(table);
   RAVENCAL_RETURN_IF_ERROR(read_link(table, joint.link));
   RAVENCAL_RETURN_IF_ERROR(read_frame(table, joint.frame));
+  RAVENCAL_RETURN_IF_ERROR(read_limits(table, joint.kind, joint.limits));
   RAVENCAL_RETURN_IF_ERROR(read_drive(table, joint.drive));
   RAVENCAL_RETURN_IF_ERROR(read_external_load(table, joint.external_load));
   RAVENCAL_RETURN_IF_ERROR(read_controller(table, joint.controller));

@@ -123,6 +123,17 @@ void write_link_and_drive(PlantText& out, const Joint& joint) {
       out.value("rotation_wxyz", joint.frame->rotation);
     if (joint.frame->axis != Frame{}.axis) out.value("axis", joint.frame->axis);
   }
+  if (joint.limits != Limits{}) {
+    const auto limit = [&](std::string_view name, Dimension dimension,
+                           const std::optional<double>& value) {
+      if (value)
+        out.value(std::string(name) + std::string(unit_suffix(dimension, joint.kind)), *value);
+    };
+    out.table("[joint.limits]", true);
+    limit("low", Dimension::kPosition, joint.limits.low_ji);
+    limit("high", Dimension::kPosition, joint.limits.high_ji);
+    limit("speed", Dimension::kVelocity, joint.limits.speed_ji);
+  }
   if (joint.drive != Drive{}) {
     out.table("[joint.drive]", true);
     out.value("input", joint.drive.input);

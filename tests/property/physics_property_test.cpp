@@ -89,7 +89,7 @@ namespace ravencal::trajectory {
 namespace {
 
 void expect_within_limits(const Trajectory& path) {
-  const JointLimits limits = default_limits();
+  const JointLimits limits = authors_workspace();
   for (std::size_t i = 0; i < path.t_s.size(); ++i) {
     RC_ASSERT((path.joints_ji[i] - limits.low_ji).minCoeff() >= 0.0);
     RC_ASSERT((limits.high_ji - path.joints_ji[i]).minCoeff() >= 0.0);

@@ -14,7 +14,7 @@ ravencal_test(NAME robot_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_mode
   LIBS ravencal::physics fmt::fmt ${MUJOCO} ${CMAKE_DL_LIBS} LABELS unit)
 target_include_directories(robot_model_test SYSTEM PRIVATE ${MUJOCO_INCLUDE_DIR})
 ravencal_test(NAME trajectory_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/trajectory_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/trajectory_test.cpp ${CMAKE_CURRENT_LIST_DIR}/any_arm_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/simulation_test.cpp
   LIBS ravencal_simulation ravencal_trajectory ravencal::record LABELS unit)
 ravencal_test(NAME robot_improved_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/robot_improved_test.cpp

@@ -104,6 +104,8 @@ TEST(PlantText, KeepsWhatIsHardToWrite) {
   plant.joints[0].homing.reset();
   plant.joints[0].tolerance = {{"stiffness", 1.0 / 3.0}, {"creep.time", 0.0}};
   plant.joints[1].controller.reset();
+  plant.joints[1].limits = {-1.0 / 3.0, {}, 5e-9};
+  plant.joints[2].limits = {{}, 0.1 + 0.2, {}};
   plant.joints[1].drive = {"current_a", -2.5, 1e-22};
   plant.joints[2].effects = {{"hysteresis", "elbow", {{"half_loop", 0.1}, {"width", 0.2}}},
                              {"compliance", "force", {{"stretch_per_load", 0.1}}},

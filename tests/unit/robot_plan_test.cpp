@@ -63,7 +63,7 @@ TEST(RunPlan, RefusesWhatLeavesTheLimitsOrIsMissing) {
   EXPECT_EQ(robot::make_plan(arguments).error().code, core::ErrorCode::kUsage);
   trajectory::Trajectory path;
   path.t_s = {0.0, 1.0};
-  path.joints_ji = {{0.5, 1.5, 0.40}, {0.5, 1.5, 0.44}};
+  path.joints_ji = {Eigen::Vector3d(0.5, 1.5, 0.40), Eigen::Vector3d(0.5, 1.5, 0.44)};
   const auto outside = robot::make_plan(arguments_for(path));
   ASSERT_FALSE(outside.ok());
   EXPECT_EQ(outside.error().code, core::ErrorCode::kData);

@@ -134,7 +134,21 @@ TEST_F(RobotWords, UrdfGivesLimitsMimicsAndReductions) {
   EXPECT_EQ(plant.joints[0].parameter("saturation", "limit"), 5.0);
   EXPECT_EQ(plant.joints[1].reduction, 50.0);
   EXPECT_EQ(plant.coupling[2][0], -0.5);
-  EXPECT_NE(notes_of(plant).find("speeds of 1 joint"), std::string::npos) << notes_of(plant);
+  EXPECT_EQ(plant.joints[0].limits, (Limits{-1.0, 1.0, 2.0}));
+  EXPECT_EQ(plant.joints[1].limits, Limits{});
+}
+
+TEST_F(RobotWords, RangesAreLimitsUnlessNoRobotIsThatLarge) {
+  const auto limits_of = [&](const char* range) {
+    return plant_of(fmt::format("<mujoco><compiler angle=\"radian\"/><worldbody><body>"
+                                "<joint name=\"j\" {}/>{}</body></worldbody></mujoco>",
+                                range, kLink))
+        .joints[0]
+        .limits;
+  };
+  EXPECT_EQ(limits_of("limited=\"true\" range=\"-0.5 0.75\""), (Limits{-0.5, 0.75, {}}));
+  EXPECT_EQ(limits_of("limited=\"true\" range=\"-0.5 1e16\""), (Limits{-0.5, {}, {}}));
+  EXPECT_EQ(limits_of("limited=\"false\" range=\"-0.5 0.75\""), Limits{});
 }
 
 /// The joint feels the same of its motor, whose turns are counted now.

@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "trajectory/trajectory.hpp"
+#include "unit/long_arm.hpp"
 #include "unit/run_command.hpp"
 
 namespace {
@@ -117,6 +118,43 @@ TEST_F(SuggestProgram, SaysWhyThereIsNoTrajectory) {
   EXPECT_EQ(next.exit_code, 3) << next.text;
   EXPECT_NE(next.text.find("joint elbow did not move"), std::string::npos) << next.text;
   EXPECT_EQ(run("suggest why").exit_code, 0);
+}
+
+/// Seven joints, one of them slides; each was recorded over half of its travel.
+TEST_F(SuggestProgram, MovesEveryJointOfAnyArmWithinItsRecordingsAndItsLimits) {
+  std::ofstream(folder_ / "arm.toml") << test::long_arm(7);
+  const physics::Plant plant = physics::load_plant(folder_ / "arm.toml").value();
+  const trajectory::JointLimits limits = trajectory::limits_of(plant).value();
+  Json seen = report();
+  seen["effects"][0]["joint"] = "j3";
+  for (Json& untested : seen["not_found"]) untested["joint"] = "j3";
+  seen["looked_at"] = Json::array();
+  const Eigen::VectorXd low = limits.low_ji, high = 0.5 * (low + limits.high_ji);
+  const auto reported = [&](Eigen::Index j) { return j == 6 ? limits.low_ji[j] - 0.1 : low[j]; };
+  for (Eigen::Index j = 0; j < 7; ++j) {
+    const bool slides = j == test::kSliding;
+    seen["looked_at"].push_back({{"joint", plant.joints[static_cast<std::size_t>(j)].name},
+                                 {"position", {reported(j), high[j]}},
+                                 {"position_unit", slides ? "m" : "rad"},
+                                 {"effort_unit", slides ? "N" : "N_m"},
+                                 {"fastest", 2.0 * limits.fastest_ji[j]},
+                                 {"load", nullptr}});
+  }
+  write(seen);
+  const Outcome next = run("suggest why --plant arm.toml --out next");
+  ASSERT_EQ(next.exit_code, 0) << next.text;
+  EXPECT_EQ(trajectories().size(), 6U) << next.text;
+  for (const fs::path& file : trajectories()) {
+    const auto motion = trajectory::read_for_plant(file, plant);
+    ASSERT_TRUE(motion.ok()) << motion.error().message;
+    for (const Eigen::VectorXd& joints : motion->joints_ji) {
+      ASSERT_GE((joints - low).minCoeff(), -1e-8) << file;
+      ASSERT_GE((high - joints).minCoeff(), -1e-8) << file;
+    }
+  }
+  const Outcome simulated = run(fmt::format("simulate --plant arm.toml --trajectory {} --out x.db",
+                                            trajectories().front().string()));
+  EXPECT_EQ(simulated.exit_code, 0) << simulated.text;
 }
 
 /// Two repetitions of a tie: what they answered, and what that tells.

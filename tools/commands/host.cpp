@@ -49,7 +49,7 @@ core::Result<std::unique_ptr<host::RobotSource>> make_twin(const HostArguments& 
   if (arguments.payload_g >= 0.0) plant.payload.mass_kg = arguments.payload_g / 1000.0;
   if (!arguments.trajectory.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
-                              trajectory::read_csv(arguments.trajectory));
+                              trajectory::read_for_plant(arguments.trajectory, plant));
     return host::make_twin_source(plant, trajectory, arguments.twin);
   }
   trajectory::RandomOptions random;

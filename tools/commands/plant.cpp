@@ -6,8 +6,10 @@
 
 #include <charconv>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "commands/command.hpp"
@@ -15,6 +17,7 @@
 #include "commands/robot_out.hpp"
 #include "core/whole_file.hpp"
 #include "physics/drives.hpp"
+#include "physics/plant_ranges.hpp"
 #include "physics/plant_writer.hpp"
 
 namespace ravencal::commands {
@@ -25,38 +28,50 @@ constexpr double kMostReduction = 1e5;
 
 struct PlantArguments {
   std::string robot, plant, out;
-  std::vector<std::string> reductions;
+  std::vector<std::string> reductions, speeds;
   bool force = false;
 };
 
-/// `RATIO` for all joints or `JOINT=RATIO`.
-core::Status take_reduction(const std::string& word, physics::Plant& plant) {
+/// What an option says of joints: `NUMBER` for all, or `JOINT=NUMBER`.
+struct JointWord {
+  std::string_view option, number, sample;  ///< `number`: what it is; `sample`: in capitals
+  core::NumberRange range;
+};
+
+core::Status take_word(const std::string& word, const JointWord& kind, physics::Plant& plant,
+                       const std::function<void(physics::Joint&, double)>& set) {
   const std::size_t equals = word.rfind('=');
   const bool of_one = equals != std::string::npos;
   const std::string name = word.substr(0, of_one ? equals : 0);
   const char* number = word.c_str() + (of_one ? equals + 1 : 0);
-  double ratio = 0.0;
-  const auto [end, error] = std::from_chars(number, word.data() + word.size(), ratio);
-  if (error != std::errc{} || *end != '\0' || !(ratio >= 1.0) || !(ratio <= kMostReduction))
-    return core::usage_error(
-        fmt::format("--reduction {}: wanted is a ratio of 1 to {:g}, or "
-                    "JOINT=RATIO",
-                    word, kMostReduction));
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(number, word.data() + word.size(), value);
+  if (error != std::errc{} || *end != '\0' || !(value >= kind.range.low) ||
+      !(value <= kind.range.high))
+    return core::usage_error(fmt::format("{} {}: wanted is {} of {:g} to {:g}, or JOINT={}",
+                                         kind.option, word, kind.number, kind.range.low,
+                                         kind.range.high, kind.sample));
   if (of_one && !plant.joint_index(name)) {
     std::vector<std::string> names;
     for (const physics::Joint& joint : plant.joints) names.push_back(joint.name);
-    return core::usage_error(fmt::format("--reduction {}: {} has no joint '{}', but {}", word,
+    return core::usage_error(fmt::format("{} {}: {} has no joint '{}', but {}", kind.option, word,
                                          plant.source, name, fmt::join(names, ", ")));
   }
   for (physics::Joint& joint : plant.joints)
-    if (!of_one || joint.name == name) physics::set_reduction(joint, ratio);
+    if (!of_one || joint.name == name) set(joint, value);
   return {};
 }
 
 core::Status import_robot(const PlantArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.robot));
   for (const std::string& word : arguments.reductions)
-    RAVENCAL_RETURN_IF_ERROR(take_reduction(word, plant));
+    RAVENCAL_RETURN_IF_ERROR(take_word(
+        word, {"--reduction", "a ratio", "RATIO", {1.0, kMostReduction}}, plant,
+        [](physics::Joint& joint, double ratio) { physics::set_reduction(joint, ratio); }));
+  for (const std::string& word : arguments.speeds)
+    RAVENCAL_RETURN_IF_ERROR(take_word(
+        word, {"--speed", "a speed in rad/s or m/s", "SPEED", physics::kSpeedRange}, plant,
+        [](physics::Joint& joint, double speed) { joint.limits.speed_ji = speed; }));
   if (std::filesystem::exists(arguments.out) && !arguments.force)
     return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.out, physics::plant_text(plant)));
@@ -98,6 +113,9 @@ void add_plant(CLI::App& app, int& exit_code) {
   from->add_option("--reduction", arguments->reductions,
                    "Turns of the motor per turn of the joint, which no MJCF says: RATIO for all "
                    "joints, JOINT=RATIO for one; may be given several times");
+  from->add_option("--speed", arguments->speeds,
+                   "Greatest speed of a joint, rad/s or m/s, which no MJCF says and trajectories "
+                   "need: SPEED for all joints, JOINT=SPEED for one; may be given several times");
   from->add_flag("--force", arguments->force, "Replace an existing file");
   from->footer(
       "Example: ravencal plant from so_arm100.xml --reduction 345 --reduction jaw=191 --out "

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <memory>
@@ -82,7 +83,8 @@ void print_summary(const simulation::SessionSummary& summary, const SimulateArgu
                                  {"simulated_s", summary.simulated_s},
                                  {"wall_s", wall_s},
                                  {"times_real_time", factor},
-                                 {"interrupted", summary.interrupted}};
+                                 {"interrupted", summary.interrupted},
+                                 {"led_by_simulation", summary.led}};
     fmt::print("{}\n", json.dump());
     return;
   }
@@ -90,6 +92,11 @@ void print_summary(const simulation::SessionSummary& summary, const SimulateArgu
       "{}: {} rows, {} homing(s), {:.0f} s simulated in {:.1f} s ({:.0f} times real time){}\n",
       arguments.out, summary.rows, summary.homings, summary.simulated_s, wall_s, factor,
       summary.interrupted ? "; stopped early, as its last event says" : "");
+  if (!summary.led.empty())
+    fmt::print(
+        "note: the plant states no [joint.controller] of {}: led by servos whose gains their "
+        "inertia gives\n",
+        fmt::join(summary.led, ", "));
 }
 
 core::Status run(const SimulateArguments& arguments) {
@@ -98,11 +105,10 @@ core::Status run(const SimulateArguments& arguments) {
   if (!arguments.follow.empty()) return follow(arguments, plant);
   if (arguments.trajectory.empty()) {
     return core::Error{core::ErrorCode::kUsage,
-                       "give --trajectory (RAVEN arms) or --follow (any robot's recording)"};
+                       "give --trajectory (a motion of its own) or --follow (a recording)"};
   }
-  RAVENCAL_RETURN_IF_ERROR(simulation::check_simulation_runs(plant));
   RAVENCAL_ASSIGN_OR_RETURN(const trajectory::Trajectory trajectory,
-                            trajectory::read_csv(arguments.trajectory));
+                            trajectory::read_for_plant(arguments.trajectory, plant));
   simulation::SessionOptions session = arguments.session;
   if (arguments.rate_hz > 0.0) session.rate_hz = arguments.rate_hz;
   if (!arguments.edges.empty()) session.edges = arguments.edges;
@@ -127,14 +133,14 @@ core::Status run(const SimulateArguments& arguments) {
 void add_simulate(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   simulation::SessionOptions& session = arguments->session;
-  CLI::App* command = app.add_subcommand("simulate",
-                                         "Simulate a plant: a RAVEN arm along a "
-                                         "trajectory, any robot along a recording");
+  CLI::App* command =
+      app.add_subcommand("simulate", "Simulate a plant along a trajectory or a recording");
   command
       ->add_option("--plant", arguments->plant, "The robot (.toml), e.g. tools/plants/raven2.toml")
       ->required();
   CLI::Option* trajectory = command->add_option("--trajectory", arguments->trajectory,
-                                                "CSV of `ravencal trajectory`: RAVEN arms");
+                                                "CSV of `ravencal trajectory` or `suggest`, with a "
+                                                "column of each joint of the plant");
   CLI::Option* recording = command->add_option("--follow", arguments->follow,
                                                "Recording whose commands (desired positions, "
                                                "efforts, believed positions, loads) go into any "
@@ -184,9 +190,13 @@ void add_simulate(CLI::App& app, int& exit_code) {
   command->add_flag("--force", session.overwrite, "Replace an existing recording");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
+      "A plant of three joints with [joint.controller] and [joint.homing] is a RAVEN arm: its "
+      "twin homes, draws disturbances and writes the robot's messages. --edges, --rehome-every-s, "
+      "--rehomings and --drift are the twin's, and so are the seeds; other plants draw nothing.\n"
       "The twin is a stand-in: its cables are tuned to published error sizes, see the plant file.\n"
       "Example: ravencal simulate --plant tools/plants/raven2.toml --trajectory zigzag3.csv --out "
       "zigzag3.db\n"
+      "         ravencal simulate --plant arm7.toml --trajectory sweeps.csv --out sweeps.db\n"
       "         ravencal simulate --plant diagnosis/plant_improved.toml --follow run.csv --profile "
       "tools/profiles/emps.toml --out again.db");
   on_call(*command, exit_code,

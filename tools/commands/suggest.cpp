@@ -23,7 +23,6 @@
 #include "exchange/load.hpp"
 #include "experiment/motion.hpp"
 #include "experiment/power.hpp"
-#include "simulation/session.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -146,7 +145,7 @@ core::Status try_some(const SuggestArguments& arguments, const Diagnosis& diagno
   for (Entry& entry : entries) {
     const diagnose::Suggestion& s = entry.suggestion;
     if (tried == arguments.tried) break;
-    if (entry.motion.t_s.empty() || !simulation::simulation_runs(*diagnosis.nominal)) continue;
+    if (entry.motion.t_s.empty()) continue;
     progress.update(static_cast<double>(tried) / arguments.tried, s.experiment);
     RAVENCAL_ASSIGN_OR_RETURN(entry.power, experiment::predict_power(s, entry.motion, trial));
     if (entry.power->with_effect) entry.bits = entry.power->information_bits(prior_of(reported, s));
@@ -232,7 +231,8 @@ void print(const Advice& advice) {
                e.suggestion.why);
     if (e.power) print_power(e);
     if (!e.file.empty())
-      fmt::print("   {}: for `ravencal run` and `ravencal simulate`\n", e.file.string());
+      fmt::print("   {}: for `ravencal simulate` and, of a RAVEN arm, `ravencal run`\n",
+                 e.file.string());
   }
   if (advice.explored.empty()) return;
   fmt::print("The diagnosed recordings reached, and the trajectories stay within:\n");
@@ -257,12 +257,7 @@ core::Status run(const SuggestArguments& arguments) {
     return {};
   }
   print(advice);
-  if (diagnosis.nominal && arguments.tried > 0 &&
-      !simulation::simulation_runs(*diagnosis.nominal)) {
-    fmt::print(
-        "How likely these answer was not predicted: the twin runs arms of three joints with "
-        "[joint.controller] and [joint.homing], which this plant lacks.\n");
-  } else if (diagnosis.nominal && arguments.tried > 0 && !diagnosis.improved) {
+  if (diagnosis.nominal && arguments.tried > 0 && !diagnosis.improved) {
     fmt::print(
         "How likely these answer was not predicted: there is no plant_improved.toml beside {}.\n",
         arguments.source);
@@ -291,8 +286,9 @@ void add_suggest(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "Seed of the simulations")->capture_default_str();
   command->add_option("--out", arguments->out,
-                      "Folder for the suggested motions as trajectories, within the positions and "
-                      "speeds of the diagnosed recordings; needs --plant");
+                      "Folder for the suggested motions as trajectories of all joints, within the "
+                      "positions and speeds of the diagnosed recordings and [joint.limits]; needs "
+                      "--plant");
   command->add_flag("--force", arguments->force, "Replace trajectories that exist");
   command->add_flag("--json", arguments->json, "Print the suggestions as JSON");
   command->footer(

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
@@ -15,6 +17,7 @@ namespace {
 
 struct Options {
   std::string out;
+  std::string plant;  // empty: a RAVEN arm in the authors' workspace
   std::string kind = "yz";
   std::string sparsity = "1/3";
   std::string mode = "paper";
@@ -54,8 +57,17 @@ core::Status save(const trajectory::Trajectory& made, const Options& options) {
   return {};
 }
 
+core::Result<std::optional<trajectory::JointLimits>> limits_from(const Options& options) {
+  if (options.plant.empty()) return std::optional<trajectory::JointLimits>();
+  RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(options.plant));
+  RAVENCAL_ASSIGN_OR_RETURN(trajectory::JointLimits limits, trajectory::limits_of(plant));
+  return std::optional<trajectory::JointLimits>(std::move(limits));
+}
+
 core::Status run_zigzag(const Options& options) {
   trajectory::ZigzagOptions zigzag;
+  RAVENCAL_ASSIGN_OR_RETURN(std::optional<trajectory::JointLimits> limits, limits_from(options));
+  if (limits) zigzag.limits = std::move(*limits);
   RAVENCAL_ASSIGN_OR_RETURN(zigzag.kind, trajectory::zigzag_kind_from(options.kind));
   RAVENCAL_ASSIGN_OR_RETURN(zigzag.divisions, divisions_from(options.sparsity));
   zigzag.pace = options.pace;
@@ -65,6 +77,7 @@ core::Status run_zigzag(const Options& options) {
 
 core::Status run_sinusoid(const Options& options) {
   trajectory::RandomOptions random;
+  RAVENCAL_ASSIGN_OR_RETURN(random.limits, limits_from(options));
   random.mode =
       options.mode == "code" ? trajectory::RandomMode::kCode : trajectory::RandomMode::kPaper;
   random.duration_s = options.duration_s;
@@ -75,9 +88,19 @@ core::Status run_sinusoid(const Options& options) {
 }
 
 void add_common(CLI::App& command, Options& options) {
-  command.add_option("--out", options.out, "CSV to write: t_s,shoulder_rad,elbow_rad,insertion_m")
+  command
+      .add_option("--out", options.out,
+                  "CSV to write: t_s and NAME_rad or NAME_m of each joint (RAVEN: "
+                  "t_s,shoulder_rad,elbow_rad,insertion_m)")
       ->required();
-  command.add_option("--pace", options.pace, "Times the authors' speeds")->capture_default_str();
+  command.add_option("--plant", options.plant,
+                     "Robot (.toml or a model) of any number of joints, whose [joint.limits] say "
+                     "between which positions and how fast they move; default: a RAVEN arm in the "
+                     "authors' workspace. What is around the robot, and its links, it has to avoid "
+                     "by these limits");
+  command
+      .add_option("--pace", options.pace, "Times the authors' speeds, or those of [joint.limits]")
+      ->capture_default_str();
   command.add_flag("--force", options.force, "Replace an existing file");
   command.add_flag("--json", options.json, "Print the summary as JSON");
 }
@@ -95,10 +118,16 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   add_common(*zigzag, *options);
   zigzag->add_option("--sparsity", options->sparsity, "Step between sweeps, as a share of the edge")
       ->capture_default_str();
-  zigzag->add_option("--kind", options->kind, "Direction of the sweeps: x, y, z, xy, yz, xz or xyz")
+  zigzag
+      ->add_option(
+          "--kind", options->kind,
+          "Direction of the sweeps of three joints: x, y, z, xy, yz, xz or xyz. Of any other "
+          "number each joint sweeps in turn")
       ->capture_default_str();
-  zigzag->footer("Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv");
-  on_call(*zigzag, exit_code, {.read = {}, .written = {"--out"}},
+  zigzag->footer(
+      "Example: ravencal trajectory zigzag --sparsity 1/4 --out zigzag4.csv\n"
+      "         ravencal trajectory zigzag --plant arm7.toml --out sweeps.csv");
+  on_call(*zigzag, exit_code, {.read = {"--plant"}, .written = {"--out"}},
           [options] { return run_zigzag(*options); });
 
   CLI::App* sinusoid =
@@ -111,7 +140,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sinusoid->footer(
       "Example: ravencal trajectory sinusoid --duration-s 1200 --seed 7 --out test.csv");
-  on_call(*sinusoid, exit_code, {.read = {}, .written = {"--out"}},
+  on_call(*sinusoid, exit_code, {.read = {"--plant"}, .written = {"--out"}},
           [options] { return run_sinusoid(*options); });
 
   command->footer("Example: ravencal trajectory zigzag --sparsity 1/3 --out zigzag3.csv");

@@ -12,7 +12,8 @@ namespace {
 
 using diagnose::Exercise;
 using diagnose::Explored;
-using Eigen::Vector3d;
+using Eigen::VectorXd;
+using trajectory::JointLimits;
 using trajectory::Trajectory;
 
 /// Shares of the fastest recorded speed.
@@ -21,12 +22,12 @@ constexpr double kSlow = 1.0 / 9.0, kCalm = 1.0 / 3.0, kUsual = 1.0;
 /// Half cosines from point to point, at most at a share of the bounds' speeds.
 class Path {
  public:
-  Path(const MotionBounds& bounds, const Vector3d& start)
-      : bounds_(bounds), path_{{0.0}, {start}} {}
+  Path(const JointLimits& bounds, const VectorXd& start)
+      : bounds_(bounds), path_{bounds.joints, {0.0}, {start}} {}
 
-  void move(const Vector3d& to, double share) {
-    const Vector3d from = path_.joints_ji.back();
-    const Vector3d mean_s = (to - from).cwiseAbs().cwiseQuotient(share * bounds_.fastest_ji);
+  void move(const VectorXd& to, double share) {
+    const VectorXd from = path_.joints_ji.back();
+    const VectorXd mean_s = (to - from).cwiseAbs().cwiseQuotient(share * bounds_.fastest_ji);
     const auto samples =
         std::max(2L, std::lround(std::ceil(0.5 * std::numbers::pi * trajectory::kSampleRateHz *
                                            mean_s.maxCoeff())));
@@ -55,57 +56,46 @@ class Path {
   [[nodiscard]] Trajectory taken() && { return std::move(path_); }
 
  private:
-  const MotionBounds& bounds_;
+  const JointLimits& bounds_;
   Trajectory path_;
 };
 
-/// A zig-zag whose fastest joint moves at this share of its bound.
-core::Result<Trajectory> zigzag(const MotionBounds& bounds, double share) {
+/// At this share of the speeds.
+core::Result<Trajectory> zigzag(const JointLimits& bounds, double share) {
   trajectory::ZigzagOptions options;
-  options.divisions = 2;
-  options.limits = bounds.range;
-  RAVENCAL_ASSIGN_OR_RETURN(Trajectory t, trajectory::make_zigzag(options));
-  Vector3d peak = Vector3d::Zero();
-  for (std::size_t i = 1; i < t.t_s.size(); ++i)
-    peak =
-        peak.cwiseMax((t.joints_ji[i] - t.joints_ji[i - 1]).cwiseAbs() / (t.t_s[i] - t.t_s[i - 1]));
-  const double slower = peak.cwiseQuotient(share * bounds.fastest_ji).maxCoeff();
-  for (double& t_s : t.t_s) t_s *= slower;
-  Trajectory sampled;
-  const auto count = static_cast<long>(t.duration_s() * trajectory::kSampleRateHz);
-  for (long i = 0; i <= count; ++i) {
-    sampled.t_s.push_back(static_cast<double>(i) / trajectory::kSampleRateHz);
-    sampled.joints_ji.push_back(t.at(sampled.t_s.back()));
-  }
-  return sampled;
+  // Where each joint sweeps in turn, there are postures enough with fewer steps.
+  options.divisions = bounds.joints.size() == 3 ? 2 : 1;
+  options.limits = bounds;
+  options.pace = share;
+  return trajectory::make_zigzag(options);
 }
 
-Trajectory holds(const MotionBounds& bounds, Path path) {
-  const Vector3d span = bounds.range.high_ji - bounds.range.low_ji;
+Trajectory holds(const JointLimits& bounds, Path path) {
+  const VectorXd span = bounds.high_ji - bounds.low_ji;
   for (const double at : {0.1, 0.9}) {
-    path.move(bounds.range.low_ji + at * span, kCalm);
+    path.move(bounds.low_ji + at * span, kCalm);
     path.hold(180.0);
   }
   return std::move(path).taken();
 }
 
-Trajectory reversals(const MotionBounds& bounds, Path path) {
-  const Vector3d span = bounds.range.high_ji - bounds.range.low_ji;
+Trajectory reversals(const JointLimits& bounds, Path path) {
+  const VectorXd span = bounds.high_ji - bounds.low_ji;
   for (const double at : {0.2, 0.5, 0.8}) {
-    path.move(bounds.range.low_ji + at * span, kCalm);
+    path.move(bounds.low_ji + at * span, kCalm);
     for (const double width : {0.001, 0.005, 0.025, 0.12})
       for (int k = 0; k < 10; ++k)
-        path.move(bounds.range.low_ji + (at + (k % 2 == 0 ? 0.5 : -0.5) * width) * span, kCalm);
+        path.move(bounds.low_ji + (at + (k % 2 == 0 ? 0.5 : -0.5) * width) * span, kCalm);
   }
   return std::move(path).taken();
 }
 
-Trajectory one_by_one(const MotionBounds& bounds, Path path) {
-  const Vector3d middle = 0.5 * (bounds.range.low_ji + bounds.range.high_ji);
-  for (Eigen::Index j = 0; j < 3; ++j) {
+Trajectory one_by_one(const JointLimits& bounds, Path path) {
+  const VectorXd middle = 0.5 * (bounds.low_ji + bounds.high_ji);
+  for (Eigen::Index j = 0; j < middle.size(); ++j) {
     for (int k = 0; k < 4; ++k) {
-      Vector3d to = middle;
-      to[j] = (k % 2 == 0 ? bounds.range.high_ji : bounds.range.low_ji)[j];
+      VectorXd to = middle;
+      to[j] = (k % 2 == 0 ? bounds.high_ji : bounds.low_ji)[j];
       path.move(to, kUsual);
     }
     path.move(middle, kUsual);
@@ -115,32 +105,37 @@ Trajectory one_by_one(const MotionBounds& bounds, Path path) {
 
 }  // namespace
 
-core::Result<MotionBounds> bounds_of(const std::vector<Explored>& explored,
-                                     const physics::Plant& plant) {
-  if (plant.joints.size() != 3)
-    return core::data_error(
-        fmt::format("{}: trajectories are of arms of three joints, and this plant has {}",
-                    plant.source, plant.joints.size()));
-  MotionBounds out;
-  for (Eigen::Index j = 0; j < 3; ++j) {
-    const std::string& name = plant.joints[static_cast<std::size_t>(j)].name;
+core::Result<JointLimits> bounds_of(const std::vector<Explored>& explored,
+                                    const physics::Plant& plant) {
+  const auto count = static_cast<Eigen::Index>(plant.joints.size());
+  JointLimits out{trajectory::joints_of(plant), VectorXd(count), VectorXd(count), VectorXd(count)};
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const physics::Joint& joint = plant.joints[static_cast<std::size_t>(j)];
     const auto seen = std::find_if(explored.begin(), explored.end(),
-                                   [&](const Explored& e) { return e.joint == name; });
+                                   [&](const Explored& e) { return e.joint == joint.name; });
     if (seen == explored.end() || !(seen->position.second > seen->position.first) ||
         !(seen->fastest > 0.0))
       return core::data_error(fmt::format(
           "joint {} did not move in the diagnosed recordings, so that no range is known in which "
           "it may",
-          name));
-    out.range.low_ji[j] = seen->position.first;
-    out.range.high_ji[j] = seen->position.second;
-    out.fastest_ji[j] = seen->fastest;
+          joint.name));
+    const physics::Limits& limits = joint.limits;
+    out.low_ji[j] = std::max(seen->position.first, limits.low_ji.value_or(seen->position.first));
+    out.high_ji[j] =
+        std::min(seen->position.second, limits.high_ji.value_or(seen->position.second));
+    out.fastest_ji[j] = std::min(seen->fastest, limits.speed_ji.value_or(seen->fastest));
+    if (!(out.low_ji[j] < out.high_ji[j]))
+      return core::data_error(fmt::format(
+          "joint {} was recorded from {:.6g} to {:.6g}, beyond its [joint.limits] in {} ({:.6g} to "
+          "{:.6g}): nothing is left in which it may move",
+          joint.name, seen->position.first, seen->position.second, plant.source,
+          limits.low_ji.value_or(-HUGE_VAL), limits.high_ji.value_or(HUGE_VAL)));
   }
   return out;
 }
 
-core::Result<Trajectory> motion_of(Exercise motion, const MotionBounds& bounds) {
-  Path path(bounds, 0.5 * (bounds.range.low_ji + bounds.range.high_ji));
+core::Result<Trajectory> motion_of(Exercise motion, const JointLimits& bounds) {
+  Path path(bounds, 0.5 * (bounds.low_ji + bounds.high_ji));
   switch (motion) {
     case Exercise::kLoaded:
       return zigzag(bounds, 1.0);
@@ -160,8 +155,7 @@ core::Result<Trajectory> motion_of(Exercise motion, const MotionBounds& bounds) 
     case Exercise::kOneByOne:
       return one_by_one(bounds, std::move(path));
     case Exercise::kWholeRange:
-      for (int k = 0; k < 20; ++k)
-        path.move(k % 2 == 0 ? bounds.range.high_ji : bounds.range.low_ji, kCalm);
+      for (int k = 0; k < 20; ++k) path.move(k % 2 == 0 ? bounds.high_ji : bounds.low_ji, kCalm);
       return std::move(path).taken();
     case Exercise::kNone:
       break;

@@ -3,7 +3,6 @@
 // Motions of the suggested recordings, within what the diagnosed recordings showed.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "core/result.hpp"
@@ -14,19 +13,13 @@
 
 namespace ravencal::experiment {
 
-/// Positions and speeds that a motion must not leave, in the plant's order of joints.
-struct MotionBounds {
-  trajectory::JointLimits range;
-  Eigen::Vector3d fastest_ji;  ///< rad/s, rad/s, m/s
-};
-
-/// Those that the recordings reached. Errors (kData): the plant has not three joints, or one of
-/// them did not move.
-core::Result<MotionBounds> bounds_of(const std::vector<diagnose::Explored>& explored,
-                                     const physics::Plant& plant);
+/// Positions and speeds that the recordings reached, as far as the plant's own limits allow them,
+/// in the plant's order of joints. Errors (kData): a joint did not move, or only beyond its limits.
+core::Result<trajectory::JointLimits> bounds_of(const std::vector<diagnose::Explored>& explored,
+                                                const physics::Plant& plant);
 
 /// Errors (kUsage): `motion` is kNone.
 core::Result<trajectory::Trajectory> motion_of(diagnose::Exercise motion,
-                                               const MotionBounds& bounds);
+                                               const trajectory::JointLimits& bounds);
 
 }  // namespace ravencal::experiment

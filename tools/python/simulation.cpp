@@ -26,21 +26,25 @@ namespace {
 namespace fs = std::filesystem;
 using OptionalPath = std::optional<fs::path>;
 
-/// A trajectory by its arrays: times [rows] and joints [rows, 3].
+/// A trajectory by its arrays: times [rows] and joints [rows, joints of the plant].
 trajectory::Trajectory trajectory_of_arrays(const std::vector<double>& t_s,
-                                            const Eigen::MatrixXd& joints_ji) {
+                                            const Eigen::MatrixXd& joints_ji,
+                                            const physics::Plant& plant) {
   const auto refuse = [](const std::string& why) {
     return Failure(core::data_error("trajectory: " + why));
   };
   const auto rows = static_cast<Eigen::Index>(t_s.size());
-  if (rows < 2 || joints_ji.rows() != rows || joints_ji.cols() != 3) {
+  const std::size_t joints = plant.joints.size();
+  if (rows < 2 || joints_ji.rows() != rows ||
+      joints_ji.cols() != static_cast<Eigen::Index>(joints)) {
     throw refuse(
-        fmt::format("{} times and joints of shape {} x {}; it needs at least two times, and "
-                    "three joints for each",
-                    rows, joints_ji.rows(), joints_ji.cols()));
+        fmt::format("{} times and joints of shape {} x {}; it needs at least two times, and the "
+                    "{} joints of {} for each",
+                    rows, joints_ji.rows(), joints_ji.cols(), joints, plant.source));
   }
   if (!joints_ji.allFinite()) throw refuse("a joint is not a number");
   trajectory::Trajectory made;
+  made.joints = trajectory::joints_of(plant);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const double time_s = t_s[static_cast<std::size_t>(i)];
     if (!std::isfinite(time_s) || (i > 0 && !(time_s > made.t_s.back())))
@@ -48,14 +52,15 @@ trajectory::Trajectory trajectory_of_arrays(const std::vector<double>& t_s,
     made.t_s.push_back(time_s);
     made.joints_ji.emplace_back(joints_ji.row(i));
   }
+  succeed(trajectory::check_limits(made, plant, "trajectory"));
   return made;
 }
 
-trajectory::Trajectory trajectory_of(const py::object& given) {
+trajectory::Trajectory trajectory_of(const py::object& given, const physics::Plant& plant) {
   if (!py::isinstance<py::tuple>(given))
-    return value_of(trajectory::read_csv(given.cast<fs::path>()));
+    return value_of(trajectory::read_for_plant(given.cast<fs::path>(), plant));
   const auto [t_s, joints_ji] = given.cast<std::pair<std::vector<double>, Eigen::MatrixXd>>();
-  return trajectory_of_arrays(t_s, joints_ji);
+  return trajectory_of_arrays(t_s, joints_ji, plant);
 }
 
 physics::Plant loaded(physics::Plant plant, const std::optional<double>& payload_g) {
@@ -73,8 +78,7 @@ std::shared_ptr<HeldRecording> simulate(const physics::Plant& given, const py::o
                                         const std::optional<double>& payload_g,
                                         const py::object& progress) {
   const physics::Plant plant = loaded(given, payload_g);
-  succeed(simulation::check_simulation_runs(plant));
-  const trajectory::Trajectory motion = trajectory_of(trajectory);
+  const trajectory::Trajectory motion = trajectory_of(trajectory, plant);
   options.trajectory_name =
       py::isinstance<py::tuple>(trajectory) ? "arrays" : name_of(trajectory.cast<fs::path>());
   options.edges = edges;
@@ -140,7 +144,7 @@ void add_simulation(py::module_& module) {
         options.drift = drift;
         return simulate(plant, trajectory, out, edges, options, payload_g, progress);
       },
-      "Simulates a RAVEN arm along a trajectory.", py::arg("plant"), py::arg("trajectory"),
+      "Simulates a plant along a trajectory.", py::arg("plant"), py::arg("trajectory"),
       py::kw_only(), py::arg("out") = py::none(), py::arg("overwrite") = false,
       py::arg("edges") = py::none(), py::arg("seed") = 1, py::arg("homing_seed") = 1,
       py::arg("payload_g") = py::none(), py::arg("rate_hz") = py::none(),

@@ -21,6 +21,7 @@ struct ModelWords {
     double ratio = 1.0;
   };
   std::map<std::string, double, std::less<>> effort_limit;  ///< N m or N at the joint
+  std::map<std::string, double, std::less<>> speed_limit;   ///< rad/s or m/s of the joint
   std::map<std::string, double, std::less<>> reduction;     ///< motor rad per joint rad
   std::vector<Mimic> mimics;
 };

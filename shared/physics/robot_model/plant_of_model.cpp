@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "physics/drives.hpp"
+#include "physics/plant_ranges.hpp"
 #include "physics/robot_model/series_joints.hpp"
 
 namespace ravencal::physics {
@@ -59,6 +60,12 @@ struct RawLink {
   Inertia inertia;                        ///< in its own raw frame
   Matrix3d axes = Matrix3d::Identity();   ///< principal axes, in the raw frame
 };
+
+/// A limit that no plant can state, such as 1e16, is how models say that there is none.
+std::optional<double> within(const core::NumberRange& range, double limit) {
+  if (limit < range.low || limit > range.high) return std::nullopt;
+  return limit;
+}
 
 class Importer {
  public:
@@ -191,6 +198,11 @@ class Importer {
     };
     effect("coulomb_friction", "level", m_.dof_frictionloss[dof]);
     effect("viscous_friction", "damping", m_.dof_damping[dof]);
+    if (m_.jnt_limited[j] != 0) {
+      const mjtNum* range = m_.jnt_range + 2 * static_cast<Index>(j);
+      joint.limits.low_ji = within(kPositionRange, range[0]);
+      joint.limits.high_ji = within(kPositionRange, range[1]);
+    }
     if (m_.jnt_stiffness[j] != 0.0)
       note(fmt::format("joint {}'s spring of {:g} is left out: a plant has no spring to a position",
                        joint.name, m_.jnt_stiffness[j]));
@@ -292,6 +304,8 @@ class Importer {
     for (Joint& joint : plant_.joints) {
       const auto limit = words_.effort_limit.find(joint.name);
       if (limit != words_.effort_limit.end()) limit_effort(joint, limit->second);
+      if (const auto speed = words_.speed_limit.find(joint.name); speed != words_.speed_limit.end())
+        joint.limits.speed_ji = within(kSpeedRange, speed->second);
       const auto reduction = words_.reduction.find(joint.name);
       if (reduction != words_.reduction.end()) set_reduction(joint, reduction->second);
     }
@@ -323,10 +337,6 @@ class Importer {
     if (m_.ngeom > 0) note("contacts are left out: a plant touches nothing");
     if (m_.opt.density != 0.0 || m_.opt.viscosity != 0.0)
       note("density and viscosity of the medium are left out: a plant moves in nothing");
-    const auto limited = std::count_if(links_.begin(), links_.end(), [&](const RawLink& link) {
-      return m_.jnt_limited[link.joint] != 0;
-    });
-    if (limited > 0) note(fmt::format("ends of the travel of {} joints are left out", limited));
   }
 
   const mjModel& m_;

@@ -119,6 +119,9 @@ class Missing {
     if ((before.kp != after.kp || before.kd != after.kd) && !has_actuator(j))
       out_.push_back(fmt::format("{}: gains of the controller ({})", wanted.name,
                                  "where the joint has an actuator"));
+    if (given.limits != wanted.limits)
+      out_.push_back(
+          fmt::format("{}: limits of its travel and speed (the model's own stay)", wanted.name));
     const double inertia = edit_.model.dof_M0[edit_.model.jnt_dofadr[joints_[j]]];
     const JointNumbers drive = joint_numbers(wanted);
     if (!edit_.document.is_urdf() && !drive.rigid() && drive.armature < kLeastDrive * inertia)

@@ -78,7 +78,7 @@ core::Status check_number(const XMLElement& element, const char* attribute, cons
 constexpr const char* kJointTypes[] = {"revolute", "continuous", "prismatic",
                                        "fixed",    "floating",   "planar"};
 
-core::Status take_joint(const XMLElement& joint, ModelWords& words, std::size_t& speeds,
+core::Status take_joint(const XMLElement& joint, ModelWords& words,
                         std::vector<std::string>& notes) {
   const std::string name = attribute_of(&joint), type = attribute_of(&joint, "type");
   if (std::find(std::begin(kJointTypes), std::end(kJointTypes), type) == std::end(kJointTypes))
@@ -91,7 +91,8 @@ core::Status take_joint(const XMLElement& joint, ModelWords& words, std::size_t&
     RAVENCAL_RETURN_IF_ERROR(check_number(*limit, "effort", fmt::format("joint '{}'", name)));
     if (const double effort = limit->DoubleAttribute("effort"); effort > 0.0)
       words.effort_limit[name] = effort;
-    speeds += limit->DoubleAttribute("velocity") > 0.0 ? 1 : 0;
+    if (const double speed = limit->DoubleAttribute("velocity"); speed > 0.0)
+      words.speed_limit[name] = speed;
   }
   if (const XMLElement* mimic = joint.FirstChildElement("mimic")) {
     words.mimics.push_back(
@@ -170,14 +171,10 @@ core::Result<ModelWords> take_urdf_words(RobotDocument& document, std::vector<st
   RAVENCAL_RETURN_IF_ERROR(check_roots(document));
   RAVENCAL_RETURN_IF_ERROR(check_masses(document));
   ModelWords words;
-  std::size_t speeds = 0;
   for (XMLElement* joint = document.root().FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint"))
-    RAVENCAL_RETURN_IF_ERROR(take_joint(*joint, words, speeds, notes));
+    RAVENCAL_RETURN_IF_ERROR(take_joint(*joint, words, notes));
   take_reductions(document, words, notes);
-  if (speeds > 0)
-    notes.push_back(
-        fmt::format("greatest speeds of {} joints are left out: a plant has none", speeds));
   ready_for_library(document);
   return words;
 }

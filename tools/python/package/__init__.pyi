@@ -279,8 +279,9 @@ def simulate(
     drift: bool = False,
     progress: _Progress = None,
 ) -> Recording:
-    """The digital twin of a RAVEN arm along a trajectory: a CSV of `ravencal trajectory`, or times [rows] in s, rising, and
-    joints [rows, 3] in rad, rad, m. Without `out` the recording stays in memory."""
+    """A plant along a trajectory, a RAVEN arm by its digital twin: a CSV of `ravencal trajectory`, or times [rows] in s, rising,
+    and joints [rows, joints of the plant] in rad or m. Seeds, edges, homings and drift are the twin's. Without `out` the
+    recording stays in memory."""
 
 @overload
 def simulate(

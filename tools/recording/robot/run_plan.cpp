@@ -21,13 +21,13 @@ constexpr std::array<const char*, 3> kShownUnits = {"deg", "deg", "mm"};
 
 Vector3d low_of(const trajectory::Trajectory& trajectory) {
   Vector3d low = trajectory.joints_ji.front();
-  for (const Vector3d& joints : trajectory.joints_ji) low = low.cwiseMin(joints);
+  for (const Eigen::VectorXd& joints : trajectory.joints_ji) low = low.cwiseMin(joints);
   return low;
 }
 
 Vector3d high_of(const trajectory::Trajectory& trajectory) {
   Vector3d high = trajectory.joints_ji.front();
-  for (const Vector3d& joints : trajectory.joints_ji) high = high.cwiseMax(joints);
+  for (const Eigen::VectorXd& joints : trajectory.joints_ji) high = high.cwiseMax(joints);
   return high;
 }
 
@@ -111,6 +111,9 @@ core::Result<RunPlan> make_plan(const RunArguments& arguments) {
   if (arguments.out.empty() && !arguments.dry_run) return core::usage_error("--out is missing");
   RunPlan plan;
   RAVENCAL_ASSIGN_OR_RETURN(plan.trajectory, trajectory::read_csv(arguments.trajectory));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      plan.trajectory, trajectory::in_order(std::move(plan.trajectory), trajectory::raven_joints(),
+                                            arguments.trajectory, "a RAVEN arm"));
   for (Index joint = 0; joint < 3; ++joint) {
     plan.follower.limits.max_speed_ji_per_s[joint] =
         arguments.max_speed[static_cast<std::size_t>(joint)] * kShown[joint];

@@ -3,7 +3,7 @@
 // Any plant along a recording of its robot: one joint or seven, with drive or with positions only.
 // The input is what commanded the robot (desired positions, efforts, estimated positions, loads);
 // the output has the same channels, so that the result can be compared with the recording
-// (`ravencal diagnose --simulated`). RAVEN arms on a motion of one's own: session.hpp.
+// (`ravencal diagnose --simulated`). A motion of one's own: session.hpp.
 #pragma once
 
 #include <optional>

@@ -15,11 +15,12 @@
 
 #include "core/joint_layout.hpp"
 #include "core/random.hpp"
-#include "core/version.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
 #include "record/recording_writer.hpp"
+#include "simulation/any_arm.hpp"
 #include "simulation/edge_stream.hpp"
+#include "simulation/session_parts.hpp"
 #include "simulation/truth_stream.hpp"
 
 namespace ravencal::simulation {
@@ -50,24 +51,17 @@ core::Result<std::vector<record::Channel>> channels_of(const physics::Plant& pla
   return channels;
 }
 
-std::map<std::string, std::string> meta_of(const physics::Plant& plant,
-                                           const SessionOptions& options, double rate_hz) {
-  std::map<std::string, std::string> meta = {
-      {"robot", "RAVEN-II"},
-      {"arm", plant.robot.arm},
-      {"serial", "simulated"},
-      {"profile", "raven2"},
-      {"source", "ravencal simulate: a digital twin, not a robot"},
-      {"plant", std::filesystem::path(plant.source).filename().string()},
-      {"plant_hash", fmt::format("{:016x}", plant.hash)},
-      {"trajectory", options.trajectory_name},
-      {"seed", std::to_string(options.seed)},
-      {"homing_seed", std::to_string(options.homing_seed)},
-      {"rehomings", std::to_string(options.rehomings)},
-      {"payload_g", fmt::format("{:g}", plant.payload.mass_kg * 1000.0)},
-      {"drift", options.drift ? "1" : "0"},
-      {"rate_hz", fmt::format("{:g}", rate_hz)},
-      {"software_version", core::kVersion}};
+std::map<std::string, std::string> meta_of_twin(const physics::Plant& plant,
+                                                const SessionOptions& options) {
+  std::map<std::string, std::string> meta = meta_of(plant, options);
+  meta["robot"] = "RAVEN-II";
+  meta["source"] = "ravencal simulate: a digital twin, not a robot";
+  meta["arm"] = plant.robot.arm;
+  meta["profile"] = "raven2";
+  meta["seed"] = std::to_string(options.seed);
+  meta["homing_seed"] = std::to_string(options.homing_seed);
+  meta["rehomings"] = std::to_string(options.rehomings);
+  meta["drift"] = options.drift ? "1" : "0";
   if (!plant.robot.controller.name.empty()) meta.emplace("controller", plant.robot.controller.name);
   return meta;
 }
@@ -246,16 +240,6 @@ class Session {
   SessionSummary summary_;
 };
 
-core::Result<std::int64_t> cycles_per_row(const physics::Plant& plant, double rate_hz) {
-  const double cycles = plant.robot.control_rate_hz / rate_hz;
-  if (!(rate_hz > 0.0) || !(cycles >= 1.0) || cycles != std::round(cycles)) {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("a rate of {} Hz does not divide the controller's {} Hz",
-                                   rate_hz, plant.robot.control_rate_hz)};
-  }
-  return static_cast<std::int64_t>(cycles);
-}
-
 /// kUsage where one of the two files is there, unless it may be replaced.
 core::Status check_free(const std::filesystem::path& out, const SessionOptions& options) {
   for (const auto& path : {std::optional(out), options.edges}) {
@@ -298,10 +282,10 @@ core::Status check_simulation_runs(const physics::Plant& plant) {
   if (simulation_runs(plant)) return {};
   std::vector<std::string> names;
   for (const physics::Joint& joint : plant.joints) names.push_back(joint.name);
-  return core::usage_error(fmt::format(
-      "{}: --trajectory moves the three joints of a RAVEN arm, each with controller and homing, "
-      "and this plant has others ({}); give --follow with a recording of this robot",
-      plant.source, fmt::join(names, ", ")));
+  return core::usage_error(
+      fmt::format("{}: this needs a RAVEN arm, three joints each with [joint.controller] and "
+                  "[joint.homing], and the plant has {}",
+                  plant.source, fmt::join(names, ", ")));
 }
 
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
@@ -309,9 +293,9 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const std::filesystem::path& out,
                                             const SessionOptions& options,
                                             const ProgressFunction& progress) {
-  const double rate_hz = options.rate_hz.value_or(plant.logger.rate_hz);
-  RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, rate_hz));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::int64_t row_cycles, cycles_per_row(plant, options));
   RAVENCAL_RETURN_IF_ERROR(check_free(out, options));
+  if (!simulation_runs(plant)) return record_any_arm(plant, trajectory, out, options, progress);
   physics::TwinOptions twin_options;
   twin_options.seed = options.seed;
   twin_options.homing_seed = options.homing_seed;
@@ -320,10 +304,9 @@ core::Result<SessionSummary> record_session(const physics::Plant& plant,
                             physics::RavenTwin::create(plant, twin_options));
   RAVENCAL_ASSIGN_OR_RETURN(const std::vector<record::Channel> channels,
                             channels_of(plant, !options.edges));
-  RAVENCAL_ASSIGN_OR_RETURN(
-      record::RecordingWriter writer,
-      record::RecordingWriter::create_whole(out, meta_of(plant, options, rate_hz), channels,
-                                            options.overwrite));
+  RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
+                            record::RecordingWriter::create_whole(out, meta_of_twin(plant, options),
+                                                                  channels, options.overwrite));
   std::optional<EdgeStream> edges;
   if (options.edges) {
     RAVENCAL_ASSIGN_OR_RETURN(edges, EdgeStream::create(*options.edges, plant,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// One recording session on the digital twin: home, move to the start, follow the trajectory, and
-// write the messages of the robot and its external encoders.
+// One recording session of a simulated plant along a trajectory. The digital twin of a RAVEN arm
+// homes, moves to the start, follows the trajectory, and writes the messages of the robot and its
+// external encoders. Other plants: any_arm.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "physics/plant.hpp"
@@ -38,19 +40,21 @@ struct SessionSummary {
   int homings = 0;
   double simulated_s = 0.0;  ///< homing included
   bool interrupted = false;
+  /// Joints that the simulation led by a servo of its own, since the plant states none.
+  std::vector<std::string> led{};
 };
 
 /// True if the digital twin can run the plant: three joints with servo and homing.
 bool simulation_runs(const physics::Plant& plant);
-/// kUsage with what the twin runs and what else simulates the plant, where it cannot.
+/// kUsage with what the twin runs, where it cannot run the plant.
 core::Status check_simulation_runs(const physics::Plant& plant);
 
 /// Told the share done, in [0, 1]; returns false to stop early.
 using ProgressFunction = std::function<bool(double)>;
 
-/// Records into `out`, which appears when it is whole. Stopped early, it ends with the event
-/// `interrupted`, and replaces no file. Errors: kUsage for names that are taken and rates that do
-/// not fit, kData for a plant that cannot home, kIo.
+/// `trajectory` is in the plant's order of joints. Records into `out`, which appears when it is
+/// whole. Stopped early, it ends with the event `interrupted`, and replaces no file. Errors: kUsage
+/// for names that are taken and rates that do not fit, kData for a plant that cannot home, kIo.
 core::Result<SessionSummary> record_session(const physics::Plant& plant,
                                             const trajectory::Trajectory& trajectory,
                                             const std::filesystem::path& out,

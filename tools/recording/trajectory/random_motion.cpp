@@ -30,6 +30,9 @@ constexpr std::array<Band, 3> kBands = {{
      1.5 * core::kRadPerDeg, 4.0 * core::kRadPerDeg, 0.2 * core::kRadPerDeg},
     {0.33, 0.35, 0.40, 0.42, 0.0025, 0.007, 0.001},
 }};
+/// Of a range and of its greatest speed: what the authors' bands are of their workspace's, to a few
+/// per cent (low 5 of 40 deg, speed from 1.091 of 3 deg/s, floor 0.2 of 3 deg/s).
+constexpr double kTurningShare = 0.125, kSlowestShare = 0.36, kFloorShare = 0.067;
 constexpr int kScriptRateHz = 1000;
 constexpr double kRampLoops = 1200.0;  // the script's ramp after a turning point, in its loops
 
@@ -114,6 +117,18 @@ class CosineWalker {
   bool upward_ = true;
 };
 
+std::vector<Band> bands_of(const std::optional<JointLimits>& limits) {
+  if (!limits) return {kBands.begin(), kBands.end()};
+  std::vector<Band> bands;
+  for (Eigen::Index j = 0; j < limits->low_ji.size(); ++j) {
+    const double low = limits->low_ji[j], high = limits->high_ji[j];
+    const double fastest = limits->fastest_ji[j], turns = kTurningShare * (high - low);
+    bands.push_back({low, low + turns, high - turns, high, kSlowestShare * fastest, fastest,
+                     kFloorShare * fastest});
+  }
+  return bands;
+}
+
 Band at_pace(Band band, double pace) {
   band.speed_from *= pace;
   band.speed_to *= pace;
@@ -154,15 +169,17 @@ core::Result<Trajectory> make_random(const RandomOptions& options) {
   }
   RAVENCAL_RETURN_IF_ERROR(check_pace(options.pace));
   const auto count = static_cast<std::size_t>(options.duration_s * kSampleRateHz) + 1;
+  const std::vector<Band> bands = bands_of(options.limits);
   Trajectory trajectory;
+  if (options.limits) trajectory.joints = options.limits->joints;
   trajectory.t_s.resize(count);
-  trajectory.joints_ji.resize(count);
+  trajectory.joints_ji.assign(count, Eigen::VectorXd(static_cast<Eigen::Index>(bands.size())));
   for (std::size_t i = 0; i < count; ++i)
     trajectory.t_s[i] = static_cast<double>(i) / kSampleRateHz;
-  for (std::size_t joint = 0; joint < 3; ++joint) {
-    Random random(options.seed * 3 + joint);
+  for (std::size_t joint = 0; joint < bands.size(); ++joint) {
+    Random random(options.seed * bands.size() + joint);
     const std::vector<double> positions =
-        run_joint(at_pace(kBands[joint], options.pace), options, count, random);
+        run_joint(at_pace(bands[joint], options.pace), options, count, random);
     for (std::size_t i = 0; i < count; ++i) {
       trajectory.joints_ji[i][static_cast<Eigen::Index>(joint)] = positions[i];
     }

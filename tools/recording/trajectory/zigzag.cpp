@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -15,12 +16,9 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
 
 constexpr std::array<std::string_view, 7> kKindNames = {"x", "y", "z", "xy", "yz", "xz", "xyz"};
-
-/// Speed limits of the authors' follower (run_r2_trajectory_follow.py): 2.182 deg/s, 3 deg/s, 5
-/// mm/s.
-const Vector3d kSpeedLimit(2.182 * core::kRadPerDeg, 3.0 * core::kRadPerDeg, 0.005);
 
 /// The follower aims ahead of itself and cuts corners; a moving average over this time does the
 /// same.
@@ -81,17 +79,47 @@ std::vector<Vector3d> snake_corners(int divisions) {
   return corners;
 }
 
+/// The turned cube of three joints, in joint space.
+std::vector<VectorXd> corners_of_cube(const ZigzagOptions& options) {
+  const Vector3d low = options.limits.low_ji, high = options.limits.high_ji;
+  const Vector3d range = high - low;
+  const Vector3d centre = 0.5 * (high + low);
+  const Matrix3d edges = edges_of(options.kind) / std::numbers::sqrt3;
+  std::vector<VectorXd> corners;
+  for (const Vector3d& corner : snake_corners(options.divisions)) {
+    corners.emplace_back(centre + range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5))));
+  }
+  return corners;
+}
+
+/// Each joint's sweeps, in joint space. One joint alone goes to and fro; two have no layers.
+std::vector<VectorXd> corners_of_sweeps(const ZigzagOptions& options) {
+  const VectorXd& low = options.limits.low_ji;
+  const VectorXd range = options.limits.high_ji - low;
+  const Index joints = low.size(), edges = std::min<Index>(3, joints);
+  std::vector<VectorXd> corners;
+  for (Index sweeping = 0; sweeping < joints; ++sweeping) {
+    for (const Vector3d& corner : snake_corners(options.divisions)) {
+      if (edges < 3 && corner[2] > 0.0) break;
+      VectorXd share = VectorXd::Constant(joints, 0.5);
+      for (Index edge = 0; edge < edges; ++edge) share[(sweeping + edge) % joints] = corner[edge];
+      corners.emplace_back(low + range.cwiseProduct(share));
+    }
+  }
+  return corners;
+}
+
 /// Positions at kSampleRateHz along straight lines, each as fast as the slowest joint allows.
-std::vector<Vector3d> follow(const std::vector<Vector3d>& corners, double pace) {
-  std::vector<Vector3d> samples = {corners.front()};
+std::vector<VectorXd> follow(const std::vector<VectorXd>& corners, const VectorXd& fastest_ji) {
+  std::vector<VectorXd> samples = {corners.front()};
   double clock_s = 0.0;
   double start_s = 0.0;
   for (std::size_t i = 1; i < corners.size(); ++i) {
-    const Vector3d change = corners[i] - corners[i - 1];
-    const double duration_s = change.cwiseAbs().cwiseQuotient(pace * kSpeedLimit).maxCoeff();
+    const VectorXd change = corners[i] - corners[i - 1];
+    const double duration_s = change.cwiseAbs().cwiseQuotient(fastest_ji).maxCoeff();
     while (clock_s + 1.0 / kSampleRateHz <= start_s + duration_s) {
       clock_s += 1.0 / kSampleRateHz;
-      samples.push_back(corners[i - 1] + change * ((clock_s - start_s) / duration_s));
+      samples.emplace_back(corners[i - 1] + change * ((clock_s - start_s) / duration_s));
     }
     start_s += duration_s;
   }
@@ -99,23 +127,39 @@ std::vector<Vector3d> follow(const std::vector<Vector3d>& corners, double pace) 
 }
 
 /// Centred moving average, shorter at the ends: stays within the hull of its input.
-std::vector<Vector3d> round_corners(const std::vector<Vector3d>& samples) {
+std::vector<VectorXd> round_corners(const std::vector<VectorXd>& samples) {
   const auto half = static_cast<std::size_t>(0.5 * kCornerS * kSampleRateHz);
-  std::vector<Vector3d> rounded(samples.size());
+  std::vector<VectorXd> rounded(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t reach = std::min({half, i, samples.size() - 1 - i});
-    Vector3d sum = Vector3d::Zero();
+    VectorXd sum = VectorXd::Zero(samples[i].size());
     for (std::size_t k = i - reach; k <= i + reach; ++k) sum += samples[k];
     rounded[i] = sum / static_cast<double>(2 * reach + 1);
   }
   return rounded;
 }
 
+core::Status check_range(const JointLimits& limits) {
+  for (Index j = 0; j < limits.low_ji.size(); ++j) {
+    const std::string& name = limits.joints[static_cast<std::size_t>(j)].name;
+    if (!(limits.low_ji[j] < limits.high_ji[j]))
+      return core::usage_error(
+          fmt::format("joint {}: its lower limit {} must be below its upper "
+                      "limit {}",
+                      name, limits.low_ji[j], limits.high_ji[j]));
+    if (!(limits.fastest_ji[j] > 0.0))
+      return core::usage_error(
+          fmt::format("joint {}: its speed {} must be above 0", name, limits.fastest_ji[j]));
+  }
+  return {};
+}
+
 }  // namespace
 
-JointLimits default_limits() {
-  return {Vector3d(20.0 * core::kRadPerDeg, 55.0 * core::kRadPerDeg, 0.33),
-          Vector3d(60.0 * core::kRadPerDeg, 110.0 * core::kRadPerDeg, 0.42)};
+JointLimits authors_workspace() {
+  return {raven_joints(), Vector3d(20.0 * core::kRadPerDeg, 55.0 * core::kRadPerDeg, 0.33),
+          Vector3d(60.0 * core::kRadPerDeg, 110.0 * core::kRadPerDeg, 0.42),
+          Vector3d(2.182 * core::kRadPerDeg, 3.0 * core::kRadPerDeg, 0.005)};
 }
 
 core::Result<ZigzagKind> zigzag_kind_from(std::string_view name) {
@@ -133,21 +177,15 @@ core::Result<Trajectory> make_zigzag(const ZigzagOptions& options) {
                        fmt::format("sparsity 1/{} is outside 1/1 to 1/100", options.divisions)};
   }
   RAVENCAL_RETURN_IF_ERROR(check_pace(options.pace));
-  const Vector3d range = options.limits.high_ji - options.limits.low_ji;
-  if (!(range.minCoeff() > 0.0)) {
-    return core::Error{core::ErrorCode::kUsage,
-                       "each joint's lower limit must be below its upper limit"};
-  }
-  const Vector3d centre = 0.5 * (options.limits.high_ji + options.limits.low_ji);
-  const Matrix3d edges = edges_of(options.kind) / std::numbers::sqrt3;
-  std::vector<Vector3d> corners = snake_corners(options.divisions);
-  for (Vector3d& corner : corners) {
-    corner = centre + range.cwiseProduct(edges * (corner - Vector3d::Constant(0.5)));
-  }
+  RAVENCAL_RETURN_IF_ERROR(check_range(options.limits));
+  const bool three = options.limits.joints.size() == 3;
+  const std::vector<VectorXd> corners =
+      three ? corners_of_cube(options) : corners_of_sweeps(options);
   Trajectory trajectory;
-  trajectory.joints_ji = round_corners(follow(corners, options.pace));
-  for (Vector3d& joints : trajectory.joints_ji) {  // the last bit of rounding
-    joints = joints.cwiseMax(options.limits.low_ji).cwiseMin(options.limits.high_ji);
+  trajectory.joints = options.limits.joints;
+  trajectory.joints_ji = round_corners(follow(corners, options.pace * options.limits.fastest_ji));
+  for (VectorXd& joints : trajectory.joints_ji) {  // the last bit of rounding
+    joints = joints.cwiseMax(options.limits.low_ji).cwiseMin(options.limits.high_ji).eval();
   }
   trajectory.t_s.resize(trajectory.joints_ji.size());
   for (std::size_t i = 0; i < trajectory.t_s.size(); ++i) {
