@@ -202,6 +202,10 @@ struct Plant {
 /// True if by the plant's coupling other joints move this one.
 bool coupled(const Plant& plant, std::size_t joint);
 
+/// True if the joint carries that other joint's link: its own, and where the plant states no frames
+/// those after it.
+bool carries(const Plant& plant, std::size_t joint, std::size_t link);
+
 /// Reads a plant, or makes one of a robot model (.xml: MJCF, .urdf). Unknown keys and effect ids of
 /// a plant are errors: `raven2.toml:41: unknown key 'mas_kg' ...`.
 core::Result<Plant> load_plant(const std::filesystem::path& path);

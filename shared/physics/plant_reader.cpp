@@ -326,6 +326,12 @@ bool coupled(const Plant& plant, std::size_t joint) {
   return std::any_of(row.begin(), row.end(), [](double factor) { return factor != 0.0; });
 }
 
+bool carries(const Plant& plant, std::size_t joint, std::size_t link) {
+  const std::optional<Frame>& frame = plant.joints[link].frame;
+  if (link <= joint || !frame) return link >= joint;
+  return !frame->carried_by.empty() && carries(plant, joint, *plant.joint_index(frame->carried_by));
+}
+
 const Effect* Joint::find_effect(std::string_view id) const {
   const auto it = std::find_if(effects.begin(), effects.end(), [&](const Effect& effect) {
     return effect.id == id && (id == "coupling" || effect.from.empty());

@@ -26,6 +26,11 @@ class RigidBodies {
   /// joints' units.
   Eigen::VectorXd efforts(const Eigen::VectorXd& positions_ji, const Eigen::VectorXd& velocities_ji,
                           const Eigen::VectorXd& accelerations_ji);
+  /// What each of inertial_numbers() adds to those efforts, which are linear in them:
+  /// [joints][kInertialNumbers * joints].
+  Eigen::MatrixXd efforts_per_number(const Eigen::VectorXd& positions_ji,
+                                     const Eigen::VectorXd& velocities_ji,
+                                     const Eigen::VectorXd& accelerations_ji);
   /// Of the links, without motors: [joints][joints].
   Eigen::MatrixXd mass_matrix(const Eigen::VectorXd& positions_ji);
 
@@ -37,5 +42,11 @@ class RigidBodies {
 
 /// True if the plant's joints state where they are.
 bool has_frames(const Plant& plant);
+
+/// Of one link: mass, first moment (x, y, z) and second moments (xx, yy, zz, xy, xz, yz) about the
+/// origin of its frame.
+inline constexpr Eigen::Index kInertialNumbers = 10;
+/// Of all links in the order of their joints, the payload as a part of the last one.
+Eigen::VectorXd inertial_numbers(const Plant& plant);
 
 }  // namespace ravencal::physics

@@ -18,9 +18,10 @@ struct Number {
 };
 
 /// Numbers that a joint has as such, with the effect that would change them.
-constexpr std::array<Number, 7> kOfEveryJoint = {{
+constexpr std::array<Number, 8> kOfEveryJoint = {{
     {"inertia_error", "inertia"},
     {"gravity", "weight_scale"},
+    {"centre_of_mass", ""},
     {"controller_gain", ""},
     {"link_length", ""},
     {"link_axial", ""},

@@ -69,12 +69,17 @@ double desired_rad(double t_s, int joint, double seed) {
                               0.35 * std::sin(2.0 * M_PI * 2.3 * slow_hz * t_s + seed));
 }
 
-/// The model; what a simulation states it has exactly.
+constexpr const char* kPlaces[] = {"link_length", "link_axial", "link_across", "joint_zero"};
+
+/// The model; what a simulation states it has exactly, and its joints stand where it says to 1 %.
 physics::Plant stated_exactly() {
   physics::Plant plant = plant_of_mjcf(arm({}));
-  for (physics::Joint& joint : plant.joints)
+  for (physics::Joint& joint : plant.joints) {
     for (const char* key : {"inertia", "weight_scale", "viscous_friction", "torque_constant"})
       joint.tolerance[key] = 0.01;
+    joint.tolerance["centre_of_mass"] = 1e-4;
+    for (const char* key : kPlaces) joint.tolerance[key] = 0.01;
+  }
   return plant;
 }
 
@@ -166,6 +171,23 @@ TEST(DiagnoseGeometryTolerance, HoldsALinkWithinWhatThePlantStates) {
                    [](const NamedEffect& e) { return e.id == "link_length" && e.joint == "j3"; });
   ASSERT_NE(length, report->refitted.end());
   EXPECT_NEAR(length->parameters.front().value, 0.01, 0.002);
+}
+
+TEST(DiagnoseGeometryTolerance, SaysNothingOfPlacesThatThePlantStatesWithoutOne) {
+  const Fault fault{.length_m = 0.08};
+  const auto report =
+      diagnose({recording_of_mjcf(arm(fault), desired_rad, 1.0, 60.0)},
+               {recording_of_mjcf(arm(fault), desired_rad, 2.0, 40.0)}, plant_of_mjcf(arm({})), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  for (const char* id : kPlaces) {
+    for (const auto* said : {&report->effects, &report->refitted})
+      for (const NamedEffect& effect : *said) EXPECT_NE(effect.id, id) << effect.joint;
+    for (const NotFound& silent : report->not_found) {
+      if (silent.id != id) continue;
+      EXPECT_NE(silent.not_testable_because.find("tolerance"), std::string::npos)
+          << silent.joint << " " << id << ": " << silent.not_testable_because;
+    }
+  }
 }
 
 }  // namespace

@@ -188,6 +188,7 @@ constexpr Word kWords[] = {
     {"saturation", Word::kEffort, "record the desired position"},
     {"inertia_error", Word::kEffort},
     {"gravity", Word::kEffort, "the load is not known"},
+    {"centre_of_mass", Word::kEffort, "where its joints stand"},
     {"payload", Word::kEffort, "where a payload would hang"},
     {"link_length", Word::kEffort, "where its joints stand"},
     {"link_axial", Word::kEffort, "where its joints stand"},

@@ -92,6 +92,8 @@ TEST(RigidBodies, OfARavenAreTheTwinsOwn) {
       const Vector3d wanted = twin.gravity(q) + twin.coriolis(q, v) + twin.mass_matrix(q) * a;
       EXPECT_NEAR((bodies->efforts(q, v, a) - wanted).norm(), 0.0, 1e-9 * (1.0 + wanted.norm()));
       EXPECT_NEAR((bodies->mass_matrix(q) - twin.mass_matrix(q)).norm(), 0.0, 1e-9);
+      const VectorXd by_numbers = bodies->efforts_per_number(q, v, a) * inertial_numbers(plant);
+      EXPECT_NEAR((by_numbers - wanted).norm(), 0.0, 1e-9 * (1.0 + wanted.norm()));
     }
   }
 }

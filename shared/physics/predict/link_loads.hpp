@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the links of a plant ask of its joints along one motion, for plants that differ from a
-// nominal one in masses or in where their joints stand.
+// nominal one in what their links weigh or in where their joints stand.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@
 
 namespace ravencal::physics {
 
-/// Whether plants that are predicted have other masses than the predictor's own: what a kilogram of
-/// each body adds is then found beforehand.
+/// Whether plants that are predicted have other links than the predictor's own: what each number of
+/// a link adds is then found beforehand.
 enum class Masses { kFixed, kVary };
 
 class LinkLoads {
@@ -25,22 +25,29 @@ class LinkLoads {
   void move(const std::vector<Motion>& links);
 
   /// Effort on a joint, one value per row, N m or N. Thread-safe. `plant` differs from the nominal
-  /// one in masses or frames; with kFixed in frames only.
+  /// one in frames only or, with kVary, in masses as well and, where the plant states frames, in
+  /// centres of mass and moments.
   [[nodiscard]] Eigen::VectorXd of(const Plant& plant, std::size_t joint) const;
 
  private:
   using Efforts = std::vector<Eigen::VectorXd>;
-  [[nodiscard]] std::shared_ptr<const Efforts> elsewhere(const Plant& plant) const;
+  [[nodiscard]] std::shared_ptr<const Efforts> remembered(const Plant& plant) const;
+  [[nodiscard]] Efforts efforts(const Plant& plant) const;
+  void move_bodies();
+  void move_masses();
 
   Plant nominal_;
   Masses masses_;
   std::vector<Motion> links_;
-  /// Efforts of the links as they are or, where masses vary, of their moments alone and per kg of
-  /// each link and of the payload last: [joints].
+  /// Of the links as they are or, where masses vary without frames, of their moments alone.
   Efforts of_links_;
-  std::vector<Efforts> per_kg_;
-  /// Plants with other frames that were asked for last; a fit asks for each of them once a joint.
-  /// Copies share it until they move.
+  /// Where they vary: what the numbers of links add to the effort on each joint, [joints]. With
+  /// frames those are inertial_numbers() of the links that it carries, else the masses of all
+  /// links, the payload's last.
+  std::vector<Eigen::MatrixXd> per_number_;
+  std::vector<std::vector<Eigen::Index>> carried_;  ///< places of those numbers among all links'
+  /// Plants that were asked for last; a fit asks for each of them once a joint. Copies share it
+  /// until they move.
   struct Recent;
   std::shared_ptr<Recent> recent_;
 };

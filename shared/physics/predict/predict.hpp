@@ -70,6 +70,7 @@ enum class Reach {
   kPosition,  ///< the joint's position
   kDrive,     ///< the joint's effort
   kCable,     ///< its cable, hence both, and whatever its cable acts on
+  kLink,      ///< the loads of all joints that carry its link, hence their cables
   kEverything,
 };
 
@@ -81,7 +82,7 @@ class Predictor {
   /// Links weigh where they are: [joints], rad or m.
   void move_links(const std::vector<Eigen::VectorXd>& positions);
 
-  /// `plant` may differ from the constructor's in numbers and effects, not in the
+  /// `plant` may differ from the constructor's in numbers and effects, without frames not in the
   /// centres of mass and the moments of its links. `circumstances`: [joints], or empty.
   [[nodiscard]] Prediction predict(const Plant& plant,
                                    const std::vector<JointCircumstances>& circumstances = {}) const;

@@ -62,7 +62,10 @@ class ReportedEffects {
   void fill(Report& report) const {
     for (const std::size_t c : m_.written.chosen) {
       const Candidate& candidate = m_.vocabulary.candidates[c];
-      Model less = without(m_.written, m_.vocabulary, c);
+      const std::vector<std::size_t> together = said_with(c);
+      if (together.front() != c) continue;
+      Model less = m_.written;
+      for (const std::size_t other : together) less = without(less, m_.vocabulary, other);
       fit(m_.training, less);
       judge(m_.training, 0.0, less);
       if (!candidate.unnamed()) {
@@ -78,6 +81,19 @@ class ReportedEffects {
   }
 
  private:
+  /// Of what is chosen, the wrong numbers of one effect and joint: directions of one place. Alone,
+  /// what is no number.
+  [[nodiscard]] std::vector<std::size_t> said_with(std::size_t c) const {
+    const Candidate& candidate = m_.vocabulary.candidates[c];
+    if (!candidate.opens) return {c};
+    std::vector<std::size_t> out;
+    for (const std::size_t other : m_.written.chosen) {
+      const Candidate& one = m_.vocabulary.candidates[other];
+      if (one.opens && one.id == candidate.id && one.joint == candidate.joint) out.push_back(other);
+    }
+    return out;
+  }
+
   /// RMS of each channel; moments are those of the rows that were fitted.
   [[nodiscard]] std::vector<double> errors_of(const Model& model, const Likelihood& rows) const {
     State state = rows.base();
@@ -220,8 +236,12 @@ class ReportedEffects {
 
   [[nodiscard]] std::vector<NamedParameter> parameters_of(std::size_t c) const {
     const Candidate& candidate = m_.vocabulary.candidates[c];
-    if (candidate.opens) return {named(numbers_[*candidate.opens])};
     std::vector<NamedParameter> out;
+    if (candidate.opens) {
+      for (const std::size_t said : said_with(c))
+        out.push_back(named(numbers_[*m_.vocabulary.candidates[said].opens]));
+      return out;
+    }
     const std::vector<Estimate>& list = effects_.at(c);
     for (std::size_t k = 0; k < list.size(); ++k) {
       const Parameter& p = *list[k].parameter;

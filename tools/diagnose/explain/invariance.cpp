@@ -14,7 +14,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kFewestRows = 20.0;
+constexpr double kFewestRowsCompared = 20.0;
 constexpr double kFewestBlocks = 6.0;
 /// Of the contribution's energy, what half of the rows must hold about its mean there: of friction
 /// within one direction the size cannot be seen.
@@ -32,7 +32,7 @@ std::optional<Scale> scale_in(const VectorXd& part, const VectorXd& left,
   for (Index i = 0; i < part.size(); ++i)
     if (in[static_cast<std::size_t>(i)] != 0) rows.push_back(i);
   const auto count = static_cast<double>(rows.size());
-  if (count < kFewestRows) return std::nullopt;
+  if (count < kFewestRowsCompared) return std::nullopt;
   const VectorXd x = part(rows).array() - part(rows).mean();
   const VectorXd without = part(rows) + left(rows);
   const VectorXd y = without.array() - without.mean();

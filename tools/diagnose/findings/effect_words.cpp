@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 1> kAsLink = {"gravity"};
 constexpr std::array<std::string_view, 1> kAsSlip = {"slip"};
 constexpr std::array<std::string_view, 1> kAsLostCounts = {"lost_counts"};
 
-constexpr std::array<EffectWords, 35> kVocabulary = {{
+constexpr std::array<EffectWords, 36> kVocabulary = {{
     {.id = "homing_offset",
      .stage = kTransmission,
      .abscissa = Abscissa::kTime,
@@ -174,6 +174,13 @@ constexpr std::array<EffectWords, 35> kVocabulary = {{
      .look_alikes = kAsWeight,
      .separate_by = "the same motion with 0 and 500 g on the tool: weight adds in proportion, "
                     "cables that pull with posture do not"},
+    {.id = "centre_of_mass",
+     .stage = kDrive,
+     .origin = Origin::kArmLoad,
+     .probes = Probe::kLoaded,
+     .own_sentence = "the joint's link has its centre of mass elsewhere than the plant says",
+     .separate_by = "hold the arm in postures that turn this link about its axis: a mass off its "
+                    "place changes the sign of its effort, a wrong mass does not"},
     {.id = "payload",
      .stage = kDrive,
      .origin = Origin::kArmLoad,

@@ -24,6 +24,7 @@ enum class Reaches {
   kPosition,
   kDrive,
   kCable,
+  kLink,
   kRouting,  ///< everything, by the way that a cable runs
   kEverything,
 };
@@ -37,6 +38,8 @@ inline physics::Reach reach_of(Reaches reaches) {
       return physics::Reach::kDrive;
     case Reaches::kCable:
       return physics::Reach::kCable;
+    case Reaches::kLink:
+      return physics::Reach::kLink;
     default:
       return physics::Reach::kEverything;
   }

@@ -23,11 +23,16 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
                  std::size_t recordings, std::vector<Candidate>& candidates);
 void add_wrong_numbers(const physics::Plant& plant, const Scales& scales,
                        const std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
-/// Where the joint stands in its carrier and where it reads zero: numbers where the plant states a
-/// tolerance, else candidates.
+/// Where the joint stands in its carrier and where it reads zero, where the plant states a
+/// tolerance: efforts tell links that weigh otherwise from links that are longer by little, so that
+/// what no one doubts is exact.
 void add_geometry(const physics::Plant& plant, const Scales& scales,
                   std::vector<Parameter>& numbers, std::vector<Candidate>& candidates);
-/// A mass on the tool, which all joints feel.
+/// Where links of plants with frames have their centres of mass: in those directions in which the
+/// efforts of these recordings change by it.
+void add_centres(const physics::Plant& plant, const std::vector<Scales>& scales,
+                 const Likelihood& training, std::vector<Parameter>& numbers);
+/// A weight on the tool, which all joints feel.
 void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
                  std::vector<Candidate>& candidates);
 

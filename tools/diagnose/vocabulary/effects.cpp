@@ -114,16 +114,6 @@ class Effects {
     if (lacks("saturation")) saturation();
   }
 
-  /// A mass on the tool, which all joints feel.
-  void payload() {
-    Parameter mass = size("payload", "mass", 0.1, Reaches::kEverything);
-    mass.unit = "kg";
-    mass.set = [given_kg = plant_.payload.mass_kg](State& state, double value) {
-      state.plant.payload.mass_kg = given_kg + value;
-    };
-    add({mass});
-  }
-
  private:
   [[nodiscard]] bool lacks(const std::string& id) const { return !joint_.find_effect(id); }
   /// A cable that no load changes has no stretch to show.
@@ -328,11 +318,6 @@ void add_effects(const physics::Plant& plant, const std::vector<Scales>& scales,
   effects.of_both();
   if (s.effort || s.followed) effects.of_effort();
   if (s.law) effects.of_law();
-}
-
-void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
-                 std::vector<Candidate>& candidates) {
-  Effects(plant, scales, plant.joints.size() - 1, 0, candidates).payload();
 }
 
 }  // namespace ravencal::diagnose

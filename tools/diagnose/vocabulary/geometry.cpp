@@ -97,13 +97,9 @@ class Geometry {
   }
   [[nodiscard]] Parameter link(const char* id, const Vector3d& direction) const {
     Parameter p = number(id, "offset", "m", kLinkStart_m);
-    p.set = [joint = s_.joint, direction, given = vector_of(joint_.frame->position_m)](
-                State& state, double value) {
-      std::array<double, 3>& place = state.plant.joints[joint].frame->position_m;
-      const Vector3d now = vector_of(place);
-      const Vector3d moved = now + (value - direction.dot(now - given)) * direction;
-      place = {moved.x(), moved.y(), moved.z()};
-    };
+    p.set = along(
+        s_.joint, direction, vector_of(joint_.frame->position_m),
+        [](auto& joint) -> auto& { return joint.frame->position_m; });
     return p;
   }
   [[nodiscard]] Parameter zero() const {
@@ -134,15 +130,12 @@ double stated_deviation(const physics::Joint& joint, const Parameter& p) {
 void add_geometry(const physics::Plant& plant, const Scales& scales,
                   std::vector<Parameter>& numbers, std::vector<Candidate>& candidates) {
   for (Parameter& p : Geometry(plant, scales).parameters()) {
+    const double deviation = stated_deviation(plant.joints[scales.joint], p);
+    if (!(deviation > 0.0)) continue;
     Candidate& c = candidates.emplace_back();
     c.id = p.effect;
     c.joint = scales.joint;
     c.wrong_number = true;
-    const double deviation = stated_deviation(plant.joints[scales.joint], p);
-    if (!(deviation > 0.0)) {
-      c.sizes = {std::move(p)};
-      continue;
-    }
     c.kind = CandidateKind::kNumber;
     c.opens = numbers.size();
     c.opened = p;

@@ -69,7 +69,7 @@ class Numbers {
 
   void mass() {
     if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
-    Parameter p = ratio("gravity", deviation("gravity", "weight_scale"), Reaches::kEverything);
+    Parameter p = ratio("gravity", deviation("gravity", "weight_scale"), Reaches::kLink);
     p.set = relative([](auto& joint) -> auto& { return joint.link.mass_kg; });
     out_.push_back(std::move(p));
   }
@@ -305,6 +305,9 @@ constexpr Opening kOpenings[] = {
     {"compliance", "compliance", true},
     {"joint_friction", "level", true},
     {"gravity", "ratio", true},
+    {"centre_of_mass", "axial", true},
+    {"centre_of_mass", "radial", true},
+    {"centre_of_mass", "tangential", true},
     {"torque_constant", "ratio", false},
     {"coulomb_friction", "level", true},
     {"viscous_friction", "damping", true},

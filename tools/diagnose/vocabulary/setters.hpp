@@ -3,6 +3,8 @@
 // Where a parameter stands in a state. Each returns what writes its value there.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -23,6 +25,19 @@ Setter in_plant(std::size_t joint, std::string effect, std::string parameter,
 Setter as_compliance(std::size_t joint);
 /// The sine (part 0) or the cosine (1) of an effect that a plant has as amplitude and phase.
 Setter as_wave(std::size_t joint, std::string effect, std::size_t part);
+
+/// Where a point is along a direction, from where the plant has it; what it is across stays.
+/// `point`: of a joint.
+template <typename Point>
+Setter along(std::size_t joint, const Eigen::Vector3d& direction, const Eigen::Vector3d& given,
+             Point point) {
+  return [=](State& state, double value) {
+    std::array<double, 3>& place = point(state.plant.joints[joint]);
+    const Eigen::Map<Eigen::Vector3d> now(place.data());
+    const Eigen::Vector3d moved = now + (value - direction.dot(now - given)) * direction;
+    place = {moved.x(), moved.y(), moved.z()};
+  };
+}
 
 /// A member of the circumstances of one joint, in one recording or in all.
 template <typename Member>

@@ -23,6 +23,11 @@ bool no_weight(const Scales& s, const physics::Plant&) { return !s.weight; }
 bool no_frame(const Scales& s, const physics::Plant& plant) {
   return !plant.joints[s.joint].frame.has_value();
 }
+/// Key of a tolerance without which the number counts as exact.
+template <char const* kKey>
+bool no_tolerance(const Scales& s, const physics::Plant& plant) {
+  return !plant.joints[s.joint].tolerance.contains(kKey);
+}
 bool no_law(const Scales& s, const physics::Plant&) { return !s.law; }
 bool no_yielding_cable(const Scales& s, const physics::Plant& plant) {
   const physics::Joint& joint = plant.joints[s.joint];
@@ -39,8 +44,13 @@ bool always(const Scales&, const physics::Plant&) { return true; }
 constexpr std::string_view kRests = "the recordings consist of rests, which show no speed";
 constexpr std::string_view kNoFrame =
     "the plant does not state where its joints stand ([joint.frame])";
+constexpr std::string_view kExact =
+    "the plant states no tolerance of it ([joint.tolerance]), so that it counts as exact";
 constexpr std::string_view kNoLever =
     "no effort that was recorded depends on it: record the place of the tool's tip";
+
+constexpr char kLength[] = "link_length", kAxial[] = "link_axial", kAcross[] = "link_across",
+               kZero[] = "joint_zero";
 
 constexpr std::array kLacks = {
     Lack{"compliance", no_load, "the load on this joint never changes"},
@@ -59,6 +69,13 @@ constexpr std::array kLacks = {
     Lack{"link_axial", no_frame, kNoFrame, false},
     Lack{"link_across", no_frame, kNoFrame, false},
     Lack{"joint_zero", no_frame, kNoFrame, false},
+    Lack{"centre_of_mass", no_frame, kNoFrame, false},
+    Lack{"centre_of_mass", always,
+         "no effort that was recorded depends on it: move the joints that carry the link"},
+    Lack{kLength, no_tolerance<kLength>, kExact, false},
+    Lack{kAxial, no_tolerance<kAxial>, kExact, false},
+    Lack{kAcross, no_tolerance<kAcross>, kExact, false},
+    Lack{kZero, no_tolerance<kZero>, kExact, false},
     Lack{"link_length", always, kNoLever, false},
     Lack{"link_axial", always, kNoLever, false},
     Lack{"link_across", always, kNoLever, false},

@@ -21,6 +21,7 @@ Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Like
     scales.push_back(scales_of(plant, j, training));
   Vocabulary out;
   for (const Scales& s : scales) add_numbers(plant, s, training.tracks().size(), out.numbers);
+  add_centres(plant, scales, training, out.numbers);
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {
     add_effects(plant, scales, j, training.tracks().size(), out.candidates);
     add_geometry(plant, scales[j], out.numbers, out.candidates);
