@@ -50,7 +50,7 @@ std::array<Vector3d, 3> centre_directions(const physics::Joint& joint) {
 bool moves_an_effort(const physics::Plant& given, const physics::Plant& changed,
                      const std::vector<Scales>& scales, const Likelihood& training) {
   for (const Scales& s : scales) {
-    if (!s.effort) continue;
+    if (!s.effort && !s.followed) continue;
     double squares = 0.0, rows = 0.0;
     for (std::size_t r = 0; r < training.tracks().size(); ++r) {
       const physics::Predictor& predictor = training.predictor(r);
