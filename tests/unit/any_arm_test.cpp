@@ -9,7 +9,6 @@
 #include <fstream>
 
 #include "physics/predict/predict.hpp"
-#include "physics/predict/smoother.hpp"
 #include "record/load.hpp"
 #include "simulation/session.hpp"
 #include "trajectory/trajectory.hpp"
@@ -137,22 +136,27 @@ TEST(AnyArm, AsksForLimitsThatThePlantDoesNotState) {
       << limits.error().message;
 }
 
+constexpr double kRate_hz = 1000.0;
+
 /// The recorded motion asks for the recorded efforts, by the equations of another part of the code.
 TEST(AnyArm, MovesAsItsEffortsAndItsLinksSay) {
   const physics::Plant plant = plant_of(long_arm(7));
-  const auto recording = simulated(plant, random_of(plant, 20.0), "any_arm_efforts.db", 500.0);
+  const auto recording = simulated(plant, random_of(plant, 20.0), "any_arm_efforts.db", kRate_hz);
   physics::ForcedMotion forced;
   forced.t_s.resize(recording.rows());
   for (Index i = 0; i < recording.rows(); ++i)
     forced.t_s[i] = 1e-9 * static_cast<double>(recording.t_ns[static_cast<std::size_t>(i)]);
   forced.fresh.assign(static_cast<std::size_t>(recording.rows()), 0);
   forced.fresh.front() = 1;
-  for (const physics::Joint& joint : plant.joints)
-    forced.motors.push_back(physics::smooth_motion(
-        forced.t_s,
-        recording.samples.col(*recording.column(Role::kMotorPosition, joint.name)) /
-            joint.reduction,
-        forced.fresh));
+  for (const physics::Joint& joint : plant.joints) {
+    const auto of_motor = [&](Role role) {
+      return VectorXd(recording.samples.col(*recording.column(role, joint.name)) / joint.reduction);
+    };
+    const VectorXd v = of_motor(Role::kMotorVelocity);
+    VectorXd a = VectorXd::Zero(v.size());
+    for (Index i = 1; i + 1 < v.size(); ++i) a[i] = 0.5 * kRate_hz * (v[i + 1] - v[i - 1]);
+    forced.motors.push_back({of_motor(Role::kMotorPosition), v, a, 0.0});
+  }
   const auto predicted = physics::predict(plant, forced);
   ASSERT_TRUE(predicted.ok());
   for (std::size_t j = 0; j < plant.joints.size(); ++j) {

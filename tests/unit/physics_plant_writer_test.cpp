@@ -138,8 +138,9 @@ TEST(Plant, HasItsRangesInTheTableOfTheFormats) {
   const auto formats = core::read_whole_file(RAVENCAL_SOURCE_DIR "/shared/FORMATS.md");
   ASSERT_TRUE(formats.ok());
   const std::pair<const char*, core::NumberRange> rows[] = {
-      {"positions (`tool_joints_rad`, `stop_*`, `home_*`)", kPositionRange},
-      {"`speed_*`", kVelocityRange},
+      {"positions (`tool_joints_rad`, `stop_*`, `home_*`, `low_*`, `high_*`)", kPositionRange},
+      {"`speed_*` of `[joint.homing]`", kVelocityRange},
+      {"`speed_*` of `[joint.limits]`", kSpeedRange},
       {"stiffnesses (`kp_*`, `stop_stiffness_*`)", kStiffnessRange},
       {"dampings (`kd_*`, `stop_damping_*`)", kDampingRange},
       {"counts (`dac_limit_counts`, `dac_threshold_counts`, `rehoming_shift_counts`)",
