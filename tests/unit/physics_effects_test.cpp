@@ -92,7 +92,7 @@ TEST(MotorFriction, OfTheLoadAloneBuildsUpOverTheSameDisplacementAsAnyOther) {
   WanderingFriction friction = motor_friction(joint);
   const double load_n_m = 0.5;
   double moved_rad = 0.0, effort_n_m = 0.0;
-  for (; moved_rad < 5.0 * kUnstatedPresliding_rad; moved_rad += 1e-6)
+  for (; moved_rad < 5.0 * unstated_presliding(joint); moved_rad += 1e-6)
     effort_n_m = friction.step(1e-3, 1e-3, load_n_m);
   EXPECT_NEAR(effort_n_m, 0.4 * load_n_m, 0.01 * 0.4 * load_n_m);
 }

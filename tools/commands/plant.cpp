@@ -19,6 +19,7 @@
 #include "physics/drives.hpp"
 #include "physics/plant_ranges.hpp"
 #include "physics/plant_writer.hpp"
+#include "physics/robot_model/tool_place.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -27,7 +28,7 @@ namespace {
 constexpr double kMostReduction = 1e5;
 
 struct PlantArguments {
-  std::string robot, plant, out;
+  std::string robot, plant, out, tool;
   std::vector<std::string> reductions, speeds;
   bool force = false;
 };
@@ -72,6 +73,8 @@ core::Status import_robot(const PlantArguments& arguments) {
     RAVENCAL_RETURN_IF_ERROR(take_word(
         word, {"--speed", "a speed in rad/s or m/s", "SPEED", physics::kSpeedRange}, plant,
         [](physics::Joint& joint, double speed) { joint.limits.speed_ji = speed; }));
+  if (!arguments.tool.empty())
+    RAVENCAL_RETURN_IF_ERROR(physics::hang_payload_at(arguments.tool, arguments.robot, plant));
   if (std::filesystem::exists(arguments.out) && !arguments.force)
     return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.out, physics::plant_text(plant)));
@@ -116,6 +119,9 @@ void add_plant(CLI::App& app, int& exit_code) {
   from->add_option("--speed", arguments->speeds,
                    "Greatest speed of a joint, rad/s or m/s, which no MJCF says and trajectories "
                    "need: SPEED for all joints, JOINT=SPEED for one; may be given several times");
+  from->add_option("--tool", arguments->tool,
+                   "Site or body on the last link where a payload hangs; without it, the body that "
+                   "this link carries farthest from its joint");
   from->add_flag("--force", arguments->force, "Replace an existing file");
   from->footer(
       "Example: ravencal plant from so_arm100.xml --reduction 345 --reduction jaw=191 --out "
