@@ -13,6 +13,7 @@
 #include "physics/plant_writer.hpp"
 #include "physics/rigid_bodies.hpp"
 #include "physics/robot_model/robot_file.hpp"
+#include "physics/robot_model/tool_place.hpp"
 
 namespace ravencal::physics {
 namespace {
@@ -139,6 +140,33 @@ TEST_F(RobotModel, IsTheSamePlantOnceItWasWritten) {
   ASSERT_TRUE(first.ok() && second.ok());
   const VectorXd q = VectorXd::Constant(4, 0.3);
   EXPECT_NEAR((first->efforts(q, q, q) - second->efforts(q, q, q)).norm(), 0.0, 1e-9);
+}
+
+/// The arm with something more on its last link.
+std::string with_tool(const std::string& tool) {
+  std::string text = kArm;
+  const std::string joint = R"(<joint name="roll" axis="0 0 1" pos="0 0.05 0"/>)";
+  return text.insert(text.find(joint) + joint.size(), tool);
+}
+
+TEST_F(RobotModel, HangsAPayloadWhereTheUserSays) {
+  const fs::path model = write("tool.xml", with_tool(R"(<site name="tip" pos="0.1 0.2 0.3"/>)"));
+  auto plant = load_plant(model);
+  const auto weighed = plant_of(with_tool(
+      R"(<body pos="0.1 0.2 0.3"><inertial pos="0 0 0" mass="0.6" diaginertia="1e-9 1e-9 1e-9"/></body>)"));
+  ASSERT_TRUE(plant.ok() && weighed.ok());
+  ASSERT_TRUE(hang_payload_at("tip", model, *plant).ok());
+  plant->payload.mass_kg = 0.6;
+  auto hung = RigidBodies::create(*plant), wanted = RigidBodies::create(*weighed);
+  ASSERT_TRUE(hung.ok() && wanted.ok());
+  const VectorXd q = VectorXd::Constant(4, 0.3);
+  EXPECT_NEAR((hung->efforts(q, q, q) - wanted->efforts(q, q, q)).norm(), 0.0, 1e-6);
+  for (const char* elsewhere : {"tap", "wrist"}) {
+    const core::Status refused = hang_payload_at(elsewhere, model, *plant);
+    ASSERT_FALSE(refused.ok()) << elsewhere;
+    EXPECT_NE(refused.error().message.find("roll"), std::string::npos);
+    EXPECT_NE(refused.error().message.find("tip"), std::string::npos);
+  }
 }
 
 /// Where the model says so, shapes weigh in the place of what the inertial says.

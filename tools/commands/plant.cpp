@@ -16,6 +16,7 @@
 #include "core/whole_file.hpp"
 #include "physics/drives.hpp"
 #include "physics/plant_writer.hpp"
+#include "physics/robot_model/tool_place.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -24,7 +25,7 @@ namespace {
 constexpr double kMostReduction = 1e5;
 
 struct PlantArguments {
-  std::string robot, plant, out;
+  std::string robot, plant, out, tool;
   std::vector<std::string> reductions;
   bool force = false;
 };
@@ -57,6 +58,8 @@ core::Status import_robot(const PlantArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(physics::Plant plant, physics::load_plant(arguments.robot));
   for (const std::string& word : arguments.reductions)
     RAVENCAL_RETURN_IF_ERROR(take_reduction(word, plant));
+  if (!arguments.tool.empty())
+    RAVENCAL_RETURN_IF_ERROR(physics::hang_payload_at(arguments.tool, arguments.robot, plant));
   if (std::filesystem::exists(arguments.out) && !arguments.force)
     return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.out, physics::plant_text(plant)));
@@ -98,6 +101,9 @@ void add_plant(CLI::App& app, int& exit_code) {
   from->add_option("--reduction", arguments->reductions,
                    "Turns of the motor per turn of the joint, which no MJCF says: RATIO for all "
                    "joints, JOINT=RATIO for one; may be given several times");
+  from->add_option("--tool", arguments->tool,
+                   "Site or body on the last link where a payload hangs; without it, the body that "
+                   "this link carries farthest from its joint");
   from->add_flag("--force", arguments->force, "Replace an existing file");
   from->footer(
       "Example: ravencal plant from so_arm100.xml --reduction 345 --reduction jaw=191 --out "

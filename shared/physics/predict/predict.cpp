@@ -257,7 +257,7 @@ void Predictor::update(const Plant& plant, const std::vector<JointCircumstances>
   if (reach == Reach::kDrive) return step.ask(joint, out);
   std::vector<char> hung(joints, everything ? 1 : 0);
   for (std::size_t j = joints; j-- > 0;) {
-    hung[j] |= j == joint || (reach == Reach::kLink && carries(plant, j, joint)) ? 1 : 0;
+    hung[j] |= j == joint || (reach == Reach::kLinkLoad && carries(plant, j, joint)) ? 1 : 0;
     for (std::size_t k = j + 1; k < joints; ++k)
       hung[j] |=
           hung[k] != 0 && kinematics.of_joint(static_cast<Index>(k), static_cast<Index>(j)) != 0.0;

@@ -66,7 +66,7 @@ enum class Reach {
   kPosition,  ///< the joint's position
   kDrive,     ///< the joint's effort
   kCable,     ///< its cable, hence both, and whatever its cable acts on
-  kLink,      ///< the loads of all joints that carry its link, hence their cables
+  kLinkLoad,  ///< the loads of all joints that carry its link, hence their cables
   kEverything,
 };
 

@@ -37,7 +37,7 @@ std::vector<std::size_t> places_of(const std::vector<const Parameter*>& free, st
   for (std::size_t k = 0; k < free.size(); ++k) {
     const Parameter& p = *free[k];
     const bool moves = p.reaches == Reaches::kDrive || p.reaches == Reaches::kCable ||
-                       p.reaches == Reaches::kLink || p.reaches == Reaches::kEverything;
+                       p.reaches == Reaches::kLinkLoad || p.reaches == Reaches::kEverything;
     if (p.joint == joint && p.in_plant && !p.recording && moves) out.push_back(k);
   }
   return out;

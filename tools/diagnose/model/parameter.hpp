@@ -24,7 +24,7 @@ enum class Reaches {
   kPosition,
   kDrive,
   kCable,
-  kLink,
+  kLinkLoad,
   kRouting,  ///< everything, by the way that a cable runs
   kEverything,
 };
@@ -38,8 +38,8 @@ inline physics::Reach reach_of(Reaches reaches) {
       return physics::Reach::kDrive;
     case Reaches::kCable:
       return physics::Reach::kCable;
-    case Reaches::kLink:
-      return physics::Reach::kLink;
+    case Reaches::kLinkLoad:
+      return physics::Reach::kLinkLoad;
     default:
       return physics::Reach::kEverything;
   }

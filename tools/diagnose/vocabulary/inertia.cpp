@@ -76,7 +76,7 @@ void add_centres(const physics::Plant& plant, const std::vector<Scales>& scales,
     const Vector3d given = Eigen::Map<const Vector3d>(joint.link.com_m.data());
     const std::array<Vector3d, 3> directions = centre_directions(joint);
     for (std::size_t d = 0; d < directions.size(); ++d) {
-      Parameter p = parameter_of(s, kCentreId, kCentreNames[d], Reaches::kLink);
+      Parameter p = parameter_of(s, kCentreId, kCentreNames[d], Reaches::kLinkLoad);
       p.unit = "m";
       p.scale = kCentreStart_m;
       p.deviation = kDeviationPerTolerance * tolerance_m / p.scale;
@@ -96,7 +96,7 @@ void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
   Candidate& c = candidates.emplace_back();
   c.id = "payload";
   c.joint = s.joint;
-  Parameter mass = parameter_of(s, c.id, "mass", Reaches::kLink);
+  Parameter mass = parameter_of(s, c.id, "mass", Reaches::kLinkLoad);
   mass.unit = "kg";
   mass.scale = kPayloadStart_kg;
   mass.deviation = kUnknownSize;
@@ -110,7 +110,7 @@ void add_payload(const physics::Plant& plant, const std::vector<Scales>& scales,
   if (!plant.joints.back().frame || plant.joints.size() == 1) return;
   constexpr std::array<const char*, 3> kPlaceNames = {"place_x", "place_y", "place_z"};
   for (std::size_t i = 0; i < kPlaceNames.size(); ++i) {
-    Parameter place = parameter_of(s, c.id, kPlaceNames[i], Reaches::kLink);
+    Parameter place = parameter_of(s, c.id, kPlaceNames[i], Reaches::kLinkLoad);
     place.unit = "m";
     place.deviation = kPayloadPlaceDeviation_m;
     place.step = kPayloadPlaceStep_m;

@@ -69,7 +69,7 @@ class Numbers {
 
   void mass() {
     if (!s_.weight || joint_.link.mass_kg <= 0.0) return;
-    Parameter p = ratio("gravity", deviation("gravity", "weight_scale"), Reaches::kLink);
+    Parameter p = ratio("gravity", deviation("gravity", "weight_scale"), Reaches::kLinkLoad);
     p.set = relative([](auto& joint) -> auto& { return joint.link.mass_kg; });
     out_.push_back(std::move(p));
   }
