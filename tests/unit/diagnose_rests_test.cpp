@@ -117,6 +117,18 @@ TEST(DiagnoseRests, NamesNothingOnAMapOfThePlantAsItIs) {
     }
 }
 
+/// A plant has one ripple, and this one states another: the wave has no name, and is not nothing.
+TEST(DiagnoseRests, FlagsAWaveThatThePlantCannotHold) {
+  const diagnose::Report report = report_of({recording_of({.waves = {{0.004, 72.0, 1.0}}})}, R"(
+  [[joint.effect]]
+  id = "torque_ripple"
+  amplitude_n_m = 1e-4
+  order = 18.0
+  phase_rad = 0.0
+)");
+  EXPECT_EQ(report.verdict.kind, "unexplained") << report.verdict.text;
+}
+
 TEST(DiagnoseRests, SaysWhatRestsCannotShow) {
   const diagnose::Report report = report_of({recording_of({.waves = {{0.004, 72.0, 1.0}}})});
   for (const diagnose::NotFound& n : report.not_found) {

@@ -32,6 +32,10 @@ constexpr double kCorrelationsApart = 2.0;
 /// Of a joint's own circumstances, those of waves, bumps and friction: position and velocity.
 constexpr std::size_t kWhereAndHowFast = 2;
 
+/// Mean square, over that of the floor, of an error in which nothing without a name is as large as
+/// the gates ask for.
+constexpr double kMostPerFloor2 = 1.0 + kUnnamedPerFloor * kUnnamedPerFloor;
+
 /// The channel without rows that the noise model doubts: around reversals presliding decides, which
 /// no plant states to the last micrometre.
 Channel undoubted(const Channel& channel) {
@@ -72,7 +76,6 @@ class Judge {
   [[nodiscard]] bool any_rows() const { return left_.size() > 0; }
 
   ErrorLeft judge() {
-    out_.resolved = resolution() * noise_gain();
     if (!by_repetition()) by_resolution();
     return out_;
   }
@@ -224,7 +227,7 @@ class Judge {
   /// A sensor wanders by more than it resolves, and without repetition nobody knows by how much:
   /// the alarm waits until most of what was recorded is left.
   void by_resolution() {
-    out_.floor = out_.resolved;
+    out_.floor = resolution() * noise_gain();
     if (!(out_.floor > 0.0)) return;
     out_.measured_by = "resolution";
     out_.allowed = std::max(std::hypot(std::sqrt(kMostPerFloor2) * out_.floor, form()),

@@ -105,10 +105,9 @@ struct ErrorLeft {
   double floor = 0.0;
   std::size_t compared_rows = 0;  ///< that met another pass; 0 without repetition
   double agreement = 0.0;  ///< share of the circumstances' variance that rows so compared share
-  double of_signal = 0.0;  ///< share of the squared signal that is left
-  double resolved = 0.0;   ///< RMS that the sensors resolve
   double allowed = 0.0;    ///< up to which the floor is reached: chance and the form of simulations
   bool reached = true;     ///< always without a floor
+  double of_signal = 0.0;  ///< share of the squared signal that is left
 
   /// Of the squared error: what is left above the floor.
   [[nodiscard]] double share() const {
@@ -233,10 +232,10 @@ struct LookedAt {
   std::string position_unit, effort_unit;
   Interval position{0.0, 0.0};
   double fastest = 0.0;          ///< position_unit per s
-  double above_band = 0.0;       ///< share of the effort's power above that band, noise apart
   double rest_share = 0.0;       ///< share of the rows slower than a fiftieth of the usual speed
   std::optional<Interval> load;  ///< effort through the transmission, where it is known
   std::vector<std::string> circumstances;  ///< in whose parts every size was compared
+  double above_band = 0.0;  ///< share of the effort's power above that band, noise apart
 };
 
 /// A stage of a joint that these recordings do not show.

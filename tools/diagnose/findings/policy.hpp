@@ -96,8 +96,6 @@ inline constexpr double kModelForm = 0.04;
 inline constexpr double kKnownVariation = 2.0;
 /// Floors that an effect takes beyond what the model says without it.
 inline constexpr double kUnnamedPerFloor = 0.7;
-/// Mean square, over that of the floor, of an error in which nothing without a name is as large.
-inline constexpr double kMostPerFloor2 = 1.0 + kUnnamedPerFloor * kUnnamedPerFloor;
 /// Rows of a pass over those that resemble each other: two passes have noise of their own.
 inline constexpr double kCorrelationsPerPass = 5.0;
 /// Fewest passes for a standard error over them.

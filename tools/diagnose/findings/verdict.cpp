@@ -165,13 +165,12 @@ std::string grounds_sentence(const Report& report) {
   return text;
 }
 
-/// Why silence proves nothing: channels of which most is left, or of which no row was judged. A law
-/// is no physics, and has no floor.
+/// Why silence proves nothing: channels of which most is left, which no other pass showed to be
+/// noise, or of which no row was judged. A law is no physics, and has no floor.
 std::string doubts_of(const Report& report) {
   std::string text;
   for (const ErrorLeft& e : report.left) {
-    // What the sensors do not resolve is noise, however much it is.
-    if (e.of_signal <= kMostOfSignal || e.left <= e.resolved * std::sqrt(kMostPerFloor2)) continue;
+    if (e.of_signal <= kMostOfSignal || e.measured_by == "repetition") continue;
     text += fmt::format(
         " Joint {}, {}: {} of the squared signal is left, so that what it might lack is not told "
         "from noise: repeat the motion, larger and with more load.",
