@@ -22,7 +22,7 @@ TEST(EffectWords, AreThereOnceForEachIdAndFoundByIt) {
     EXPECT_TRUE(ids.insert(words.id).second) << words.id;
     EXPECT_EQ(&words_for(words.id), &words);
   }
-  EXPECT_EQ(ids.size(), 35U);
+  EXPECT_EQ(ids.size(), 36U);
   EXPECT_EQ(vocabulary_words().back().id, kUnknown);
   EXPECT_EQ(words_for("no such effect").id, kUnknown);
 }

@@ -104,8 +104,9 @@ Model plain_of(const Model& best, const Likelihood& training, const Vocabulary& 
   return plain;
 }
 
-/// Without the moves of numbers that do not pay on motion that no fit saw, joint by joint. Where
-/// nothing is named that a plant holds, none is kept.
+/// Without the moves of numbers that do not pay on motion that no fit saw, joint by joint: first of
+/// its drive and cable, then of its link, which is seen through these alone. Where nothing is named
+/// that a plant holds, none is kept.
 Model with_what_pays(const Model& plain, const Likelihood& training, const Vocabulary& vocabulary,
                      const Search& search) {
   const std::set<std::size_t> opened = opened_by(plain, vocabulary);
@@ -118,12 +119,17 @@ Model with_what_pays(const Model& plain, const Likelihood& training, const Vocab
   fit(training, kept);
   if (!changes_plant(plain, vocabulary)) return kept;
   for (std::size_t joint = 0; joint < training.base().plant.joints.size(); ++joint) {
-    Model more = kept;
-    for (std::size_t n = 0; n < more.numbers.size(); ++n)
-      if (moves(n) && more.numbers[n].joint == joint) more.numbers[n].held = false;
-    if (more.free().size() == kept.free().size()) continue;
-    fit(training, more);
-    if (search.pays(more, kept)) kept = std::move(more);
+    for (const bool of_link : {false, true}) {
+      Model more = kept;
+      for (std::size_t n = 0; n < more.numbers.size(); ++n) {
+        const Parameter& p = more.numbers[n];
+        if (moves(n) && p.joint == joint && (p.reaches == Reaches::kLinkLoad) == of_link)
+          more.numbers[n].held = false;
+      }
+      if (more.free().size() == kept.free().size()) continue;
+      fit(training, more);
+      if (search.pays(more, kept)) kept = std::move(more);
+    }
   }
   return kept;
 }
