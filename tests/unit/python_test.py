@@ -172,7 +172,9 @@ class Plants(Test):
         pathlib.Path("robot.xml").write_text(ROBOT_MODEL, encoding="utf-8")
         plant = ravencal.Plant.load("robot.xml")
         self.assertEqual([joint.name for joint in plant.joints], ["elbow"])
-        self.refused(ravencal.UsageError, lambda: ravencal.simulate(plant, motion(1)), "this plant has others (elbow)")
+        self.refused(ravencal.DataError, lambda: ravencal.simulate(plant, motion(1)), "the 1 joints of robot.xml")
+        t_s, joints = motion(1)
+        self.assertEqual(ravencal.simulate(plant, (t_s, joints[:, 1:2])).samples.shape[0], len(t_s))
 
 
 class Program(Test):
