@@ -68,19 +68,8 @@ ChannelPlot plot(const std::string& joint, const std::string& stage) {
 }
 
 LookedAt looked(const std::string& joint, const std::string& stage) {
-  return {joint,
-          stage,
-          9001,
-          4000,
-          {0.011, 50.0},
-          "rad",
-          "N_m",
-          {-0.8, 0.9},
-          0.61,
-          0.0,
-          0.22,
-          Interval{-1.5, 2.5},
-          {"position", "direction", "speed"}};
+  return {joint, stage,       9001, 4000, {0.011, 50.0},       "rad",
+          "N_m", {-0.8, 0.9}, 0.61, 0.22, Interval{-1.5, 2.5}, {"position", "direction", "speed"}};
 }
 
 Report recordings() {
