@@ -141,6 +141,9 @@ Report sample_of_nothing() {
                  0.003,
                  Interval{-0.05, 0.02},
                  {{1, 0.0031, 0.003}}}};
+  for (const LookedAt& l : r.looked_at)
+    r.left.push_back(
+        {l.joint, l.stage, "rad", 0.0031, 0.003, "repetition", 0.003, 900, 0.93, 0.0035, true});
   decide(r);
   return r;
 }
