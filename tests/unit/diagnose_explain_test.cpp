@@ -117,7 +117,7 @@ TEST(DiagnoseExplain, SaysNothingOfAnEffectThatTheWrittenModelLacks) {
 
 TEST(DiagnoseExplain, SpeaksOfEveryWordOnce) {
   const Report report = report_of(plant_of(kViscous), plant_of(""));
-  EXPECT_EQ(report.effects.size() + report.not_found.size(), 34U);
+  EXPECT_EQ(report.effects.size() + report.not_found.size(), 35U);
   for (const NotFound& n : report.not_found)
     EXPECT_NE(n.detection_limit.has_value(), !n.not_testable_because.empty()) << n.id;
 }
