@@ -40,9 +40,10 @@ class MainRoadWords : public FilesRig {
   }
 };
 
-TEST_F(MainRoadWords, APlantThatIsNoRavenIsFollowed) {
-  expect(2, "simulate --plant " + kEmps + " --trajectory t.csv --out x.db",
-         {"--follow", "carriage", "RAVEN"});
+TEST_F(MainRoadWords, ATrajectoryOfOtherJointsSaysHowToMakeOne) {
+  expect(3, "simulate --plant " + kEmps + " --trajectory t.csv --out x.db",
+         {"t.csv: no column of 'carriage'", "shoulder, elbow, insertion",
+          "ravencal trajectory --plant"});
 }
 
 TEST_F(MainRoadWords, JointsThatDifferAreListedSideBySide) {
