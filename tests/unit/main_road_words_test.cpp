@@ -43,7 +43,7 @@ class MainRoadWords : public FilesRig {
 TEST_F(MainRoadWords, ATrajectoryOfOtherJointsSaysHowToMakeOne) {
   expect(3, "simulate --plant " + kEmps + " --trajectory t.csv --out x.db",
          {"t.csv: no column of 'carriage'", "shoulder, elbow, insertion",
-          "ravencal trajectory --plant"});
+          "ravencal trajectory zigzag --plant"});
 }
 
 TEST_F(MainRoadWords, JointsThatDifferAreListedSideBySide) {

@@ -72,10 +72,10 @@ core::Result<Trajectory> in_order(Trajectory trajectory, const std::vector<Moved
                                   const std::string& source, const std::string& whose) {
   if (trajectory.joints == joints) return trajectory;
   const auto refuse = [&](const std::string& what) {
-    return core::data_error(
-        fmt::format("{}: {}; the trajectory moves {}, and {} has {}; `ravencal trajectory --plant` "
-                    "makes one of a plant's joints",
-                    source, what, names_of(trajectory.joints), whose, names_of(joints)));
+    return core::data_error(fmt::format(
+        "{}: {}; the trajectory moves {}, and {} has {}; `ravencal trajectory zigzag --plant` "
+        "makes one of a plant's joints",
+        source, what, names_of(trajectory.joints), whose, names_of(joints)));
   };
   std::vector<Index> columns;
   for (const MovedJoint& joint : joints) {
