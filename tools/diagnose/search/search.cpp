@@ -258,9 +258,7 @@ void Search::try_without(const Key& key) {
     const auto beside = std::count_if(smaller.begin(), smaller.end(), [&](std::size_t c) {
       return vocabulary_.candidates[c].joint == joint;
     });
-    // The one that was taken out is among those that are tried.
-    if (!judged_[smaller].expanded && beside + 1 < kMostEffects)
-      expand(smaller, kNarrow + 1, joint);
+    if (!judged_[smaller].expanded && beside + 1 < kMostEffects) expand(smaller, kNarrow, joint);
   }
 }
 
