@@ -19,7 +19,7 @@ cat >robot.xml <<'END'
   <compiler angle="radian"/>
   <worldbody>
     <body name="arm">
-      <joint name="elbow" axis="0 -1 0" armature="0.01"/>
+      <joint name="elbow" axis="0 -1 0" armature="0.01" limited="true" range="-1.5 1.5"/>
       <inertial pos="0 0 -0.2" mass="1" diaginertia="0.001 0.001 0.001"/>
     </body>
   </worldbody>

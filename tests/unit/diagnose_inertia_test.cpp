@@ -133,7 +133,9 @@ TEST_F(DiagnoseInertia, IsSilentOfACleanArmAndOfCentresWithinTheirTolerance) {
   for (const double all_m : {0.0, 0.006}) {
     const Report report = diagnosed({.all_m = all_m});
     EXPECT_TRUE(report.effects.empty()) << all_m << " " << names_in(report);
-    EXPECT_EQ(report.verdict.kind, "nothing_left_out") << names_in(report);
+    // Undamped servos ring above the band, so that silence is no proof.
+    EXPECT_EQ(report.verdict.kind, "not_testable") << names_in(report);
+    EXPECT_TRUE(report.unexplained.empty()) << names_in(report);
   }
 }
 

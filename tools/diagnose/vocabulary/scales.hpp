@@ -31,8 +31,8 @@ struct Scales {
   bool tracking = false;                            ///< the joint's position follows its command
   /// ...under the plant's law, so that it shows the drive, and no transmission.
   bool followed = false;
-  bool moves = false;                               ///< speeds show, and not rests alone
-  bool weight = false;                              ///< its load changes with posture
+  bool moves = false;            ///< speeds show, and not rests alone
+  bool weight = false;           ///< its load changes with posture
   bool unknown_weight = false;   ///< there is gravity, and the plant has no links
   double position = 1.0;         ///< rad, or the metres that stand for one
   double range = 1.0;            ///< that the motor moves over
