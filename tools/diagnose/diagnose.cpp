@@ -53,15 +53,20 @@ std::vector<SeenRecording> seen(const std::vector<Recording>& training,
   return out;
 }
 
-/// What recordings have beside the plant that is written of a model. A cable's way that no plant
-/// says is what the best model has it for.
-State recorder_of(const Model& model, const Model& best, const Likelihood& rows) {
-  State state = model.state_elsewhere(rows);
-  const State of_best = best.state_elsewhere(rows);
-  for (std::size_t r = 0; r < state.circumstances.size(); ++r)
-    for (std::size_t j = 0; j < state.circumstances[r].size(); ++j)
-      state.circumstances[r][j].link_share = of_best.circumstances[r][j].link_share;
-  return state;
+/// What recordings have beside the plant that is written of a model: found anew beside that plant,
+/// with a cable's way that no plant says as the recordings have it.
+State recorder_of(Model model, const Models& models, const Likelihood& rows) {
+  for (std::size_t n = 0; n < model.numbers.size(); ++n) {
+    Parameter& p = model.numbers[n];
+    if (p.in_plant) p.held = true;
+    if (p.reaches != Reaches::kRouting) continue;
+    p.x = models.best.numbers[n].x;
+    p.held = models.best.numbers[n].held;
+  }
+  for (auto& [candidate, parameters] : model.effects)
+    for (Parameter& p : parameters) p.held = p.held || p.in_plant;
+  fit(models.training, model);
+  return model.state_elsewhere(rows);
 }
 
 }  // namespace
@@ -104,7 +109,7 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   const Models models = models_of(plant, fitted, vocabulary, search);
   report.improved = models.improved;
   const Likelihood& rows = shown ? *shown : fitted;
-  const State recorder = recorder_of(models.written, models.best, rows);
+  const State recorder = recorder_of(models.written, models, rows);
   const View view = view_of(plant, report.improved, rows, elsewhere != nullptr, &recorder);
   const std::size_t first_recording = held_out.empty() ? 0 : training.size();
   add_looked_at(fitted, elsewhere, plant, report);
@@ -115,7 +120,7 @@ core::Result<Report> diagnose(const std::vector<Recording>& training,
   add_free_run(view, growth.refitted, report);
   add_two_estimates(models, report);
   const physics::Plant moved = plant_of(models.moved, fitted);
-  const State of_moved = recorder_of(models.moved, models.best, rows);
+  const State of_moved = recorder_of(models.moved, models, rows);
   add_error_left(view_of(plant, moved, rows, elsewhere != nullptr, &of_moved), report);
   add_not_found(models, report);
   add_candidates(models, options.seed, report);
