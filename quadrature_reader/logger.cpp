@@ -49,13 +49,14 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
                                                      options.realtime_priority));
     readers.back()->start();
   }
-  RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
-                            Recorder::create(config, path, {options.every_edge}));
+  RAVENCAL_ASSIGN_OR_RETURN(
+      Recorder recorder, Recorder::create(config, path, {options.every_edge, options.overwrite}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
   logger->homing_path_ = homing_path_of(config.path);
   std::map<std::string, HomingRecord> before;
   if (!logger->is_replay()) {
     RAVENCAL_ASSIGN_OR_RETURN(before, load_homing_records(logger->homing_path_));
+    core::may_renew(logger->homing_path_);
   }
   logger->homing_.emplace(config, std::move(before));
   if (options.home) logger->homing_->start();

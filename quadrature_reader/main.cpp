@@ -9,15 +9,16 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
-#include <cstdlib>
 #include <thread>
 
 #include "cli/documentation.hpp"
 #include "cli/exit_code.hpp"
+#include "cli/files.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
 #include "cli/program.hpp"
+#include "cli/words.hpp"
+#include "core/terminal.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
 #include "quadrature_reader/live_view.hpp"
@@ -45,7 +46,7 @@ struct Arguments {
 };
 
 int complain(const core::Error& error) {
-  fmt::print(stderr, "ravencal-encoders: {}\n", error.message);
+  core::remark("ravencal-encoders: {}\n", error.message);
   return cli::exit_code_of(error.code);
 }
 
@@ -58,24 +59,23 @@ class Display {
     if (calls_++ % kCallsPerSecond == 0 || status.ended) {
       qr::notify_service_manager("WATCHDOG=1");
       if (json_) {
-        fmt::print("{}\n", qr::json_of(status));
-        (void)std::fflush(stdout);
+        core::say("{}\n", qr::json_of(status));
       }
     }
     if (!status.trouble.empty() && status.trouble != trouble_ && !terminal_) {
-      fmt::print(stderr, "ravencal-encoders: {}\n", status.trouble);
+      core::remark("ravencal-encoders: {}\n", status.trouble);
     }
     trouble_ = status.trouble;
     if (!terminal_ && status.ended && !status.without_zero.empty()) {
-      fmt::print(stderr, "ravencal-encoders: {}\n", qr::advice_on_zeros(status.without_zero));
+      core::remark("ravencal-encoders: {}\n", qr::advice_on_zeros(status.without_zero));
     }
     if (const std::string lost = qr::losses_in(status); status.ended && !lost.empty() && !terminal_)
-      fmt::print(stderr, "ravencal-encoders: {}\n", lost);
+      core::remark("ravencal-encoders: {}\n", lost);
     if (!terminal_) return;
     const std::string table = qr::table_of(status);
     // Back to the first line of the last table, then clear to the end of the screen.
-    if (lines_ > 0) fmt::print(stderr, "\033[{}A\r\033[J", lines_);
-    fmt::print(stderr, "{}", table);
+    if (lines_ > 0) core::draw(STDERR_FILENO, fmt::format("\033[{}A\r\033[J", lines_));
+    core::remark("{}", table);
     lines_ = std::count(table.begin(), table.end(), '\n');
   }
 
@@ -103,18 +103,16 @@ core::Result<std::pair<std::string, double>> parse_pose(const std::string& text,
       std::find_if(config.encoders.begin(), config.encoders.end(),
                    [&](const auto& candidate) { return candidate.axis.joint == joint; });
   const std::string value_text = equals == std::string::npos ? "" : text.substr(equals + 1);
-  char* end = nullptr;
-  const double value = std::strtod(value_text.c_str(), &end);
-  const auto unit = core::find_unit(end);
-  if (encoder == config.encoders.end() || value_text.empty() || end == value_text.c_str() ||
-      !unit || unit->si_name != encoder->axis.unit) {
+  const auto number = cli::leading_number(value_text);
+  const auto unit = number ? core::find_unit(number->second) : std::nullopt;
+  if (encoder == config.encoders.end() || !unit || unit->si_name != encoder->axis.unit) {
     return core::Error{
         core::ErrorCode::kUsage,
         fmt::format("--pose {}: must be JOINT=VALUE with the unit, as shoulder=30deg or "
                     "insertion=400mm, for a joint of {}",
                     text, config.path.string())};
   }
-  return std::pair{joint, value * unit->to_si};
+  return std::pair{joint, number->first * unit->to_si};
 }
 
 /// The logger, as soon as every device is there: at once, or when waiting is wanted and neither a
@@ -135,7 +133,7 @@ core::Result<std::unique_ptr<qr::Logger>> open_logger(const qr::Config& config,
     }
     if (logger.error().message != told) {
       told = logger.error().message;
-      fmt::print(stderr, "ravencal-encoders: waiting: {}\n", told);
+      core::remark("ravencal-encoders: waiting: {}\n", told);
       qr::notify_service_manager(fmt::format("READY=1\nSTATUS=waiting: {}", told));
     }
     qr::notify_service_manager("WATCHDOG=1");
@@ -151,6 +149,7 @@ core::Result<std::unique_ptr<qr::RosBridge>> open_ros(const qr::Config& config,
   qr::RosBridgeOptions ros;
   for (const auto& encoder : config.encoders) ros.joints.push_back(encoder.axis.joint);
   ros.robot_recording = std::filesystem::path(arguments.out).replace_extension(".robot.db");
+  ros.overwrite = options.overwrite;
   if (const auto arm = config.meta.find("arm"); arm != config.meta.end()) ros.arm = arm->second;
   RAVENCAL_ASSIGN_OR_RETURN(auto bridge, qr::RosBridge::create(ros));
   options.on_row = [to = bridge.get()](std::int64_t t_ns, std::span<const qr::AxisSample> row) {
@@ -164,14 +163,13 @@ bool close_ros(qr::RosBridge& bridge, const Arguments& arguments) {
   const core::Status closed = bridge.finish();
   const qr::RosBridgeStatus status = bridge.status();
   if (!closed.ok()) (void)complain(closed.error());
-  if (!status.trouble.empty()) fmt::print(stderr, "ravencal-encoders: ROS: {}\n", status.trouble);
+  if (!status.trouble.empty()) core::remark("ravencal-encoders: ROS: {}\n", status.trouble);
   if (!arguments.json) {
-    fmt::print("ROS: {} moments published, {} left out; {} robot states recorded\n",
-               status.published, status.not_published, status.states);
+    core::say("ROS: {} moments published, {} left out; {} robot states recorded\n",
+              status.published, status.not_published, status.states);
     if (status.states > 0) {
       const std::string stem = std::filesystem::path(arguments.out).replace_extension("").string();
-      fmt::print("next: ravencal merge {0}.robot.db {1} --out {0}.merged.db\n", stem,
-                 arguments.out);
+      core::say("next: ravencal merge {0}.robot.db {1} --out {0}.merged.db\n", stem, arguments.out);
     }
   }
   return closed.ok() && status.states_refused == 0;
@@ -195,10 +193,10 @@ int record_encoders(const Arguments& arguments) {
   if (!logger.ok()) {
     const int code = complain(logger.error());
     if (code == cli::kDevice && !arguments.wait_for_devices) {
-      fmt::print(stderr,
-                 "nothing was recorded; 'ravencal-encoders --config {} --check-setup' gives the "
-                 "remedy, --wait-for-devices waits for the device\n",
-                 arguments.config);
+      core::remark(
+          "nothing was recorded; 'ravencal-encoders --config {} --check-setup' gives the "
+          "remedy, --wait-for-devices waits for the device\n",
+          arguments.config);
     }
     return code;
   }
@@ -225,15 +223,19 @@ int check_setup(const Arguments& arguments) {
     const char* mark = finding.verdict == qr::Verdict::kGood      ? "  ok  "
                        : finding.verdict == qr::Verdict::kWarning ? " note "
                                                                   : " BAD  ";
-    fmt::print("{}{}\n", mark, finding.text);
-    (void)std::fflush(stdout);
+    core::say("{}{}\n", mark, finding.text);
   };
   // The wiggle test needs a person at a terminal.
   const qr::SetupOptions options{isatty(STDIN_FILENO) != 0};
   const bool good = qr::check_setup(*config, options, say, cli::interrupted);
-  if (!options.wiggle) fmt::print(" note the wiggle test was left out: it needs a terminal\n");
-  fmt::print("{}\n", good ? "set-up is good" : "set-up needs the remedies above");
+  if (!options.wiggle) core::say(" note the wiggle test was left out: it needs a terminal\n");
+  core::say("{}\n", good ? "set-up is good" : "set-up needs the remedies above");
   return good ? cli::kOk : cli::kDevice;
+}
+
+cli::Paths robot_recording_beside(const CLI::App& app) {
+  if (app.count("--publish-ros") == 0) return {};
+  return {cli::path_of(app, "--out").replace_extension(".robot.db")};
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -274,18 +276,25 @@ int parse_and_run(int argc, char** argv) {
   app.add_flag("--check-setup", arguments.check_setup,
                "go through devices, permissions, levels and directions, record nothing")
       ->excludes(out);
+  const cli::FileOptions files = {.read = {"--config", "--replay"},
+                                  .written = {"--out"},
+                                  .also_written = robot_recording_beside};
+  cli::declare_files(app, files);
+  arguments.logger.overwrite = true;  // what core/outputs.hpp lets
   cli::check_numbers(app);
   cli::add_documentation(app, "ravencal-encoders");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+    return cli::explain(app, error);
   }
   if (arguments.check_setup) return check_setup(arguments);
   if (arguments.out.empty()) {
-    fmt::print(stderr, "ravencal-encoders: --out is required (or --check-setup)\n");
+    core::remark("ravencal-encoders: --out is required (or --check-setup)\n");
     return cli::kUsage;
   }
+  if (const core::Status status = cli::check_files(app, files); !status.ok())
+    return complain(status.error());
   return record_encoders(arguments);
 }
 

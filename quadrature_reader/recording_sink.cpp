@@ -16,14 +16,16 @@ RecordingSink::RecordingSink(fs::path path, std::map<std::string, std::string> m
 
 core::Result<RecordingSink> RecordingSink::create(const fs::path& path,
                                                   const std::map<std::string, std::string>& meta,
-                                                  const std::vector<record::Channel>& channels) {
+                                                  const std::vector<record::Channel>& channels,
+                                                  bool overwrite) {
   RecordingSink sink(path, meta, channels);
-  RAVENCAL_RETURN_IF_ERROR(sink.open(path));
+  RAVENCAL_RETURN_IF_ERROR(sink.open(path, overwrite));
   return sink;
 }
 
-core::Status RecordingSink::open(const fs::path& path) {
-  RAVENCAL_ASSIGN_OR_RETURN(writer_, record::RecordingWriter::create(path, meta_, channels_));
+core::Status RecordingSink::open(const fs::path& path, bool overwrite) {
+  RAVENCAL_ASSIGN_OR_RETURN(writer_,
+                            record::RecordingWriter::create(path, meta_, channels_, overwrite));
   current_path_ = path;
   struct stat status {};
   inode_ = ::stat(path.c_str(), &status) == 0 ? status.st_ino : 0;

@@ -24,7 +24,8 @@ class RecordingSink {
  public:
   static core::Result<RecordingSink> create(const std::filesystem::path& path,
                                             const std::map<std::string, std::string>& meta,
-                                            const std::vector<record::Channel>& channels);
+                                            const std::vector<record::Channel>& channels,
+                                            bool overwrite = false);
 
   void append(std::int64_t t_ns, std::span<const double> values);
   void append_event(const record::Event& event);
@@ -46,7 +47,7 @@ class RecordingSink {
   RecordingSink(std::filesystem::path path, std::map<std::string, std::string> meta,
                 std::vector<record::Channel> channels);
   void fail(const std::string& why);
-  core::Status open(const std::filesystem::path& path);
+  core::Status open(const std::filesystem::path& path, bool overwrite = false);
   [[nodiscard]] bool file_still_there() const;
 
   std::filesystem::path path_;

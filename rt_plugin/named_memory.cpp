@@ -204,6 +204,13 @@ std::int32_t NamedMemory::publish(const char* name, std::span<const std::byte> l
   return RAVENCAL_ERROR_BUSY;
 }
 
+bool NamedMemory::is_strangers(const char* name) noexcept {
+  char path[sizeof held_->path] = {};
+  (void)std::snprintf(path, sizeof path, "%s%s", kFolder, name);
+  struct stat named = {};
+  return path_status(path, named) && named.st_uid != 0 && named.st_uid != ::geteuid();
+}
+
 void NamedMemory::Held::detach() noexcept {
   shown.detach();
   asked.detach();

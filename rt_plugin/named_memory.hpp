@@ -37,6 +37,9 @@ class NamedMemory {
   std::int32_t publish(const char* name, std::span<const std::byte> label,
                        std::span<const std::byte> magic) noexcept;
 
+  /// Whether /dev/shm`name` is neither this process's user's nor root's.
+  static bool is_strangers(const char* name) noexcept;
+
   /// Gives memory and name back; a name that leads to another file by now is left alone.
   void release() noexcept;
 

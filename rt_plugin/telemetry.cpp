@@ -70,7 +70,10 @@ std::int32_t Telemetry::open(const ravencal_config& config) noexcept {
     code = memory_.publish(config.telemetry_name, label, label.first(kMagicBytes));
   }
   if (code != RAVENCAL_SUCCESS) memory_.release();
-  return code;
+  // Anybody may take a name in that folder, and so keep nobody's joints from being corrected.
+  const bool goes_on =
+      code == RAVENCAL_ERROR_BUSY && NamedMemory::is_strangers(config.telemetry_name);
+  return goes_on ? RAVENCAL_SUCCESS : code;
 }
 
 void Telemetry::close() noexcept {

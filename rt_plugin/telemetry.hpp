@@ -22,7 +22,8 @@ class Telemetry {
 
   /// [init] Creates the shared memory `config.telemetry_name` (named_memory.hpp); does nothing if
   /// the name is empty. What a dead process left under that name is replaced. RAVENCAL_SUCCESS;
-  /// _ERROR_ARGUMENT: not a name; _ERROR_BUSY: a live process writes it, or it is something else;
+  /// _ERROR_ARGUMENT: not a name; _ERROR_BUSY: a live process writes it, or it is something else,
+  /// unless another user than root has it: then there is no telemetry, and no error;
   /// _ERROR_MEMORY: no room; _ERROR_LIMIT: a limit of the process; _ERROR_IO: the system refuses.
   std::int32_t open(const ravencal_config& config) noexcept;
 

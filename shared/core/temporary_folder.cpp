@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/outputs.hpp"
 #include "core/whole_file.hpp"
 
 namespace ravencal::core {
@@ -16,6 +17,7 @@ Result<TemporaryFolder> TemporaryFolder::create() {
   const std::filesystem::path below = std::filesystem::temp_directory_path(absent);
   std::string name = ((absent ? "/tmp" : below) / "ravencal-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) return write_error(name, errno);
+  add_scratch(name);
   return TemporaryFolder(name);
 }
 

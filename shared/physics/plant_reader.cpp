@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/fnv1a.hpp"
 #include "core/known_words.hpp"
 #include "core/toml_table.hpp"
 #include "physics/effects/effect_spec.hpp"
@@ -23,16 +24,6 @@ std::array<double, N> array_of(const std::vector<double>& values) {
   std::array<double, N> result{};
   std::copy_n(values.begin(), std::min(N, values.size()), result.begin());
   return result;
-}
-
-/// FNV-1a, 64 bit: identifies the file in a recording's metadata; not a security measure.
-std::uint64_t fnv1a(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char byte : bytes) {
-    hash ^= static_cast<unsigned char>(byte);
-    hash *= 0x100000001b3ULL;
-  }
-  return hash;
 }
 
 core::Status read_robot(TomlTable& root, Robot& robot, bool& gravity_stated) {
@@ -357,7 +348,7 @@ core::Result<Plant> parse_plant(std::string_view text, const std::string& source
   RAVENCAL_ASSIGN_OR_RETURN(TomlTable root, core::parse_toml(text, source, "a plant"));
   Plant plant;
   plant.source = source;
-  plant.hash = fnv1a(text);
+  plant.hash = core::fnv1a(text);
   bool gravity_stated = false;
   RAVENCAL_RETURN_IF_ERROR(read_robot(root, plant.robot, gravity_stated));
   RAVENCAL_RETURN_IF_ERROR(read_environment(root, plant));

@@ -21,6 +21,13 @@ struct ServoLaw {
                               double desired_velocity = 0.0) const {
     return limited(position * position_error - rate * velocity + desired_rate * desired_velocity);
   }
+  /// Of a step from that velocity to one of zero, without the limit. The other half of the rate
+  /// acts on the velocity at the step's end, so that stiff servos stay stable at any step.
+  [[nodiscard]] double effort_ahead(double position_error, double velocity,
+                                    double desired_velocity) const {
+    return position * position_error - half_rate() * velocity + desired_rate * desired_velocity;
+  }
+  [[nodiscard]] double half_rate() const { return 0.5 * rate; }
   [[nodiscard]] double limited(double asked) const {
     return limit > 0.0 ? std::clamp(asked, -limit, limit) : asked;
   }

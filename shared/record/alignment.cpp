@@ -12,6 +12,7 @@
 #include "record/interpolate.hpp"
 #include "record/name_list.hpp"
 #include "record/plausibility.hpp"
+#include "record/wall_origin.hpp"
 
 namespace ravencal::record {
 namespace {
@@ -58,18 +59,6 @@ Track track_of(std::span<const std::int64_t> t_ns, const SampleMatrix& samples,
 
 bool overlap(std::span<const std::int64_t> x, std::span<const std::int64_t> y) {
   return !x.empty() && !y.empty() && x.front() <= y.back() && y.front() <= x.back();
-}
-
-/// What to add to the robot's times to have wall time: recordings of foreign files count from their
-/// first row, and keep its stamp in meta.
-std::int64_t wall_origin_ns(const Recording& robot) {
-  const auto origin = robot.meta.find("origin.time");
-  if (origin == robot.meta.end() || robot.t_ns.empty()) return 0;
-  constexpr std::int64_t kSecondNs = 1'000'000'000;
-  const auto stamp_ns =
-      static_cast<std::int64_t>(std::llround(1e9 * std::strtod(origin->second.c_str(), nullptr)));
-  const std::int64_t shift = stamp_ns - robot.t_ns.front();
-  return std::abs(shift) < kSecondNs ? 0 : shift;
 }
 
 bool has_clock_events(const Recording& recording) {

@@ -11,23 +11,12 @@
 #include "record/bag_file.hpp"
 #include "record/bag_load.hpp"
 #include "record/profile_builtin.hpp"
+#include "record/wall_origin.hpp"
 
 namespace ravencal::record {
 namespace {
 
 constexpr std::size_t kTime = core::catalogue_index(core::RavenField::kTime, 0);
-
-/// What to add to t_ns to have wall time: an imported CSV counts from its first row and keeps that
-/// row's stamp in meta.
-std::int64_t wall_origin_ns(const Recording& recording) {
-  constexpr std::int64_t kSecondNs = 1'000'000'000;
-  const auto origin = recording.meta.find("origin.time");
-  if (origin == recording.meta.end() || recording.t_ns.empty()) return 0;
-  const auto stamp_ns =
-      static_cast<std::int64_t>(std::llround(1e9 * std::strtod(origin->second.c_str(), nullptr)));
-  const std::int64_t shift = stamp_ns - recording.t_ns.front();
-  return std::abs(shift) < kSecondNs ? 0 : shift;
-}
 
 bool is_whole_number(core::RavenField field) {
   using core::RavenField;

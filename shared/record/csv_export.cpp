@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/csv_export.hpp"
 
+#include <fcntl.h>
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
@@ -13,6 +14,7 @@
 
 #include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
+#include "core/output_place.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "record/csv_number.hpp"
@@ -167,9 +169,10 @@ struct CloseFile {
 };
 
 core::Status write_rows(const Recording& recording, const ExportColumns& columns, bool header,
-                        const std::filesystem::path& path) {
-  const auto failed = [&] { return core::write_error(path, errno); };
-  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "we"));
+                        const core::PartialFile& target) {
+  const auto failed = [&] { return core::write_error(target.target(), errno); };
+  const int own = ::fcntl(target.descriptor(), F_DUPFD_CLOEXEC, 0);
+  const std::unique_ptr<std::FILE, CloseFile> file(own < 0 ? nullptr : ::fdopen(own, "w"));
   if (!file) return failed();
   fmt::memory_buffer text;
   if (header) {
@@ -194,12 +197,9 @@ core::Status export_csv(const Recording& recording, const Profile& profile,
                         const std::filesystem::path& path) {
   RAVENCAL_ASSIGN_OR_RETURN(const ExportColumns columns, plan(recording, profile));
   RAVENCAL_ASSIGN_OR_RETURN(core::PartialFile target, core::PartialFile::create(path));
-  RAVENCAL_RETURN_IF_ERROR(write_rows(recording, columns, profile.header, target.partial()));
+  RAVENCAL_RETURN_IF_ERROR(write_rows(recording, columns, profile.header, target));
   RAVENCAL_RETURN_IF_ERROR(target.publish());
-  std::error_code unknown;
-  const bool takes_profile =
-      profile.name == "generic" && std::filesystem::is_regular_file(path, unknown);
-  if (!takes_profile) return {};
+  if (profile.name != "generic" || core::output_place(path).is_stream()) return {};
   return core::write_whole_file(profile_beside(path), profile_of(recording));
 }
 

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 #include "record/bag_load.hpp"
 #include "record/csv_load.hpp"
 #include "record/recording_reader.hpp"
@@ -41,6 +44,32 @@ core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadO
 
 namespace {
 
+/// No quantity in SI units, count or time is as large. Float32's largest, by which recorders mark
+/// what they do not know, is beyond it.
+constexpr double kLargestValue = 1e30;
+
+/// Infinities included.
+core::Status check_values(Recording& recording, bool skip_bad) {
+  for (Eigen::Index c = 0; c < recording.samples.cols(); ++c) {
+    auto column = recording.samples.col(c);
+    if (!(column.array().abs() > kLargestValue).any()) continue;
+    for (Eigen::Index row = 0; row < column.size(); ++row) {
+      if (!(std::abs(column[row]) > kLargestValue)) continue;
+      const std::string why =
+          fmt::format("{} is {}, which no sensor measures",
+                      recording.channels[static_cast<std::size_t>(c)].name, column[row]);
+      if (!skip_bad) {
+        return core::data_error(fmt::format("{}: row {}: {}; use --skip-bad to read it as missing",
+                                            recording.source, row + 1, why));
+      }
+      recording.events.push_back({recording.t_ns[static_cast<std::size_t>(row)], "drop",
+                                  fmt::format("row {}: {}", row + 1, why)});
+      column[row] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return {};
+}
+
 core::Result<Recording> load_whole(const std::filesystem::path& path, const LoadOptions& options) {
   const std::string extension = path.extension().string();
   if (extension == ".db")
@@ -59,8 +88,13 @@ core::Result<Recording> load_whole(const std::filesystem::path& path, const Load
 core::Result<Recording> load_recording(const std::filesystem::path& path,
                                        const LoadOptions& options) {
   RAVENCAL_ASSIGN_OR_RETURN(Recording recording, load_whole(path, options));
-  RAVENCAL_RETURN_IF_ERROR(cut_to(recording, options.range));
+  RAVENCAL_RETURN_IF_ERROR(finish_reading(recording, options));
   return recording;
+}
+
+core::Status finish_reading(Recording& recording, const LoadOptions& options) {
+  RAVENCAL_RETURN_IF_ERROR(check_values(recording, options.skip_bad));
+  return cut_to(recording, options.range);
 }
 
 }  // namespace ravencal::record

@@ -36,4 +36,8 @@ core::Result<Profile> profile_for(const std::filesystem::path& path, const LoadO
 core::Result<Recording> load_recording(const std::filesystem::path& path,
                                        const LoadOptions& options);
 
+/// What every recording passes once its file is read: values beyond 1e30 are an error, or missing
+/// where bad rows are skipped, and rows outside the range are dropped.
+core::Status finish_reading(Recording& recording, const LoadOptions& options);
+
 }  // namespace ravencal::record

@@ -32,6 +32,8 @@ std::string pragmas_of_whole(std::size_t channels) {
 // may undo every commit since the last checkpoint; at 20 commits per second the waiting is cheap.
 constexpr const char* kLivePragmas = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;";
 
+constexpr const char* kSayFinished = "UPDATE meta SET value = '1' WHERE key = 'finished'";
+
 std::string create_tables(std::span<const Channel> channels) {
   std::string sql =
       "CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT);"
@@ -87,7 +89,20 @@ core::Status check_channels(std::span<const Channel> channels, const fs::path& p
   return {};
 }
 
+core::Status check_log_has_recording(const fs::path& path) {
+  const fs::path log = path.string() + "-wal";
+  std::error_code failure;
+  if (fs::exists(path, failure)) return {};
+  const std::uintmax_t bytes = fs::file_size(log, failure);
+  if (failure || bytes == 0) return {};
+  return core::usage_error(fmt::format(
+      "{}: holds the last rows of a recording {} that is not here; put that recording back beside "
+      "it, remove the log if nobody needs its rows, or choose another name",
+      log.string(), path.filename().string()));
+}
+
 core::Status settle_recording(const fs::path& path) {
+  RAVENCAL_RETURN_IF_ERROR(check_log_has_recording(path));
   // Where one of them is missing there is no row that could be lost.
   std::error_code failure;
   const bool has_rows_in_log =
@@ -98,6 +113,11 @@ core::Status settle_recording(const fs::path& path) {
   // A connection in WAL mode keeps others from leaving that mode for as long as it is open.
   if (code == SQLITE_OK) {
     code = sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
+  }
+  // What was in the log is in the recording now. Where it is none that can be told, none is lost.
+  if (code == SQLITE_OK && has_rows_in_log) {
+    (void)sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+    (void)sqlite3_exec(handle, kSayFinished, nullptr, nullptr, nullptr);
   }
   switch (code) {
     case SQLITE_OK:
@@ -117,11 +137,6 @@ core::Status settle_recording(const fs::path& path) {
   }
 }
 
-core::Status remove_recording(const fs::path& path) {
-  RAVENCAL_RETURN_IF_ERROR(remove_file(path));
-  return remove_side_files(path);
-}
-
 RecordingFile::RecordingFile(fs::path path, std::size_t channel_count)
     : path_(std::move(path)), channel_count_(channel_count) {}
 
@@ -138,6 +153,8 @@ core::Result<RecordingFile> RecordingFile::open_live(const fs::path& path,
                                                      std::size_t channel_count) {
   RecordingFile file(path, channel_count);
   RAVENCAL_RETURN_IF_ERROR(file.open(kLivePragmas));
+  // The log stays unless finish() succeeds: without it the recording counts as one that lost it.
+  (void)sqlite3_db_config(file.database_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   RAVENCAL_RETURN_IF_ERROR(file.prepare());
   return file;
 }
@@ -173,6 +190,7 @@ core::Status RecordingFile::make_tables(const std::map<std::string, std::string>
   RAVENCAL_RETURN_IF_ERROR(set_meta("software_version", core::kVersion));
   for (const auto& [key, value] : meta) RAVENCAL_RETURN_IF_ERROR(set_meta(key, value));
   RAVENCAL_RETURN_IF_ERROR(set_meta("format_version", kFormatVersion));
+  RAVENCAL_RETURN_IF_ERROR(set_meta(kFinishedKey, kIsNotFinished));
   return insert_channels(channels);
 }
 
@@ -245,11 +263,18 @@ core::Status RecordingFile::set_meta(std::string_view key, std::string_view valu
   return step(insert_meta_.get());
 }
 
+core::Status RecordingFile::finish() {
+  RAVENCAL_RETURN_IF_ERROR(begin());
+  RAVENCAL_RETURN_IF_ERROR(sqlite::execute(database_.get(), path_, kSayFinished));
+  return close();
+}
+
 core::Status RecordingFile::close() {
   RAVENCAL_RETURN_IF_ERROR(commit());
   // A live one has its rows in the log, which closing folds into the file.
   RAVENCAL_RETURN_IF_ERROR(sqlite::execute(
       database_.get(), path_, "PRAGMA journal_mode=WAL; PRAGMA wal_checkpoint(TRUNCATE)"));
+  (void)sqlite3_db_config(database_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
   *this = RecordingFile(path_, channel_count_);
   return {};
 }

@@ -24,6 +24,11 @@ namespace ravencal::record {
 /// Value of meta's `format_version`; a reader refuses any other.
 inline constexpr std::string_view kFormatVersion = "1";
 
+/// Key in meta: "0" until the writer has finished, then "1". Recordings of earlier versions have
+/// none.
+inline constexpr const char* kFinishedKey = "finished";
+inline constexpr std::string_view kIsNotFinished = "0";
+
 /// SQLite's application_id of a recording: "RVCL" in ASCII, so that file(1) can tell.
 inline constexpr int kApplicationId = 0x5256434C;
 
@@ -49,6 +54,8 @@ class RecordingFile {
   core::Status commit();
   /// Commits, leaves one file in WAL mode without side files, and closes it.
   core::Status close();
+  /// The same once all is written: from then on the recording says that it is whole.
+  core::Status finish();
 
  private:
   RecordingFile(std::filesystem::path path, std::size_t channel_count);
@@ -75,13 +82,16 @@ class RecordingFile {
 /// kMostChannels.
 core::Status check_channels(std::span<const Channel> channels, const std::filesystem::path& path);
 
+/// kUsage where `path` is not there but a log (`-wal`) of that name is: of a recording that was
+/// moved without it, whose last rows only the log has. Nothing may remove it, and no new recording
+/// of the name can be beside it.
+core::Status check_log_has_recording(const std::filesystem::path& path);
+
 /// Before another file takes the recording's name: takes the rows that a killed writer left in
 /// SQLite's log into the recording itself, so that it is whole until then, and removes the log,
 /// whose rows SQLite would read instead of the new ones. kIo where another process has it open or
-/// where the rows cannot be taken in (a full disk): both files then stay as they are.
+/// where the rows cannot be taken in (a full disk), kUsage where check_log_has_recording() refuses:
+/// all files then stay as they are.
 core::Status settle_recording(const std::filesystem::path& path);
-
-/// Removes a recording and SQLite's files beside it, if they exist.
-core::Status remove_recording(const std::filesystem::path& path);
 
 }  // namespace ravencal::record

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <limits>
 #include <system_error>
@@ -37,12 +38,13 @@ class Reader {
  private:
   core::Status open();
   core::Result<sqlite::Database> connect();
-  core::Status check_tables();
   core::Status read_meta();
   core::Status read_channels();
   core::Status read_events();
   core::Status read_samples(unsigned threads);
   core::Status check_log(bool skip_bad);
+  core::Status check_end(bool skip_bad);
+  core::Status give_up_rows(const std::string& why, bool skip_bad);
   bool read_in_parts(unsigned threads);
   core::Result<Eigen::Index> read_rows(sqlite3* database, const std::string& which,
                                        Eigen::Index begin, Eigen::Index end);
@@ -61,6 +63,7 @@ class Reader {
   const fs::path& path_;
   ChannelFilter keep_;
   bool written_now_ = false;
+  bool is_finished_ = true;
   std::size_t columns_ = 1;   ///< of a sample: t_ns and every channel, kept or not
   std::uintmax_t bytes_ = 0;  ///< of the file and of its log
   std::atomic<std::int64_t> operations_left_{0};
@@ -125,20 +128,7 @@ core::Status Reader::open() {
   }
   operations_left_ = sqlite::operations_for(bytes_);
   RAVENCAL_ASSIGN_OR_RETURN(database_, connect());
-  return check_tables();
-}
-
-// A view or a virtual table could run code or have no end.
-core::Status Reader::check_tables() {
-  RAVENCAL_ASSIGN_OR_RETURN(const sqlite::Statement others,
-                            prepare("SELECT name, type FROM sqlite_schema WHERE (type = 'view' OR "
-                                    "type = 'table' AND rootpage = 0) AND lower(name) IN "
-                                    "('meta', 'channel', 'event', 'sample')"));
-  return for_each(others.get(), [this](sqlite3_stmt* row) -> core::Status {
-    return damaged(fmt::format("{} is a {}, not an ordinary table; this is no intact recording",
-                               sqlite::text_of(row, 0),
-                               sqlite::text_of(row, 1) == "view" ? "view" : "virtual table"));
-  });
+  return sqlite::check_schema(database_.get(), path_);
 }
 
 core::Status Reader::read_meta() {
@@ -147,6 +137,8 @@ core::Status Reader::read_meta() {
     recording_.meta[sqlite::text_of(row, 0)] = sqlite::text_of(row, 1);
     return core::Status();
   }));
+  if (const auto mark = recording_.meta.extract(kFinishedKey); !mark.empty())
+    is_finished_ = mark.mapped() != kIsNotFinished;
   const std::string& version = recording_.meta["format_version"];
   if (version == kFormatVersion) return {};
   return damaged(
@@ -303,6 +295,34 @@ core::Status Reader::read_row(sqlite3_stmt* row, Eigen::Index r, bool first) {
   return {};
 }
 
+/// Rows are lost: an error, or an event where the user goes on without them.
+core::Status Reader::give_up_rows(const std::string& why, bool skip_bad) {
+  if (!skip_bad) {
+    return damaged(
+        fmt::format("{}; --skip-bad goes on without them, and `ravencal import {} "
+                    "--skip-bad --out NEW.db` keeps the rest",
+                    why, path_.string()));
+  }
+  recording_.events.push_back({recording_.rows() > 0 ? recording_.t_ns.back() : 0, "drop", why});
+  return {};
+}
+
+// The rows of a writer that was killed are in its log, which may not have come along.
+core::Status Reader::check_end(bool skip_bad) {
+  if (is_finished_ || written_now_) return {};
+  // A writer makes its log a moment after its recording.
+  constexpr std::chrono::milliseconds kMoment{50};
+  const fs::path log = path_.string() + "-wal";
+  std::error_code absent;
+  if (!fs::exists(log, absent)) std::this_thread::sleep_for(kMoment);
+  if (fs::exists(log, absent)) return {};
+  return give_up_rows(
+      fmt::format("the recording was not finished, and its log {} is missing: {} rows can be read, "
+                  "and those after them are lost unless the log is put back beside it",
+                  log.filename().string(), recording_.rows()),
+      skip_bad);
+}
+
 // What SQLite left out behind a damaged frame of the log.
 core::Status Reader::check_log(bool skip_bad) {
   if (!written_now_) return {};
@@ -314,14 +334,8 @@ core::Status Reader::check_log(bool skip_bad) {
       "{} of its log is damaged: {} rows behind the first {} are lost",
       damage->frame == 0 ? std::string("the beginning") : fmt::format("frame {}", damage->frame),
       lost, rows);
-  if (!skip_bad) {
-    return damaged(
-        fmt::format("{}; --skip-bad goes on without them, and `ravencal import {} "
-                    "--skip-bad --out NEW.db` keeps the rest",
-                    why, path_.string()));
-  }
+  RAVENCAL_RETURN_IF_ERROR(give_up_rows(why, skip_bad));
   recording_.meta["dropped_rows"] = lost;
-  recording_.events.push_back({rows > 0 ? recording_.t_ns.back() : 0, "drop", why});
   return {};
 }
 
@@ -331,6 +345,7 @@ core::Result<Recording> Reader::read(unsigned threads, bool skip_bad) {
   RAVENCAL_RETURN_IF_ERROR(read_channels());
   RAVENCAL_RETURN_IF_ERROR(read_events());
   RAVENCAL_RETURN_IF_ERROR(read_samples(threads));
+  RAVENCAL_RETURN_IF_ERROR(check_end(skip_bad));
   RAVENCAL_RETURN_IF_ERROR(check_log(skip_bad));
   recording_.source = path_.string();
   return std::move(recording_);

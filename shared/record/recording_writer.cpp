@@ -7,10 +7,10 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
-#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "core/output_place.hpp"
 #include "core/outputs.hpp"
 #include "core/whole_file.hpp"
 #include "record/recording_file.hpp"
@@ -23,16 +23,15 @@ namespace {
 constexpr std::chrono::milliseconds kCommitPeriod{50};
 
 core::Status check_free(const fs::path& path, bool overwrite) {
-  std::error_code failure;
-  const bool exists = fs::exists(path, failure);
-  if (exists && !fs::is_regular_file(path, failure)) {
-    return core::Error{
-        core::ErrorCode::kIo,
-        fmt::format("{}: is a folder or a device; give the name of a file", path.string())};
+  const core::OutputPlace place = core::output_place(path);
+  if (place.is_stream()) {
+    return core::io_error(fmt::format(
+        "{}: is a device or a pipe, and a recording needs a file; give its name", path.string()));
   }
+  const bool exists = place.kind == core::OutputPlace::Kind::kFile;
+  if (exists && !overwrite) return core::exists_already(path);
   RAVENCAL_RETURN_IF_ERROR(core::check_output(path));
-  if (overwrite || !exists) return {};
-  return core::exists_already(path);
+  return check_log_has_recording(path);
 }
 
 /// Where a whole recording is written; SQLite makes side files while it closes it.
@@ -45,6 +44,14 @@ struct WholeTarget {
   core::PartialFile file;
   core::Unfinished wal, shm;
 };
+
+/// What is replaced is settled first. What another writer makes meanwhile is its own, with its log.
+core::Status give_name(core::PartialFile& file, bool overwrite) {
+  const bool is_there = core::output_place(file.target()).kind == core::OutputPlace::Kind::kFile;
+  RAVENCAL_RETURN_IF_ERROR(check_free(file.target(), overwrite));
+  if (is_there) RAVENCAL_RETURN_IF_ERROR(settle_recording(file.target()));
+  return overwrite ? file.publish() : file.publish_new();
+}
 
 /// A recording without rows, in a partial file.
 core::Result<WholeTarget> empty_recording(const fs::path& path,
@@ -75,8 +82,8 @@ struct RecordingWriter::Impl {
   core::Status write(Write&& action);
   void commit_until_stopped();
   core::Status finish();
-  core::Status appear();
 
+  bool replaces = true;               ///< what has the name when it appears
   std::optional<WholeTarget> target;  // outlives the file, which lies there
   std::mutex mutex;                   // held by owner and committer while they use what follows
   RecordingFile file;
@@ -114,19 +121,14 @@ core::Status RecordingWriter::Impl::finish() {
     const std::lock_guard lock(mutex);
     if (failure) status = *failure;
     if (!failure && !finished) {
-      status = file.close();
-      if (status.ok() && target) status = appear();
+      status = file.finish();
+      if (status.ok() && target) status = give_name(target->file, replaces);
     }
     finished = true;
   }
   finishing.notify_one();
   if (committer.joinable()) committer.join();
   return status;
-}
-
-core::Status RecordingWriter::Impl::appear() {
-  RAVENCAL_RETURN_IF_ERROR(settle_recording(target->file.target()));
-  return target->file.publish();
 }
 
 RecordingWriter::RecordingWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -141,9 +143,7 @@ core::Result<RecordingWriter> RecordingWriter::create(
   RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
   // Under its name it is readable from its first moment on, and until then what had the name stays.
   RAVENCAL_ASSIGN_OR_RETURN(WholeTarget empty, empty_recording(path, meta, channels));
-  RAVENCAL_RETURN_IF_ERROR(check_free(path, overwrite));
-  RAVENCAL_RETURN_IF_ERROR(settle_recording(empty.file.target()));
-  RAVENCAL_RETURN_IF_ERROR(overwrite ? empty.file.publish() : empty.file.publish_new());
+  RAVENCAL_RETURN_IF_ERROR(give_name(empty.file, overwrite));
   RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
                             RecordingFile::open_live(empty.file.target(), channels.size()));
   auto impl = std::make_unique<Impl>(std::move(file));
@@ -160,7 +160,9 @@ core::Result<RecordingWriter> RecordingWriter::create_whole(
   WholeTarget target(std::move(partial));
   RAVENCAL_ASSIGN_OR_RETURN(RecordingFile file,
                             RecordingFile::create(target.file.partial(), meta, channels));
-  return RecordingWriter(std::make_unique<Impl>(std::move(file), std::move(target)));
+  auto impl = std::make_unique<Impl>(std::move(file), std::move(target));
+  impl->replaces = overwrite;
+  return RecordingWriter(std::move(impl));
 }
 
 core::Status RecordingWriter::append(std::int64_t t_ns, std::span<const double> values) {

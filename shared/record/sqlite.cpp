@@ -81,6 +81,28 @@ void distrust(sqlite3* database, std::atomic<std::int64_t>& operations_left) {
   sqlite3_progress_handler(database, kOperationsPerLook, look, &operations_left);
 }
 
+core::Status check_schema(sqlite3* database, const std::filesystem::path& path) {
+  RAVENCAL_ASSIGN_OR_RETURN(
+      const Statement found,
+      prepare(
+          database, path,
+          "SELECT name || ' is a ' || CASE type WHEN 'table' THEN 'virtual table' ELSE type END "
+          "FROM sqlite_schema WHERE type IN ('view', 'trigger') "
+          "OR (type = 'table' AND rootpage = 0) "
+          "UNION ALL SELECT c.name || ' of ' || t.name || ' is a computed column' "
+          "FROM sqlite_schema t, pragma_table_xinfo(t.name) c "
+          "WHERE t.type = 'table' AND t.rootpage != 0 AND c.hidden != 0"));
+  switch (sqlite3_step(found.get())) {
+    case SQLITE_DONE:
+      return {};
+    case SQLITE_ROW:
+      return core::data_error(fmt::format("{}: {}; only tables that hold their values are read",
+                                          path.string(), text_of(found.get(), 0)));
+    default:
+      return last_error(database, path, "cannot read");
+  }
+}
+
 std::string quoted(std::string_view name) {
   std::string text = "\"";
   for (const char c : name) {

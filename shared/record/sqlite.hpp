@@ -42,6 +42,10 @@ std::int64_t operations_for(std::uintmax_t bytes);
 /// into themselves. `operations_left` outlives the connection; several may share it.
 void distrust(sqlite3* database, std::atomic<std::int64_t>& operations_left);
 
+/// Before the tables are read: kData for what no writer makes and what could run or have no end,
+/// which are views, triggers, virtual tables and columns whose values are computed.
+core::Status check_schema(sqlite3* database, const std::filesystem::path& path);
+
 /// An identifier in double quotes, as SQL wants it.
 std::string quoted(std::string_view name);
 

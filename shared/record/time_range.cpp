@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "record/wall_origin.hpp"
+
 namespace ravencal::record {
 namespace {
 
@@ -27,10 +29,7 @@ std::string words_of(const TimeRange& range) {
 }
 
 /// Where an earlier cut of the recording began.
-double begin_s(const Recording& recording) {
-  const auto it = recording.meta.find(kFrom);
-  return it == recording.meta.end() ? 0.0 : std::strtod(it->second.c_str(), nullptr);
-}
+double begin_s(const Recording& recording) { return seconds_in_meta(recording, kFrom); }
 
 }  // namespace
 

@@ -58,7 +58,7 @@ for sixths in 1 2 4 6; do
     : >0g.txt && : >500g.txt
     for seed in 3 13 23; do
       # The twin does not run every plant that diagnose may write; such a row has no figures.
-      "$ravencal" train train.db "${network[@]}" --seed $seed "${use[@]}" --out model.onnx >train.log 2>&1 ||
+      "$ravencal" train train.db "${network[@]}" --seed $seed "${use[@]}" --force --out model.onnx >train.log 2>&1 ||
         { echo "$sixths of 6, $physics: $(tail -n 1 train.log)"; continue 2; }
       for load in 0g 500g; do rmse_of model.onnx "test_$load.db" >>$load.txt && echo >>$load.txt; done
     done

@@ -36,6 +36,7 @@ ravencal_parser(onnx ravencal_fuzz_networks)
 ravencal_parser(plant ravencal::physics)
 ravencal_parser(profile ravencal::record)
 ravencal_parser(recording ravencal::record SQLite::SQLite3)
+ravencal_parser(robot ravencal::physics)
 ravencal_parser(telemetry ravencal_monitor)
 
 get_property(parsers GLOBAL PROPERTY ravencal_parsers)

@@ -32,6 +32,7 @@ void try_onnx(Bytes bytes);
 void try_plant(Bytes bytes);
 void try_profile(Bytes bytes);
 void try_recording(Bytes bytes);
+void try_robot(Bytes bytes);
 void try_telemetry(Bytes bytes);
 
 /// Aborts, and says what was promised, unless it was kept.

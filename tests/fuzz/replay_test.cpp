@@ -48,6 +48,7 @@ constexpr Parser kParsers[] = {
     {"plant", try_plant, 2'000, "tools/plants", ".toml"},
     {"profile", try_profile, 20'000, "tools/profiles", ".toml"},
     {"recording", try_recording, 2'000, "tests/golden/record", ".db"},
+    {"robot", try_robot, 100, "tools/plants", ".xml"},
     {"telemetry", try_telemetry, 20'000},
 };
 

@@ -4,6 +4,7 @@
 // can change anything.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
@@ -172,6 +173,22 @@ TEST(Telemetry, ReplacesWhatADeadWriterLeftButNothingElse) {
   std::string kept;
   std::getline(std::ifstream("/dev/shm" + foreign) >> std::ws, kept);
   EXPECT_EQ(kept, "something that others need");
+}
+
+TEST(Telemetry, IsLeftOutWhereAStrangerHasItsName) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can make files of other users";
+  const std::string name = telemetry_name("stranger");
+  TelemetrySegment theirs(name);
+  ASSERT_EQ(::chown(("/dev/shm" + name).c_str(), 54321, 0), 0);
+  Rig rig;
+  const core::Status created = give_telemetry(rig, name);
+  ASSERT_TRUE(created.ok()) << created.error().message;
+  EXPECT_TRUE(plugin_host::is_without_telemetry(rig.config));
+  rig.load(make_model(16, {}));
+  rig.enable();
+  const auto before = theirs.header().written;
+  for (int i = 0; i < 100; ++i) rig.tick();
+  EXPECT_EQ(theirs.header().written, before);
 }
 
 TEST(Telemetry, RefusesWhatIsNoName) {

@@ -84,7 +84,7 @@ TEST_P(OfJoints, AreReadBackFromTheirFileInAnyOrderOfColumns) {
   const fs::path file = temporary_file("any_arm_order.csv");
   std::reverse(written.joints.begin(), written.joints.end());
   for (VectorXd& row : written.joints_ji) row = row.reverse().eval();
-  ASSERT_TRUE(trajectory::write_csv(written, file, true).ok());
+  ASSERT_TRUE(trajectory::write_csv(written, file).ok());
   const auto read = trajectory::read_for_plant(file, plant);
   ASSERT_TRUE(read.ok()) << read.error().message;
   ASSERT_EQ(read->joints, trajectory::joints_of(plant));
@@ -101,7 +101,7 @@ TEST(AnyArm, NamesJointLineAndLimitOfAMotionThatLeavesThem) {
     motion.joints_ji = {middle, middle};
     motion.joints_ji[0][joint] = at;
     motion.joints_ji[1][joint] = later;
-    EXPECT_TRUE(trajectory::write_csv(motion, file, true).ok());
+    EXPECT_TRUE(trajectory::write_csv(motion, file).ok());
     const auto read = trajectory::read_for_plant(file, plant);
     return read.ok() ? std::string() : read.error().message;
   };

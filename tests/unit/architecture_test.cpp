@@ -243,6 +243,21 @@ TEST(Architecture, ChecksHoldInEveryBuild) {
   }
 }
 
+/// Other ways throw, end the process, or pass on what a name orders a terminal to do.
+TEST(Architecture, WhatProgramsSayGoesThroughCoreTerminal) {
+  static const std::regex comment("//.*");
+  static const std::regex others(
+      R"re(fmt::print|std::(cout|cerr|clog|puts|fputs|printf|perror)\b|\b(stdout|stderr)\b)re");
+  for (const char* part : kProduct) {
+    for (const fs::path& file : sources_below(part)) {
+      std::ifstream stream(file);
+      for (std::string line; std::getline(stream, line);)
+        EXPECT_FALSE(std::regex_search(std::regex_replace(line, comment, ""), others))
+            << file << ": " << line;
+    }
+  }
+}
+
 TEST(Architecture, FilesStaySmallEnoughToReadInOneSitting) {
   constexpr int kLongestFile = 400;
   for (const char* folder : {"shared", "rt_plugin", "quadrature_reader", "tools", "tests"}) {

@@ -75,10 +75,11 @@ class Convert : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// `ravencal convert m.onnx --out w.blob OPTIONS`, run in the folder.
+  /// `ravencal convert m.onnx --force --out w.blob OPTIONS`, run in the folder.
   [[nodiscard]] Outcome convert(const std::string& options) const {
-    const std::string command = fmt::format("cd '{}' && '{}' convert m.onnx --out w.blob {} 2>&1",
-                                            folder_.string(), RAVENCAL_PROGRAM, options);
+    const std::string command =
+        fmt::format("cd '{}' && '{}' convert m.onnx --force --out w.blob {} 2>&1", folder_.string(),
+                    RAVENCAL_PROGRAM, options);
     return run_command(command);
   }
   [[nodiscard]] bool written() const {

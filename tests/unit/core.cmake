@@ -5,6 +5,7 @@ ravencal_test(NAME core_test
     ${CMAKE_CURRENT_LIST_DIR}/isolated_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/known_words_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/median_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/partial_file_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/side_by_side_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/toml_table_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/whole_file_test.cpp

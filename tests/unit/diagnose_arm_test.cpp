@@ -72,6 +72,21 @@ INSTANTIATE_TEST_SUITE_P(
                       Recovery{"payload", {.payload_kg = 0.4}, 0.0, ""}),
     [](const auto& test) { return std::string(test.param.id); });
 
+/// Friction behind a cable is friction of the drive until the cable yields.
+TEST(DiagnoseArm, NamesWhatStandsBehindAnotherEffectThatThePlantLacksToo) {
+  std::string text = generator::arm_plant("joint_friction");
+  text.erase(text.find("\n  [[joint.effect]]\n  id = \"compliance\""));
+  const auto plant = physics::parse_plant(text, "stiff");
+  ASSERT_TRUE(plant.ok()) << plant.error().message;
+  const auto found = diagnose::diagnose(
+      {generator::record_arm({.joint_friction = 1.2}, {.seed = 11, .rich = true})}, {},
+      plant.value(), {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->effects.size(), 2U) << names_in(*found);
+  for (const diagnose::NamedEffect& effect : found->effects)
+    EXPECT_TRUE(effect.id == "compliance" || effect.id == "joint_friction") << names_in(*found);
+}
+
 TEST(DiagnoseArm, StaysSilentWhereNothingIsLeftOut) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const diagnose::Report report = run({}, {.seed = 100 + seed, .rich = seed % 2 == 0});

@@ -64,9 +64,7 @@ std::string arm(const Fault& f) {
 double desired_rad(double t_s, int joint, double seed) {
   constexpr double kMiddle_rad[] = {0.0, 0.2, 1.0, 0.0}, kReach_rad[] = {0.9, 0.6, 0.7, 0.2};
   const double slow_hz = 0.11 + 0.013 * seed + 0.037 * joint;
-  return kMiddle_rad[joint] +
-         kReach_rad[joint] * (0.65 * std::sin(2.0 * M_PI * slow_hz * t_s + joint) +
-                              0.35 * std::sin(2.0 * M_PI * 2.3 * slow_hz * t_s + seed));
+  return kMiddle_rad[joint] + kReach_rad[joint] * two_sines(slow_hz, t_s, joint, seed);
 }
 
 constexpr const char* kPlaces[] = {"link_length", "link_axial", "link_across", "joint_zero"};

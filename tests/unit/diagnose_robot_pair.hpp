@@ -31,6 +31,12 @@ inline physics::Plant plant_of_mjcf(const std::string& text) {
   return std::move(*plant);
 }
 
+/// Two sines of no common period, which a joint and a seed shift: reach 1 about 0.
+inline double two_sines(double slow_hz, double t_s, int joint, double seed) {
+  return 0.65 * std::sin(2.0 * M_PI * slow_hz * t_s + joint) +
+         0.35 * std::sin(2.0 * M_PI * 2.3 * slow_hz * t_s + seed);
+}
+
 /// Positions and efforts at 100 Hz, logged as users do: after each step. Its actuators are asked
 /// for `desired_rad(t_s, joint, seed)`.
 inline record::Recording recording_of_mjcf(

@@ -119,6 +119,15 @@ TEST_F(EncoderProgram, RefusesToRecordWithoutItsDeviceAndSaysWhatToDo) {
   EXPECT_FALSE(fs::exists(folder_ / "r.db"));
 }
 
+TEST_F(EncoderProgram, TakesNoPoseThatIsNoNumberOfARobot) {
+  configure_missing_chip();
+  for (const char* value : {"nandeg", "infdeg", "-infdeg", "1e300deg", "1e999deg", "30", "deg"}) {
+    EXPECT_EQ(wait_for(start({"--out", "r.db", "--pose", std::string("shoulder=") + value})), 2)
+        << value;
+    EXPECT_NE(text_of("err").find("--pose shoulder="), std::string::npos) << text_of("err");
+  }
+}
+
 TEST_F(EncoderProgram, WaitsForItsDeviceUntilTheDurationIsOverOrASignalComes) {
   configure_missing_chip();
   EXPECT_EQ(wait_for(start({"--out", "r.db", "--wait-for-devices", "--duration-s", "0.3"})), 4);

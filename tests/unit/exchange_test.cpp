@@ -21,6 +21,7 @@
 #include "exchange/hdf5_handle.hpp"
 #include "exchange/load.hpp"
 #include "exchange/mat_export.hpp"
+#include "exchange/table_file.hpp"
 #include "record/load.hpp"
 #include "record/recording_writer.hpp"
 #include "unit/run_command.hpp"
@@ -121,6 +122,46 @@ TEST_F(Exchange, Hdf5HoldsEveryValueBitForBit) {
     }
   }
   EXPECT_EQ(doubles_in(file.get(), "t_ns")[kRows - 1], 1e6 * (kRows - 1));
+}
+
+// Any file of its reader could become a recording that the reader then hands on.
+TEST_F(Exchange, Hdf5TakesNothingFromOtherFiles) {
+  using exchange::Hdf5Handle;
+  ASSERT_TRUE(exchange::export_hdf5(sample_recording(), folder_ / "secret.h5").ok());
+  const hsize_t size = 4;
+  const Hdf5Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const auto refusal = [&](const char* name, const auto& make) {
+    {
+      const Hdf5Handle file(
+          H5Fcreate((folder_ / name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+      const Hdf5Handle made(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+      make(file.get(), made.get());
+      const Hdf5Handle set(H5Dcreate2(file.get(), "t", H5T_NATIVE_DOUBLE, space.get(), H5P_DEFAULT,
+                                      made.get(), H5P_DEFAULT),
+                           H5Dclose);
+    }
+    const auto read = exchange::read_table(folder_ / name);
+    return read.ok() ? std::string() : read.error().message;
+  };
+  const std::string secret = (folder_ / "secret.h5").string();
+  EXPECT_NE(refusal("external.h5",
+                    [&](hid_t, hid_t made) { H5Pset_external(made, secret.c_str(), 0, 32); })
+                .find("takes values from another file"),
+            std::string::npos);
+  EXPECT_NE(refusal("virtual.h5",
+                    [&](hid_t, hid_t made) {
+                      H5Pset_virtual(made, space.get(), secret.c_str(), "samples", space.get());
+                    })
+                .find("takes values from another file"),
+            std::string::npos);
+  (void)refusal("link.h5", [&](hid_t file, hid_t) {
+    H5Lcreate_external(secret.c_str(), "/", file, "there", H5P_DEFAULT, H5P_DEFAULT);
+  });
+  const auto table = exchange::read_table(folder_ / "link.h5");
+  if (table.ok()) {
+    for (const auto& column : table->columns)
+      EXPECT_EQ(column.name.find("there"), std::string::npos);
+  }
 }
 
 TEST_F(Exchange, Hdf5IsReadByPython) {
@@ -261,7 +302,7 @@ TEST_F(Exchange, TheCommandWritesEachKindAndNamesWhatItCannot) {
   }
   EXPECT_EQ(run(fmt::format("'{}' export r.db --out r.xls", RAVENCAL_PROGRAM)).exit_code, 2);
   const Outcome needless =
-      run(fmt::format("'{}' export r.db --out r.mat --profile raven2", RAVENCAL_PROGRAM));
+      run(fmt::format("'{}' export r.db --out again.mat --profile raven2", RAVENCAL_PROGRAM));
   EXPECT_EQ(needless.exit_code, 2);
   EXPECT_NE(needless.text.find("need no --profile"), std::string::npos) << needless.text;
 }

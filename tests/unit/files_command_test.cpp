@@ -55,6 +55,17 @@ TEST_F(FilesOfACommand, NoInputIsReplacedByAnOutput) {
   EXPECT_FALSE(fs::exists(folder_ / "d"));
 }
 
+TEST_F(FilesOfACommand, AnEmptyNameIsNoFile) {
+  for (const char* arguments :
+       {"evaluate m.onnx u.db --json ''", "train s.db --method linear --out ''",
+        "train s.db --method linear --out empty.onnx --report ''", "info ''"}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.text;
+    EXPECT_NE(outcome.text.find("an empty name is no file"), std::string::npos) << outcome.text;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "empty.onnx"));
+}
+
 TEST_F(FilesOfACommand, AFolderOfOutputsReplacesNoInputInIt) {
   fs::create_directory(folder_ / "report");
   fs::copy_file(kPlant, folder_ / "report" / "plant_improved.toml");

@@ -33,10 +33,11 @@ TEST_F(MainRoad, ThePluginTakesWhatDefaultTrainingAndConversionMake) {
         fmt::format("trajectory sinusoid --duration-s 60 --seed {} --out y.csv --force", seed));
     expect_ok(fmt::format("simulate --plant {} --trajectory y.csv --seed {} --out y.db --force",
                           kPlant, seed));
-    expect_ok("train y.db --out y.onnx");
+    expect_ok("train y.db --out y.onnx --force");
     for (const char* precision : {"f32", "bf16", "int8"}) {
       const Outcome converted = expect_ok(fmt::format(
-          "convert y.onnx --out y.blob --precision {} --calibrate y.db --check y.db", precision));
+          "convert y.onnx --out y.blob --precision {} --calibrate y.db --check y.db --force",
+          precision));
       EXPECT_NE(converted.text.find("self-test passed by the code for portable"), std::string::npos)
           << converted.text;
       expect_ok(fmt::format(
@@ -65,7 +66,8 @@ TEST_F(MainRoad, HostRefusesWeightsOfTheOtherArm) {
 
 TEST_F(MainRoad, TheTruthIsNeverOfferedAsAnInput) {
   for (const char* features : {"joint:elbow", "*", "*elbow*"}) {
-    expect_ok(fmt::format("train s.db --method linear --features '{}' --out x.onnx", features));
+    expect_ok(
+        fmt::format("train s.db --method linear --features '{}' --force --out x.onnx", features));
     const Outcome info = expect_ok("info x.onnx --json");
     const auto model = nlohmann::json::parse(info.text, nullptr, false);
     ASSERT_FALSE(model["features"].empty()) << info.text;

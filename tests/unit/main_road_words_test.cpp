@@ -65,7 +65,7 @@ TEST_F(MainRoadWords, AnExportWithoutTruthNamesMerge) {
 
 TEST_F(MainRoadWords, AnExportReplacesNothingUnasked) {
   std::ofstream(folder_ / "kept.csv") << "mine\n";
-  expect(2, "export s.db --out kept.csv", {"kept.csv", "--overwrite"});
+  expect(2, "export s.db --out kept.csv", {"kept.csv", "--force"});
   EXPECT_EQ(bytes_of(folder_ / "kept.csv"), "mine\n");
   expect(0, "export s.db --out kept.csv --overwrite", {"rows"});
 }

@@ -14,6 +14,7 @@
 
 #include "physics/arm_physics.hpp"
 #include "physics/predict/predict.hpp"
+#include "physics/predict/run_drive.hpp"
 #include "physics/predict/smoother.hpp"
 #include "unit/twin_rig.hpp"
 
@@ -286,6 +287,18 @@ TEST(Predict, ShowsWhereTheJointWasWhereItsEncoderIsLate) {
   stamped_right.truth_lateness_s = 0.0;
   const physics::Predictor right(plant, stamped_right, physics::Masses::kFixed);
   EXPECT_EQ(late.predict(plant, early).position[kElbow], right.predict(plant).position[kElbow]);
+}
+
+TEST(RunDrive, EndsAtItsLastRowWhateverGapIsBehindIt) {
+  RunningDrive drive;
+  drive.numbers.inertia = 1.0;
+  drive.numbers.presliding = 1e-4;
+  const VectorXd none = VectorXd::Zero(3);
+  const DriveSignals signals{
+      (VectorXd(3) << 0.0, 0.01, 1e10).finished(), none, none, none, VectorXd::Ones(3), none, {}};
+  DriveRun ran{none, none, none};
+  EXPECT_EQ(run_drive(drive, signals, 0, 2, ran), 2);
+  EXPECT_NEAR(ran.velocity[1], 0.01, 1e-9);
 }
 
 TEST(Predict, SaysWhichLoadIsMissing) {

@@ -127,6 +127,26 @@ TEST(RecordingSource, HoldsEachRowUntilTheNext) {
   }
 }
 
+TEST(RecordingSource, SkipsWhatIsBeyondASecondOfAGap) {
+  constexpr std::int64_t kMs = 1'000'000, kYears_ns = 10LL * 365 * 86'400 * 1'000'000'000;
+  const auto recording =
+      recording_of({"jpos.elbow"}, {0, 10 * kMs, kYears_ns, kYears_ns + 10 * kMs},
+                   (Eigen::MatrixXd(4, 1) << 1, 2, 3, 4).finished());
+  const auto source = host::make_recording_source(recording, {});
+  ASSERT_TRUE(source.ok()) << source.error().message;
+  ASSERT_EQ((*source)->cycles(), 10 + 1001 + 11);
+  EXPECT_EQ((*source)->skipped_ns(), kYears_ns - 1011 * kMs);
+  std::int64_t last_ns = -kMs;
+  for (std::int64_t i = 0; i < (*source)->cycles(); ++i) {
+    ravencal_state state{};
+    (*source)->begin(state);
+    EXPECT_TRUE(state.t_ns == last_ns + kMs || state.t_ns == kYears_ns) << state.t_ns;
+    last_ns = state.t_ns;
+    (*source)->end(state);
+  }
+  EXPECT_EQ(last_ns, kYears_ns + 10 * kMs);
+}
+
 TEST(RecordingSource, NamesTheChannelThatTheWeightsNeed) {
   const auto recording = recording_of({"jpos.elbow"}, {0}, Eigen::MatrixXd::Zero(1, 1));
   const std::vector<model::FeatureSpec> features = {plain("jpos.elbow"), plain("dac.roll")};

@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <regex>
+#include <sstream>
+
 #include "record/recording_writer.hpp"
 #include "unit/record/scratch.hpp"
 #include "unit/run_command.hpp"
@@ -97,6 +101,21 @@ TEST_F(Program, SaysThatThereIsNotEnoughMemory) {
   EXPECT_NE(little.text.find("not enough memory"), std::string::npos) << little.text;
 }
 #endif
+
+/// What comes from anybody is on the page that says how it is read.
+TEST(CommandLine, EveryKindOfFileThatIsReadStandsInSecurity) {
+  const std::string known =
+      run_command(fmt::format("{} info x.unknown 2>&1", RAVENCAL_PROGRAM)).text;
+  std::ostringstream page;
+  page << std::ifstream(RAVENCAL_SOURCE_DIR "/SECURITY.md").rdbuf();
+  const std::regex extension(R"(\.(?!unknown)[a-z0-9]+\b)");
+  int kinds = 0;
+  for (std::sregex_iterator it(known.begin(), known.end(), extension), end; it != end; ++it) {
+    ++kinds;
+    EXPECT_NE(page.str().find("`" + it->str() + "`"), std::string::npos) << it->str();
+  }
+  EXPECT_GT(kinds, 10) << known;
+}
 
 TEST(CommandLine, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
   const auto error_of = [](const std::string& arguments) {

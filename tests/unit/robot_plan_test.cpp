@@ -23,7 +23,7 @@ robot::RunArguments arguments_for(const trajectory::Trajectory& trajectory) {
   robot::RunArguments arguments;
   arguments.trajectory = (scratch_folder() / "path.csv").string();
   arguments.out = (scratch_folder() / "path.db").string();
-  EXPECT_TRUE(trajectory::write_csv(trajectory, arguments.trajectory, true).ok());
+  EXPECT_TRUE(trajectory::write_csv(trajectory, arguments.trajectory).ok());
   return arguments;
 }
 

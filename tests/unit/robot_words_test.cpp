@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Words of robot models that the installed libmujoco does not know or does not ask for.
+#include <sys/stat.h>
+
 #include "physics/drives.hpp"
 #include "physics/servo_law.hpp"
 #include "robot_texts.hpp"
@@ -104,6 +106,17 @@ TEST_F(RobotWords, DepthOfNestingEnds) {
   const std::string refused =
       refusal_of("<mujoco><worldbody><include file=\"deep0\"/></worldbody></mujoco>");
   EXPECT_NE(refused.find("nested deeper than"), std::string::npos) << refused;
+}
+
+TEST_F(RobotWords, SmallFilesCannotAskForEndlessWork) {
+  const std::string many = refusal_of(
+      "<mujoco><worldbody><body><composite type=\"grid\" count=\"3000 3000 1\" spacing=\"0.1\">"
+      "<geom size=\"0.01\"/></composite></body></worldbody></mujoco>");
+  EXPECT_NE(many.find("cannot be read"), std::string::npos) << many;
+  const std::filesystem::path beside = write("beside.xml", "");
+  ASSERT_EQ(::mkfifo((beside.parent_path() / "pipe.xml").c_str(), 0600), 0);
+  const std::string waits = refusal_of("<mujoco><include file=\"pipe.xml\"/></mujoco>");
+  EXPECT_NE(waits.find("pipe.xml"), std::string::npos) << waits;
 }
 
 constexpr const char* kUrdfArm = R"(<robot name="r"><link name="base"/>

@@ -103,7 +103,7 @@ TEST_F(Signing, KeysAreForTheirOwnerAloneAndNeverOverwritten) {
   EXPECT_EQ(status.st_mode & 07777U, 0600U);
   const std::string key = content("a.key");
   const Outcome again = sign("keygen --out a.key");
-  EXPECT_EQ(again.exit_code, 3);
+  EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.text.find("never overwritten"), std::string::npos) << again.text;
   EXPECT_EQ(content("a.key"), key);
   // A public key in the way leaves no secret one behind.

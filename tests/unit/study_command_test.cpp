@@ -40,8 +40,8 @@ class StudyCommand : public testing::Test {
         fmt::format("{} compare {} --out {} 2>&1", RAVENCAL_PROGRAM, arguments, out().string()));
   }
   [[nodiscard]] Outcome train(const std::string& arguments) const {
-    return test::run_command(fmt::format("{} train {} --out {} {} 2>&1", RAVENCAL_PROGRAM, train_,
-                                         model().string(), arguments));
+    return test::run_command(fmt::format("{} train {} --force --out {} {} 2>&1", RAVENCAL_PROGRAM,
+                                         train_, model().string(), arguments));
   }
   [[nodiscard]] fs::path model() const { return folder_.path() / "model.onnx"; }
   [[nodiscard]] fs::path out() const { return folder_.path() / "out"; }

@@ -3,6 +3,7 @@
 // The reader of the telemetry against segments made by hand: what it takes, what it refuses, what
 // it knows to be lost.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -188,6 +189,19 @@ TEST(TelemetryReader, TakesNoMemoryButThatOfItsWriter) {
 bool is_listed(const std::string& name) {
   const std::vector<std::string> names = monitor::telemetry_names();
   return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+TEST(TelemetryReader, TrustsNoOtherUserThanRootUnasked) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can make files of other users";
+  constexpr uid_t kStranger = 54321;
+  const std::string name = telemetry_name("stranger");
+  TelemetrySegment segment(name);
+  ASSERT_EQ(::chown(("/dev/shm" + name).c_str(), kStranger, 0), 0);
+  EXPECT_NE(refusal(name).message.find("belongs to another user (54321)"), std::string::npos)
+      << refusal(name).message;
+  EXPECT_FALSE(is_listed(name));
+  EXPECT_FALSE(TelemetryReader::open(name, 54322).ok());
+  EXPECT_TRUE(TelemetryReader::open(name, kStranger).ok());
 }
 
 TEST(TelemetryReader, SaysOfADeadWriterThatItIsDead) {

@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "cli/files.hpp"
+#include "core/terminal.hpp"
 #include "core/version.hpp"
 #include "core/whole_file.hpp"
 
@@ -229,6 +231,13 @@ void add_documentation(CLI::App& app, const std::string& program) {
                                          }
                                          throw CLI::Success();
                                        })
+      ->group("")
+      ->trigger_on_parse();
+  app.add_flag_callback("--list-files",
+                        [&app, program] {
+                          core::say("{}", list_of_files(app, program));
+                          throw CLI::Success();
+                        })
       ->group("")
       ->trigger_on_parse();
   app.add_option_function<std::string>("--write-completion",

@@ -15,7 +15,8 @@ class App;
 namespace ravencal::cli {
 
 /// Adds the hidden options `--write-man FOLDER` and `--write-completion FILE`, with which a build
-/// asks `app`, known as `program`, for its documentation. Call it when every command is there.
+/// asks `app`, known as `program`, for its documentation, and `--list-files`, with which tests ask
+/// for the options that name files (cli/files.hpp). Call it when every command is there.
 void add_documentation(CLI::App& app, const std::string& program);
 
 /// File name ("ravencal-train.1") and text of one man page for the program and for each command.

@@ -57,6 +57,13 @@ void check_numbers(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands({})) check_numbers(*command);
 }
 
+std::optional<std::pair<double, std::string>> leading_number(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !(std::abs(value) <= kLargestNumber)) return std::nullopt;
+  return std::pair{value, std::string(end)};
+}
+
 CLI::Validator not_negative() {
   const auto flaw = [](std::string& text) {
     const std::optional<double> value = real_of(text);

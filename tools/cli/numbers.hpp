@@ -3,6 +3,10 @@
 // What every number on a command line must be, whatever else its option asks for.
 #pragma once
 
+#include <optional>
+#include <string>
+#include <utility>
+
 namespace CLI {
 class App;
 class Validator;
@@ -18,6 +22,10 @@ inline constexpr double kLargestNumber = 1e12;
 /// numbers beyond kLargestNumber, and whole numbers that the option's type does not hold. Call it
 /// when every option is there.
 void check_numbers(CLI::App& app);
+
+/// The number with which a text begins, within those that an option takes, and what follows it:
+/// "30deg" is 30 and "deg". Nothing where there is none.
+std::optional<std::pair<double, std::string>> leading_number(const std::string& text);
 
 /// For an option whose number is 0 or more. CLI11's own names the largest double in its complaint.
 CLI::Validator not_negative();

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include "core/terminal.hpp"
 
 namespace ravencal::cli {
 namespace {
@@ -19,7 +19,7 @@ Progress::Progress(std::string_view task)
     : task_(task), start_(Clock::now()), last_(start_), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
-  if (drawn_ && terminal_) fmt::print(stderr, "\n");
+  if (drawn_ && terminal_) core::draw(STDERR_FILENO, "\n");
 }
 
 void Progress::update(double done, std::string_view detail) {
@@ -34,11 +34,11 @@ void Progress::update(double done, std::string_view detail) {
   const std::string line =
       fmt::format("{} {:3.0f} %  {}  {:.0f} s left", task_, 100.0 * done, detail, left_s);
   if (terminal_) {
-    fmt::print(stderr, "\r\033[K{}", line);
+    core::draw(STDERR_FILENO, "\r\033[K");
+    core::remark("{}", line);
   } else {
-    fmt::print(stderr, "{}\n", line);
+    core::remark("{}\n", line);
   }
-  std::fflush(stderr);
   drawn_ = true;
 }
 

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "cli/exit_code.hpp"
 #include "core/known_words.hpp"
+#include "core/terminal.hpp"
 
 namespace ravencal::cli {
 namespace {
@@ -36,11 +38,16 @@ std::string unknown_command(const CLI::App& app) {
 int explain(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_name() == "RequiredError" || error.get_name() == "ExtrasError") {
     if (const std::string text = unknown_command(app); !text.empty()) {
-      fmt::print(stderr, "{}\n", text);
+      core::remark("{}\n", text);
       return kUsage;
     }
   }
-  return app.exit(error) == 0 ? kOk : kUsage;
+  std::ostringstream result;
+  std::ostringstream remarks;
+  const bool is_help = app.exit(error, result, remarks) == 0;
+  core::say("{}", result.str());
+  core::remark("{}", remarks.str());
+  return is_help ? kOk : kUsage;
 }
 
 }  // namespace ravencal::cli

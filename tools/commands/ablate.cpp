@@ -24,7 +24,11 @@ void add_ablate(CLI::App& app, int& exit_code) {
       "tools/calibration/slurm/study.sbatch, then --collect.\n"
       "Example: ravencal ablate removal --train zigzag*.db --test random1.db --hidden 128,64,32 "
       "--epochs 60 --out study");
-  on_call(*command, exit_code, {.read = kStudyInputs, .written = {}},
+  on_call(*command, exit_code,
+          {.read = kStudyInputs,
+           .folders = {"--out"},
+           .also_written = files_of_study,
+           .own = folder_of_study},
           [arguments, &exit_code] { return run_study(*arguments, exit_code); });
 }
 

@@ -14,6 +14,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/ros_program.hpp"
+#include "core/terminal.hpp"
 #include "robot/calibration_steps.hpp"
 
 extern char** environ;
@@ -50,11 +51,9 @@ core::Result<int> run_command(std::vector<std::string> arguments) {
 /// Waits for Enter. Error: standard input has ended.
 core::Status ask(const robot::CalibrationStep& step, bool yes) {
   if (step.instruction.empty()) return {};
-  fmt::print("  {}\n", step.instruction);
-  std::fflush(stdout);
+  core::say("  {}\n", step.instruction);
   if (yes) return {};
-  fmt::print("  Enter continues, Ctrl-C ends: ");
-  std::fflush(stdout);
+  core::say("  Enter continues, Ctrl-C ends: ");
   std::string line;
   if (std::getline(std::cin, line)) return {};
   return core::Error{core::ErrorCode::kUsage, "no answer; --yes skips the questions"};
@@ -77,18 +76,16 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(robot::CalibrationSession session,
                             robot::CalibrationSession::open(arguments.options));
   const auto steps = robot::calibration_steps(arguments.options);
-  if (session.continued()) fmt::print("continuing {}\n", arguments.folder);
+  if (session.continued()) core::say("continuing {}\n", arguments.folder);
   int number = 0;
   for (const robot::CalibrationStep& step : steps) {
     ++number;
     const bool done = session.done(step);
-    fmt::print("[{}/{}] {}{}\n", number, steps.size(), step.title, done ? ": done before" : "");
-    std::fflush(stdout);
+    core::say("[{}/{}] {}{}\n", number, steps.size(), step.title, done ? ": done before" : "");
     if (done) continue;
     RAVENCAL_RETURN_IF_ERROR(run_step(step, arguments.yes, exit_code));
     if (exit_code != cli::kOk) {
-      fmt::print(
-          stderr,
+      core::remark(
           "ravencal calibrate: '{}' failed (exit {}); the same command continues from here\n",
           step.title, exit_code);
       return {};
@@ -97,8 +94,14 @@ core::Status run(const CalibrateArguments& arguments, int& exit_code) {
     if (cli::interrupted()) return {};
     RAVENCAL_RETURN_IF_ERROR(session.mark_done(step));
   }
-  fmt::print("\n{}", robot::what_to_load(arguments.options));
+  core::say("\n{}", robot::what_to_load(arguments.options));
   return {};
+}
+
+cli::Paths folder_of_session(const CLI::App& command) {
+  const std::filesystem::path folder = cli::path_of(command, "--out");
+  if (!cli::is_record_of_run(folder / "calibrate.json", {"settings", "done"})) return {};
+  return {folder};
 }
 
 }  // namespace
@@ -149,7 +152,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Check, home, zig-zags, random motion, training, report, weights, what to load.\n"
       "The same command continues a session that was stopped.\n"
       "Example: ravencal calibrate --out evening1");
-  on_call(*command, exit_code, {}, [arguments, &exit_code] {
+  const FileOptions files = {.folders = {"--out"}, .own = folder_of_session};
+  on_call(*command, exit_code, files, [arguments, &exit_code] {
     arguments->options.folder = arguments->folder;
     return run(*arguments, exit_code);
   });

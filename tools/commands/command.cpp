@@ -11,7 +11,8 @@
 #include "cli/exit_code.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/numbers.hpp"
-#include "core/outputs.hpp"
+#include "core/terminal.hpp"
+#include "core/whole_file.hpp"
 #include "record/plausibility.hpp"
 
 namespace ravencal::commands {
@@ -27,55 +28,26 @@ std::string full_name(const CLI::App& command) {
   return name;
 }
 
-std::vector<std::filesystem::path> paths_of(const CLI::App& command,
-                                            const std::vector<std::string>& options) {
-  std::vector<std::filesystem::path> paths;
-  for (const std::string& option : options) {
-    for (const std::string& path : command.get_option(option)->results()) paths.emplace_back(path);
-  }
-  return paths;
-}
-
-/// The same file in the end, if it were created now.
-bool are_one(const std::filesystem::path& a, const std::filesystem::path& b) {
-  std::error_code unknown;
-  const auto real = [&](const std::filesystem::path& path) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, unknown), unknown);
-  };
-  return real(a) == real(b);
-}
-
-core::Status check_files(const CLI::App& command, const FileOptions& files) {
-  core::protect_inputs(paths_of(command, files.read));
-  const std::vector<std::filesystem::path> written = paths_of(command, files.written);
-  for (std::size_t i = 0; i < written.size(); ++i) {
-    RAVENCAL_RETURN_IF_ERROR(core::check_output(written[i]));
-    std::error_code unknown;
-    const bool may_take_both = std::filesystem::exists(written[i], unknown) &&
-                               !std::filesystem::is_regular_file(written[i], unknown);
-    for (std::size_t k = 0; k < i && !may_take_both; ++k) {
-      if (are_one(written[k], written[i])) {
-        return core::usage_error(
-            fmt::format("{}: two outputs have this name; give each its own", written[i].string()));
-      }
-    }
-  }
-  return {};
+core::Status run_together(const std::function<core::Status()>& run) {
+  core::OutputGroup outputs;
+  RAVENCAL_RETURN_IF_ERROR(run());
+  return outputs.publish();
 }
 
 }  // namespace
 
 void on_call(CLI::App& command, int& exit_code, FileOptions files,
              std::function<core::Status()> run) {
+  cli::declare_files(command, files);
   command.callback([&command, &exit_code, files = std::move(files), run = std::move(run)] {
-    core::Status status = check_files(command, files);
-    if (status.ok()) status = run();
+    core::Status status = cli::check_files(command, files);
+    if (status.ok()) status = files.together ? run_together(run) : run();
     if (!status.ok()) {
-      fmt::print(stderr, "ravencal {}: {}\n", full_name(command), status.error().message);
+      core::remark("ravencal {}: {}\n", full_name(command), status.error().message);
       exit_code = cli::exit_code_of(status.error().code);
     }
     if (const int interrupted = cli::exit_code_of_interrupt(); interrupted != 0) {
-      fmt::print(stderr, "ravencal {}: interrupted\n", full_name(command));
+      core::remark("ravencal {}: interrupted\n", full_name(command));
       exit_code = interrupted;
     }
   });
@@ -113,8 +85,7 @@ std::vector<CLI::Option*> add_range_options(CLI::App& command, record::TimeRange
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    fmt::print(stderr, "ravencal: warning: {}\n", warning);
+  for (const std::string& warning : warnings) core::remark("ravencal: warning: {}\n", warning);
 }
 
 core::Result<std::vector<std::string>> warn_of_implausible(

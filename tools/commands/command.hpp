@@ -8,21 +8,18 @@
 #include <string>
 #include <vector>
 
+#include "cli/files.hpp"
 #include "core/result.hpp"
 #include "record/load.hpp"
 
 namespace ravencal::commands {
 
-/// The options and positionals of a command whose values name files. What it reads is protected
-/// from all that it writes (core/outputs.hpp); a folder to write into is none of them.
-struct FileOptions {
-  std::vector<std::string> read;
-  std::vector<std::string> written;
-};
+using cli::FileOptions;
 
-/// Runs `run` when the user calls `command`, unless one of its outputs is one of its inputs or
-/// another output. An error is printed as `ravencal COMMAND: why` and decides the exit code
-/// (cli/exit_code.hpp), and so does a signal that cut the work short; success leaves it as it is.
+/// Declares the files of `command` and runs `run` when the user calls it, unless one of its outputs
+/// cannot be one (cli::check_files). An error is printed as `ravencal COMMAND: why` and decides the
+/// exit code (cli/exit_code.hpp), and so does a signal that cut the work short; success leaves it
+/// as it is.
 void on_call(CLI::App& command, int& exit_code, FileOptions files,
              std::function<core::Status()> run);
 

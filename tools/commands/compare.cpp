@@ -16,6 +16,8 @@
 #include "commands/commands.hpp"
 #include "commands/network_options.hpp"
 #include "commands/same_seed_option.hpp"
+#include "commands/study_run.hpp"
+#include "core/terminal.hpp"
 #include "core/version.hpp"
 #include "exchange/load.hpp"
 #include "host/loop.hpp"
@@ -181,13 +183,13 @@ core::Status run(CompareArguments a) {
   RAVENCAL_ASSIGN_OR_RETURN(const study::CompareOutcome outcome, study::compare(data, a.options));
   RAVENCAL_RETURN_IF_ERROR(study::write_comparison(outcome.comparison, a.options.out));
   const auto tables = study::comparison_tables(outcome.comparison);
-  if (!tables.empty()) fmt::print("{}\n", study::to_markdown(tables.front()));
-  fmt::print("{}\n", study::verdict_text(outcome.comparison));
+  if (!tables.empty()) core::say("{}\n", study::to_markdown(tables.front()));
+  core::say("{}\n", study::verdict_text(outcome.comparison));
   if (outcome.interrupted)
-    fmt::print(
+    core::say(
         "interrupted: {} method(s) are done and kept; the same command continues with the others\n",
         outcome.comparison.methods.size());
-  fmt::print("report: {}\n", (a.options.out / "compare.html").string());
+  core::say("report: {}\n", (a.options.out / "compare.html").string());
   return {};
 }
 
@@ -278,6 +280,19 @@ void add_study_options(CLI::App& command, CompareArguments& a) {
       ->capture_default_str();
 }
 
+cli::Paths files_of_comparison(const CLI::App& command) {
+  cli::Paths paths;
+  for (const char* ending : {".json", ".html", ".csv", ".txt", ".md", ".tex"})
+    paths.push_back(cli::path_of(command, "--out") / (std::string("compare") + ending));
+  return paths;
+}
+
+/// --out, where a comparison has a result already.
+cli::Paths folder_of_comparison(const CLI::App& command) {
+  const std::filesystem::path folder = cli::path_of(command, "--out");
+  return has_results(folder) ? cli::Paths{folder} : cli::Paths();
+}
+
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
@@ -293,11 +308,13 @@ void add_compare(CLI::App& app, int& exit_code) {
       "--physics physics --plugin libravencal_plugin.so --out comparison\n"
       "Finished methods are kept in OUT/jobs: after Ctrl-C the same command continues with the "
       "others.");
-  on_call(
-      *command, exit_code,
-      {.read = {"--train", "--test", "--test-load", "--test-homing", "--profile", "--test-profile"},
-       .written = {}},
-      [arguments] { return run(*arguments); });
+  on_call(*command, exit_code,
+          {.read = {"--train", "--test", "--test-load", "--test-homing", "--profile",
+                    "--test-profile", "--physics", "--plugin"},
+           .folders = {"--out"},
+           .also_written = files_of_comparison,
+           .own = folder_of_comparison},
+          [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

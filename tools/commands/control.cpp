@@ -17,6 +17,7 @@
 #include "cli/interrupt.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -111,7 +112,7 @@ core::Status run(const Arguments& arguments, int& exit_code) {
       continue;
     }
     const auto [code, sentence] = told(answer.value(), wait_s);
-    fmt::print("{}: {}: {}\n", name, arguments.what, sentence);
+    core::say("{}: {}: {}\n", name, arguments.what, sentence);
     exit_code = std::max(exit_code, code);
   }
   return first;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "conversion/convert.hpp"
 
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "cli/exit_code.hpp"
@@ -10,13 +8,14 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/origin_options.hpp"
+#include "core/terminal.hpp"
 
 namespace ravencal::commands {
 namespace {
 
 core::Status run(const conversion::Request& request, bool json, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const conversion::Outcome outcome, conversion::convert(request));
-  fmt::print("{}", json ? to_json(request, outcome) : describe(request, outcome));
+  core::say("{}", json ? to_json(request, outcome) : describe(request, outcome));
   if (!outcome.accepted) exit_code = cli::kFinding;
   return {};
 }

@@ -15,6 +15,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/robot_out.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "diagnose/given.hpp"
 #include "diagnose/report/improved_robot.hpp"
@@ -50,12 +51,12 @@ core::Result<std::vector<record::Recording>> load_all(const std::vector<std::str
 }
 
 void print_summary(const diagnose::Report& report, const std::string& out) {
-  fmt::print("verdict: {}\n{}\n", report.verdict.kind, report.verdict.text);
+  core::say("verdict: {}\n{}\n", report.verdict.kind, report.verdict.text);
   for (const diagnose::HeldOut& h : report.held_out) {
-    fmt::print("  {:<12} {:<22} {:.4g} -> {:.4g} {} (floor {:.4g})\n", h.joint, h.metric, h.before,
-               h.after, h.unit, h.floor);
+    core::say("  {:<12} {:<22} {:.4g} -> {:.4g} {} (floor {:.4g})\n", h.joint, h.metric, h.before,
+              h.after, h.unit, h.floor);
   }
-  fmt::print("report: {}/report.html\n", out);
+  core::say("report: {}/report.html\n", out);
 }
 
 /// Blocks and folds follow the order of the recordings. The verdict must not, so they are sorted by
@@ -134,6 +135,14 @@ core::Result<bool> run(const DiagnoseArguments& arguments) {
   return report.verdict.kind != "nothing_left_out" && report.verdict.kind != "not_testable";
 }
 
+cli::Paths files_in_folder(const CLI::App& command) {
+  return diagnose::files_of(cli::path_of(command, "--plant"), cli::path_of(command, "--out"));
+}
+
+cli::Paths own_files(const CLI::App& command) {
+  return diagnose::own_files(cli::path_of(command, "--out"));
+}
+
 }  // namespace
 
 void add_diagnose(CLI::App& app, int& exit_code) {
@@ -203,7 +212,11 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "on those that were fitted.");
   const FileOptions files = {.read = {"recordings", "--plant", "--profile", "--held-out",
                                       "--held-out-profile", "--simulated", "--simulated-profile"},
-                             .written = {"--json"}};
+                             .written = {"--json"},
+                             .folders = {"--out"},
+                             .also_written = files_in_folder,
+                             .own = own_files,
+                             .together = true};
   on_call(*command, exit_code, files, [arguments, &exit_code]() -> core::Status {
     put_in_order(*arguments);
     RAVENCAL_ASSIGN_OR_RETURN(const bool is_finding, run(*arguments));

@@ -13,6 +13,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/same_seed_option.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "exchange/load.hpp"
 #include "host/replay.hpp"
@@ -48,9 +49,9 @@ core::Result<host::Summary> as_applied(const EvaluateArguments& arguments,
         progress.update(done);
         return !cli::interrupted();
       }));
-  fmt::print("\nas the plugin applies it, in {} of {} ticks, each row held until the next:\n{}{}",
-             summary.corrected_ticks, summary.ticks, learn::evaluation_table(summary.evaluation),
-             host::limits_text(summary));
+  core::say("\nas the plugin applies it, in {} of {} ticks, each row held until the next:\n{}{}",
+            summary.corrected_ticks, summary.ticks, learn::evaluation_table(summary.evaluation),
+            host::limits_text(summary));
   return summary;
 }
 
@@ -82,7 +83,7 @@ core::Status show_operation(const EvaluateArguments& arguments, int& exit_code) 
                        "a recording of the monitor has no --report and no --as-applied"};
   }
   RAVENCAL_ASSIGN_OR_RETURN(const shadow::Operation operation, shadow::operation_in(recording));
-  fmt::print("{}", shadow::operation_text(operation));
+  core::say("{}", shadow::operation_text(operation));
   if (!shadow::findings(operation).empty()) exit_code = cli::kFinding;
   if (arguments.json.empty()) return {};
   return core::write_whole_file(arguments.json, shadow::operation_json(operation));
@@ -107,8 +108,8 @@ core::Status run(const EvaluateArguments& arguments, int& exit_code) {
                             learn::evaluate(model, pointers_to(recordings)));
   evaluation.shared = shared;
   print_warnings(learn::warnings_of(evaluation, model, pointers_to(recordings)));
-  fmt::print("{}{}", learn::evaluation_table(evaluation),
-             learn::expectation_table(evaluation, true));
+  core::say("{}{}", learn::evaluation_table(evaluation),
+            learn::expectation_table(evaluation, true));
   std::optional<host::Summary> applied;
   if (!arguments.plugin.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(applied, as_applied(arguments, model, recordings));
@@ -119,7 +120,7 @@ core::Status run(const EvaluateArguments& arguments, int& exit_code) {
   if (!arguments.report.empty()) {
     RAVENCAL_RETURN_IF_ERROR(report::write_html(
         learn::make_report(model, evaluation, "evaluated recordings"), arguments.report));
-    fmt::print("report: {}\n", arguments.report);
+    core::say("report: {}\n", arguments.report);
   }
   return {};
 }
@@ -153,7 +154,9 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       "Example: ravencal evaluate arm.onnx test.db --json test.json\n"
       "         ravencal evaluate first_hour.db");
   on_call(*command, exit_code,
-          {.read = {"model", "recordings", "--profile"}, .written = {"--json", "--report"}},
+          {.read = {"model", "recordings", "--profile", "--as-applied"},
+           .written = {"--json", "--report"},
+           .together = true},
           [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 

@@ -6,6 +6,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "exchange/hdf5_export.hpp"
 #include "exchange/load.hpp"
 #include "exchange/mat_export.hpp"
@@ -19,7 +20,6 @@ struct ExportArguments {
   std::string recording;
   std::string profile;
   std::string out;
-  bool overwrite = false;
   record::LoadOptions load;
 };
 
@@ -43,6 +43,15 @@ core::Status export_profile(const ExportArguments& arguments, const record::Reco
                              : record::export_csv(recording, profile, arguments.out);
 }
 
+/// The profile that a generic table gets.
+cli::Paths profile_beside(const CLI::App& command) {
+  const std::filesystem::path out = cli::path_of(command, "--out");
+  const std::filesystem::path profile = cli::path_of(command, "--profile");
+  const bool is_generic = profile.empty() || profile == "generic";
+  if (out.extension() != ".csv" || !is_generic) return {};
+  return {record::profile_beside(out)};
+}
+
 core::Status run(const ExportArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension().string();
   const bool has_profile = extension == ".csv" || extension == ".bag";
@@ -56,19 +65,12 @@ core::Status run(const ExportArguments& arguments) {
                        fmt::format("{}: {} files hold every channel and need no --profile",
                                    arguments.out, extension)};
   }
-  for (const std::filesystem::path& out :
-       {std::filesystem::path(arguments.out), record::profile_beside(arguments.out)}) {
-    std::error_code unknown;
-    if (arguments.overwrite || !std::filesystem::is_regular_file(out, unknown)) continue;
-    return core::usage_error(
-        fmt::format("{}: exists already; use --overwrite to replace it", out.string()));
-  }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             exchange::load_recording(arguments.recording, arguments.load));
   RAVENCAL_RETURN_IF_ERROR(has_profile          ? export_profile(arguments, recording, extension)
                            : extension == ".h5" ? exchange::export_hdf5(recording, arguments.out)
                                                 : exchange::export_mat(recording, arguments.out));
-  fmt::print("{}: {} rows\n", arguments.out, recording.rows());
+  core::say("{}: {} rows\n", arguments.out, recording.rows());
   return {};
 }
 
@@ -88,13 +90,16 @@ void add_export(CLI::App& app, int& exit_code) {
       ->required();
   (void)add_range_options(*command, arguments->load.range);
   add_skip_bad(*command, arguments->load);
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a file of that name");
+  command->add_flag("--force,--overwrite")->description("Replace a file of that name");
   command->footer(
       "Examples: ravencal export run3.db --profile raven2 --out run3.csv\n"
       "          ravencal export run3.db --out run3.csv      (PlotJuggler, spreadsheets)\n"
       "          ravencal export run3.db --out run3.mat      (or run3.h5, run3.bag)");
-  on_call(*command, exit_code, {.read = {"recording", "--profile"}, .written = {"--out"}},
-          [arguments] { return run(*arguments); });
+  const FileOptions files = {.read = {"recording", "--profile"},
+                             .written = {"--out"},
+                             .also_written = profile_beside,
+                             .together = true};
+  on_call(*command, exit_code, files, [arguments] { return run(*arguments); });
 }
 
 }  // namespace ravencal::commands

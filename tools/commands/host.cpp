@@ -10,6 +10,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "exchange/load.hpp"
 #include "host/flight_file.hpp"
@@ -87,12 +88,22 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
     RAVENCAL_ASSIGN_OR_RETURN(recording,
                               exchange::load_recording(arguments.recording, arguments.load));
     RAVENCAL_ASSIGN_OR_RETURN(source, host::make_recording_source(recording, model.features));
+    if (source->skipped_ns() > 0) {
+      core::remark("ravencal: warning: {}: {:.1f} s without a row are skipped\n", recording.source,
+                   1e-9 * static_cast<double>(source->skipped_ns()));
+    }
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(source, make_twin(arguments));
   }
   RAVENCAL_ASSIGN_OR_RETURN(const ravencal_config config, make_config(arguments, library, *source));
   RAVENCAL_ASSIGN_OR_RETURN(plugin_host::Instance plugin,
                             plugin_host::Instance::create(library, config));
+  if (plugin_host::is_without_telemetry(config)) {
+    core::remark(
+        "ravencal host: warning: --telemetry {}: another user has this name, so that the plugin "
+        "writes no telemetry; choose another one\n",
+        arguments.telemetry);
+  }
   RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
 
   host::LoopOptions loop = arguments.loop;
@@ -111,18 +122,24 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
   return summary;
 }
 
+/// The flight of a FAULT before this one.
+cli::Paths earlier_flight(const CLI::App& command) {
+  const std::filesystem::path path = cli::path_of(command, "--flight");
+  return host::is_flight(path) ? cli::Paths{path} : cli::Paths();
+}
+
 /// Prints the figures. A correction that was never applied is a finding.
 cli::ExitCode report(const host::Summary& summary) {
-  fmt::print("{}", host::summary_text(summary));
+  core::say("{}", host::summary_text(summary));
   for (const learn::JointEvaluation& joint : summary.evaluation.joints) {
     if (!(joint.calibrated.rmse > joint.raw.rmse)) continue;
-    fmt::print(stderr,
-               "ravencal: warning: joint {}: the correction makes the error larger: these weights "
-               "do not fit this robot, plant or homing\n",
-               joint.joint);
+    core::remark(
+        "ravencal: warning: joint {}: the correction makes the error larger: these weights "
+        "do not fit this robot, plant or homing\n",
+        joint.joint);
   }
   if (summary.corrected_ticks > 0) return cli::kOk;
-  fmt::print("the correction was never applied in full: see the doubts above\n");
+  core::say("the correction was never applied in full: see the doubts above\n");
   return cli::kFinding;
 }
 
@@ -137,7 +154,7 @@ void add_host(CLI::App& app, int& exit_code) {
   auto* source = command->add_option_group("robot", "Source of the robot's states");
   source->add_option("--plant", arguments->plant, "The digital twin of this plant (.toml), live");
   source->add_option("--recording", arguments->recording,
-                     "A recording, each row held until the next");
+                     "A recording, each row held until the next, a second at most");
   source->require_option(1);
   command->add_option(
       "--trajectory", arguments->trajectory,
@@ -175,8 +192,10 @@ void add_host(CLI::App& app, int& exit_code) {
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
   on_call(*command, exit_code,
-          {.read = {"--plugin", "--weights", "--plant", "--recording"},
-           .written = {"--flight", "--json"}},
+          {.read = {"--plugin", "--weights", "--plant", "--recording", "--trajectory", "--profile"},
+           .written = {"--flight", "--json"},
+           .own = earlier_flight,
+           .together = true},
           [arguments, &exit_code]() -> core::Status {
             RAVENCAL_ASSIGN_OR_RETURN(const host::Summary summary, run(*arguments));
             exit_code = report(summary);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/origin_options.hpp"
+#include "core/terminal.hpp"
 #include "exchange/load.hpp"
 #include "record/recording_writer.hpp"
 #include "record/summary.hpp"
@@ -16,7 +15,6 @@ namespace {
 struct ImportArguments {
   std::string source;
   std::string out;
-  bool overwrite = false;
   OriginOptions origin;
   record::LoadOptions load;
 };
@@ -32,25 +30,25 @@ core::Status run(const ImportArguments& arguments) {
     if (!value->empty()) recording.meta[key] = *value;
   }
   RAVENCAL_RETURN_IF_ERROR(warn_of_implausible({&recording}));
-  RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, arguments.overwrite));
-  fmt::print("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
-             recording.channels.size());
+  RAVENCAL_RETURN_IF_ERROR(record::write_recording(recording, arguments.out, true));
+  core::say("{}: {} rows, {} channels\n", arguments.out, recording.rows(),
+            recording.channels.size());
   if (recording.meta["profile"] == "generic" && recording.calibratable_joints().empty()) {
-    fmt::print(
+    core::say(
         "no joint has both an estimate and a truth, so that nothing can be trained or diagnosed: a "
         "profile file gives roles (`export` writes one beside its .csv), or names such as "
         "estimate.elbow_rad and truth.elbow_rad\n");
   }
   const auto joined = recording.meta.find("joined");
-  if (joined != recording.meta.end()) fmt::print("{}\n", joined->second);
+  if (joined != recording.meta.end()) core::say("{}\n", joined->second);
   const auto dropped = recording.meta.find("dropped_rows");
   if (dropped != recording.meta.end()) {
-    fmt::print("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);
+    core::say("{} rows dropped; `ravencal info {}` lists them\n", dropped->second, arguments.out);
   }
   for (const record::Event& event : recording.events)
-    if (event.kind == "unwrapped") fmt::print("{}\n", event.detail);
+    if (event.kind == "unwrapped") core::say("{}\n", event.detail);
   for (const std::string& assumption : record::assumptions_of(recording, arguments.out))
-    fmt::print("{}\n", assumption);
+    core::say("{}\n", assumption);
   return {};
 }
 
@@ -67,7 +65,7 @@ void add_import(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out, "Recording to create (.db)")->required();
   (void)add_load_options(*command, arguments->load);
   add_origin_options(*command, arguments->origin);
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
+  command->add_flag("--force,--overwrite")->description("Replace a recording of that name");
   command->footer(
       "The truth of a bag keeps its stamps; `ravencal merge run3.bag run3.bag` also removes its\n"
       "transport delay.\n"

@@ -9,6 +9,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
 #include "exchange/table_summary.hpp"
@@ -97,9 +98,9 @@ void add_info(CLI::App& app, int& exit_code) {
       "columns.\n"
       "Examples: ravencal info run3.db\n"
       "          ravencal info run3.npz");
-  on_call(*command, exit_code, {}, [arguments]() -> core::Status {
+  on_call(*command, exit_code, {.read = {"file", "--profile"}}, [arguments]() -> core::Status {
     RAVENCAL_ASSIGN_OR_RETURN(const std::string text, describe(*arguments));
-    fmt::print("{}", text);
+    core::say("{}", text);
     return {};
   });
 }

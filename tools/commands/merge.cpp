@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -10,6 +8,7 @@
 #include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "exchange/load.hpp"
 #include "record/alignment.hpp"
 #include "record/recording_writer.hpp"
@@ -26,7 +25,6 @@ struct MergeArguments {
   std::string truth_profile;
   double largest_delay_ms = 100.0;
   double longest_gap_ms = 50.0;
-  bool overwrite = false;
   bool json = false;
   record::LoadOptions load;
 };
@@ -61,31 +59,31 @@ void print_json(const MergeArguments& arguments, const record::Merged& merged) {
   }
   for (const auto& joint : merged.joints)
     json["joints"].push_back({{"joint", joint.name}, {"rows_with_truth", joint.rows_with_truth}});
-  fmt::print("{}\n", json.dump());
+  core::say("{}\n", json.dump());
 }
 
 void print_words(const MergeArguments& arguments, const record::Merged& merged) {
   if (merged.clock) {
-    fmt::print("clocks: wall time through {:.3f} s, drift {:+.2f} ppm, line to {:.1f} us\n",
-               1e-9 * static_cast<double>(merged.clock->offset_ns), merged.clock->drift_ppm,
-               1e-3 * merged.clock->residual_ns);
+    core::say("clocks: wall time through {:.3f} s, drift {:+.2f} ppm, line to {:.1f} us\n",
+              1e-9 * static_cast<double>(merged.clock->offset_ns), merged.clock->drift_ppm,
+              1e-3 * merged.clock->residual_ns);
   } else {
-    fmt::print("clocks: one clock stamped both\n");
+    core::say("clocks: one clock stamped both\n");
   }
   if (merged.estimate) {
-    fmt::print("velocities: truth {:+.3f} +- {:.3f} ms behind the robot (correlation {:.4f})\n",
-               1e3 * merged.estimate->delay_s, 1e3 * merged.estimate->sigma_s,
-               merged.estimate->correlation);
+    core::say("velocities: truth {:+.3f} +- {:.3f} ms behind the robot (correlation {:.4f})\n",
+              1e3 * merged.estimate->delay_s, 1e3 * merged.estimate->sigma_s,
+              merged.estimate->correlation);
   }
-  fmt::print("delay taken out: {:+.3f} ms, {}\n", 1e3 * merged.delay_s,
-             arguments.delay_ms ? "as given" : "as estimated");
+  core::say("delay taken out: {:+.3f} ms, {}\n", 1e3 * merged.delay_s,
+            arguments.delay_ms ? "as given" : "as estimated");
   const auto rows = merged.recording.rows();
-  fmt::print("{}: {} rows, {} with truth of every joint\n", arguments.out, rows,
-             merged.rows_with_truth);
+  core::say("{}: {} rows, {} with truth of every joint\n", arguments.out, rows,
+            merged.rows_with_truth);
   for (const auto& joint : merged.joints) {
     if (joint.rows_with_truth == rows) continue;
-    fmt::print("{}: {} rows without truth{}\n", joint.name, rows - joint.rows_with_truth,
-               joint.rows_with_truth == 0 ? "; was the joint homed?" : "");
+    core::say("{}: {} rows without truth{}\n", joint.name, rows - joint.rows_with_truth,
+              joint.rows_with_truth == 0 ? "; was the joint homed?" : "");
   }
 }
 
@@ -102,8 +100,7 @@ core::Status run(const MergeArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Merged merged,
                             record::merge_truth(robot, truth, options_of(arguments)));
   RAVENCAL_RETURN_IF_ERROR(warn_of_implausible({&merged.recording}));
-  RAVENCAL_RETURN_IF_ERROR(
-      record::write_recording(merged.recording, arguments.out, arguments.overwrite));
+  RAVENCAL_RETURN_IF_ERROR(record::write_recording(merged.recording, arguments.out, true));
   if (arguments.json) {
     print_json(arguments, merged);
   } else {
@@ -145,7 +142,7 @@ void add_merge(CLI::App& app, int& exit_code) {
   (void)add_load_options(*command, arguments->load);
   command->add_option("--truth-profile", arguments->truth_profile,
                       "For a TRUTH that is no recording yet, as --profile is for ROBOT");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a recording of that name");
+  command->add_flag("--force,--overwrite")->description("Replace a recording of that name");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->footer(
       "The estimate contains the lag of the joint behind the motor, some ms.\n"

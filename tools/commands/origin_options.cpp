@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/origin_options.hpp"
 
-#include <fmt/format.h>
-
 #include "core/catalogue.hpp"
+#include "core/terminal.hpp"
 
 namespace ravencal::commands {
 
@@ -34,12 +33,12 @@ model::Origin given_origin(const CLI::App& command, const OriginOptions& options
 
 void print_origin(const model::CalibrationModel& model) {
   const model::Origin& origin = model.origin;
-  fmt::print("origin: {}\n", describe(origin));
+  core::say("origin: {}\n", describe(origin));
   const bool is_raven =
       core::catalogue_index_of(model.outputs.front().estimate_channel).has_value();
   if (!is_raven) return;  // only a plugin asks which arm it was
   if (origin.arm == model::Arm::kUnknown || origin.coordinates == model::Coordinates::kUnknown) {
-    fmt::print(
+    core::say(
         "        state what is unknown, so that no other arm loads these weights: --arm "
         "gold|green, --coordinates motor (recorded without the plugin) or corrected (while it "
         "corrected)\n");

@@ -15,6 +15,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/robot_out.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "physics/drives.hpp"
 #include "physics/plant_ranges.hpp"
@@ -30,7 +31,6 @@ constexpr double kMostReduction = 1e5;
 struct PlantArguments {
   std::string robot, plant, out, tool;
   std::vector<std::string> reductions, speeds;
-  bool force = false;
 };
 
 /// What an option says of joints: `NUMBER` for all, or `JOINT=NUMBER`.
@@ -75,13 +75,11 @@ core::Status import_robot(const PlantArguments& arguments) {
         [](physics::Joint& joint, double speed) { joint.limits.speed_ji = speed; }));
   if (!arguments.tool.empty())
     RAVENCAL_RETURN_IF_ERROR(physics::hang_payload_at(arguments.tool, arguments.robot, plant));
-  if (std::filesystem::exists(arguments.out) && !arguments.force)
-    return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(arguments.out, physics::plant_text(plant)));
-  fmt::print("{}{}: {} joints\n", physics::describe_plant(plant), arguments.out,
-             plant.joints.size());
-  for (const std::string& note : plant.notes) fmt::print("note: {}\n", note);
-  fmt::print(
+  core::say("{}{}: {} joints\n", physics::describe_plant(plant), arguments.out,
+            plant.joints.size());
+  for (const std::string& note : plant.notes) core::say("note: {}\n", note);
+  core::say(
       "Before a diagnosis, state what the model does not: [joint.tolerance], the encoders' "
       "resolutions, the reductions.\n");
   return {};
@@ -91,15 +89,17 @@ core::Status export_robot(const PlantArguments& arguments) {
   if (!physics::is_robot_model(arguments.robot))
     return core::usage_error(
         fmt::format("--model {}: is neither .xml (MJCF) nor .urdf", arguments.robot));
-  if (std::filesystem::exists(arguments.out) && !arguments.force)
-    return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
   RAVENCAL_ASSIGN_OR_RETURN(const physics::WrittenRobot written,
                             physics::write_robot(plant, arguments.robot, arguments.out));
   RAVENCAL_RETURN_IF_ERROR(physics::save_robot(written, arguments.out));
-  for (const std::string& line : written.changed) fmt::print("{}\n", line);
+  for (const std::string& line : written.changed) core::say("{}\n", line);
   print_model(written, arguments.out);
   return {};
+}
+
+cli::Paths callback_beside(const CLI::App& command) {
+  return {physics::callback_path(cli::path_of(command, "--out"))};
 }
 
 }  // namespace
@@ -122,7 +122,6 @@ void add_plant(CLI::App& app, int& exit_code) {
   from->add_option("--tool", arguments->tool,
                    "Site or body on the last link where a payload hangs; without it, the body that "
                    "this link carries farthest from its joint");
-  from->add_flag("--force", arguments->force, "Replace an existing file");
   from->footer(
       "Example: ravencal plant from so_arm100.xml --reduction 345 --reduction jaw=191 --out "
       "so_arm100.toml");
@@ -133,13 +132,15 @@ void add_plant(CLI::App& app, int& exit_code) {
       ->required();
   to->add_option("--model", arguments->robot, "The model that the plant was made from")->required();
   to->add_option("--out", arguments->out, "Model to write (.xml, .urdf as --model)")->required();
-  to->add_flag("--force", arguments->force, "Replace an existing file");
   to->footer(
       "Example: ravencal plant to why/plant_improved.toml --model so_arm100.xml --out "
       "so_arm100_improved.xml\n"
       "What the format cannot say is listed; OUT_effects.cpp holds what a callback of MuJoCo can.");
-  on_call(*to, exit_code, {.read = {"plant", "--model"}, .written = {"--out"}},
-          [arguments] { return export_robot(*arguments); });
+  const FileOptions files = {.read = {"plant", "--model"},
+                             .written = {"--out"},
+                             .also_written = callback_beside,
+                             .together = true};
+  on_call(*to, exit_code, files, [arguments] { return export_robot(*arguments); });
   command->footer("Example: ravencal plant from so_arm100.xml --out so_arm100.toml");
 }
 

@@ -6,6 +6,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "exchange/load.hpp"
 #include "exchange/table_file.hpp"
@@ -18,7 +19,6 @@ namespace {
 
 struct ProfileArguments {
   std::string data, plant, out;
-  bool force = false;
   record::LoadOptions load;
 };
 
@@ -35,8 +35,6 @@ std::vector<std::string> doubts_of(const ProfileArguments& arguments) {
 }
 
 core::Status guess(const ProfileArguments& arguments) {
-  if (!arguments.out.empty() && std::filesystem::exists(arguments.out) && !arguments.force)
-    return core::usage_error(fmt::format("{}: exists; --force replaces it", arguments.out));
   std::vector<std::string> joints;
   if (!arguments.plant.empty()) {
     RAVENCAL_ASSIGN_OR_RETURN(const physics::Plant plant, physics::load_plant(arguments.plant));
@@ -45,13 +43,13 @@ core::Status guess(const ProfileArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const record::Table table,
                             exchange::read_table(arguments.data, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const guess::Guess guessed, guess::guess_profile(table, joints));
-  fmt::print("{}", guess::describe(guessed, table));
-  if (!table.note.empty()) fmt::print("{}\n", table.note);
+  core::say("{}", guess::describe(guessed, table));
+  if (!table.note.empty()) core::say("{}\n", table.note);
   if (arguments.out.empty()) return {};
   RAVENCAL_RETURN_IF_ERROR(
       core::write_whole_file(arguments.out, guess::profile_text(guessed, table)));
-  fmt::print("{}: correct what is wrong, then read the data with --profile {}\n", arguments.out,
-             arguments.out);
+  core::say("{}: correct what is wrong, then read the data with --profile {}\n", arguments.out,
+            arguments.out);
   print_warnings(doubts_of(arguments));
   return {};
 }
@@ -68,7 +66,6 @@ void add_profile(CLI::App& app, int& exit_code) {
   from->add_option("--plant", arguments->plant,
                    "Plant or robot model (.toml, .xml, .urdf) whose joints are meant");
   from->add_option("--out", arguments->out, "Profile to write (.toml); without, it is only shown");
-  from->add_flag("--force", arguments->force, "Replace an existing file");
   add_skip_bad(*from, arguments->load);
   from->footer("Example: ravencal profile guess run1.csv --plant robot.xml --out run.toml");
   on_call(*from, exit_code, {.read = {"data", "--plant"}, .written = {"--out"}},

@@ -13,6 +13,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "prove/leak.hpp"
 #include "prove/one.hpp"
@@ -68,16 +69,16 @@ core::Status tell_one(const prove::ProofOptions& options, int& exit_code) {
   RAVENCAL_ASSIGN_OR_RETURN(const auto cases, prove::open_cases(options.out));
   RAVENCAL_ASSIGN_OR_RETURN(const nlohmann::ordered_json one, prove::one_json(cases.front()));
   RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(options.out / "one.json", one.dump(1) + "\n"));
-  fmt::print("{}report: {}\n", prove::one_text(one),
-             (options.out / "diagnosis/report.html").string());
+  core::say("{}report: {}\n", prove::one_text(one),
+            (options.out / "diagnosis/report.html").string());
   if (one["outcome"] != "found") exit_code = cli::kFinding;
   return {};
 }
 
 core::Status score(const ProveArguments& arguments, prove::ProofOptions& options, int& exit_code) {
   if (const int missing = prove::missing_verdicts(options); missing > 0) {
-    fmt::print("part {} of {} is done; {} cases of other parts have no verdict yet\n", options.part,
-               options.parts, missing);
+    core::say("part {} of {} is done; {} cases of other parts have no verdict yet\n", options.part,
+              options.parts, missing);
     return {};
   }
   options.look = progress_of("prove: leak test");
@@ -85,18 +86,18 @@ core::Status score(const ProveArguments& arguments, prove::ProofOptions& options
       const nlohmann::ordered_json proof,
       prove::score_proof(options,
                          arguments.no_leak_test ? std::nullopt : std::optional(arguments.leak)));
-  fmt::print("{}{}{}", prove::targets_text(proof), prove::worlds_text(proof),
-             prove::reliability_text(proof["reliability"]));
+  core::say("{}{}{}", prove::targets_text(proof), prove::worlds_text(proof),
+            prove::reliability_text(proof["reliability"]));
   if (proof.contains("leak_test")) {
     const auto& leak = proof["leak_test"];
-    fmt::print(
+    core::say(
         "leak test: {:.1f} % of {} pairs told apart (95 % between {:.1f} and {:.1f}): {}\n",
         100.0 * leak["accuracy"].get<double>(), leak["pairs"].get<int>(),
         100.0 * leak["ci95"][0].get<double>(), 100.0 * leak["ci95"][1].get<double>(),
         leak["at_chance"].get<bool>() ? "chance" : "the form of the cases reveals their content");
   }
   const auto& cost = proof["cpu_minutes_per_hundred_on_two_cores"];
-  fmt::print(
+  core::say(
       "{} cases, {} without a report; processor time per hundred cases on two cores: {:.1f} min to "
       "make, {:.1f} min to diagnose\n{}proof: {}/proof.html\n",
       proof["cases"].get<int>(), proof["without_report"].get<int>(), cost["generate"].get<double>(),
@@ -177,6 +178,12 @@ void add_case_options(CLI::App& command, ProveArguments& arguments) {
       ->capture_default_str();
 }
 
+cli::Paths folder_of_proof(const CLI::App& command) {
+  const std::filesystem::path folder = cli::path_of(command, "--out");
+  if (!cli::is_record_of_run(folder / "prove.json", {"schema", "cases"})) return {};
+  return {folder};
+}
+
 }  // namespace
 
 void add_prove(CLI::App& app, int& exit_code) {
@@ -221,7 +228,10 @@ void add_prove(CLI::App& app, int& exit_code) {
       "On a cluster: --until seal, then tools/prove/prove.sbatch.\n"
       "Example: ravencal prove --out proof --cases 300 --seed 7\n"
       "Example: ravencal prove --one 7 --out one");
-  on_call(*command, exit_code, {}, [arguments, &exit_code] { return run(*arguments, exit_code); });
+  const FileOptions files = {
+      .read = {"--data", "--house", "--tool"}, .folders = {"--out"}, .own = folder_of_proof};
+  on_call(*command, exit_code, files,
+          [arguments, &exit_code] { return run(*arguments, exit_code); });
 }
 
 }  // namespace ravencal::commands

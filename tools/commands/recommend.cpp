@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/recommend.hpp"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <memory>
 
 #include "cli/numbers.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 
 namespace ravencal::commands {
@@ -29,7 +28,7 @@ core::Status run(const RecommendArguments& arguments) {
   if (arguments.minutes > 0.0) constraints.minutes = arguments.minutes;
   RAVENCAL_ASSIGN_OR_RETURN(const study::Recommendation recommendation,
                             study::recommend(comparison, constraints));
-  fmt::print("{}", study::recommendation_text(recommendation, arguments.folder));
+  core::say("{}", study::recommendation_text(recommendation, arguments.folder));
   if (arguments.json.empty()) return {};
   return core::write_whole_file(arguments.json, study::recommendation_json(recommendation));
 }
@@ -53,7 +52,7 @@ void add_recommend(CLI::App& app, int& exit_code) {
       ->check(cli::positive());
   command->add_option("--json", arguments->json, "Write the recommendation to this file");
   command->footer("Example: ravencal recommend comparison --step-budget-us 100 --minutes 10");
-  on_call(*command, exit_code, {.read = {}, .written = {"--json"}},
+  on_call(*command, exit_code, {.read = {"folder"}, .written = {"--json"}},
           [arguments] { return run(*arguments); });
 }
 

@@ -13,7 +13,7 @@ void add_robot(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<robot::RobotArguments>();
   CLI::App* command = app.add_subcommand("robot", "Run a virtual RAVEN-II on ROS: the twin, live");
   robot::add_robot_arguments(*command, *arguments);
-  on_call(*command, exit_code, {}, [arguments] {
+  on_call(*command, exit_code, {.read = {"--plant", "--plugin", "--weights"}}, [arguments] {
     (void)arguments;  // the options write into it until here
     return become_ros_program("robot");
   });

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 
 #include <memory>
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "commands/ros_program.hpp"
+#include "core/terminal.hpp"
 #include "robot/run_plan.hpp"
 
 namespace ravencal::commands {
@@ -16,8 +16,8 @@ core::Status run(const robot::RunArguments& arguments) {
   if (!arguments.looks_only()) {
     RAVENCAL_ASSIGN_OR_RETURN(const robot::RunPlan plan, robot::make_plan(arguments));
     if (arguments.dry_run) {
-      fmt::print("{}", arguments.json ? robot::plan_json(arguments, plan)
-                                      : robot::plan_text(arguments, plan));
+      core::say("{}", arguments.json ? robot::plan_json(arguments, plan)
+                                     : robot::plan_text(arguments, plan));
       return {};
     }
   }

@@ -7,6 +7,7 @@
 #include "cli/exit_code.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "core/whole_file.hpp"
 #include "model/blob_signature.hpp"
 #include "model/blob_writer.hpp"
@@ -32,8 +33,8 @@ core::Result<std::vector<std::byte>> read_bytes(const std::string& path) {
 
 core::Status generate(const SignArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const signing::PublicKey key, signing::generate_key(arguments.new_key));
-  fmt::print("{}: secret key, keep it where only you can read it\n{}.pub: public key {}\n",
-             arguments.new_key, arguments.new_key, signing::hex(key));
+  core::say("{}: secret key, keep it where only you can read it\n{}.pub: public key {}\n",
+            arguments.new_key, arguments.new_key, signing::hex(key));
   return {};
 }
 
@@ -46,7 +47,7 @@ core::Status sign(const SignArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(std::vector<std::byte> bytes, read_bytes(arguments.weights));
   RAVENCAL_RETURN_IF_ERROR(signing::sign_blob(bytes, key, arguments.weights));
   RAVENCAL_RETURN_IF_ERROR(model::write_blob(bytes, arguments.weights));
-  fmt::print("{}: signed, public key {}\n", arguments.weights, signing::hex(key.public_key()));
+  core::say("{}: signed, public key {}\n", arguments.weights, signing::hex(key.public_key()));
   return {};
 }
 
@@ -83,12 +84,16 @@ core::Status verify(const SignArguments& arguments, int& exit_code) {
     const nlohmann::ordered_json json = {{"file", arguments.weights},
                                          {"public_key", signing::hex(key)},
                                          {"signature", verdict.name}};
-    fmt::print("{}\n", json.dump(2));
+    core::say("{}\n", json.dump(2));
   } else {
-    fmt::print("{}: {}\n", arguments.weights, verdict.sentence);
+    core::say("{}: {}\n", arguments.weights, verdict.sentence);
   }
   if (status != model::SignatureStatus::kValid) exit_code = cli::kFinding;
   return {};
+}
+
+cli::Paths public_key_beside(const CLI::App& command) {
+  return {cli::path_of(command, "--out").string() + ".pub"};
 }
 
 }  // namespace
@@ -120,12 +125,15 @@ void add_sign(CLI::App& app, int& exit_code) {
       "Example: ravencal sign verify weights.blob --public lab.key.pub");
 
   command->require_subcommand(0, 1);
-  on_call(*command, exit_code, {.read = {"--key"}, .written = {"weights"}},
-          [=, &exit_code]() -> core::Status {
-            if (keygen->parsed()) return generate(*arguments);
-            if (verification->parsed()) return verify(*arguments, exit_code);
-            return sign(*arguments);
-          });
+  on_call(*keygen, exit_code,
+          {.written = {"--out"}, .also_written = public_key_beside, .can_force = false},
+          [=] { return generate(*arguments); });
+  on_call(*verification, exit_code, {.read = {"weights", "--public"}},
+          [=, &exit_code] { return verify(*arguments, exit_code); });
+  on_call(*command, exit_code, {.read = {"--key"}, .changed = {"weights"}}, [=]() -> core::Status {
+    if (keygen->parsed() || verification->parsed()) return {};
+    return sign(*arguments);
+  });
 }
 
 }  // namespace ravencal::commands

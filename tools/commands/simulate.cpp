@@ -11,6 +11,7 @@
 #include "cli/progress.hpp"
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 #include "exchange/load.hpp"
 #include "physics/plant.hpp"
 #include "record/recording_writer.hpp"
@@ -43,32 +44,27 @@ void print_followed(const simulation::FollowResult& followed, const SimulateArgu
     }
     const nlohmann::json json = {
         {"file", arguments.out}, {"rows", followed.recording.rows()}, {"joints", joints}};
-    fmt::print("{}\n", json.dump());
+    core::say("{}\n", json.dump());
     return;
   }
-  fmt::print("{}: {} rows\n", arguments.out, followed.recording.rows());
+  core::say("{}: {} rows\n", arguments.out, followed.recording.rows());
   for (const auto& joint : followed.joints) {
-    fmt::print("  {:<12} {}; {:.4g} (rad or m) from the recording{}\n", joint.joint, joint.how,
-               joint.rmse_ji,
-               joint.drawn_constant_ji
-                   ? fmt::format(", beside the constant of {:.4g} that homing draws",
-                                 *joint.drawn_constant_ji)
-                   : std::string());
+    core::say("  {:<12} {}; {:.4g} (rad or m) from the recording{}\n", joint.joint, joint.how,
+              joint.rmse_ji,
+              joint.drawn_constant_ji
+                  ? fmt::format(", beside the constant of {:.4g} that homing draws",
+                                *joint.drawn_constant_ji)
+                  : std::string());
   }
 }
 
 /// Any plant along a recording of its robot.
 core::Status follow(const SimulateArguments& arguments, const physics::Plant& plant) {
-  if (!arguments.session.overwrite && std::filesystem::exists(arguments.out)) {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: exists already; use --force to replace it", arguments.out)};
-  }
   RAVENCAL_ASSIGN_OR_RETURN(const record::Recording recording,
                             exchange::load_recording(arguments.follow, arguments.load));
   RAVENCAL_ASSIGN_OR_RETURN(const simulation::FollowResult followed,
                             simulation::follow_recording(plant, recording, arguments.following));
-  RAVENCAL_RETURN_IF_ERROR(
-      record::write_recording(followed.recording, arguments.out, arguments.session.overwrite));
+  RAVENCAL_RETURN_IF_ERROR(record::write_recording(followed.recording, arguments.out, true));
   print_followed(followed, arguments);
   return {};
 }
@@ -85,15 +81,15 @@ void print_summary(const simulation::SessionSummary& summary, const SimulateArgu
                                  {"times_real_time", factor},
                                  {"interrupted", summary.interrupted},
                                  {"led_by_simulation", summary.led}};
-    fmt::print("{}\n", json.dump());
+    core::say("{}\n", json.dump());
     return;
   }
-  fmt::print(
+  core::say(
       "{}: {} rows, {} homing(s), {:.0f} s simulated in {:.1f} s ({:.0f} times real time){}\n",
       arguments.out, summary.rows, summary.homings, summary.simulated_s, wall_s, factor,
       summary.interrupted ? "; stopped early, as its last event says" : "");
   if (!summary.led.empty())
-    fmt::print(
+    core::say(
         "note: the plant states no [joint.controller] of {}: led by servos whose gains their "
         "inertia gives\n",
         fmt::join(summary.led, ", "));
@@ -187,7 +183,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
                    "Further homings in the same session before recording starts")
       ->check(CLI::Range(0U, 1000U));
   command->add_flag("--drift", session.drift, "Add the slow thermal drift of hours of warm-up");
-  command->add_flag("--force", session.overwrite, "Replace an existing recording");
+  session.overwrite = true;  // what core/outputs.hpp lets
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "A plant of three joints with [joint.controller] and [joint.homing] is a RAVEN arm: its "
@@ -201,7 +197,8 @@ void add_simulate(CLI::App& app, int& exit_code) {
       "tools/profiles/emps.toml --out again.db");
   on_call(*command, exit_code,
           {.read = {"--plant", "--trajectory", "--follow", "--profile"},
-           .written = {"--out", "--edges"}},
+           .written = {"--out", "--edges"},
+           .together = true},
           [arguments] { return run(*arguments); });
 }
 

@@ -140,16 +140,20 @@ void add_study(CLI::App& app, int& exit_code) {
       "command continues an interrupted\nstudy. On a cluster: --plan --make-recordings, then "
       "tools/calibration/slurm/study.sbatch, then --collect.\n"
       "Example: ravencal study paper --quick --out study");
-  on_call(*command, exit_code, {.read = kStudyInputs, .written = {}},
-          [arguments, command, &exit_code] {
-            PaperArguments own = *arguments;
-            if (own.quick) shorten(*command, own);
-            own.recordings.workers = own.study.pool.workers;
-            own.study.make_recordings = [own](StudyArguments& given) {
-              return make_recordings(own, given);
-            };
-            return run_study(own.study, exit_code);
-          });
+  std::vector<std::string> read = kStudyInputs;
+  read.emplace_back("--plant");
+  on_call(
+      *command, exit_code,
+      {.read = read, .folders = {"--out"}, .also_written = files_of_study, .own = folder_of_study},
+      [arguments, command, &exit_code] {
+        PaperArguments own = *arguments;
+        if (own.quick) shorten(*command, own);
+        own.recordings.workers = own.study.pool.workers;
+        own.study.make_recordings = [own](StudyArguments& given) {
+          return make_recordings(own, given);
+        };
+        return run_study(own.study, exit_code);
+      });
 }
 
 }  // namespace ravencal::commands

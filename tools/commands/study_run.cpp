@@ -15,6 +15,7 @@
 #include "commands/command.hpp"
 #include "commands/network_options.hpp"
 #include "commands/same_seed_option.hpp"
+#include "core/terminal.hpp"
 #include "learn/shared_seeds.hpp"
 #include "study/ablation_report.hpp"
 #include "study/ablation_tables.hpp"
@@ -65,10 +66,10 @@ void tell_changes(const study::Plan& plan, const fs::path& folder) {
   for (const study::Input& input : plan.inputs) {
     for (const study::Input& old : before->inputs) {
       if (old.path == input.path && old.sha256 != input.sha256) {
-        fmt::print(stderr,
-                   "ravencal: warning: {} changed since the last plan: its networks are "
-                   "trained anew\n",
-                   input.path);
+        core::remark(
+            "ravencal: warning: {} changed since the last plan: its networks are "
+            "trained anew\n",
+            input.path);
       }
     }
   }
@@ -193,20 +194,20 @@ core::Status show_plan(const study::Plan& plan, const StudyArguments& arguments)
                        {"missing", missing.size()},
                        {"array", ranges_of(missing)},
                        {"core_seconds", seconds}};
-    fmt::print("{}\n", json.dump());
+    core::say("{}\n", json.dump());
     return {};
   }
   for (std::size_t i = 0; i < plan.jobs.size(); ++i) {
     const study::Job& job = plan.jobs[i];
     const bool done = !std::binary_search(missing.begin(), missing.end(), i);
-    fmt::print("{:>4}  {:<26} {:<22} seed {:<3} {:>3} features{}\n", i,
-               plan.conditions[job.condition].title, job.row, job.seed, job.width,
-               done ? "  done" : "");
+    core::say("{:>4}  {:<26} {:<22} seed {:<3} {:>3} features{}\n", i,
+              plan.conditions[job.condition].title, job.row, job.seed, job.width,
+              done ? "  done" : "");
   }
-  for (const std::string& sentence : plan.left_out) fmt::print("left out: {}\n", sentence);
-  fmt::print("{} networks, {} to train: about {} of one core, {} with {} at a time\n",
-             plan.jobs.size(), missing.size(), minutes(seconds),
-             minutes(seconds / workers_of(arguments)), workers_of(arguments));
+  for (const std::string& sentence : plan.left_out) core::say("left out: {}\n", sentence);
+  core::say("{} networks, {} to train: about {} of one core, {} with {} at a time\n",
+            plan.jobs.size(), missing.size(), minutes(seconds),
+            minutes(seconds / workers_of(arguments)), workers_of(arguments));
   return {};
 }
 
@@ -217,7 +218,7 @@ core::Status list_unmade(const StudyArguments& arguments, study::RecordingStore&
                                              conditions_of(arguments), recordings));
   for (study::Input& input : plan.inputs) input.rows = arguments.stand_ins->rows;
   RAVENCAL_RETURN_IF_ERROR(show_plan(plan, arguments));
-  fmt::print(stderr, "{}\n", arguments.stand_ins->sentence);
+  core::remark("{}\n", arguments.stand_ins->sentence);
   return {};
 }
 
@@ -235,15 +236,15 @@ core::Status collect(const study::Plan& plan, const StudyArguments& arguments, i
   RAVENCAL_RETURN_IF_ERROR(
       study::write_ablation_report(plan, results, tables, findings, arguments.out));
   if (arguments.json) {
-    fmt::print("{}", study::findings_json(findings));
+    core::say("{}", study::findings_json(findings));
   } else {
     if (arguments.print_tables) {
       for (const study::Table& table : tables) {
-        fmt::print("{}\n", study::to_text(table));
+        core::say("{}\n", study::to_text(table));
       }
     }
-    fmt::print("{}report: {}\n", study::findings_text(findings),
-               (fs::path(arguments.out) / "report.html").string());
+    core::say("{}report: {}\n", study::findings_text(findings),
+              (fs::path(arguments.out) / "report.html").string());
   }
   if (arguments.check && !study::all_hold(findings)) exit_code = cli::kFinding;
   return {};
@@ -254,8 +255,8 @@ core::Status run_jobs(const study::Plan& plan, const StudyArguments& arguments,
   RAVENCAL_ASSIGN_OR_RETURN(const auto missing, study::missing_jobs(plan, arguments.out));
   if (missing.empty()) return {};
   const double seconds = study::estimated_seconds(plan, missing) / workers_of(arguments);
-  fmt::print(stderr, "{} of {} networks to train, {} at a time: about {}\n", missing.size(),
-             plan.jobs.size(), workers_of(arguments), minutes(seconds));
+  core::remark("{} of {} networks to train, {} at a time: about {}\n", missing.size(),
+               plan.jobs.size(), workers_of(arguments), minutes(seconds));
   cli::Progress progress("networks");
   RAVENCAL_ASSIGN_OR_RETURN(const study::PoolSummary summary,
                             study::run_all(plan, arguments.out, recordings, arguments.pool,
@@ -264,8 +265,8 @@ core::Status run_jobs(const study::Plan& plan, const StudyArguments& arguments,
                                              return !cli::interrupted();
                                            }));
   if (!summary.interrupted) {
-    fmt::print(stderr, "{} networks trained and tested in {:.1f} s, {} were there\n", summary.ran,
-               summary.wall_s, summary.there_already);
+    core::remark("{} networks trained and tested in {:.1f} s, {} were there\n", summary.ran,
+                 summary.wall_s, summary.there_already);
     return {};
   }
   return core::Error{
@@ -275,6 +276,30 @@ core::Status run_jobs(const study::Plan& plan, const StudyArguments& arguments,
 }
 
 }  // namespace
+
+bool has_results(const fs::path& folder) {
+  std::error_code absent;
+  const fs::directory_iterator jobs(folder / "jobs", absent);
+  return std::any_of(begin(jobs), end(jobs), [](const fs::directory_entry& job) {
+    return cli::is_record_of_run(job.path(), {"schema", "job"});
+  });
+}
+
+cli::Paths folder_of_study(const CLI::App& command) {
+  const fs::path folder = cli::path_of(command, "--out");
+  const bool is_planned = cli::is_record_of_run(study::plan_path(folder), {"schema", "jobs"});
+  if (is_planned || has_results(folder)) return {folder};
+  return {};
+}
+
+cli::Paths files_of_study(const CLI::App& command) {
+  const fs::path folder = cli::path_of(command, "--out");
+  cli::Paths paths;
+  for (const char* name : {"plan.json", "findings.json", "report.html", "tables.csv", "tables.txt",
+                           "tables.md", "tables.tex"})
+    paths.push_back(folder / name);
+  return paths;
+}
 
 core::Status run_study(StudyArguments arguments, int& exit_code) {
   if (static_cast<int>(arguments.plan) + static_cast<int>(arguments.job.has_value()) +

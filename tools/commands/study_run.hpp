@@ -4,12 +4,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/files.hpp"
 #include "core/result.hpp"
 #include "core/temporary_folder.hpp"
 #include "record/load.hpp"
@@ -57,6 +59,13 @@ void add_study_run_options(CLI::App& command, StudyArguments& arguments);
 inline const std::vector<std::string> kStudyInputs = {
     "--train",       "--test",          "--train-loaded", "--test-loaded",
     "--test-homing", "--train-rehomed", "--profile"};
+
+/// True for a folder in which a study or a comparison has finished a job.
+bool has_results(const std::filesystem::path& folder);
+/// --out, where a study was planned or run before.
+cli::Paths folder_of_study(const CLI::App& command);
+/// What lies in --out at the end, beside the results.
+cli::Paths files_of_study(const CLI::App& command);
 
 /// Plans, runs and collects, as the arguments ask.
 core::Status run_study(StudyArguments arguments, int& exit_code);

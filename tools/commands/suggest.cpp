@@ -17,6 +17,7 @@
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
 #include "core/constants.hpp"
+#include "core/terminal.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/report/write_report.hpp"
 #include "diagnose/track/input.hpp"
@@ -34,7 +35,6 @@ struct SuggestArguments {
   std::string plant;
   record::LoadOptions load;
   std::string out;
-  bool force = false;
   int repetitions = 3;
   int tried = 2;
   std::uint64_t seed = 1;
@@ -118,7 +118,7 @@ core::Status write_motions(const SuggestArguments& arguments, std::vector<Entry>
     Entry& e = entries[i];
     if (e.motion.t_s.empty()) continue;
     e.file = fs::path(arguments.out) / fmt::format("{:02}_{}.csv", i + 1, e.suggestion.ids.front());
-    RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(e.motion, e.file, arguments.force));
+    RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(e.motion, e.file));
   }
   return {};
 }
@@ -181,12 +181,12 @@ core::Result<Advice> advice_of(const SuggestArguments& arguments, const Diagnosi
 void print_power(const Entry& entry) {
   const experiment::PredictedPower& p = *entry.power;
   if (p.with_effect) {
-    fmt::print(
+    core::say(
         "   on the twin: told apart in {} of {} such recordings; named although absent in {} of "
         "{}; expected information {:.2f} bits\n",
         p.parted, p.repetitions, p.named_anyway, p.repetitions, entry.bits);
   } else {
-    fmt::print("   on the twin: testable in {} of {} such recordings\n", p.testable, p.repetitions);
+    core::say("   on the twin: testable in {} of {} such recordings\n", p.testable, p.repetitions);
   }
 }
 
@@ -221,22 +221,22 @@ void print_json(const Advice& advice) {
     if (!e.file.empty()) one["trajectory"] = e.file.string();
     json["suggestions"].push_back(std::move(one));
   }
-  fmt::print("{}\n", json.dump(2));
+  core::say("{}\n", json.dump(2));
 }
 
 void print(const Advice& advice) {
   for (std::size_t i = 0; i < advice.entries.size(); ++i) {
     const Entry& e = advice.entries[i];
-    fmt::print("{}. {} ({:.0f} min)\n   {}\n", i + 1, e.suggestion.experiment, e.suggestion.minutes,
-               e.suggestion.why);
+    core::say("{}. {} ({:.0f} min)\n   {}\n", i + 1, e.suggestion.experiment, e.suggestion.minutes,
+              e.suggestion.why);
     if (e.power) print_power(e);
     if (!e.file.empty())
-      fmt::print("   {}: for `ravencal simulate` and, of a RAVEN arm, `ravencal run`\n",
-                 e.file.string());
+      core::say("   {}: for `ravencal simulate` and, of a RAVEN arm, `ravencal run`\n",
+                e.file.string());
   }
   if (advice.explored.empty()) return;
-  fmt::print("The diagnosed recordings reached, and the trajectories stay within:\n");
-  for (const diagnose::Explored& e : advice.explored) fmt::print("   {}\n", reach_of(e));
+  core::say("The diagnosed recordings reached, and the trajectories stay within:\n");
+  for (const diagnose::Explored& e : advice.explored) core::say("   {}\n", reach_of(e));
 }
 
 core::Status run(const SuggestArguments& arguments) {
@@ -253,12 +253,12 @@ core::Status run(const SuggestArguments& arguments) {
     return {};
   }
   if (advice.entries.empty()) {
-    fmt::print("Nothing is left to tell apart or to test: no further recording would help.\n");
+    core::say("Nothing is left to tell apart or to test: no further recording would help.\n");
     return {};
   }
   print(advice);
   if (diagnosis.nominal && arguments.tried > 0 && !diagnosis.improved) {
-    fmt::print(
+    core::say(
         "How likely these answer was not predicted: there is no plant_improved.toml beside {}.\n",
         arguments.source);
   }
@@ -289,11 +289,12 @@ void add_suggest(CLI::App& app, int& exit_code) {
                       "Folder for the suggested motions as trajectories of all joints, within the "
                       "positions and speeds of the diagnosed recordings and [joint.limits]; needs "
                       "--plant");
-  command->add_flag("--force", arguments->force, "Replace trajectories that exist");
   command->add_flag("--json", arguments->json, "Print the suggestions as JSON");
   command->footer(
       "Example: ravencal suggest diagnosis --plant tools/plants/raven2.toml --out next");
-  on_call(*command, exit_code, {}, [arguments] {
+  const FileOptions files = {
+      .read = {"source", "--plant", "--profile"}, .folders = {"--out"}, .together = true};
+  on_call(*command, exit_code, files, [arguments] {
     if (fs::is_directory(arguments->source)) arguments->source += "/report.json";
     return run(*arguments);
   });

@@ -22,6 +22,7 @@
 #include "commands/origin_options.hpp"
 #include "commands/same_seed_option.hpp"
 #include "commands/session_option.hpp"
+#include "core/terminal.hpp"
 #include "exchange/load.hpp"
 #include "learn/calibration_report.hpp"
 #include "learn/distinct.hpp"
@@ -91,11 +92,6 @@ core::Status complete(TrainArguments& arguments) {
                       arguments.isa, learn::name_of(learn::best_isa())));
     arguments.train.trainer.isa = *isa;
   }
-  // A missing folder is an error now, not after an hour of training.
-  const std::filesystem::path folder = std::filesystem::absolute(arguments.out).parent_path();
-  if (!std::filesystem::is_directory(folder))
-    return core::Error{core::ErrorCode::kIo, fmt::format("--out {}: there is no folder {}",
-                                                         arguments.out, folder.string())};
   return {};
 }
 
@@ -125,7 +121,7 @@ core::Status write_report(const TrainArguments& arguments, const Trained& traine
   RAVENCAL_RETURN_IF_ERROR(report::write_html(
       learn::make_report(trained.model, evaluation, title, trained.epochs, trained.kept_epoch),
       arguments.report));
-  fmt::print("report: {}\n", arguments.report);
+  core::say("report: {}\n", arguments.report);
   return {};
 }
 
@@ -232,7 +228,7 @@ core::Status write_model(Trained& trained, const std::string& out) {
         fmt::format("{}: stopped early, so that the file stays as it was", out));
   trained.model.provenance["interrupted"] = trained.interruption;
   RAVENCAL_RETURN_IF_ERROR(learn::write_onnx(trained.model, out));
-  fmt::print("interrupted: {} holds {}\n", out, trained.interruption);
+  core::say("interrupted: {} holds {}\n", out, trained.interruption);
   return {};
 }
 
@@ -267,12 +263,12 @@ core::Status run(TrainArguments arguments) {
                             learn::evaluate(trained.model, pointers_to(shown)));
   evaluation.shared = shared;
   print_warnings(learn::warnings_of(evaluation));
-  fmt::print("{}{}: {} features, {} rows; {}:\n{}{}", trained.course, arguments.out,
-             trained.model.features.size(), trained.rows, title,
-             learn::evaluation_table(evaluation), learn::expectation_table(evaluation, false));
+  core::say("{}{}: {} features, {} rows; {}:\n{}{}", trained.course, arguments.out,
+            trained.model.features.size(), trained.rows, title, learn::evaluation_table(evaluation),
+            learn::expectation_table(evaluation, false));
   print_origin(trained.model);
-  fmt::print("{}", model::loop_text(trained.model));
-  if (margins) fmt::print("{}", loop::describe(*margins));
+  core::say("{}", model::loop_text(trained.model));
+  if (margins) core::say("{}", loop::describe(*margins));
   if (arguments.report.empty()) return {};
   return write_report(arguments, trained, evaluation, title);
 }
@@ -388,7 +384,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "raven2.toml --out arm.onnx");
   on_call(*command, exit_code,
           {.read = {"recordings", "--validate", "--physics", "--plant", "--profile"},
-           .written = {"--out", "--report"}},
+           .written = {"--out", "--report"},
+           .together = true},
           [arguments, command]() -> core::Status {
             RAVENCAL_ASSIGN_OR_RETURN(arguments->method, method_of(*command, arguments->method));
             arguments->train.origin = given_origin(*command, arguments->origin);

@@ -11,6 +11,7 @@
 
 #include "commands/command.hpp"
 #include "commands/commands.hpp"
+#include "core/terminal.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -24,7 +25,6 @@ struct Options {
   double duration_s = 600.0;
   double pace = 1.0;
   std::uint64_t seed = 1;
-  bool force = false;
   bool json = false;
 };
 
@@ -43,16 +43,16 @@ core::Result<int> divisions_from(std::string_view text) {
 }
 
 core::Status save(const trajectory::Trajectory& made, const Options& options) {
-  RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(made, options.out, options.force));
+  RAVENCAL_RETURN_IF_ERROR(trajectory::write_csv(made, options.out));
   if (options.json) {
     const nlohmann::json summary = {{"file", options.out},
                                     {"samples", made.t_s.size()},
                                     {"duration_s", made.duration_s()},
                                     {"rate_hz", trajectory::kSampleRateHz}};
-    fmt::print("{}\n", summary.dump());
+    core::say("{}\n", summary.dump());
   } else {
-    fmt::print("{}: {:.1f} s, {} samples at {:.0f} Hz\n", options.out, made.duration_s(),
-               made.t_s.size(), trajectory::kSampleRateHz);
+    core::say("{}: {:.1f} s, {} samples at {:.0f} Hz\n", options.out, made.duration_s(),
+              made.t_s.size(), trajectory::kSampleRateHz);
   }
   return {};
 }
@@ -101,7 +101,6 @@ void add_common(CLI::App& command, Options& options) {
   command
       .add_option("--pace", options.pace, "Times the authors' speeds, or those of [joint.limits]")
       ->capture_default_str();
-  command.add_flag("--force", options.force, "Replace an existing file");
   command.add_flag("--json", options.json, "Print the summary as JSON");
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/outputs.hpp"
 #include "core/run_tasks.hpp"
 #include "core/version.hpp"
 #include "simulation/session.hpp"
@@ -136,6 +137,7 @@ core::Result<bool> record(const physics::Plant& plant, const Wanted& wanted, dou
   session.trajectory_name = fs::path(wanted.path).stem().string();
   session.overwrite = true;
   const std::string part = wanted.path + ".part.db";
+  core::may_renew(part);  // of a run that was killed
   RAVENCAL_ASSIGN_OR_RETURN(const simulation::SessionSummary summary,
                             simulation::record_session(robot, motion, part, session, progress));
   std::error_code error;

@@ -3,6 +3,8 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdlib>
@@ -50,6 +52,13 @@ ravencal_config Library::default_config(std::string_view arm) const {
   config.arm =
       static_cast<std::uint32_t>(known);  // rt_plugin/admission.cpp asserts that both agree
   return config;
+}
+
+bool is_without_telemetry(const ravencal_config& config) {
+  struct stat named = {};
+  const std::string path = std::string("/dev/shm") + config.telemetry_name;
+  return config.telemetry_name[0] != '\0' && ::stat(path.c_str(), &named) == 0 &&
+         named.st_uid != 0 && named.st_uid != ::geteuid();
 }
 
 namespace {

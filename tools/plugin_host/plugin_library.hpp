@@ -58,6 +58,9 @@ class Instance {
   std::unique_ptr<ravencal_instance, Destroy> instance_;
 };
 
+/// Whether another user than root has the name of the telemetry, so that the plugin writes none.
+bool is_without_telemetry(const ravencal_config& config);
+
 /// "AVX-512" for RAVENCAL_ISA_AVX512 and so on.
 std::string isa_name(std::uint32_t isa);
 /// "f32", "bf16" or "int8", of RAVENCAL_PRECISION_*.

@@ -108,15 +108,6 @@ struct ArmRun::Impl {
     if (any) weight = through.transpose() * links->held(through * q, VectorXd::Zero(count));
   }
 
-  /// What joint j's servo asks for of its state, were its velocity at the end of the step zero: the
-  /// rest of the damping acts on that velocity, so that stiff servos stay stable at any step.
-  [[nodiscard]] double asked_ahead(Index j, double wanted, double wanted_velocity) const {
-    const ArmServo& servo = servos[static_cast<std::size_t>(j)];
-    const double held = servo.holds_weight ? weight[j] : 0.0;
-    return held + servo.law.position * (wanted - state(j).position) -
-           0.5 * servo.law.rate * state(j).velocity + servo.law.desired_rate * wanted_velocity;
-  }
-
   /// The greatest effort that joint j is given; 0: any.
   [[nodiscard]] double limit_of(Index j) const {
     const double drive = limits[static_cast<std::size_t>(j)];
@@ -129,7 +120,12 @@ struct ArmRun::Impl {
   void solve(const VectorXd& wanted, const VectorXd& wanted_velocity, VectorXd& ends) {
     std::vector<char> clipped(static_cast<std::size_t>(count), 0);
     VectorXd ahead(count), push(count), drag(count);
-    for (Index j = 0; j < count; ++j) ahead[j] = asked_ahead(j, wanted[j], wanted_velocity[j]);
+    for (Index j = 0; j < count; ++j) {
+      const ArmServo& servo = servos[static_cast<std::size_t>(j)];
+      ahead[j] = servo.law.effort_ahead(wanted[j] - state(j).position, state(j).velocity,
+                                        wanted_velocity[j]);
+      if (servo.holds_weight) ahead[j] += weight[j];
+    }
     for (Index pass = 0; pass <= count; ++pass) {
       for (Index j = 0; j < count; ++j) {
         const auto place = static_cast<std::size_t>(j);
@@ -138,7 +134,7 @@ struct ArmRun::Impl {
         push[j] = p;
         drag[j] = d;
         if (clipped[place] == 0)
-          drag[j] += 0.5 * (1.0 + of(j).torque_ratio) * servos[place].law.rate;
+          drag[j] += (1.0 + of(j).torque_ratio) * servos[place].law.half_rate();
       }
       factors.compute(mass + MatrixXd((dt_s * drag).asDiagonal()));
       ends = factors.solve(mass * velocities() + dt_s * push);
@@ -146,7 +142,7 @@ struct ArmRun::Impl {
       for (Index j = 0; j < count; ++j) {
         const auto place = static_cast<std::size_t>(j);
         if (clipped[place] != 0) continue;
-        asked[j] = ahead[j] - 0.5 * servos[place].law.rate * ends[j];
+        asked[j] = ahead[j] - servos[place].law.half_rate() * ends[j];
         const double limit = limit_of(j);
         if (!(limit > 0.0) || !(std::abs(asked[j]) > limit)) continue;
         asked[j] = std::copysign(limit, asked[j]);

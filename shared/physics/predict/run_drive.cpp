@@ -42,13 +42,11 @@ Asked step_under_law(const RunningDrive& drive, const DriveSignals& signals, con
           : 0.0;
   const double held = drive.load.at(state.position, step.row);
   const DriveState<double> before = state;
-  const double half_rate = 0.5 * drive.law->rate;
-  const double without_next = drive.law->position * (wanted - before.position) -
-                              half_rate * before.velocity +
-                              drive.law->desired_rate * wanted_velocity;
-  step_drive(drive.numbers, without_next, held, step.dt_s, state, half_rate);
+  const double ahead =
+      drive.law->effort_ahead(wanted - before.position, before.velocity, wanted_velocity);
+  step_drive(drive.numbers, ahead, held, step.dt_s, state, drive.law->half_rate());
   Asked asked{0.0, 0.5 * (before.velocity + state.velocity)};
-  const double effort = without_next - half_rate * state.velocity;
+  const double effort = ahead - drive.law->half_rate() * state.velocity;
   asked.effort = off ? 0.0 : drive.limited(drive.law->limited(effort));
   if (asked.effort == effort) return asked;
   state = before;
@@ -98,15 +96,17 @@ Index run_drive(const RunningDrive& drive, const DriveSignals& signals, Index fi
     out.velocity[i] = state.velocity;
     if (i + 1 == signals.t_s.size()) break;
     const double dt_s = signals.t_s[i + 1] - signals.t_s[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / drive.longest_step_s - 1e-6)));
-    for (int k = 0; k < steps; ++k) {
-      const Substep step{i, static_cast<double>(k), static_cast<double>(steps), dt_s / steps};
+    const double steps = std::max(1.0, std::ceil(dt_s / drive.longest_step_s - 1e-6));
+    // Nobody asks where the last row's step leads; behind it may be a gap of a day.
+    const double taken = i + 1 < last ? steps : 1.0;
+    for (double k = 0.0; k < taken; ++k) {
+      const Substep step{i, k, steps, dt_s / steps};
       if (!drive.law) {
         step_under_effort(drive, signals, step, state);
         continue;
       }
       const Asked asked = step_under_law(drive, signals, step, state);
-      if (k > 0) continue;
+      if (k > 0.0) continue;
       out.effort[i] = asked.effort;
       out.velocity[i] = asked.velocity;
     }

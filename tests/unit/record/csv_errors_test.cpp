@@ -42,6 +42,8 @@ TEST(WrongCsv, IsAnsweredWithFileLineColumnAndValue) {
        ":2: column 3 (truth.elbow): '-inf' is not a number" + kRemedy},
       {"overflow", kHeader + "0,1,1e999\n",
        ":2: column 3 (truth.elbow): '1e999' is not a number" + kRemedy},
+      {"beyond any sensor", kHeader + "0,1,2\n1,1e30,2\n2,3.4e38,2\n",
+       ": row 3: estimate.elbow is 5.93411945678072e+36, which no sensor measures; use --skip-bad"},
       {"half a number", kHeader + "0,1.2.3,1\n",
        ":2: column 2 (estimate.elbow): '1.2.3' is not a number" + kRemedy},
       {"empty field", kHeader + "0,,1\n",

@@ -73,6 +73,23 @@ TEST_F(HostileRecording, ReadsNoVirtualTable) {
   expect_refusal("sample is a virtual table");
 }
 
+TEST_F(HostileRecording, ReadsNothingThatIsComputed) {
+  const std::string tables = std::string(kMeta) + kChannel + kEvent;
+  make(tables +
+       "CREATE TABLE sample(t_ns INTEGER, x REAL AS (length(hex(zeroblob(1 << 24)))));"
+       "INSERT INTO sample(t_ns) VALUES(1),(2);");
+  expect_refusal("x of sample is a computed column");
+  std::filesystem::remove(path_);
+  make(tables + kSample + "CREATE TRIGGER t AFTER INSERT ON meta BEGIN SELECT 1; END;");
+  expect_refusal("t is a trigger");
+  std::filesystem::remove(path_);
+  make(tables + kSample + "CREATE VIEW of_all AS SELECT * FROM sample;");
+  expect_refusal("of_all is a view");
+  std::filesystem::remove(path_);
+  make(tables + kSample + "CREATE TABLE notes(text); CREATE INDEX by_time ON sample(t_ns);");
+  EXPECT_TRUE(read_recording(path_).ok()) << "what a user added to look into it";
+}
+
 TEST_F(HostileRecording, EndsWhereTheTreeOfATableLeadsBackIntoItself) {
   make(std::string(kMeta) + kChannel + kEvent +
        "CREATE TABLE sample(t_ns INTEGER, x REAL);"

@@ -164,19 +164,76 @@ TEST(RecordingWriter, NoRowOfAKilledWriterOutlivesTheFileThatReplacesIt) {
   whole.samples = SampleMatrix::Constant(1, 2, 3.0);
   const Scratch scratch;
   const auto path = scratch / "r.db";
-  for (const bool file_stays : {true, false}) {
-    ASSERT_GT(run_and_kill(path, std::chrono::milliseconds(200)).size(), 1U);
-    ASSERT_TRUE(std::filesystem::exists(path.string() + "-wal"));
-    if (!file_stays) std::filesystem::remove(path);
-    const core::Status written = write_recording(whole, path, file_stays);
-    ASSERT_TRUE(written.ok()) << written.error().message;
-    EXPECT_EQ(ask(path, "SELECT count(*) FROM sample"), "1");
-    const auto read = read_recording(path);
-    ASSERT_TRUE(read.ok()) << read.error().message;
-    EXPECT_EQ(read->t_ns, whole.t_ns);
-    EXPECT_EQ(scratch.file_count(), 1U);
-    std::filesystem::remove(path);
+  ASSERT_GT(run_and_kill(path, std::chrono::milliseconds(200)).size(), 1U);
+  ASSERT_TRUE(std::filesystem::exists(path.string() + "-wal"));
+  const core::Status written = write_recording(whole, path, true);
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  EXPECT_EQ(ask(path, "SELECT count(*) FROM sample"), "1");
+  const auto read = read_recording(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->t_ns, whole.t_ns);
+  EXPECT_EQ(scratch.file_count(), 1U);
+}
+
+TEST(UnfinishedRecording, SaysThatItsLogIsMissing) {
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  const auto reports = run_and_kill(path, std::chrono::milliseconds(200));
+  ASSERT_GT(reports.size(), 1U);
+  expect_flushed_rows(path, reports);
+  std::filesystem::remove(path.string() + "-shm");
+  std::filesystem::rename(path.string() + "-wal", path.string() + "-log");
+  const auto refused = read_recording(path);
+  ASSERT_FALSE(refused.ok()) << refused->rows() << " rows";
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
+  for (const char* words :
+       {"not finished", "r.db-wal is missing", "rows can be read", "--skip-bad"})
+    EXPECT_NE(refused.error().message.find(words), std::string::npos) << refused.error().message;
+  const auto rest = read_recording(path, {}, 0, true);
+  ASSERT_TRUE(rest.ok()) << rest.error().message;
+  ASSERT_EQ(rest->events.size(), 1U);
+  EXPECT_EQ(rest->events[0].kind, "drop");
+  std::filesystem::rename(path.string() + "-log", path.string() + "-wal");
+  expect_flushed_rows(path, reports);
+}
+
+TEST(UnfinishedRecording, IsFinishedByItsWriterAloneAndBeforeThatWasSaid) {
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  constexpr const char* kMark = "SELECT value FROM meta WHERE key = 'finished'";
+  {
+    auto writer = RecordingWriter::create(path, {}, two_channels());
+    ASSERT_TRUE(writer.ok()) << writer.error().message;
+    EXPECT_EQ(ask(path, kMark), "0");
+    EXPECT_TRUE(read_recording(path).ok()) << "while it is written";
+    ASSERT_TRUE(writer->finish().ok());
   }
+  EXPECT_EQ(ask(path, kMark), "1");
+  const auto read = read_recording(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_FALSE(read->meta.contains("finished"));
+  ASSERT_TRUE(write_recording(*read, scratch / "whole.db").ok());
+  EXPECT_EQ(ask(scratch / "whole.db", kMark), "1");
+  (void)ask(path, "DELETE FROM meta WHERE key = 'finished'");
+  EXPECT_TRUE(read_recording(path).ok()) << "as earlier versions wrote it";
+}
+
+TEST(UnfinishedRecording, ItsLogIsNeverRemovedWithoutIt) {
+  const Scratch scratch;
+  const auto path = scratch / "r.db";
+  const auto reports = run_and_kill(path, std::chrono::milliseconds(200));
+  ASSERT_GT(reports.size(), 1U);
+  std::filesystem::rename(path, scratch / "moved.db");
+  for (const bool overwrite : {false, true}) {
+    const core::Status whole = write_recording({}, path, overwrite);
+    ASSERT_FALSE(whole.ok());
+    EXPECT_EQ(whole.error().code, core::ErrorCode::kUsage);
+    EXPECT_NE(whole.error().message.find("r.db-wal"), std::string::npos) << whole.error().message;
+    EXPECT_FALSE(RecordingWriter::create(path, {}, two_channels(), overwrite).ok());
+    EXPECT_FALSE(settle_recording(path).ok());
+  }
+  std::filesystem::rename(scratch / "moved.db", path);
+  expect_flushed_rows(path, reports);
 }
 
 // How much a kill may cost is a matter of time, which no test on a shared machine can judge; it is

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <cmath>
+
+#include "record/load.hpp"
 #include "record/recording_reader.hpp"
 #include "record/recording_writer.hpp"
 #include "scratch.hpp"
@@ -89,6 +92,30 @@ TEST_P(RecordingReader, SeesTimeRunBackwardsWhereverItDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, RecordingReader, ::testing::Values(1U, 2U, 4U));
+
+TEST(LoadRecording, TakesNoValueThatNoSensorMeasures) {
+  const Scratch scratch;
+  const std::filesystem::path path = scratch / "odd.db";
+  write_numbered(path);
+  change(path, "UPDATE sample SET \"truth.elbow\" = 1e300 WHERE t_ns = 7000");
+  change(path, "UPDATE sample SET \"truth.elbow\" = -9e999 WHERE t_ns = 9000");
+  const auto refused = load_recording(path, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kData);
+  EXPECT_EQ(refused.error().message,
+            path.string() +
+                ": row 7: truth.elbow is 1e+300, which no sensor measures; use --skip-bad to read "
+                "it as missing");
+  LoadOptions skipping;
+  skipping.skip_bad = true;
+  const auto read = load_recording(path, skipping);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_EQ(read->events.size(), 2U);
+  EXPECT_EQ(read->events[1].kind, "drop");
+  EXPECT_EQ(read->events[1].t_ns, 9000);
+  for (Eigen::Index r = 0; r < kRows; ++r)
+    ASSERT_EQ(std::isnan(read->samples(r, 1)), r == 6 || r == 8) << r;
+}
 
 }  // namespace
 }  // namespace ravencal::record

@@ -100,7 +100,7 @@ class MadeFiles {
   int watch_;
 };
 
-// A signal removes these three; another file beside them would stay.
+// A signal removes the folder; what lies beside it would stay.
 TEST(RecordingWriter, MakesNoFileThatASignalWouldLeaveBehind) {
   const Scratch scratch;
   const MadeFiles made(scratch / "");
@@ -109,7 +109,7 @@ TEST(RecordingWriter, MakesNoFileThatASignalWouldLeaveBehind) {
   const double row[] = {1.0, 2.0};
   ASSERT_TRUE(writer->append(1, row).ok());
   ASSERT_TRUE(writer->finish().ok());
-  EXPECT_EQ(made.endings(), (std::set<std::string>{".partial", ".partial-wal", ".partial-shm"}));
+  EXPECT_EQ(made.endings(), (std::set<std::string>{".partial"}));
 }
 
 TEST(RecordingWriter, IsReadableWhileItWritesAndAfterTheSourceFallsSilent) {

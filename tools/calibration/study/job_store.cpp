@@ -6,6 +6,7 @@
 #include <exception>
 #include <nlohmann/json.hpp>
 
+#include "core/fnv1a.hpp"
 #include "core/json_text.hpp"
 #include "core/whole_file.hpp"
 
@@ -18,14 +19,9 @@ constexpr unsigned kJobSchema = 1;
 
 }  // namespace
 
-/// FNV-1a, 64 bits: names a description of a few hundred bytes; results carry it in full.
+/// Names a description of a few hundred bytes; results carry it in full.
 std::string key_of(std::string_view description) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : description) {
-    hash ^= static_cast<unsigned char>(c);
-    hash *= 0x100000001b3ULL;
-  }
-  return fmt::format("{:016x}", hash);
+  return fmt::format("{:016x}", core::fnv1a(description));
 }
 
 std::filesystem::path result_path(const std::filesystem::path& folder, std::string_view key) {

@@ -179,11 +179,13 @@ core::Status send_opened(hid_t file, const core::TakePiece& send) {
 
 core::Status send_content(const std::string& path, const core::TakePiece& send) {
   exchange::hdf5_quiet();
-  const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const Hdf5Handle file = exchange::hdf5_open(path.c_str());
   if (!file.ok()) {
     return core::data_error(
         fmt::format("{}: is not an HDF5 file; save the model by model.save(\"model.h5\")", path));
   }
+  if (!exchange::stands_alone(file))
+    return core::data_error(fmt::format("{}: {}", path, exchange::kLiesElsewhere));
   const core::Status sent = send_opened(file.get(), send);
   return sent.ok() ? sent : core::data_error(fmt::format("{}: {}", path, sent.error().message));
 }

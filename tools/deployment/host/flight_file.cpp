@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
 #include <memory>
 #include <string>
 
@@ -35,6 +36,13 @@ std::string line_of(const ravencal_tick& tick) {
 }
 
 }  // namespace
+
+bool is_flight(const std::filesystem::path& path) {
+  const std::string first = header();
+  std::string found(first.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  return file.read(found.data(), static_cast<std::streamsize>(found.size())) && found == first;
+}
 
 core::Result<std::uint64_t> write_flight(const plugin_host::Instance& plugin,
                                          const std::filesystem::path& path) {

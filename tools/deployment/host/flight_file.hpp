@@ -9,6 +9,9 @@
 
 namespace ravencal::host {
 
+/// True for a file that write_flight() wrote.
+bool is_flight(const std::filesystem::path& path);
+
 /// Writes the plugin's record of its last FAULT as CSV with a header in the form of the profile
 /// `generic`, one line per tick, oldest first. Returns how many FAULTs there were; without one, no
 /// file is written.

@@ -32,6 +32,8 @@ class RobotSource {
   [[nodiscard]] virtual std::string arm() const { return {}; }
   /// Control cycles that it can give.
   [[nodiscard]] virtual std::int64_t cycles() const = 0;
+  /// Time that no cycle stands for, since nothing is known of the robot then.
+  [[nodiscard]] virtual std::int64_t skipped_ns() const { return 0; }
   /// The robot where its motion begins, as published before the first cycle; `state.t_ns` is that
   /// of the first cycle.
   virtual void rest(ravencal_state& state) = 0;
@@ -53,8 +55,8 @@ core::Result<std::unique_ptr<RobotSource>> make_twin_source(
     const physics::Plant& plant, const trajectory::Trajectory& trajectory,
     const TwinSourceOptions& options);
 
-/// A recording with raven2 channels, each row held until the next. Refuses a recording without a
-/// channel that one of `features` needs.
+/// A recording with raven2 channels, each row held until the next, for a second at most: the rest
+/// of a gap is skipped. Refuses a recording without a channel that one of `features` needs.
 core::Result<std::unique_ptr<RobotSource>> make_recording_source(
     const record::Recording& recording, std::span<const model::FeatureSpec> features);
 

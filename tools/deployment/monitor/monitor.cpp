@@ -2,14 +2,16 @@
 #include "monitor/monitor.hpp"
 
 #include <fmt/format.h>
+#include <pwd.h>
 
+#include <charconv>
 #include <chrono>
-#include <cstdio>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/terminal.hpp"
 #include "monitor/screen.hpp"
 #include "monitor/stream.hpp"
 #include "monitor/telemetry_follower.hpp"
@@ -28,9 +30,20 @@ constexpr std::chrono::milliseconds kPollPeriod{20};
 constexpr std::size_t kStateLine = 2;
 constexpr double kLogRateHz = 1.0;
 
-core::Result<std::string> choose_name(const std::string& wanted) {
+core::Result<std::optional<std::uint32_t>> trusted_user(const std::string& word) {
+  if (word.empty()) return std::optional<std::uint32_t>();
+  if (const passwd* const known = ::getpwnam(word.c_str())) return std::optional(known->pw_uid);
+  std::uint32_t number = 0;
+  const char* const end = word.data() + word.size();
+  const auto read = std::from_chars(word.data(), end, number);
+  if (read.ec == std::errc() && read.ptr == end) return std::optional(number);
+  return core::usage_error(fmt::format("--user {}: there is no such user", word));
+}
+
+core::Result<std::string> choose_name(const std::string& wanted,
+                                      std::optional<std::uint32_t> user) {
   if (!wanted.empty()) return wanted;
-  const std::vector<std::string> names = telemetry_names();
+  const std::vector<std::string> names = telemetry_names(user);
   if (names.size() == 1) return names[0];
   if (names.empty()) {
     return core::Error{core::ErrorCode::kIo,
@@ -85,7 +98,7 @@ class Session {
       recording_.emplace(std::move(made));
     }
     if (options_.json) {
-      print(event_json("attached", follower_.reader()));
+      core::say("{}", event_json("attached", follower_.reader()));
     } else if (is_terminal()) {
       screen_.emplace();
     }
@@ -106,8 +119,8 @@ class Session {
     if (recording_) RAVENCAL_RETURN_IF_ERROR(recording_->append(change, follower_.reader()));
     if (options_.json) {
       // The last tick before the end, and only then the end.
-      if (change != Change::kAttached) print(tick_json(watch_));
-      print(event_json(event_name(change), follower_.reader()));
+      if (change != Change::kAttached) core::say("{}", tick_json(watch_));
+      core::say("{}", event_json(event_name(change), follower_.reader()));
     } else if (!screen_) {
       show();
     }
@@ -118,7 +131,7 @@ class Session {
     const bool alive = follower_.writer() == Writer::kAlive;
     if (alive && !watch_.is_current()) return;
     if (options_.json) {
-      if (alive) print(tick_json(watch_));
+      if (alive) core::say("{}", tick_json(watch_));
       return;
     }
     surroundings_.notice = notice_of(follower_, watch_);
@@ -129,15 +142,15 @@ class Session {
     if (screen_) {
       screen_->draw(draw(watch_, follower_.reader(), surroundings_), kStateLine);
     } else {
-      print(draw_line(watch_, surroundings_) + "\n");
+      core::say("{}\n", draw_line(watch_, surroundings_));
     }
   }
 
   [[nodiscard]] double show_rate_hz() const {
     return options_.json || screen_ ? options_.rate_hz : kLogRateHz;
   }
-  /// Nobody reads standard output any more.
-  [[nodiscard]] bool is_unheard() const { return unheard_; }
+  /// Nobody reads standard output any more, and nothing is recorded.
+  [[nodiscard]] bool is_in_vain() const { return !recording_ && core::unsaid().reader_left; }
 
   core::Result<Outcome> finish() {
     screen_.reset();
@@ -151,11 +164,6 @@ class Session {
   }
 
  private:
-  void print(const std::string& text) {
-    const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
-    unheard_ = unheard_ || !written;
-  }
-
   const Options& options_;
   TelemetryFollower follower_;
   std::optional<TickRecording> recording_;
@@ -163,14 +171,14 @@ class Session {
   Watch watch_;
   Surroundings surroundings_;
   std::vector<NumberedTick> ticks_;
-  bool unheard_ = false;
 };
 
 }  // namespace
 
 core::Result<Outcome> run(const Options& options, const std::function<bool()>& keep_going) {
-  RAVENCAL_ASSIGN_OR_RETURN(const std::string name, choose_name(options.name));
-  RAVENCAL_ASSIGN_OR_RETURN(TelemetryReader reader, TelemetryReader::open(name));
+  RAVENCAL_ASSIGN_OR_RETURN(const auto user, trusted_user(options.user));
+  RAVENCAL_ASSIGN_OR_RETURN(const std::string name, choose_name(options.name, user));
+  RAVENCAL_ASSIGN_OR_RETURN(TelemetryReader reader, TelemetryReader::open(name, user));
   Session session(options, std::move(reader));
   RAVENCAL_RETURN_IF_ERROR(session.open());
   const auto start = Clock::now();
@@ -178,7 +186,7 @@ core::Result<Outcome> run(const Options& options, const std::function<bool()>& k
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
   double next_show_s = 0.0;
-  while (keep_going() && !session.is_unheard() &&
+  while (keep_going() && !session.is_in_vain() &&
          (options.duration_s <= 0.0 || elapsed_s() < options.duration_s)) {
     RAVENCAL_RETURN_IF_ERROR(session.poll());
     if (elapsed_s() >= next_show_s) {

@@ -12,8 +12,9 @@
 namespace ravencal::monitor {
 
 struct Options {
-  std::string name;       ///< of the telemetry; empty: the only one there is
-  bool json = false;      ///< a stream for programs instead of a picture
+  std::string name;   ///< of the telemetry; empty: the only one there is
+  std::string user;   ///< whose telemetry is trusted besides root's and one's own, name or number
+  bool json = false;  ///< a stream for programs instead of a picture
   double rate_hz = 10.0;  ///< pictures or JSON lines per second
   double duration_s = 0;  ///< 0: without end
   std::string recording;  ///< path of a recording of every tick; empty: none

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "core/terminal.hpp"
 #include "monitor/view.hpp"
 
 namespace ravencal::monitor {
@@ -22,13 +23,7 @@ constexpr std::string_view kClearBelow = "\x1b[J";
 constexpr std::string_view kBold = "\x1b[1m";
 constexpr std::string_view kPlain = "\x1b[0m";
 
-void put(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(STDOUT_FILENO, bytes.data(), bytes.size());
-    if (count <= 0) return;
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-}
+void put(std::string_view bytes) { core::draw(STDOUT_FILENO, bytes); }
 
 winsize terminal_size() {
   winsize size{};
@@ -50,7 +45,7 @@ void Screen::draw(const std::vector<std::string>& lines, std::size_t emphasised)
   std::string picture(kHome);
   for (std::size_t i = 0; i < count; ++i) {
     if (i == emphasised) picture += kBold;
-    picture += clip(lines[i], size.ws_col);
+    picture += clip(core::printable(lines[i]), size.ws_col);
     if (i == emphasised) picture += kPlain;
     picture += kClearRestOfLine;
     if (i + 1 < count) picture += "\r\n";

@@ -14,7 +14,7 @@ Change TelemetryFollower::poll(std::vector<NumberedTick>& ticks) {
     return writer_ == Writer::kEnded ? Change::kEnded : Change::kGone;
   }
   if (!reader_.is_replaced()) return Change::kNone;
-  core::Result<TelemetryReader> next = TelemetryReader::open(reader_.name());
+  core::Result<TelemetryReader> next = TelemetryReader::open(reader_.name(), reader_.owner_uid());
   if (!next.ok()) return Change::kNone;
   reader_ = std::move(next).value();
   writer_ = Writer::kAlive;

@@ -57,6 +57,17 @@ bool is_telemetry(const Label& label) {
   return std::string_view(label.magic, sizeof label.magic) == kMagic;
 }
 
+/// Anybody may make a file in that folder.
+bool is_trusted(uid_t owner, std::optional<std::uint32_t> user) {
+  return owner == 0 || owner == ::geteuid() || owner == user;
+}
+
+bool is_trusted(const File& file, std::optional<std::uint32_t> user) {
+  struct stat status {};
+  return file.descriptor >= 0 && ::fstat(file.descriptor, &status) == 0 &&
+         is_trusted(status.st_uid, user);
+}
+
 /// The writer's lock ends with its process. A shared lock disturbs nobody: who wants to replace
 /// what a dead writer left asks again for a while.
 bool writer_holds(const File& file) {
@@ -105,7 +116,8 @@ struct TelemetryReader::Segment {
   uid_t owner = 0;
 };
 
-core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
+core::Result<TelemetryReader> TelemetryReader::open(const std::string& name,
+                                                    std::optional<std::uint32_t> user) {
   if (name.size() < 2 || name[0] != '/' || name[1] == '.' || name.find('/', 1) != name.npos) {
     return core::Error{
         core::ErrorCode::kUsage,
@@ -124,6 +136,12 @@ core::Result<TelemetryReader> TelemetryReader::open(const std::string& name) {
   }
   segment->inode = status.st_ino;
   segment->owner = status.st_uid;
+  if (!is_trusted(status.st_uid, user)) {
+    return core::io_error(fmt::format(
+        "{}: belongs to another user ({}), neither to you nor to root; --user {} watches "
+        "it if you trust that user, and a controller of yours needs another name",
+        name, status.st_uid, status.st_uid));
+  }
   const Label& label = segment->label;
   if (!S_ISREG(status.st_mode) || !is_telemetry(label)) {
     return data_error(name, "is shared memory of something else");
@@ -217,7 +235,7 @@ std::string TelemetryReader::plugin_version() const {
   return {text, ::strnlen(text, sizeof label().plugin_version)};
 }
 
-std::vector<std::string> telemetry_names() {
+std::vector<std::string> telemetry_names(std::optional<std::uint32_t> user) {
   std::vector<std::string> names;
   std::error_code unreadable;
   for (const auto& entry : std::filesystem::directory_iterator(kFolder, unreadable)) {
@@ -225,7 +243,8 @@ std::vector<std::string> telemetry_names() {
     std::error_code vanished;
     if (file.starts_with('.') || !entry.is_regular_file(vanished)) continue;
     const File opened(entry.path().string());
-    if (is_telemetry(read_label(opened)) && writer_holds(opened)) names.push_back("/" + file);
+    if (is_trusted(opened, user) && is_telemetry(read_label(opened)) && writer_holds(opened))
+      names.push_back("/" + file);
   }
   std::sort(names.begin(), names.end());
   return names;

@@ -38,10 +38,12 @@ enum class Writer {
 
 class TelemetryReader {
  public:
-  /// `name`: as config.telemetry_name, e.g. "/ravencal-left". Errors: kUsage for what is not a
-  /// name, kIo if it cannot be opened or its writer is gone, kData if it is not telemetry of this
-  /// version.
-  static core::Result<TelemetryReader> open(const std::string& name);
+  /// `name`: as config.telemetry_name, e.g. "/ravencal-left". What root and this process's user
+  /// write is trusted, and what `user` does. Errors: kUsage for what is not a name, kIo if it
+  /// cannot be opened, its writer is gone or it is another user's, kData if it is not telemetry of
+  /// this version.
+  static core::Result<TelemetryReader> open(const std::string& name,
+                                            std::optional<std::uint32_t> user = {});
 
   /// Appends every whole tick that has come since the last call, oldest first, at most the last two
   /// seconds. Bounded time, whatever the writer does.
@@ -80,7 +82,8 @@ class TelemetryReader {
   std::uint64_t next_ = 0;
 };
 
-/// Names of all telemetry on this machine whose writer lives, "/ravencal-left" and so on, in order.
-std::vector<std::string> telemetry_names();
+/// Names of all telemetry on this machine whose writer lives and is trusted
+/// (TelemetryReader::open), "/ravencal-left" and so on, in order.
+std::vector<std::string> telemetry_names(std::optional<std::uint32_t> user = {});
 
 }  // namespace ravencal::monitor

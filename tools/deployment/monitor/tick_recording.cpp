@@ -76,7 +76,7 @@ core::Result<TickRecording> TickRecording::create(const std::filesystem::path& p
       {"writer_start_realtime_ns", fmt::format("{}", reader.start_realtime_ns())},
       {"tick_ns", fmt::format("{}", reader.tick_ns())}};
   RAVENCAL_ASSIGN_OR_RETURN(record::RecordingWriter writer,
-                            record::RecordingWriter::create(path, meta, make_channels()));
+                            record::RecordingWriter::create(path, meta, make_channels(), true));
   return TickRecording(std::move(writer));
 }
 

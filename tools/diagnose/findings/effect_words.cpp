@@ -257,7 +257,7 @@ constexpr std::array<EffectWords, 36> kVocabulary = {{
      .stage = kDrive,
      .origin = Origin::kUnnamed,
      .own_sentence = "the mismatch is real, and no effect of the vocabulary explains it",
-     .separate_by = "vary one circumstance at a time"},
+     .separate_by = "repeat the same motion twice: what does not repeat is noise"},
 }};
 
 }  // namespace

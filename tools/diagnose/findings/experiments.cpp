@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "diagnose/findings/words.hpp"
 
@@ -12,7 +14,7 @@ namespace ravencal::diagnose {
 namespace {
 
 /// After MISMATCH's menu of separating experiments.
-constexpr std::array<Experiment, 11> kMenu = {{
+constexpr std::array<Experiment, 12> kMenu = {{
     {Probe::kLoaded, "repeat the same motion with 500 g on the tool", 4, Exercise::kLoaded},
     {Probe::kSpeeds, "repeat the same motion at a third and at three times the speed", 6,
      Exercise::kSpeeds},
@@ -30,6 +32,17 @@ constexpr std::array<Experiment, 11> kMenu = {{
      Exercise::kWholeRange},
     {Probe::kPulses, "torque pulses and fast stops, recorded at 1 kHz", 3},
     {Probe::kWeighed, "weigh the tool and check the plant's masses and drive constants", 2},
+    {Probe::kNone, "repeat the same motion twice: what does not repeat is noise", 5},
+}};
+
+/// What changes a circumstance that shapes without a name depend on (vocabulary/shapes.cpp). A
+/// warm-up and a drift have both time and another circumstance, so that time is looked for first.
+constexpr std::array<std::pair<std::string_view, Probe>, 5> kChanges = {{
+    {"time", Probe::kWarm},
+    {"position", Probe::kWholeRange},
+    {"speed", Probe::kSpeeds},
+    {"load", Probe::kLoaded},
+    {"effort", Probe::kLoaded},
 }};
 
 /// The cheapest of the menu that is `wanted`.
@@ -54,6 +67,17 @@ const Experiment* cheapest_parting(std::string_view id, std::string_view rival) 
 
 const Experiment* cheapest_test(std::string_view id) {
   return cheapest([&](const Experiment& e) { return answers(id, e); });
+}
+
+const Experiment& experiment_over(std::string_view circumstance) {
+  Probe probe = Probe::kNone;
+  for (const auto& [word, changes] : kChanges) {
+    if (circumstance.find(word) == std::string_view::npos) continue;
+    probe = changes;
+    break;
+  }
+  return *std::find_if(kMenu.begin(), kMenu.end(),
+                       [&](const Experiment& e) { return e.probe == probe; });
 }
 
 std::string experiment_that_parts(std::string_view id, const std::vector<std::string>& rivals) {

@@ -38,6 +38,9 @@ const Experiment* cheapest_parting(std::string_view id, std::string_view rival);
 /// The cheapest one that the effect answers to; null where the menu has none.
 const Experiment* cheapest_test(std::string_view id);
 
+/// The one that changes what a shape without a name depends on; a repetition where that is unknown.
+const Experiment& experiment_over(std::string_view circumstance);
+
 /// What parts the effect from all its rivals, in words; the effect's own experiment where the menu
 /// parts it from none of them.
 std::string experiment_that_parts(std::string_view id, const std::vector<std::string>& rivals);

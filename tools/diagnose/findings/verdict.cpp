@@ -2,6 +2,7 @@
 #include "diagnose/findings/verdict.hpp"
 
 #include "core/units.hpp"
+#include "diagnose/findings/experiments.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/words.hpp"
 
@@ -67,9 +68,8 @@ void add_unknown(Report& report) {
     effect.unit = u.unit;
     effect.size = u.size;
     effect.p_value = std::numeric_limits<double>::quiet_NaN();  // a floor has no chance
-    effect.separate_by = "vary one circumstance at a time";
-    if (!u.depends_on.empty())
-      effect.separate_by += fmt::format(": {}", fmt::join(u.depends_on, ", "));
+    effect.separate_by =
+        experiment_over(u.depends_on.empty() ? "" : u.depends_on.front()).experiment;
     if (const Mismatch* m = at_place_of(u, report.mismatch)) {
       effect.held_out_before = effect.held_out_after = std::hypot(m->excess_rmse, m->floor);
       effect.p_value = m->p_value;

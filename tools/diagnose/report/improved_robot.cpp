@@ -17,10 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+fs::path robot_path(const fs::path& plant_file, const fs::path& folder) {
+  return folder / ("robot_improved" + plant_file.extension().string());
+}
+
 std::optional<ImprovedRobot> improved_robot(Report& report, const fs::path& plant_file,
                                             const fs::path& folder) {
   if (!physics::is_robot_model(plant_file)) return std::nullopt;
-  const fs::path path = folder / ("robot_improved" + plant_file.extension().string());
+  const fs::path path = robot_path(plant_file, folder);
   const std::string name = path.filename().string();
   const auto note = [&report](const std::string& text) {
     report.verdict.text += " Note: " + text + ".";
@@ -39,18 +43,31 @@ std::optional<ImprovedRobot> improved_robot(Report& report, const fs::path& plan
 
 }  // namespace
 
+std::vector<fs::path> files_of(const fs::path& plant_file, const fs::path& folder) {
+  std::vector<fs::path> files = {folder / "report.json", folder / "report.html",
+                                 folder / "plant_improved.toml"};
+  if (!physics::is_robot_model(plant_file)) return files;
+  files.push_back(robot_path(plant_file, folder));
+  files.push_back(physics::callback_path(files.back()));
+  return files;
+}
+
 core::Result<std::optional<ImprovedRobot>> write_with_robot(Report& report,
                                                             const fs::path& plant_file,
                                                             const fs::path& folder) {
   std::optional<ImprovedRobot> robot = improved_robot(report, plant_file, folder);
-  RAVENCAL_RETURN_IF_ERROR(write_report(report, folder));
+  Texts texts;
   const bool beyond = std::any_of(report.effects.begin(), report.effects.end(),
                                   [](const NamedEffect& e) { return e.beyond_plants; });
   if (report.improved.hash != 0 && !beyond) {  // the given file's own
-    RAVENCAL_ASSIGN_OR_RETURN(const std::string given, core::read_whole_file(plant_file));
-    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "plant_improved.toml", given));
+    RAVENCAL_ASSIGN_OR_RETURN(texts["plant_improved.toml"], core::read_whole_file(plant_file));
   }
-  if (robot) RAVENCAL_RETURN_IF_ERROR(physics::save_robot(robot->written, robot->path));
+  if (robot) {
+    texts[robot->path.filename().string()] = robot->written.text;
+    if (!robot->written.callback.empty())
+      texts[physics::callback_path(robot->path).filename().string()] = robot->written.callback;
+  }
+  RAVENCAL_RETURN_IF_ERROR(write_report(report, folder, texts));
   return robot;
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "core/result.hpp"
 #include "diagnose/findings/findings.hpp"
@@ -17,6 +18,10 @@ struct ImprovedRobot {
   std::filesystem::path path;
   physics::WrittenRobot written;
 };
+
+/// All that write_with_robot may write.
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& plant_file,
+                                            const std::filesystem::path& folder);
 
 /// write_report, which writes a plant that stays as it was byte for byte, and, where `plant_file`
 /// is a robot model, robot_improved.xml or .urdf beside it; the verdict's text then says what that

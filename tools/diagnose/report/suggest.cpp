@@ -34,16 +34,16 @@ void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
   for (const Json& u : report.at("unexplained")) {
     const auto depends = u.at("depends_on").get<std::vector<std::string>>();
     const std::string joint = u.at("joint");
+    const Experiment& over = experiment_over(depends.empty() ? "" : depends.front());
     out.push_back({1,
                    joint,
-                   depends.empty()
-                       ? std::string("repeat the same motion twice: what does not repeat is noise")
-                       : fmt::format("vary {} alone, everything else held", depends.front()),
-                   5.0,
-                   fmt::format("joint {}, {}: {:.0f} % of the excess has no name", joint,
+                   std::string(over.experiment),
+                   over.minutes,
+                   fmt::format("joint {}, {}: {:.0f} % of the excess has no name{}", joint,
                                u.at("stage").get<std::string>(),
-                               100.0 * u.at("share_of_excess").get<double>()),
-                   Exercise::kNone,
+                               100.0 * u.at("share_of_excess").get<double>(),
+                               depends.empty() ? "" : "; it depends on " + depends.front()),
+                   over.motion,
                    {}});
   }
 }

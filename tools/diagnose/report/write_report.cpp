@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <system_error>
+#include <utility>
 
+#include "core/fnv1a.hpp"
 #include "core/whole_file.hpp"
 #include "diagnose/report/json.hpp"
 #include "physics/plant_writer.hpp"
@@ -18,6 +21,8 @@ extern const char ravencal_diagnose_page[], ravencal_diagnose_page_end[];
 
 namespace ravencal::diagnose {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// A comment has no control characters, and names are data.
 std::string comment(std::string text) {
@@ -35,12 +40,16 @@ std::string comment_for(const NamedEffect& e) {
   return comment(text);
 }
 
+/// Most of the text are series, a number a line: one column of indentation.
+std::string text_of(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string hash_of(const std::string& text) { return fmt::format("{:016x}", core::fnv1a(text)); }
+
 }  // namespace
 
-std::string report_json(const Report& report) {
-  // Most of the text are series, a number a line: one column of indentation.
-  return report_document(report).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string report_json(const Report& report) { return text_of(report_document(report)); }
 
 std::string report_html(const Report& report) {
   const std::string data =
@@ -59,15 +68,40 @@ std::string improved_text(const Report& report) {
   return text;
 }
 
-core::Status write_report(const Report& report, const std::filesystem::path& folder) {
+core::Status write_report(const Report& report, const fs::path& folder, const Texts& beside) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  fs::create_directories(folder, error);
   if (error) {
     return core::io_error(fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
   }
-  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.json", report_json(report)));
-  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.html", report_html(report)));
-  return core::write_whole_file(folder / "plant_improved.toml", improved_text(report));
+  Texts texts = beside;
+  texts.try_emplace("report.html", report_html(report));
+  texts.try_emplace("plant_improved.toml", improved_text(report));
+  Json json = report_document(report);
+  for (const auto& [name, text] : texts) json["files"][name] = hash_of(text);
+  RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / "report.json", text_of(json)));
+  for (const auto& [name, text] : texts)
+    RAVENCAL_RETURN_IF_ERROR(core::write_whole_file(folder / name, text));
+  return {};
+}
+
+std::vector<fs::path> own_files(const fs::path& folder) {
+  const fs::path report = folder / "report.json";
+  std::vector<fs::path> own;
+  const auto text_in = [](const fs::path& path) -> std::optional<std::string> {
+    std::error_code absent;
+    if (!fs::is_regular_file(fs::symlink_status(path, absent))) return std::nullopt;
+    auto text = core::read_whole_file(path);
+    return text.ok() ? std::optional(std::move(*text)) : std::nullopt;
+  };
+  const Json json = Json::parse(text_in(report).value_or(""), nullptr, false);
+  if (!json.is_object() || !json.contains("verdict") || !json.contains("files")) return {};
+  own.push_back(report);
+  for (const auto& [name, hash] : json["files"].items()) {
+    const std::optional<std::string> text = text_in(folder / fs::path(name).filename());
+    if (text && hash == hash_of(*text)) own.push_back(folder / fs::path(name).filename());
+  }
+  return own;
 }
 
 }  // namespace ravencal::diagnose

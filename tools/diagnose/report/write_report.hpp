@@ -4,7 +4,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "diagnose/findings/findings.hpp"
@@ -21,8 +23,17 @@ std::string report_html(const Report& report);
 /// could be read. Findings that no plant can hold stand in comments at its end.
 std::string improved_text(const Report& report);
 
+/// Texts of files, by their names.
+using Texts = std::map<std::string, std::string>;
+
 /// Writes report.json, report.html and plant_improved.toml into `folder`, which is made if absent,
-/// each through a partial file. Errors: something cannot be written (kIo).
-core::Status write_report(const Report& report, const std::filesystem::path& folder);
+/// and what else, or other, `beside` holds; report.json lists the others. Errors: something cannot
+/// be written (kIo); those of core::check_output.
+core::Status write_report(const Report& report, const std::filesystem::path& folder,
+                          const Texts& beside = {});
+
+/// What an earlier diagnosis wrote into `folder` and nobody changed since: report.json, and of
+/// those that it lists each that is still the same.
+std::vector<std::filesystem::path> own_files(const std::filesystem::path& folder);
 
 }  // namespace ravencal::diagnose

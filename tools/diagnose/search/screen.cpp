@@ -264,6 +264,7 @@ std::vector<Start> starts_of(const Model& model, const Vocabulary& vocabulary,
   for (std::size_t c = 0; c < vocabulary.candidates.size(); ++c) {
     const Candidate& candidate = vocabulary.candidates[c];
     if (model.chosen.contains(c) || candidate.opens) continue;
+    if (!vocabulary.may_stand(c, model.chosen)) continue;
     if (joint && candidate.joint != *joint) continue;
     for (std::size_t s = 0; s < candidate.start_count(); ++s) out.push_back({c, s});
   }
@@ -375,11 +376,15 @@ Model without(const Model& model, const Vocabulary& vocabulary, std::size_t chos
   out.judgement = {};
   out.chosen.erase(chosen);
   out.effects.erase(chosen);
-  if (!candidate.opens) return out;
-  Parameter& number = out.numbers[*candidate.opens];
-  const double x = number.x;
-  number = vocabulary.numbers[*candidate.opens];
-  number.x = number.bounded(x);
+  if (candidate.opens) {
+    Parameter& number = out.numbers[*candidate.opens];
+    const double x = number.x;
+    number = vocabulary.numbers[*candidate.opens];
+    number.x = number.bounded(x);
+  }
+  for (const std::size_t other : model.chosen)
+    if (out.chosen.contains(other) && !vocabulary.may_stand(other, out.chosen))
+      out = without(out, vocabulary, other);
   return out;
 }
 

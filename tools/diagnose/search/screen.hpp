@@ -50,7 +50,8 @@ std::vector<Resolution> resolutions(const Likelihood& likelihood, const Model& m
 /// most.
 void aim(Likelihood& training, Likelihood* held_out, const Model& model, Vocabulary& vocabulary);
 
-/// The model with the candidate at the hit's sizes; and without it.
+/// The model with the candidate at the hit's sizes; and without it and what cannot stand without
+/// it.
 Model with(const Model& model, const Vocabulary& vocabulary, const Hit& hit);
 Model without(const Model& model, const Vocabulary& vocabulary, std::size_t candidate);
 

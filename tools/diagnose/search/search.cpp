@@ -82,9 +82,9 @@ void Search::run(const std::function<bool()>& go_on) {
 /// names is out.
 bool Search::passes(const Key& key) {
   for (const std::size_t candidate : key) {
-    Key smaller = key;
-    smaller.erase(candidate);
-    if (!judged_.contains(smaller)) consider(without(judged_[key].model, vocabulary_, candidate));
+    Model less = without(judged_[key].model, vocabulary_, candidate);
+    const Key smaller = less.chosen;
+    if (!judged_.contains(smaller)) consider(std::move(less));
     const Model& with_it = judged_[key].model;
     const Model& without_it = judged_[smaller].model;
     const double likelier =
@@ -247,9 +247,9 @@ void Search::try_without(const Key& key) {
   const Model model = judged_[key].model;
   for (const std::size_t candidate : key) {
     if (!go_on_()) return;
-    Key smaller = key;
-    smaller.erase(candidate);
-    if (!judged_.contains(smaller)) consider(without(model, vocabulary_, candidate));
+    Model less = without(model, vocabulary_, candidate);
+    const Key smaller = less.chosen;
+    if (!judged_.contains(smaller)) consider(std::move(less));
     // Beside what was added later, and by the noise estimated since, it may explain too little.
     if (too_small(model, smaller, candidate)) judged_[key].too_small = true;
     if (smaller.empty()) continue;

@@ -54,10 +54,11 @@ class Effects {
       Parameter p = size("compliance", "compliance", 2e-3 * position / s_.load, Reaches::kCable);
       p.unit = unit_of("creep", "compliance", s_.prismatic);
       p.set = as_compliance(s_.joint);
-      add({p});
+      add_yielding(std::move(p));
     }
     stretch_by_loads();
-    if (lacks("backlash")) add({size("backlash", "half_width", 8e-4 * position, Reaches::kCable)});
+    if (lacks("backlash"))
+      add_yielding(size("backlash", "half_width", 8e-4 * position, Reaches::kCable));
     if (lacks("hysteresis") && !can_stretch()) loop("hysteresis", "half_loop", "");
     if (s_.tracking && lacks("coulomb_friction")) loop("coulomb_friction", "lag", "");
     if (lacks("hysteresis") && can_stretch()) {
@@ -82,13 +83,14 @@ class Effects {
   }
 
   void of_both() {
-    // Without a cable that yields, friction behind it is friction before it.
-    const bool told_apart = joint_.parameter("compliance", "stiffness") > 0.0 ||
-                            joint_.parameter("backlash", "half_width") > 0.0;
-    if (lacks("joint_friction") && told_apart)
-      add({size("joint_friction", "level", 0.2 * s_.load, Reaches::kCable)},
-          form("joint_friction", "presliding", kFormDeviation, Reaches::kCable),
-          {1e-4 * s_.position});
+    if (!lacks("joint_friction")) return;
+    // Where nothing yields, friction behind it is friction before it.
+    const bool yields = joint_.parameter("compliance", "stiffness") > 0.0 ||
+                        joint_.parameter("backlash", "half_width") > 0.0;
+    if (!yields && yielding_.empty()) return;
+    add({size("joint_friction", "level", 0.2 * s_.load, Reaches::kCable)},
+        form("joint_friction", "presliding", kFormDeviation, Reaches::kCable), {1e-4 * s_.position})
+        .behind = yields ? std::vector<std::size_t>{} : yielding_;
   }
 
   void of_effort() {
@@ -145,6 +147,12 @@ class Effects {
     p.deviation = deviation;
     p.step = 0.03;
     return p;
+  }
+
+  /// What lets the joint move while the drive stands.
+  void add_yielding(Parameter effect_size) {
+    yielding_.push_back(out_.size());
+    add({std::move(effect_size)});
   }
 
   Candidate& add(std::vector<Parameter> sizes) {
@@ -305,6 +313,7 @@ class Effects {
   const Scales& s_;
   std::size_t recordings_;
   std::vector<Candidate>& out_;
+  std::vector<std::size_t> yielding_{};  ///< places in out_
 };
 
 }  // namespace

@@ -15,6 +15,12 @@ void close_all(const std::vector<Candidate>& candidates, std::vector<Parameter>&
 
 }  // namespace
 
+bool Vocabulary::may_stand(std::size_t candidate, const std::set<std::size_t>& chosen) const {
+  const std::vector<std::size_t>& behind = candidates[candidate].behind;
+  return behind.empty() || std::any_of(behind.begin(), behind.end(),
+                                       [&](std::size_t c) { return chosen.contains(c); });
+}
+
 Vocabulary vocabulary_of(const physics::Plant& plant, Likelihood& training, Likelihood* held_out) {
   std::vector<Scales> scales;
   for (std::size_t j = 0; j < plant.joints.size(); ++j)

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ struct Candidate {
   std::vector<std::vector<double>> starts{};  ///< values of the forms from which it is tried
   /// Of a wave: so many starts are orders of the plant, the others were searched for.
   std::optional<std::size_t> stated_orders{};
+  /// Places of candidates of which a model that holds this one holds one as well; none: it stands
+  /// alone.
+  std::vector<std::size_t> behind{};
   std::optional<std::size_t> opens{};  ///< place of the number whose prior it opens; no sizes then
   Parameter opened{};                  ///< that number, with the open prior
   bool wrong_number = false;           ///< a parameter that the plant has, not physics it lacks
@@ -63,6 +67,9 @@ struct Candidate {
 struct Vocabulary {
   std::vector<Parameter> numbers;
   std::vector<Candidate> candidates;
+
+  /// Among what is chosen is something that the candidate is behind, or it stands alone.
+  [[nodiscard]] bool may_stand(std::size_t candidate, const std::set<std::size_t>& chosen) const;
 };
 
 /// Shapes are added to both likelihoods; `held_out` may be null.

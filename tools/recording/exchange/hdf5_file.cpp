@@ -53,12 +53,14 @@ herr_t note_dataset(hid_t, const char* name, const H5O_info_t* info, void* names
 core::Result<Hdf5File> Hdf5File::open(const std::filesystem::path& path) {
   hdf5_quiet();
   const std::uintmax_t bytes = std::filesystem::file_size(path);
-  Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  Hdf5Handle file = hdf5_open(path.c_str());
   if (!file.ok()) {
     return core::data_error(
         fmt::format("{}: is not a whole HDF5 file of {} bytes; was it cut short or renamed?",
                     path.string(), bytes));
   }
+  if (!stands_alone(file))
+    return core::data_error(fmt::format("{}: {}", path.string(), kLiesElsewhere));
   return Hdf5File(path, std::move(file), bytes);
 }
 

@@ -63,7 +63,7 @@ core::Result<FoundRecording> load_if_described(const std::filesystem::path& path
   } else {
     RAVENCAL_ASSIGN_OR_RETURN(recording, load_through_profile(path, options));
   }
-  if (recording) RAVENCAL_RETURN_IF_ERROR(record::cut_to(*recording, options.range));
+  if (recording) RAVENCAL_RETURN_IF_ERROR(record::finish_reading(*recording, options));
   return recording;
 }
 

@@ -31,6 +31,8 @@ core::Result<MatFile> open_mat(const std::filesystem::path& path) {
         "level 5 with save(..., '-v7')",
         path.string()));
   }
+  if (Mat_GetVersion(file.get()) == MAT_FT_MAT73 && !stands_alone(hdf5_open(path.c_str())))
+    return core::data_error(fmt::format("{}: {}", path.string(), kLiesElsewhere));
   if (Mat_GetVersion(file.get()) == MAT_FT_MAT5) RAVENCAL_RETURN_IF_ERROR(check_mat5(path));
   return file;
 }

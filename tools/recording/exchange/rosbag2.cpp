@@ -49,6 +49,7 @@ class Rosbag2Reader {
     database_.reset(handle);
     if (code != SQLITE_OK) return sqlite::last_error(handle, path_, "cannot open");
     sqlite::distrust(handle, operations_left_);
+    RAVENCAL_RETURN_IF_ERROR(sqlite::check_schema(handle, path_));
     bool has_messages = false;
     RAVENCAL_RETURN_IF_ERROR(for_each("SELECT 1 FROM sqlite_schema WHERE name = 'messages'",
                                       [&](sqlite3_stmt*) -> core::Status {

@@ -62,6 +62,7 @@ class Steps {
 
   void calculation(const std::string& id, const std::string& title, Arguments command,
                    const std::string& output) {
+    command.emplace_back("--force");  // of a step that was stopped, something may be there
     steps_.push_back({id, title, "", std::move(command), path(output), false});
   }
 

@@ -2,7 +2,6 @@
 //
 // The part of ravencal that needs ROS 1, as a program of its own, so that the rest does not.
 // `ravencal run` and `ravencal robot` start it with their own arguments.
-#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
@@ -12,6 +11,7 @@
 #include "cli/numbers.hpp"
 #include "cli/program.hpp"
 #include "cli/words.hpp"
+#include "core/terminal.hpp"
 #include "core/version.hpp"
 #include "robot/robot_arguments.hpp"
 #include "robot/run_plan.hpp"
@@ -23,7 +23,7 @@ namespace {
 namespace cli = ravencal::cli;
 
 int failed(const char* command, const ravencal::core::Error& error) {
-  fmt::print(stderr, "ravencal {}: {}\n", command, error.message);
+  ravencal::core::remark("ravencal {}: {}\n", command, error.message);
   return cli::exit_code_of(error.code);
 }
 

@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/terminal.hpp"
 #include "ros/messages.hpp"
 #include "ros/robot_topics.hpp"
 
@@ -123,7 +124,7 @@ class Ears {
             const record::RosMessageType& expected) {
     const std::string mismatch = type_mismatch(topic, type, expected);
     if (mismatch.empty()) return true;
-    if (!complained_) fmt::print(stderr, "ravencal robot: {}\n", mismatch);
+    if (!complained_) core::remark("ravencal robot: {}\n", mismatch);
     complained_ = true;
     return false;
   }
@@ -142,12 +143,11 @@ robot::RobotLoopOptions loop_options(const robot::RobotArguments& arguments, dou
 
 void report_start(const robot::RobotLoop& loop, const robot::RobotArguments& arguments,
                   const physics::Plant& plant) {
-  fmt::print("virtual RAVEN, branch {}, encoders on the {} arm, on {}; {}\n",
-             plant.robot.controller.name, plant.robot.arm, ros::master::getURI(),
-             arguments.controller.homed ? "homed, pedal up"
-                                        : "at the E-stop: release it, then press start");
-  if (!loop.hindrance().empty()) fmt::print("not in real time: {}\n", loop.hindrance());
-  std::fflush(stdout);
+  core::say("virtual RAVEN, branch {}, encoders on the {} arm, on {}; {}\n",
+            plant.robot.controller.name, plant.robot.arm, ros::master::getURI(),
+            arguments.controller.homed ? "homed, pedal up"
+                                       : "at the E-stop: release it, then press start");
+  if (!loop.hindrance().empty()) core::say("not in real time: {}\n", loop.hindrance());
 }
 
 }  // namespace
@@ -194,8 +194,8 @@ core::Status run_robot_node(const robot::RobotArguments& arguments,
     loop.stop();
   }
   ros::shutdown();
-  fmt::print("{} cycles, {} missed, {} states not published\n", loop.cycles(), loop.overruns(),
-             loop.not_taken());
+  core::say("{} cycles, {} missed, {} states not published\n", loop.cycles(), loop.overruns(),
+            loop.not_taken());
   return {};
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cli/progress.hpp"
+#include "core/terminal.hpp"
 #include "ros/run_watch.hpp"
 
 namespace ravencal::ros_io {
@@ -70,7 +71,7 @@ core::Status Run::connect() {
   const auto keep_waiting = [&] {
     if (waited_s() > kSilentWaitS && shown_.empty()) {
       shown_ = fmt::format("no ROS master at {}", ros::master::getURI());
-      fmt::print(stderr, "ravencal run: {}; waiting\n", shown_);
+      core::remark("ravencal run: {}; waiting\n", shown_);
     }
     return may_wait();
   };
@@ -112,7 +113,7 @@ core::Status Run::wait_for_messages() {
     if (why.empty()) return {};
     if (!heard.refused.empty() || !may_wait()) return core::device_error(why);
     if (waited_s() > kSilentWaitS && why != shown_) {
-      fmt::print(stderr, "ravencal run: {}; waiting\n", why);
+      core::remark("ravencal run: {}; waiting\n", why);
       shown_ = why;
     }
     std::this_thread::sleep_for(kPoll);
@@ -160,16 +161,16 @@ core::Result<cli::ExitCode> Run::look() {
                                          {"homed", heard.homed},
                                          {"encoders", heard.readings > 0},
                                          {"measured_js", heard.measured_js}};
-    fmt::print("{}\n", json.dump(2));
+    core::say("{}\n", json.dump(2));
     return cli::kOk;
   }
-  fmt::print("robot on {}: states at {:.0f} Hz, run level {}, {}, {}{}\n", ros::master::getURI(),
-             heard.state_rate_hz, heard.runlevel, robot::name_of(heard.operating),
-             heard.homed ? "homed" : "not homed",
-             heard.readings > 0 ? ", external encoders there" : "");
+  core::say("robot on {}: states at {:.0f} Hz, run level {}, {}, {}{}\n", ros::master::getURI(),
+            heard.state_rate_hz, heard.runlevel, robot::name_of(heard.operating),
+            heard.homed ? "homed" : "not homed",
+            heard.readings > 0 ? ", external encoders there" : "");
   if (!heard.measured_js.empty()) {
-    fmt::print("the {} arm's joints are on {}; ravencal takes them from /ravenstate\n",
-               arguments_.arm, heard.measured_js);
+    core::say("the {} arm's joints are on {}; ravencal takes them from /ravenstate\n",
+              arguments_.arm, heard.measured_js);
   }
   return cli::kOk;
 }
@@ -182,10 +183,10 @@ void Run::show(const Standing& standing) {
           ? "moves an elbow by 0.3 deg and back to learn which CRTK arm is the " + arguments_.arm +
                 " one"
           : "";
-  if (!wanted.empty() && wanted != shown_) fmt::print(stderr, "ravencal run: {}\n", wanted);
+  if (!wanted.empty() && wanted != shown_) core::remark("ravencal run: {}\n", wanted);
   shown_ = wanted;
   if (!master_->reachable() && !master_was_lost_) {
-    fmt::print(stderr, "ravencal run: the ROS master is gone; the robot is still connected\n");
+    core::remark("ravencal run: the ROS master is gone; the robot is still connected\n");
   }
   master_was_lost_ = !master_->reachable();
   progress_->update(standing.progress,
@@ -258,17 +259,17 @@ core::Result<cli::ExitCode> Run::report(const core::Status& recording) {
                                          {"rows_with_truth", standing.rows_with_truth},
                                          {"stopped_by", standing.stop.text},
                                          {"master_restarts", master_->restarts()}};
-    fmt::print("{}\n", json.dump(2));
+    core::say("{}\n", json.dump(2));
   } else {
     const std::string kept = fmt::format("{}: {} rows, {} with true joints", arguments_.out,
                                          standing.rows, standing.rows_with_truth);
-    fmt::print("{}; {:.1f} % of the trajectory, {} pauses\n", empty ? "nothing was recorded" : kept,
-               100.0 * standing.progress, standing.pauses);
+    core::say("{}; {:.1f} % of the trajectory, {} pauses\n", empty ? "nothing was recorded" : kept,
+              100.0 * standing.progress, standing.pauses);
   }
   RAVENCAL_RETURN_IF_ERROR(recording);
   if (done) return cli::kOk;
-  fmt::print(stderr, "ravencal run: stopped: {}{}\n", standing.stop.text,
-             empty ? "" : "; the recording is kept");
+  core::remark("ravencal run: stopped: {}{}\n", standing.stop.text,
+               empty ? "" : "; the recording is kept");
   // Ctrl-C is a normal end of a recorder.
   return standing.stop.reason == StopReason::kUser ? cli::kOk : cli::kDevice;
 }

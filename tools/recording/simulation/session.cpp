@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/joint_layout.hpp"
+#include "core/outputs.hpp"
 #include "core/random.hpp"
 #include "physics/raven_twin.hpp"
 #include "record/profile.hpp"
@@ -243,10 +244,8 @@ class Session {
 /// kUsage where one of the two files is there, unless it may be replaced.
 core::Status check_free(const std::filesystem::path& out, const SessionOptions& options) {
   for (const auto& path : {std::optional(out), options.edges}) {
-    if (path && !options.overwrite && std::filesystem::exists(*path)) {
-      return core::usage_error(
-          fmt::format("{}: exists already; use --force to replace it", path->string()));
-    }
+    if (path && !options.overwrite && std::filesystem::exists(*path))
+      return core::exists_already(*path);
   }
   return {};
 }

@@ -91,10 +91,9 @@ struct RandomOptions {
 };
 core::Result<Trajectory> make_random(const RandomOptions& options);
 
-/// CSV with header `t_s` and NAME_rad or NAME_m of each joint. Errors: a file that exists and may
-/// not be replaced (kUsage), a name that no header can hold (kData).
-core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path& path,
-                       bool overwrite);
+/// CSV with header `t_s` and NAME_rad or NAME_m of each joint. Errors: those of
+/// core::write_whole_file; a name that no header can hold (kData).
+core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path& path);
 core::Result<Trajectory> read_csv(const std::filesystem::path& path);
 
 /// The trajectory in the order of `joints`, which are those of `whose`. `source` stands for the

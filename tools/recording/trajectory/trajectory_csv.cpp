@@ -110,12 +110,7 @@ Eigen::VectorXd Trajectory::at(double t) const {
   return joints_ji[after - 1] + share * (joints_ji[after] - joints_ji[after - 1]);
 }
 
-core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path& path,
-                       bool overwrite) {
-  if (!overwrite && std::filesystem::exists(path)) {
-    return core::Error{core::ErrorCode::kUsage,
-                       fmt::format("{}: exists already; use --force to replace it", path.string())};
-  }
+core::Status write_csv(const Trajectory& trajectory, const std::filesystem::path& path) {
   for (const MovedJoint& joint : trajectory.joints) {
     if (joint.name.find_first_of(",\r\n") != std::string::npos)
       return core::data_error(
