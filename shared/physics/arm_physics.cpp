@@ -89,17 +89,21 @@ struct ArmPhysics::Impl {
     const Vector3d drive = of_motor * motor + of_joint * joint;
     const Vector3d drive_velocity = of_motor * motor_velocity + of_joint * joint_velocity;
     Vector3d tension;
+    Vector3d run_out_slope;
     Vector3d joint_effort;
     for (Index i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
-      tension[i] = cables[n].step(cables[n].with_eccentricity(drive[i]), drive_velocity[i],
+      const Eccentricity& pulley = cables[n].eccentricity();
+      run_out_slope[i] = pulley.slope(motor[i]);
+      tension[i] = cables[n].step(drive[i] + pulley.at(motor[i]),
+                                  drive_velocity[i] + run_out_slope[i] * motor_velocity[i],
                                   joint[i], joint_velocity[i], dt_s);
       joint_effort[i] = tension[i] - bias[i] -
                         joint_frictions[n].step(joint_velocity[i], dt_s, tension[i]) +
                         stops[n].effort(joint[i], joint_velocity[i]);
     }
     joint_effort -= of_joint.transpose() * tension;
-    const Vector3d reaction = of_motor.transpose() * tension;
+    const Vector3d reaction = of_motor.transpose() * tension + run_out_slope.cwiseProduct(tension);
     for (Index i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
       const double friction = motor_frictions[n].step(motor_velocity[i], dt_s, tension[i]) +

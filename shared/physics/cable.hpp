@@ -20,16 +20,14 @@ class Cable {
  public:
   static core::Result<Cable> create(const Joint& joint);
 
-  /// Position that the drive asks of the joint: adds the pulley's run-out.
-  [[nodiscard]] double with_eccentricity(double drive) const {
-    return drive + eccentricity_.at(drive);
-  }
+  [[nodiscard]] const Eccentricity& eccentricity() const { return eccentricity_; }
 
   /// Once per control cycle: slow change of length at `age_s` since power-on.
   void advance_length(double dt_s, double age_s, bool with_drift, core::Random& random);
   void restart_wander(core::Random& random);
 
-  /// Effort on the joint (and its reaction on the drive) after one inner step.
+  /// Effort on the joint (and its reaction on the drive) after one inner step. `drive` is where the
+  /// drive asks the joint to be, run-out included.
   double step(double drive, double drive_velocity, double joint, double joint_velocity,
               double dt_s);
 

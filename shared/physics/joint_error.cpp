@@ -78,8 +78,10 @@ VectorXd motion_part(const Joint& joint, const Effect& e, const JointSignals& s,
   const VectorXd& q = s.position;
   if (e.id == "gain_error") return value(e, "ratio") * q;
   if (e.id == "coupling") return value(e, "error") * signal(s, e.from);
-  if (e.id == "eccentricity")
-    return q.unaryExpr([&](double at) { return Eccentricity(joint).at(at); });
+  if (e.id == "eccentricity") {
+    const VectorXd& motor = s.driven.size() > 0 ? s.driven : q;
+    return motor.unaryExpr([&](double at) { return Eccentricity(joint).at(at); });
+  }
   if (e.id == "thermal_drift" && value(e, "time") > 0.0) {
     return value(e, "final") * (1.0 - (-(s.t_s.array() - s.t_s[0]) / value(e, "time")).exp());
   }

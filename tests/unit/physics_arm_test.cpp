@@ -125,8 +125,8 @@ TEST(ArmPhysics, AFreeOscillationDies) {
 TEST(ArmPhysics, WithoutFrictionAndDampingTheEnergyIsKept) {
   Plant plant = shipped_plant();
   for (const char* id :
-       {"thermal_drift", "eccentricity", "joint_friction", "hysteresis", "creep", "backlash",
-        "coulomb_friction", "viscous_friction", "stribeck_friction", "presliding"}) {
+       {"thermal_drift", "joint_friction", "hysteresis", "creep", "backlash", "coulomb_friction",
+        "viscous_friction", "stribeck_friction", "presliding"}) {
     remove_effect(plant, id);
   }
   for (Joint& joint : plant.joints) {

@@ -190,6 +190,7 @@ INSTANTIATE_TEST_SUITE_P(
         effort_case("torque_constant", 0, {{"ratio", 0.15}}),
         effort_case("torque_ripple", 1, {{"amplitude", 0.6}, {"order", 12.0}, {"phase", 0.4}}),
         effort_case("effort_offset", 2, {{"offset", 2.0}}),
+        effort_case("eccentricity", 1, {{"amplitude", 0.004}, {"order", 60.0}, {"phase", 1.0}}),
         position_case("gain_error", 0, {{"ratio", 0.02}}),
         position_case("coupling", 2, {{"error", 0.004}}, "shoulder"),
         position_case("backlash", 1, {{"half_width", 0.006}}),
@@ -241,6 +242,31 @@ TEST(Predict, PutsHomedJointsAtTheStopsOfTheEncoders) {
       EXPECT_LT(most, 1e-9);
     else
       EXPECT_GT(most, 0.1) << "the stops of controller and encoders differ by 7.5 degrees";
+  }
+}
+
+/// A pulley turns with its own motor, wherever other joints move the cable, and pulls on it.
+TEST(Predict, RunsOutOverTheJointsOwnMotor) {
+  Plant plant = steady_plant();
+  plant.coupling[1][0] = -0.145;
+  // No friction, which would hold the weight beside the cable.
+  std::erase_if(plant.joints[1].effects, [](const Effect& e) { return e.id != "compliance"; });
+  Plant wavy = plant;
+  wavy.joints[1].effects.push_back(
+      {"eccentricity", "", {{"amplitude", 0.004}, {"order", 9.0}, {"phase", 1.0}}});
+  for (const double shoulder_rad : {0.1, 0.5, 0.9}) {
+    const ForcedMotion forced = at_rest(plant, {shoulder_rad, 1.2, 0.4});
+    const auto silent = predict(plant, forced);
+    const auto told = predict(wavy, forced);
+    ASSERT_TRUE(silent.ok() && told.ok());
+    const double angle = 9.0 * forced.motors[1].q[3] + 1.0;
+    EXPECT_NEAR(told->position[1][3] - silent->position[1][3], 0.004 * std::sin(angle), 2e-4);
+    const auto beyond_tension = [](const Prediction& of) {
+      return of.effort[1][3] - of.tension[1][3];
+    };
+    EXPECT_NEAR(beyond_tension(*told) - beyond_tension(*silent),
+                0.036 * std::cos(angle) * told->tension[1][3],
+                0.05 * 0.036 * std::abs(told->tension[1][3]));
   }
 }
 

@@ -48,6 +48,7 @@ TEST(ProveMechanics, KeepsTheEnergyOfACableThatDoesNotLose) {
   RobotPhysics robot = bare_axis();
   robot.joints[0].flexible_inertia = 0.01;
   robot.joints[0].flexible_stiffness = 50.0;
+  robot.joints[0].cable.eccentricity = {0.01, 20.0, 0.3};
   Mechanics mechanics = started(robot);
   CycleInputs push;
   push.effort[0] = 4.0;

@@ -121,6 +121,7 @@ TEST(ProveOtherArm, WithoutDriveItsEnergyDoesNotGrow) {
     RobotPhysics robot = lone_axis();
     robot.joints[0].flexible_inertia = 0.01;
     robot.joints[0].flexible_stiffness = 50.0;
+    robot.joints[0].cable.eccentricity = {0.01, 20.0, 0.3};
     if (rubs) {
       robot.joints[0].motor_friction.level = robot.joints[0].joint_friction.level = 0.2;
       robot.joints[0].cable.hysteresis = {40.0, 1e-3};

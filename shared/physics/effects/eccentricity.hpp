@@ -7,7 +7,9 @@
 
 namespace ravencal::physics {
 
-/// Run-out of a pulley: what the cable gains over the position of its drive. Units: the joint's.
+/// Run-out of the pulley that the joint's own motor turns: what the cable gains over the motor's
+/// angle. Joints that move the cable otherwise do not turn that pulley. Units: the joint's; motor
+/// positions are motor angles over the nominal reduction.
 struct Eccentricity {
   double amplitude = 0.0;
   double order = 0.0;  ///< rad per joint unit
@@ -19,8 +21,12 @@ struct Eccentricity {
         phase_rad(joint.parameter("eccentricity", "phase")) {}
   Eccentricity() = default;
 
-  [[nodiscard]] double at(double drive) const {
-    return amplitude == 0.0 ? 0.0 : amplitude * std::sin(order * drive + phase_rad);
+  [[nodiscard]] double at(double motor) const {
+    return amplitude == 0.0 ? 0.0 : amplitude * std::sin(order * motor + phase_rad);
+  }
+  /// Of the gain over the motor position: by virtual work also the motor's share of the tension.
+  [[nodiscard]] double slope(double motor) const {
+    return amplitude == 0.0 ? 0.0 : amplitude * order * std::cos(order * motor + phase_rad);
   }
 };
 

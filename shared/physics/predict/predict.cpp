@@ -52,6 +52,7 @@ class Step {
     for (const JointCircumstances& c : circumstances) link_shares.push_back(c.link_share);
     kinematics_ = drive_kinematics(plant, link_shares);
     homed_ = constants_of(forced_, plant, kinematics_);
+    motor_zeros_ = kinematics_.of_motor.partialPivLu().solve(homed_);
   }
 
   [[nodiscard]] const DriveKinematics& kinematics() const { return kinematics_; }
@@ -83,6 +84,7 @@ class Step {
     const Joint& joint = plant_.joints[j];
     const Motion& motor = forced_.motors[j];
     const DriveLosses losses = drive_losses(joint);
+    const Eccentricity pulley(joint);
     VectorXd& effort = out.effort[j];
     effort = VectorXd::Zero(rows());
     for (std::size_t k = 0; k < plant_.joints.size(); ++k) {
@@ -98,8 +100,9 @@ class Step {
       } else if (const double dt_s = forced_.t_s[i] - forced_.t_s[i - 1]; dt_s > 0.0) {
         held = friction.step((read(j, i) - read(j, i - 1)) / dt_s, dt_s, out.tension[j][i]);
       }
-      const double needed =
-          losses.inertia * motor.a[i] + held + losses.drag(read(j, i), motor.v[i]) + effort[i];
+      const double at = motor_at(j, i);
+      const double needed = losses.inertia * motor.a[i] + held + losses.drag(at, motor.v[i]) +
+                            effort[i] + pulley.slope(at) * out.tension[j][i];
       effort[i] = needed / losses.effort_ratio + losses.lost_effort;
     }
     if (of(j).effort_lateness_s != 0.0) effort += of(j).effort_lateness_s * rate_of(effort);
@@ -177,6 +180,11 @@ class Step {
     return forced_.motors[j].q[i] - jumped;
   }
 
+  /// Where the motor is by the joint's coordinates, not by what the controller took for them.
+  [[nodiscard]] double motor_at(std::size_t j, Index i) const {
+    return read(j, i) + motor_zeros_[static_cast<Index>(j)];
+  }
+
   /// Position that the drive and the joints that the cable follows ask of the joint.
   [[nodiscard]] VectorXd asked_of(std::size_t j) const {
     VectorXd asked = VectorXd::Constant(rows(), homed_[static_cast<Index>(j)]);
@@ -187,12 +195,12 @@ class Step {
       if (of_joint(j, k) != 0.0) asked += of_joint(j, k) * links_[k].q;
     }
     const Joint& joint = plant_.joints[j];
-    const Eccentricity eccentricity(joint);
+    const Eccentricity pulley(joint);
     const double drift = joint.parameter("thermal_drift", "final");
     const double drift_time_s = joint.parameter("thermal_drift", "time");
     const Jump& slip = of(j).slip;
     for (Index i = 0; i < rows(); ++i) {
-      asked[i] += eccentricity.at(asked[i]) +
+      asked[i] += pulley.at(motor_at(j, i)) +
                   thermal_drift(drift, drift_time_s, forced_.t_s[i] - forced_.t_s[0]);
       if (slip.size != 0.0 && forced_.t_s[i] >= slip.t_s) asked[i] += slip.size;
     }
@@ -247,6 +255,7 @@ class Step {
   const std::vector<JointCircumstances>& circumstances_;
   DriveKinematics kinematics_;
   VectorXd homed_;
+  VectorXd motor_zeros_;  ///< of_motor times it is homed_
 };
 
 }  // namespace

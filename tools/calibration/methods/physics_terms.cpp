@@ -30,7 +30,8 @@ struct Parts {
   struct Wave {
     double order;
   };
-  std::vector<Wave> waves;  ///< sine and cosine of order * own position
+  std::vector<Wave> waves;  ///< sine and cosine of order * position of the joint's own motor
+  std::vector<std::pair<std::string, double>> coupled;  ///< what others add to the own position
   struct Element {
     std::string channel;
     double width;
@@ -84,9 +85,12 @@ class JointTerms final : public Terms {
     for (const std::string& channel : parts_.channels)
       values[at++] = value_at(series, channel, row);
     const double q = value_at(series, own_, row);
+    double motor = q;
+    for (const auto& [channel, factor] : parts_.coupled)
+      motor -= factor * value_at(series, channel, row);
     for (const Parts::Wave& wave : parts_.waves) {
-      values[at++] = std::sin(wave.order * q);
-      values[at++] = std::cos(wave.order * q);
+      values[at++] = std::sin(wave.order * motor);
+      values[at++] = std::cos(wave.order * motor);
     }
     for (std::size_t i = 0; i < state_.size(); ++i) {
       const double x = value_at(series, parts_.elements[i].channel, row);
@@ -130,9 +134,11 @@ void add_channel(Parts& parts, const std::string& channel) {
     parts.channels.push_back(channel);
 }
 
-void add_wave(Parts& parts, double order) {
-  const auto same = [&](const Parts::Wave& wave) { return wave.order == order; };
-  if (std::none_of(parts.waves.begin(), parts.waves.end(), same)) parts.waves.push_back({order});
+void add_coupled(Parts& parts, const physics::Plant& plant, const physics::Joint& joint) {
+  const std::vector<double>& factors = plant.coupling[*plant.joint_index(joint.name)];
+  for (std::size_t k = 0; k < factors.size(); ++k)
+    if (factors[k] != 0.0)
+      parts.coupled.emplace_back(position_of(plant.joints[k].name), factors[k]);
 }
 
 void add_element(Parts& parts, const std::string& channel, double width) {
@@ -163,7 +169,10 @@ Parts parts_of(const physics::Plant& plant, const physics::Joint& joint) {
     const std::size_t before = parts.size();
     if (effect.id == "gain_error" || effect.id == "coupling") add_channel(parts, driver);
     if (effect.id == "compliance" && !effect.from.empty()) add_channel(parts, driver);
-    if (effect.id == "eccentricity") add_wave(parts, number("order"));
+    if (effect.id == "eccentricity") {
+      parts.waves.push_back({number("order")});
+      add_coupled(parts, plant, joint);
+    }
     if (effect.id == "backlash" && !has_cable && number("half_width") > 0.0)
       add_element(parts, own, 2.0 * number("half_width"));
     const double width = number("width");

@@ -73,16 +73,20 @@ double spring(const CablePhysics& c, double stretch) {
   return c.stiffness * bent;
 }
 
+/// Of a pulley on the joint's own motor: what the cable gains, and that per motor position.
+double run_out(const Wave& wave, double motor) {
+  return wave.amplitude * std::sin(wave.order * motor + wave.phase_rad);
+}
+double run_out_slope(const Wave& wave, double motor) {
+  return wave.amplitude * wave.order * std::cos(wave.order * motor + wave.phase_rad);
+}
+
 CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, double length,
                     const double* y) {
-  const Wave& wave = c.eccentricity;
-  double slope = 1.0;
-  double moved = drive + length;
-  if (wave.amplitude != 0.0) {
-    moved += wave.amplitude * std::sin(wave.order * drive + wave.phase_rad);
-    slope += wave.amplitude * wave.order * std::cos(wave.order * drive + wave.phase_rad);
-  }
-  moved += c.bump.at(drive);
+  const double motor = y[Mechanics::kMotor];
+  const double moved = drive + length + c.bump.at(drive) + run_out(c.eccentricity, motor);
+  const double moved_velocity =
+      drive_velocity + run_out_slope(c.eccentricity, motor) * y[Mechanics::kMotorVelocity];
   const double elastic = moved - y[Mechanics::kJoint] - y[Mechanics::kCreep];
   const double b = c.gap_half_width;
   const double stretch = elastic > b ? elastic - b : (elastic < -b ? elastic + b : 0.0);
@@ -92,7 +96,7 @@ CableState cable_of(const CablePhysics& c, double drive, double drive_velocity, 
       spring(c, stretch) + c.hysteresis.stiffness * c.hysteresis.yield * y[Mechanics::kLoop];
   if (c.creep.compliance > 0.0)
     s.creep_rate = (c.creep.compliance * static_part - y[Mechanics::kCreep]) / c.creep.time_s;
-  const double rate = taut ? slope * drive_velocity - y[Mechanics::kJointVelocity] : 0.0;
+  const double rate = taut ? moved_velocity - y[Mechanics::kJointVelocity] : 0.0;
   if (c.hysteresis.stiffness > 0.0) {
     const double h = y[Mechanics::kLoop];
     s.loop_rate = (rate - 0.5 * std::abs(rate) * h - 0.5 * rate * std::abs(h)) / c.hysteresis.yield;
@@ -178,7 +182,8 @@ struct Mechanics::Impl {
       const double viscous = joint.viscous * v * (1.0 + (v < 0.0 ? -1.0 : 1.0) * dry.asymmetry);
       const double leak = joint.leak.share * tension[joint.leak.from];
       r[kMotorVelocity] =
-          (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous - reaction[i] - leak) /
+          (drive_effort(joint, i, s[kMotor]) - friction.effort - viscous - reaction[i] -
+           run_out_slope(joint.cable.eccentricity, s[kMotor]) * tension[i] - leak) /
           joint.motor_inertia;
     }
     const Vector3d acceleration = inverse_mass * joint_effort;
@@ -342,7 +347,7 @@ double Mechanics::energy() const {
   for (Index i = 0; i < count; ++i) {
     const JointPhysics& joint = impl_->robot.joints[static_cast<std::size_t>(i)];
     const double* s = impl_->of(all, i);
-    const double stretch = drive[i] - s[kJoint];
+    const double stretch = drive[i] + run_out(joint.cable.eccentricity, s[kMotor]) - s[kJoint];
     const double bend = s[kFlexible] - s[kJoint];
     energy += 0.5 * (joint.motor_inertia * s[kMotorVelocity] * s[kMotorVelocity] +
                      joint.cable.stiffness * stretch * stretch +

@@ -88,10 +88,10 @@ void OtherArm::pull_cable(Index i, double drive, double drive_velocity, double l
   Joint& s = state_[static_cast<std::size_t>(i)];
   const JointPhysics& joint = robot_.joints[static_cast<std::size_t>(i)];
   const CablePhysics& c = joint.cable;
-  const double phase = c.eccentricity.order * drive + c.eccentricity.phase_rad;
+  const double phase = c.eccentricity.order * s.motor + c.eccentricity.phase_rad;
   const double end = drive + length + c.eccentricity.amplitude * std::sin(phase) + c.bump.at(drive);
-  const double end_velocity =
-      drive_velocity * (1.0 + c.eccentricity.amplitude * c.eccentricity.order * std::cos(phase));
+  s.run_out_slope = c.eccentricity.amplitude * c.eccentricity.order * std::cos(phase);
+  const double end_velocity = drive_velocity + s.run_out_slope * s.motor_velocity;
   const double stretch = stretch_behind_play(end - s.joint - s.creep.strain(), c.gap_half_width,
                                              c.stiffness, joint.prismatic ? 10.0 : 1.0);
   const double held =
@@ -158,7 +158,7 @@ void OtherArm::step(const CycleInputs& inputs, double dt_s) {
     const double viscous = joint.viscous * s.motor_velocity *
                            (1.0 + (s.motor_velocity < 0.0 ? -asymmetry : asymmetry));
     const double effort = drive_effort(i, inputs.effort[i], inputs.disturbance[i], dt_s) -
-                          s.motor_friction - viscous - reaction[i] -
+                          s.motor_friction - viscous - reaction[i] - s.run_out_slope * tension[i] -
                           joint.leak.share * tension[joint.leak.from];
     s.motor_velocity += dt_s * effort / joint.motor_inertia;
     s.joint_velocity += dt_s * acceleration[i];

@@ -45,6 +45,7 @@ class OtherArm {
     double motor = 0.0, motor_velocity = 0.0, joint = 0.0, joint_velocity = 0.0;
     double motor_friction = 0.0, joint_friction = 0.0;
     double current = 0.0, tension = 0.0, stretch = 0.0;
+    double run_out_slope = 0.0;  ///< what the cable gains per motor position
     double flexible = 0.0, flexible_velocity = 0.0;
     IwanStops strands;
     PronyCreep creep;
