@@ -171,18 +171,40 @@ TEST(Sessions, ARehomingBeginsOne) {
   }
 }
 
+TEST(Homings, AreToldByTheirConstantsNotByTheirFiles) {
+  const auto homed = [](unsigned seed, double constant) {
+    Recording arm = shifted(elbow(3000, seed, kPlay), constant);
+    arm.events = {{arm.t_ns.front(), "homing", ""}};
+    return arm;
+  };
+  const auto one = choose({homed(1, 0.0), homed(2, 0.0), homed(3, 0.0)}, kLines);
+  ASSERT_TRUE(one.ok());
+  EXPECT_EQ(one->joints[0].session_constants.size(), 3U);
+  EXPECT_EQ(one->joints[0].homing_constants.size(), 1U);
+  EXPECT_FALSE(one->model.expected[0].other_homing.has_value());
+  EXPECT_NE(joined(one->warnings).find("one homing"), std::string::npos) << joined(one->warnings);
+
+  const auto two = choose({homed(1, 0.0), homed(2, 0.08), homed(3, 0.0), homed(4, 0.08)}, kLines);
+  ASSERT_TRUE(two.ok());
+  EXPECT_EQ(two->joints[0].homing_constants.size(), 2U);
+  ASSERT_TRUE(two->model.expected[0].other_homing.has_value());
+  EXPECT_GT(two->model.expected[0].other_homing->rmse, 0.05);
+  EXPECT_LT(two->model.expected[0].same_homing.rmse, 0.02);
+  EXPECT_EQ(joined(two->warnings).find("one homing"), std::string::npos);
+}
+
 TEST(ExpectedError, HoldsTheErrorOfOtherRecordings) {
   const auto choice =
       choose({elbow(4000, 1, kCurve), elbow(4000, 2, kCurve), elbow(4000, 3, kCurve)});
   ASSERT_TRUE(choice.ok());
   ASSERT_EQ(choice->model.expected.size(), 1U);
   const model::ExpectedError& expected = choice->model.expected[0];
-  EXPECT_LT(expected.low, expected.rmse);
-  EXPECT_LT(expected.rmse, expected.high);
+  EXPECT_LT(expected.any().low, expected.any().rmse);
+  EXPECT_LT(expected.any().rmse, expected.any().high);
   int inside = 0;
   for (unsigned seed = 11; seed <= 20; ++seed) {
     const double came = rmse_on(choice->model, elbow(3000, seed, kCurve));
-    inside += expected.low <= came && came <= expected.high;
+    inside += expected.any().low <= came && came <= expected.any().high;
   }
   EXPECT_GE(inside, 8);
 }
@@ -191,9 +213,12 @@ TEST(ExpectedError, GrowsWithTheSpreadOfTheConstants) {
   const std::vector<Eigen::VectorXd> judged(6, Eigen::VectorXd::LinSpaced(100, -0.01, 0.01));
   const model::ExpectedError still = expected_error(judged, {0.02});
   const model::ExpectedError jumps = expected_error(judged, {0.02, 0.05, -0.01});
-  EXPECT_GT(jumps.rmse, 0.03);
-  EXPECT_GT(jumps.high, 0.12);
-  EXPECT_NEAR(still.rmse, 0.00583, 1e-4);
+  ASSERT_TRUE(jumps.other_homing.has_value());
+  EXPECT_GT(jumps.other_homing->rmse, 0.03);
+  EXPECT_GT(jumps.other_homing->high, 0.12);
+  EXPECT_FALSE(still.other_homing.has_value());
+  EXPECT_NEAR(still.same_homing.rmse, 0.00583, 1e-4);
+  EXPECT_DOUBLE_EQ(jumps.same_homing.high, still.same_homing.high);
   EXPECT_DOUBLE_EQ(jumps.about_mean, still.about_mean);
 }
 
@@ -201,8 +226,8 @@ TEST(ExpectedError, IsFiniteWhereSomeRowsAreExact) {
   const std::vector<Eigen::VectorXd> judged = {Eigen::VectorXd::Zero(100),
                                                Eigen::VectorXd::LinSpaced(100, -0.01, 0.01)};
   const model::ExpectedError expected = expected_error(judged, {0.02});
-  EXPECT_TRUE(std::isfinite(expected.high));
-  EXPECT_GT(expected.high, expected.rmse);
+  EXPECT_TRUE(std::isfinite(expected.same_homing.high));
+  EXPECT_GT(expected.same_homing.high, expected.same_homing.rmse);
 }
 
 TEST(Variety, OneOfAKindIsSaid) {
@@ -211,11 +236,17 @@ TEST(Variety, OneOfAKindIsSaid) {
     EXPECT_TRUE(choice.ok());
     return joined(choice->warnings);
   };
-  const Recording arm = elbow(2000, 1, kLinear);
-  EXPECT_NE(said({arm}).find("one session and one load"), std::string::npos) << said({arm});
-  Recording loaded = elbow(2000, 2, kLinear);
-  loaded.samples.col(2) *= 2.0;
-  EXPECT_EQ(said({arm, loaded}), "");
+  Recording arm = elbow(2000, 1, kLinear);
+  EXPECT_NE(said({arm}).find("one homing and one load"), std::string::npos) << said({arm});
+  EXPECT_NE(said({arm, arm}).find("one homing and one load"), std::string::npos);
+  arm.events = {{arm.t_ns.front(), "homing", ""}};
+  const Recording other = shifted(arm, 0.08);
+  EXPECT_NE(said({arm, other}).find("the training has one load:"), std::string::npos);
+  for (const Eigen::Index effort_or_sensor : {2, 3}) {
+    Recording loaded = other;
+    loaded.samples.col(effort_or_sensor) *= 2.0;
+    EXPECT_EQ(said({arm, loaded}), "") << effort_or_sensor;
+  }
 }
 
 }  // namespace

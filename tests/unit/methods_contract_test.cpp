@@ -107,6 +107,16 @@ std::vector<std::string> ids() {
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, ::testing::ValuesIn(ids()),
                          [](const auto& tested) { return tested.param; });
 
+TEST(Methods, TheGaussianProcessStopsWithinAJoint) {
+  int asked = 0;
+  methods::Settings s;
+  s.keep_going = [&](double) { return ++asked < 5; };
+  const std::vector<Series> train = {sample_series(3000, 1, linear_error)};
+  const auto predictor = method("gp").fit(sample_problem(), train, s);
+  ASSERT_FALSE(predictor.ok());
+  EXPECT_EQ(predictor.error().message, methods::stopped().message);
+}
+
 TEST(Methods, ThatNeedTimeSayThatPosesHaveNone) {
   methods::Problem problem = sample_problem();
   problem.order = methods::Order::kPoses;

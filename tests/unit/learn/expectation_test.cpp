@@ -56,14 +56,20 @@ TEST(Expectation, StandsBesideWhatCame) {
   evaluation.joints.push_back(joint_with_growing_error());
   EXPECT_EQ(expectation_table(evaluation, true), "");
   JointEvaluation& joint = evaluation.joints[0];
-  joint.expected = model::ExpectedError{0.03, 0.01, 0.09, 0.012};
+  joint.expected = model::ExpectedError{{0.03, 0.01, 0.09}, std::nullopt, 0.012};
   set_figures(joint);
   EXPECT_NE(expectation_table(evaluation, true).find("inside"), std::string::npos);
-  joint.expected->high = 0.02;
+  EXPECT_NE(expectation_table(evaluation, true).find("unknown"), std::string::npos);
+  EXPECT_TRUE(
+      nlohmann::json::parse(evaluation_json(evaluation))["joints"][0]["expected"]["other_homing"]
+          .is_null());
+  joint.expected->other_homing = model::ExpectedRmse{0.03, 0.01, 0.02};
   EXPECT_NE(expectation_table(evaluation, true).find("outside"), std::string::npos);
   EXPECT_EQ(expectation_table(evaluation, false).find("outside"), std::string::npos);
   const auto json = nlohmann::json::parse(evaluation_json(evaluation))["joints"][0];
   EXPECT_NEAR(json["expected"]["interval_95"][1].get<double>(), 0.02 * 57.29578, 1e-4);
+  EXPECT_NEAR(json["expected"]["same_homing"]["interval_95"][1].get<double>(), 0.09 * 57.29578,
+              1e-4);
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ model::CalibrationModel sample_model() {
   trust.full_distance = 2.3F;
   trust.none_distance = 9.2F;
   model.trust = trust;
-  model.expected = {{0.02, 0.01, 0.05, 0.015}, {1.0 / 3.0, 0.0, 0.5, 0.25}};
+  model.expected = {{{0.02, 0.01, 0.05}, model::ExpectedRmse{0.03, 0.01, 0.1}, 0.015},
+                    {{1.0 / 3.0, 0.0, 0.5}, std::nullopt, 0.25}};
   model.motion = {{{-0.5, 1.0 / 3.0}, "tau.elbow", {-2.0, 3.0}}, {{-0.01, 0.02}, "", {}}};
   model.seeds = {{"run1.db", 2, 18446744073709551615U, 1}, {"run2.db", 3, 4, 0}};
   model.row_period_s = 0.01;
@@ -136,9 +137,14 @@ TEST_F(OnnxFile, ComesBackAsItWas) {
   EXPECT_EQ(read->row_period_s, model.row_period_s);
   ASSERT_EQ(read->expected.size(), model.expected.size());
   for (std::size_t k = 0; k < model.expected.size(); ++k) {
-    EXPECT_EQ(read->expected[k].rmse, model.expected[k].rmse);
-    EXPECT_EQ(read->expected[k].low, model.expected[k].low);
-    EXPECT_EQ(read->expected[k].high, model.expected[k].high);
+    for (const auto& [got, wrote] :
+         {std::pair{read->expected[k].any(), model.expected[k].any()},
+          std::pair{read->expected[k].same_homing, model.expected[k].same_homing}}) {
+      EXPECT_EQ(got.rmse, wrote.rmse);
+      EXPECT_EQ(got.low, wrote.low);
+      EXPECT_EQ(got.high, wrote.high);
+    }
+    EXPECT_EQ(read->expected[k].other_homing.has_value(), k == 0);
     EXPECT_EQ(read->expected[k].about_mean, model.expected[k].about_mean);
   }
   ASSERT_TRUE(read->motion.has_value());

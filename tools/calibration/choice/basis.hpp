@@ -20,6 +20,7 @@ struct BasisSpec {
   Eigen::Index units = 0;             ///< 0: linear
   double steepness = 0.0;  ///< standard deviation of a unit's weighted sum over scaled inputs
   std::uint64_t seed = 1;
+  int draws = 1;  ///< the mean of so many fits, each on units of its own
 };
 
 /// A drawn basis. A design row is [units, scaled inputs, 1].
@@ -35,7 +36,7 @@ struct Basis {
   [[nodiscard]] Eigen::MatrixXd design(const Eigen::MatrixXd& scaled) const;
 };
 
-/// The same spec draws the same basis.
-Basis draw(const BasisSpec& spec);
+/// The `which`th of spec.draws, from 0. The same spec draws the same basis.
+Basis draw(const BasisSpec& spec, int which = 0);
 
 }  // namespace ravencal::choice

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "choice/assemble.hpp"
+#include "choice/condense.hpp"
 #include "choice/expected.hpp"
 #include "choice/input_selection.hpp"
 #include "choice/input_sets.hpp"
@@ -33,6 +34,8 @@ using record::Recording;
 /// Units of a nonlinear candidate, and at least so many rows for each.
 constexpr Index kUnits = 300;
 constexpr Index kRowsPerUnit = 4;
+/// Of a candidate's units. A joint whose error one draw tripled is within a quarter with four.
+constexpr int kDraws = 4;
 /// Gentle units make smooth functions of low order, steep ones bend within a standard deviation.
 struct Kind {
   const char* name;
@@ -94,8 +97,9 @@ std::vector<Trial> try_all(const std::vector<InputSet>& sets, const JointRows& r
       if (!keep_going((done - 1.0) / all, name)) return trials;
       const Index units =
           kind.steepness > 0.0 ? std::min(kUnits, rows.errors.size() / kRowsPerUnit) : 0;
-      trials.push_back(
-          try_basis(std::move(name), {set.columns, units, kind.steepness, options.seed}, rows));
+      const int draws = units > 0 ? kDraws : 1;
+      trials.push_back(try_basis(std::move(name),
+                                 {set.columns, units, kind.steepness, options.seed, draws}, rows));
     }
   }
   return trials;
@@ -120,13 +124,18 @@ std::vector<double> add_parts(Index output, const std::vector<Trial>& trials,
   Eigen::VectorXd constants;
   for (const Member& member : members) {
     const Trial& trial = trials[member.trial];
-    Basis basis = draw(trial.basis);
-    const Readout readout = fit_readout(basis, trial.ridge, rows);
-    const Eigen::Map<const Eigen::VectorXd> of_sessions(
-        readout.of_sessions.data(), static_cast<Index>(readout.of_sessions.size()));
-    if (constants.size() == 0) constants.setZero(of_sessions.size());
-    constants += member.weight * of_sessions;
-    parts.push_back({output, std::move(basis), member.weight * readout.weights});
+    std::vector<Fit> fits;
+    for (int k = 0; k < trial.basis.draws; ++k) {
+      Basis basis = draw(trial.basis, k);
+      const Readout readout = fit_readout(basis, trial.ridge, rows);
+      const Eigen::Map<const Eigen::VectorXd> of_sessions(
+          readout.of_sessions.data(), static_cast<Index>(readout.of_sessions.size()));
+      if (constants.size() == 0) constants.setZero(of_sessions.size());
+      constants += member.weight / trial.basis.draws * of_sessions;
+      fits.push_back({std::move(basis), readout.weights});
+    }
+    Fit fit = condensed(fits, trial.basis.units, rows.scaled);
+    parts.push_back({output, std::move(fit.basis), member.weight * fit.readout});
   }
   return {constants.begin(), constants.end()};
 }
@@ -157,6 +166,26 @@ std::vector<Index> used_columns(const std::vector<model::FeatureSpec>& features,
     for (Index& column : part.basis.columns) column = used.at(column);
   }
   return columns;
+}
+
+/// Draws of different members are independent.
+double left_to_chance(const std::vector<Trial>& trials, const std::vector<Member>& members) {
+  double sum = 0.0;
+  for (const Member& member : members)
+    sum = std::hypot(sum, member.weight * trials[member.trial].left_to_chance);
+  return sum;
+}
+
+/// What the held-out parts, which hold every row once, leave of each row.
+Eigen::VectorXd left_of_parts(const Combination& chosen, const HeldOut& held_out) {
+  Eigen::VectorXd left(0);
+  for (std::size_t p = 0; p < held_out.parts; ++p)
+    left.conservativeResize(left.size() + std::ssize(held_out.lists[p]));
+  std::size_t judged = 0;
+  for (std::size_t p = 0; p < held_out.parts; ++p) {
+    if (!held_out.lists[p].empty()) left(held_out.lists[p]) = chosen.judged[judged++];
+  }
+  return left;
 }
 
 model::Standardiser output_scaling(const Eigen::MatrixXd& errors) {
@@ -208,7 +237,11 @@ void describe(const Rows& rows, const ChoiceOptions& options, const InputSets& s
                     "alone; record a motion of it",
                     output.joint));
   }
-  for (std::string& warning : variety_warnings(rows)) choice.warnings.push_back(std::move(warning));
+  std::size_t homings = 0;
+  for (const JointChoice& joint : choice.joints)
+    homings = std::max(homings, joint.homing_constants.size());
+  for (std::string& warning : variety_warnings(rows, homings))
+    choice.warnings.push_back(std::move(warning));
   auto& provenance = choice.model.provenance;
   provenance["ravencal_version"] = core::kVersion;
   provenance["features"] = options.features.empty() ? "(offered)" : options.features;
@@ -267,7 +300,10 @@ core::Result<Choice> choose_model(
     JointChoice& joint = choice.joints.emplace_back(
         table_of(model.outputs[k], trials, chosen.members, of_joint.held_out));
     joint.session_constants = add_parts(output, trials, chosen.members, of_joint, parts);
-    model.expected.push_back(expected_error(chosen.judged, joint.session_constants));
+    joint.homing_constants = homing_constants(joint.session_constants,
+                                              left_of_parts(chosen, of_joint.held_out), of_joint);
+    model.expected.push_back(expected_error(chosen.judged, joint.homing_constants,
+                                            left_to_chance(trials, chosen.members)));
   }
   model.motion = learn::motion_range(model.outputs, training);
   model.output = output_scaling(rows.errors);

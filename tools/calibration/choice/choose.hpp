@@ -55,6 +55,7 @@ struct JointChoice {
   std::size_t parts = 0;  ///< held out in turn
   bool parts_are_recordings = false;
   std::vector<double> session_constants;  ///< of the chosen model, SI
+  std::vector<double> homing_constants;   ///< of the homings that these show, SI
 };
 
 struct Choice {

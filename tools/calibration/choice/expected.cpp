@@ -13,6 +13,9 @@ namespace {
 /// RMSE below this one, SI, are rounding: a nanoradian or a nanometre.
 constexpr double kLeastRmse = 1e-9;
 
+/// Standard deviations of a normal variable that 97.5 % lie below.
+constexpr double kNormal975 = 1.96;
+
 double mean_square(const Eigen::ArrayXd& values) {
   return std::max(values.square().mean(), kLeastRmse * kLeastRmse);
 }
@@ -33,7 +36,8 @@ NextValue next_value(const std::vector<double>& values) {
 }  // namespace
 
 model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
-                                    const std::vector<double>& session_constants) {
+                                    const std::vector<double>& homing_constants,
+                                    double left_to_chance) {
   std::vector<double> squares;
   std::vector<double> about_mean;
   std::vector<double> logs;
@@ -44,9 +48,17 @@ model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
   }
   const double median = std::exp(mean_of(logs));
   const double factor = std::exp(next_value(logs).half95);
-  const NextValue constant = next_value(session_constants);
-  return {std::hypot(std::sqrt(mean_of(squares)), constant.deviation), median / factor,
-          std::hypot(median * factor, constant.half95), std::sqrt(mean_of(about_mean))};
+  model::ExpectedError expected;
+  expected.same_homing = {std::sqrt(mean_of(squares)), median / factor,
+                          std::hypot(median * factor, kNormal975 * left_to_chance)};
+  expected.about_mean = std::sqrt(mean_of(about_mean));
+  if (homing_constants.size() > 1) {
+    const auto& [rmse, low, high] = expected.same_homing;
+    const NextValue constant = next_value(homing_constants);
+    expected.other_homing = {std::hypot(rmse, constant.deviation), low,
+                             std::hypot(high, constant.half95)};
+  }
+  return expected;
 }
 
 }  // namespace ravencal::choice

@@ -76,16 +76,19 @@ core::Result<Rows> make_rows(std::span<const model::FeatureSpec> features,
   rows.without_input = data.rows_without_feature;
   rows.speeds.resizeLike(rows.errors);
   rows.efforts.resizeLike(rows.errors);
+  rows.loads.resizeLike(rows.errors);
   Sessions sessions;
   std::size_t i = 0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Eigen::MatrixXd speeds = learn::joint_speeds(outputs, *recordings[r]);
     const Eigen::MatrixXd efforts = learn::joint_efforts(outputs, *recordings[r]);
+    const Eigen::MatrixXd loads = learn::joint_loads(outputs, *recordings[r]);
     sessions.begin(*recordings[r]);
     for (; i < data.origins.size() && data.origins[i].recording == r; ++i) {
       const Eigen::Index row = data.origins[i].row;
       rows.speeds.row(static_cast<Eigen::Index>(i)) = speeds.row(row).cwiseAbs();
       rows.efforts.row(static_cast<Eigen::Index>(i)) = efforts.row(row).cwiseAbs();
+      rows.loads.row(static_cast<Eigen::Index>(i)) = loads.row(row).cwiseAbs();
       rows.recording.push_back(static_cast<int>(r));
       const std::int64_t t_ns = recordings[r]->t_ns[static_cast<std::size_t>(row)];
       rows.session.push_back(sessions.at(t_ns));

@@ -28,6 +28,7 @@ struct Rows {
   std::vector<int> own_session;   ///< the same, but each recording without an event is a session
   Eigen::MatrixXd speeds;         ///< [rows x outputs], >= 0; NaN where unknown
   Eigen::MatrixXd efforts;        ///< [rows x outputs], >= 0; NaN where unknown
+  Eigen::MatrixXd loads;          ///< of sensors behind the cables, likewise
   std::size_t without_truth = 0;  ///< left out: no joint's error is known
   std::size_t without_input = 0;  ///< left out: an input is lost
 };

@@ -5,7 +5,9 @@
 // tells.
 #pragma once
 
+#include <Eigen/Core>
 #include <string_view>
+#include <vector>
 
 #include "choice/rows.hpp"
 #include "choice/trial.hpp"
@@ -23,5 +25,12 @@ enum class SessionRule {
 /// smaller beyond the standard error of the difference.
 void set_sessions(SessionRule rule, const Rows& all, const std::vector<Eigen::Index>& known,
                   const std::vector<Eigen::Index>& columns, JointRows& rows);
+
+/// Constants of the homings that the sessions show, rising, SI: sessions whose constants differ by
+/// less than these are known to are one homing. `constants`: of the sessions that have rows, SI.
+/// `left` [rows]: prediction - error of rows that the fit did not see, SI; how far its means over
+/// stretches of a session lie apart says how well the session's constant is known.
+std::vector<double> homing_constants(const std::vector<double>& constants,
+                                     const Eigen::VectorXd& left, const JointRows& rows);
 
 }  // namespace ravencal::choice

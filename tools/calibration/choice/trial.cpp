@@ -136,6 +136,49 @@ void set_rmse(Trial& trial, std::size_t parts) {
       outside.empty() ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(mean_of(outside));
 }
 
+/// What fits of some draws leave, by one ridge.
+struct LeftByDraws {
+  std::vector<Eigen::VectorXd> sums;  ///< [lists][rows of the list]
+  std::vector<double> squares;        ///< [lists], over rows and draws
+
+  void add(std::size_t list, const Eigen::VectorXd& left) {
+    if (sums[list].size() == 0) sums[list].setZero(left.size());
+    sums[list] += left;
+    squares[list] += left.squaredNorm();
+  }
+  /// Sets what the mean leaves, and how far chance may move it.
+  void set(int draws, Trial& trial) const {
+    const double count = draws;
+    double most = 0.0;
+    for (std::size_t list = 0; list < sums.size(); ++list) {
+      trial.left.emplace_back(sums[list] / count);
+      if (draws < 2 || sums[list].size() == 0) continue;
+      const double about_mean = squares[list] - count * trial.left.back().squaredNorm();
+      const auto rows = static_cast<double>(sums[list].size());
+      most = std::max(most, about_mean / (rows * count * (count - 1.0)));
+    }
+    trial.left_to_chance = std::sqrt(most);
+  }
+};
+
+/// Adds what fits of one basis leave, [ridges].
+void add_left(const Basis& basis, const JointRows& rows, UnseenConstant unseen,
+              std::vector<LeftByDraws>& by_ridge) {
+  const Eigen::MatrixXd design = basis.design(rows.scaled);
+  Moments all(basis.size(), rows.sessions);
+  all.add(design, rows.errors, rows.session, 1.0);
+  for (std::size_t p = 0; p < rows.held_out.lists.size(); ++p) {
+    const auto& list = rows.held_out.lists[p];
+    const Eigen::MatrixXd of_list = design(list, Eigen::all);
+    const Eigen::VectorXd errors = rows.errors(list);
+    const std::vector<int> sessions = sessions_of(rows, list);
+    Moments others = all;
+    others.add(of_list, errors, sessions, -1.0);
+    for (std::size_t r = 0; r < by_ridge.size(); ++r)
+      by_ridge[r].add(p, left_of(others, kRidges[r], of_list, errors, sessions, unseen));
+  }
+}
+
 /// Every list divided by its least value.
 std::vector<std::vector<double>> relative(std::vector<std::vector<double>> squares) {
   for (std::size_t list = 0; list < squares.front().size(); ++list) {
@@ -187,25 +230,16 @@ std::size_t simplest_of_best(const std::vector<std::vector<double>>& candidates)
 
 Trial try_basis(std::string name, const BasisSpec& spec, const JointRows& rows,
                 UnseenConstant unseen) {
-  const Basis basis = draw(spec);
-  const Eigen::MatrixXd design = basis.design(rows.scaled);
-  Moments all(basis.size(), rows.sessions);
-  all.add(design, rows.errors, rows.session, 1.0);
-  std::vector<Moments> others(rows.held_out.lists.size(), all);
-  for (std::size_t p = 0; p < others.size(); ++p) {
-    const auto& list = rows.held_out.lists[p];
-    others[p].add(design(list, Eigen::all), rows.errors(list), sessions_of(rows, list), -1.0);
-  }
+  const std::size_t lists = rows.held_out.lists.size();
+  std::vector<LeftByDraws> by_ridge(
+      std::size(kRidges), {std::vector<Eigen::VectorXd>(lists), std::vector<double>(lists)});
+  for (int k = 0; k < spec.draws; ++k) add_left(draw(spec, k), rows, unseen, by_ridge);
   std::vector<Trial> trials;
   std::vector<std::vector<double>> squares;
-  for (const double ridge : kRidges) {
+  for (std::size_t r = 0; r < by_ridge.size(); ++r) {
     Trial& trial = trials.emplace_back();
-    trial.ridge = ridge;
-    for (std::size_t p = 0; p < others.size(); ++p) {
-      const auto& list = rows.held_out.lists[p];
-      trial.left.push_back(left_of(others[p], ridge, design(list, Eigen::all), rows.errors(list),
-                                   sessions_of(rows, list), unseen));
-    }
+    trial.ridge = kRidges[r];
+    by_ridge[r].set(spec.draws, trial);
     set_rmse(trial, rows.held_out.parts);
     squares.push_back(mean_squares(trial.left));
   }

@@ -46,6 +46,9 @@ struct Trial {
   double ridge = 0.0;
   /// [lists][rows of the list], prediction - error, SI: by the fit that did not see the list.
   std::vector<Eigen::VectorXd> left;
+  /// By how much the mean of the draws may differ from that of endlessly many: standard deviation,
+  /// SI, over the list in which it is largest; 0 for one draw.
+  double left_to_chance = 0.0;
   double inside_rmse = 0.0;   ///< over the parts, SI
   double inside_error = 0.0;  ///< its standard error over the parts, SI
   double outside_rmse = 0.0;  ///< over the lists beyond, SI; NaN if there are none

@@ -18,7 +18,7 @@ using Eigen::Index;
 constexpr double kSpeedsVary = 2.0;
 /// A joint that is slower than this share of its 95 % quantile rests or turns round.
 constexpr double kMoves = 0.1;
-/// Of a joint's mean effort in one recording over that in another.
+/// Of a joint's mean effort or load in one recording over that in another.
 constexpr double kLoadsVary = 1.2;
 
 bool speed_varies(const Eigen::VectorXd& speeds) {
@@ -32,12 +32,12 @@ bool speed_varies(const Eigen::VectorXd& speeds) {
          core::upper_quantile(known, 0.9) > kSpeedsVary * core::upper_quantile(known, 0.1);
 }
 
-bool effort_varies(const Eigen::VectorXd& efforts, const std::vector<int>& recording) {
-  std::map<int, std::pair<double, double>> sums;  // effort and rows of each recording
-  for (Index row = 0; row < efforts.size(); ++row) {
-    if (!std::isfinite(efforts[row])) continue;
-    auto& [effort, rows] = sums[recording[static_cast<std::size_t>(row)]];
-    effort += efforts[row];
+bool load_varies(const Eigen::VectorXd& loads, const std::vector<int>& recording) {
+  std::map<int, std::pair<double, double>> sums;  // load and rows of each recording
+  for (Index row = 0; row < loads.size(); ++row) {
+    if (!std::isfinite(loads[row])) continue;
+    auto& [load, rows] = sums[recording[static_cast<std::size_t>(row)]];
+    load += loads[row];
     rows += 1.0;
   }
   std::vector<double> means;
@@ -57,23 +57,24 @@ bool any_joint(const Eigen::MatrixXd& values, const Varies& varies) {
 
 }  // namespace
 
-std::vector<std::string> variety_warnings(const Rows& rows) {
+std::vector<std::string> variety_warnings(const Rows& rows, std::size_t homings) {
   std::vector<std::string> one;
   std::vector<std::string> remedies;
-  const auto [first, last] = std::minmax_element(rows.own_session.begin(), rows.own_session.end());
-  if (*first == *last) {
-    one.emplace_back("one session");
+  if (homings < 2) {
+    one.emplace_back("one homing");
     remedies.emplace_back("homed anew");
   }
   if (!any_joint(rows.speeds, speed_varies)) {
     one.emplace_back("one speed");
     remedies.emplace_back("at other speeds");
   }
-  const bool knows_efforts = rows.efforts.array().isFinite().any();
-  const auto loads = [&](const Eigen::VectorXd& values) {
-    return effort_varies(values, rows.recording);
+  // A brake behind the cables may hardly show in an effort that friction rules.
+  const bool knows_loads =
+      rows.efforts.array().isFinite().any() || rows.loads.array().isFinite().any();
+  const auto varies = [&](const Eigen::VectorXd& values) {
+    return load_varies(values, rows.recording);
   };
-  if (knows_efforts && !any_joint(rows.efforts, loads)) {
+  if (knows_loads && !any_joint(rows.efforts, varies) && !any_joint(rows.loads, varies)) {
     one.emplace_back("one load");
     remedies.emplace_back("under another load");
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -8,8 +9,9 @@
 
 namespace ravencal::choice {
 
-/// Of sessions, speeds and loads, those of which the training has one; a sentence, or none. What
-/// does not vary in the training is neither learned nor in the expected error.
-std::vector<std::string> variety_warnings(const Rows& rows);
+/// Of homings, speeds and loads, those of which the training has one; a sentence, or none. What
+/// does not vary in the training is neither learned nor in the expected error. `homings`: how many
+/// the constants of the sessions show.
+std::vector<std::string> variety_warnings(const Rows& rows, std::size_t homings);
 
 }  // namespace ravencal::choice

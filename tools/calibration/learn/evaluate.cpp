@@ -176,6 +176,11 @@ nlohmann::ordered_json figures(const ErrorStatistics& statistics, double per_si)
   return {{"rmse", statistics.rmse * per_si}, {"peak", statistics.peak * per_si}};
 }
 
+nlohmann::ordered_json expected_rmse_json(const model::ExpectedRmse& expected, double per_si) {
+  return {{"rmse", expected.rmse * per_si},
+          {"interval_95", {expected.low * per_si, expected.high * per_si}}};
+}
+
 }  // namespace
 
 ErrorStatistics error_statistics(const std::vector<double>& values,
@@ -284,11 +289,13 @@ std::string evaluation_json(const Evaluation& evaluation) {
                                                 {"rmse", joint.motion->beyond_rmse * unit.per_si}};
     }
     if (!joint.expected) continue;
-    const model::ExpectedError& expected = *joint.expected;
-    joints.back()["expected"] = {
-        {"rmse", expected.rmse * unit.per_si},
-        {"interval_95", {expected.low * unit.per_si, expected.high * unit.per_si}},
-        {"rmse_about_mean", expected.about_mean * unit.per_si}};
+    nlohmann::ordered_json expected = expected_rmse_json(joint.expected->any(), unit.per_si);
+    expected["rmse_about_mean"] = joint.expected->about_mean * unit.per_si;
+    expected["same_homing"] = expected_rmse_json(joint.expected->same_homing, unit.per_si);
+    expected["other_homing"] = nullptr;
+    if (joint.expected->other_homing)
+      expected["other_homing"] = expected_rmse_json(*joint.expected->other_homing, unit.per_si);
+    joints.back()["expected"] = std::move(expected);
   }
   nlohmann::ordered_json json = {{"joints", joints}};
   const SharedSeeds& shared = evaluation.shared;

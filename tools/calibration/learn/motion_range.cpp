@@ -133,6 +133,24 @@ bool is_beyond(const model::Range& range, double value) {
   return value < range.low - margin || value > range.high + margin;
 }
 
+template <typename ColumnOf>
+Eigen::MatrixXd window_means(std::span<const model::OutputSpec> outputs, const Recording& recording,
+                             const ColumnOf& column_of) {
+  const std::vector<Window> windows = windows_of(recording, times_s(recording));
+  Eigen::MatrixXd values(recording.rows(), static_cast<Index>(outputs.size()));
+  values.setConstant(std::nan(""));
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    const auto column = column_of(recording, outputs[k].joint);
+    if (!column) continue;
+    const Means means(recording.samples.col(*column));
+    for (Index row = 0; row < recording.rows(); ++row) {
+      const auto [begin, end] = windows[static_cast<std::size_t>(row)];
+      values(row, static_cast<Index>(k)) = means.over(begin, end);
+    }
+  }
+  return values;
+}
+
 }  // namespace
 
 std::optional<Index> effort_column(const Recording& recording, std::string_view joint) {
@@ -156,19 +174,14 @@ Eigen::MatrixXd joint_speeds(std::span<const model::OutputSpec> outputs,
 
 Eigen::MatrixXd joint_efforts(std::span<const model::OutputSpec> outputs,
                               const Recording& recording) {
-  const std::vector<Window> windows = windows_of(recording, times_s(recording));
-  Eigen::MatrixXd efforts(recording.rows(), static_cast<Index>(outputs.size()));
-  efforts.setConstant(std::nan(""));
-  for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const auto column = effort_column(recording, outputs[k].joint);
-    if (!column) continue;
-    const Means means(recording.samples.col(*column));
-    for (Index row = 0; row < recording.rows(); ++row) {
-      const auto [begin, end] = windows[static_cast<std::size_t>(row)];
-      efforts(row, static_cast<Index>(k)) = means.over(begin, end);
-    }
-  }
-  return efforts;
+  return window_means(outputs, recording, effort_column);
+}
+
+Eigen::MatrixXd joint_loads(std::span<const model::OutputSpec> outputs,
+                            const Recording& recording) {
+  return window_means(outputs, recording, [](const Recording& of, std::string_view joint) {
+    return of.column(Role::kLoad, joint);
+  });
 }
 
 model::MotionRange motion_range(std::span<const model::OutputSpec> outputs,

@@ -33,6 +33,10 @@ Eigen::MatrixXd joint_speeds(std::span<const model::OutputSpec> outputs,
 Eigen::MatrixXd joint_efforts(std::span<const model::OutputSpec> outputs,
                               const record::Recording& recording);
 
+/// What a sensor behind the cables says of every output's joint (Role::kLoad), likewise.
+Eigen::MatrixXd joint_loads(std::span<const model::OutputSpec> outputs,
+                            const record::Recording& recording);
+
 /// Of the rows of all recordings that have the truth of the joint.
 model::MotionRange motion_range(std::span<const model::OutputSpec> outputs,
                                 std::span<const record::Recording* const> training);

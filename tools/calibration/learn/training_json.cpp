@@ -28,13 +28,36 @@ std::optional<model::Range> range_from(const json& pair) {
   return range;
 }
 
+json rmse_json(const model::ExpectedRmse& e) {
+  return {{"rmse", e.rmse}, {"low", e.low}, {"high", e.high}};
+}
+
+/// Not negative.
+std::optional<double> size_from(const json& object, const char* key) {
+  if (!object.contains(key) || !object[key].is_number()) return std::nullopt;
+  const double value = object[key].get<double>();
+  return value >= 0.0 ? std::optional(value) : std::nullopt;
+}
+
+std::optional<model::ExpectedRmse> rmse_from(const json& object) {
+  if (!object.is_object()) return std::nullopt;
+  const auto rmse = size_from(object, "rmse");
+  const auto low = size_from(object, "low");
+  const auto high = size_from(object, "high");
+  if (!rmse || !low || !high) return std::nullopt;
+  return model::ExpectedRmse{*rmse, *low, *high};
+}
+
 }  // namespace
 
 std::string expected_text(const std::vector<model::ExpectedError>& expected) {
   json list = json::array();
   for (const model::ExpectedError& e : expected) {
-    list.push_back(
-        {{"rmse", e.rmse}, {"low", e.low}, {"high", e.high}, {"about_mean", e.about_mean}});
+    json item = rmse_json(e.any());
+    item["about_mean"] = e.about_mean;
+    item["same_homing"] = rmse_json(e.same_homing);
+    if (e.other_homing) item["other_homing"] = rmse_json(*e.other_homing);
+    list.push_back(std::move(item));
   }
   return list.dump();
 }
@@ -48,14 +71,15 @@ core::Result<std::vector<model::ExpectedError>> expected_from(const json& list,
   if (!list.is_array() || list.size() != outputs) return wrong();
   std::vector<model::ExpectedError> expected;
   for (const json& item : list) {
-    model::ExpectedError& error = expected.emplace_back();
-    for (const auto& [key, value] :
-         {std::pair{"rmse", &error.rmse}, std::pair{"low", &error.low},
-          std::pair{"high", &error.high}, std::pair{"about_mean", &error.about_mean}}) {
-      if (!item.is_object() || !item.contains(key) || !item[key].is_number()) return wrong();
-      *value = item[key].get<double>();
-      if (!(*value >= 0.0)) return wrong();
-    }
+    if (!item.is_object()) return wrong();
+    const auto any = rmse_from(item);
+    const auto about_mean = size_from(item, "about_mean");
+    // Earlier files have one figure, that of another recording.
+    const auto same = item.contains("same_homing") ? rmse_from(item["same_homing"]) : any;
+    const bool has_other = item.contains("other_homing");
+    const auto other = has_other ? rmse_from(item["other_homing"]) : std::nullopt;
+    if (!any || !about_mean || !same || (has_other && !other)) return wrong();
+    expected.push_back({*same, other, *about_mean});
   }
   return expected;
 }

@@ -12,7 +12,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <numeric>
+#include <functional>
 
 #include "core/median.hpp"
 #include "methods/method.hpp"
@@ -23,6 +23,7 @@ namespace {
 
 constexpr Eigen::Index kSubset = 400;  ///< rows that choose the lengths
 constexpr double kImplausible = 3.5;   ///< robust standard deviations that cleaning drops
+constexpr Eigen::Index kBlock = 1024;  ///< rows between two questions whether to go on
 
 /// Logarithms: signal deviation, noise deviation, then one length per input.
 struct Kernel {
@@ -95,7 +96,21 @@ std::vector<Eigen::Index> evenly(Eigen::Index columns, Eigen::Index count) {
   return chosen;
 }
 
-Kernel fit_kernel(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
+/// False: the fit ends early, and what it returns is of no use.
+using GoOn = std::function<bool()>;
+
+class AsksEachIteration final : public ceres::IterationCallback {
+ public:
+  explicit AsksEachIteration(const GoOn& go_on) : go_on_(go_on) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return go_on_() ? ceres::SOLVER_CONTINUE : ceres::SOLVER_ABORT;
+  }
+
+ private:
+  const GoOn& go_on_;
+};
+
+Kernel fit_kernel(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const GoOn& go_on) {
   const double deviation = std::sqrt(y.squaredNorm() / static_cast<double>(y.size())) + 1e-6;
   Kernel kernel{Eigen::VectorXd::Constant(x.rows() + 2, std::log(3.0))};
   kernel.log_parameters[0] = std::log(deviation);
@@ -104,6 +119,8 @@ Kernel fit_kernel(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
   ceres::GradientProblemSolver::Options options;
   options.max_num_iterations = 60;
   options.logging_type = ceres::SILENT;
+  AsksEachIteration asks(go_on);
+  options.callbacks.push_back(&asks);
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(options, problem, kernel.log_parameters.data(), &summary);
   return kernel;
@@ -121,15 +138,14 @@ struct Process {
 };
 
 Process fit_sparse(Kernel kernel, const Eigen::MatrixXd& x, const Eigen::VectorXd& y,
-                   Eigen::Index points) {
+                   Eigen::Index points, const GoOn& go_on) {
   Process process;
   process.inducing = x(Eigen::all, evenly(x.cols(), points));
   const Eigen::Index m = process.inducing.cols();
   Eigen::MatrixXd gram =
       kernel.noise_variance() * kernel.between(process.inducing, process.inducing);
   Eigen::VectorXd cross = Eigen::VectorXd::Zero(m);
-  constexpr Eigen::Index kBlock = 1024;
-  for (Eigen::Index at = 0; at < x.cols(); at += kBlock) {
+  for (Eigen::Index at = 0; at < x.cols() && go_on(); at += kBlock) {
     const Eigen::Index count = std::min(kBlock, x.cols() - at);
     const Eigen::MatrixXd k = kernel.between(x.middleCols(at, count), process.inducing);
     gram.selfadjointView<Eigen::Lower>().rankUpdate(k.transpose());
@@ -143,8 +159,13 @@ Process fit_sparse(Kernel kernel, const Eigen::MatrixXd& x, const Eigen::VectorX
 
 /// Rows that the process of a subset finds plausible.
 std::vector<Eigen::Index> plausible(const Process& process, const Eigen::MatrixXd& x,
-                                    const Eigen::VectorXd& y) {
-  const Eigen::VectorXd left = (y - process.predict(x)).cwiseAbs();
+                                    const Eigen::VectorXd& y, const GoOn& go_on) {
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(y.size());
+  for (Eigen::Index at = 0; at < x.cols() && go_on(); at += kBlock) {
+    const Eigen::Index count = std::min(kBlock, x.cols() - at);
+    left.segment(at, count) =
+        (y.segment(at, count) - process.predict(x.middleCols(at, count))).cwiseAbs();
+  }
   std::vector<double> sizes(left.data(), left.data() + left.size());
   const double deviation = core::kNormalPerMad * core::upper_median(sizes);
   std::vector<Eigen::Index> kept;
@@ -207,17 +228,19 @@ class GaussianProcess final : public Method {
     std::vector<Process> processes;
     double dropped = 0.0;
     for (Eigen::Index k = 0; k < y.rows(); ++k) {
-      if (!settings.keep_going(static_cast<double>(k) / static_cast<double>(y.rows())))
-        return stopped();
+      const GoOn go_on = [&] {
+        return settings.keep_going(static_cast<double>(k) / static_cast<double>(y.rows()));
+      };
       const Eigen::VectorXd target = y.row(k).transpose();
       const auto subset = evenly(x.cols(), kSubset);
-      Kernel kernel = fit_kernel(x(Eigen::all, subset), target(subset));
+      Kernel kernel = fit_kernel(x(Eigen::all, subset), target(subset), go_on);
       const Process first =
-          fit_sparse(kernel, x(Eigen::all, subset), target(subset), settings.inducing);
-      const std::vector<Eigen::Index> kept = plausible(first, x, target);
+          fit_sparse(kernel, x(Eigen::all, subset), target(subset), settings.inducing, go_on);
+      const std::vector<Eigen::Index> kept = plausible(first, x, target, go_on);
       dropped += 1.0 - static_cast<double>(kept.size()) / static_cast<double>(x.cols());
-      processes.push_back(
-          fit_sparse(std::move(kernel), x(Eigen::all, kept), target(kept), settings.inducing));
+      processes.push_back(fit_sparse(std::move(kernel), x(Eigen::all, kept), target(kept),
+                                     settings.inducing, go_on));
+      if (!go_on()) return stopped();
     }
     dropped /= static_cast<double>(y.rows());
     return std::unique_ptr<Predictor>(
