@@ -34,7 +34,6 @@ using record::Recording;
 /// Units of a nonlinear candidate, and at least so many rows for each.
 constexpr Index kUnits = 300;
 constexpr Index kRowsPerUnit = 4;
-/// Of a candidate's units. A joint whose error one draw tripled is within a quarter with four.
 constexpr int kDraws = 4;
 /// Gentle units make smooth functions of low order, steep ones bend within a standard deviation.
 struct Kind {
@@ -107,7 +106,7 @@ std::vector<Trial> try_all(const std::vector<InputSet>& sets, const JointRows& r
 
 JointChoice table_of(const model::OutputSpec& output, const std::vector<Trial>& trials,
                      const std::vector<Member>& members, const HeldOut& held_out) {
-  JointChoice choice{output.joint, output.unit, {}, held_out.parts, held_out.by_recording, {}};
+  JointChoice choice{output.joint, output.unit, {}, held_out.parts, held_out.by_recording, {}, {}};
   for (const Trial& trial : trials) {
     choice.tried.push_back(
         {trial.name, trial.ridge, trial.inside_rmse, trial.inside_error, trial.outside_rmse, 0.0});
