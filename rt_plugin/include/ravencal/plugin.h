@@ -7,9 +7,8 @@
  *               [rt]   real-time safe: bounded time, no allocation, lock, system call or exception;
  *                      one thread at a time per instance;
  *               [any]  any thread at any time.
- * Units: SI (rad, m, N.m, s) except where the name says otherwise. Joint arrays have the
- * controller's 8 slots: shoulder, elbow, insertion, void, roll, wrist, grasp1, grasp2; positions
- * are rad, except the insertion, which is m.
+ * Units: SI (rad, m, N.m, s) except where the name says otherwise; the insertion is m. Joint arrays
+ * have the controller's 8 slots: shoulder, elbow, insertion, void, roll, wrist, grasp1, grasp2.
  */
 #ifndef RAVENCAL_PLUGIN_H
 #define RAVENCAL_PLUGIN_H
