@@ -64,10 +64,21 @@ bool RequestMemory::holds_waiting(std::uint64_t taken) const {
   const Words words = load();
   const auto request = std::bit_cast<ravencal_request>(words);
   // As the plugin judges: what it never takes keeps nobody waiting.
+  const bool is_constant = request.kind == RAVENCAL_REQUEST_HOMING_CONSTANT;
+  if (is_constant && !holds_constant_of(request.number)) return false;
   return static_cast<std::int64_t>(request.number - taken) > 0 &&
          request.check == RAVENCAL_REQUEST_CHECK(words[0], words[1], words[2]) &&
          request.version == RAVENCAL_REQUEST_VERSION && request.kind < RAVENCAL_REQUEST_KINDS &&
          request.share >= 0.0F && request.share <= 1.0F && request.joints < 1U << RAVENCAL_JOINTS;
+}
+
+bool RequestMemory::holds_constant_of(std::uint64_t number) const {
+  if (!has_room_for_constant_) return false;
+  ConstantWords words{};
+  for (std::size_t i = 0; i < words.size(); ++i)
+    words[i] = word(kWords + i).load(std::memory_order_acquire);
+  return words[0] == number &&
+         words[5] == RAVENCAL_CONSTANT_CHECK(words[0], words[1], words[2], words[3], words[4]);
 }
 
 bool RequestMemory::holds(const ravencal_request& request) const {
@@ -87,8 +98,6 @@ void RequestMemory::write(ravencal_request& request, const ravencal_homing_const
 
 /// Right behind the request.
 void RequestMemory::write_constant(ravencal_constant_request record) {
-  using ConstantWords =
-      std::array<std::uint64_t, sizeof(ravencal_constant_request) / sizeof(std::uint64_t)>;
   auto words = std::bit_cast<ConstantWords>(record);
   record.check = RAVENCAL_CONSTANT_CHECK(words[0], words[1], words[2], words[3], words[4]);
   words = std::bit_cast<ConstantWords>(record);

@@ -38,6 +38,8 @@ class RequestMemory {
  private:
   static constexpr std::size_t kWords = sizeof(ravencal_request) / sizeof(std::uint64_t);
   using Words = std::array<std::uint64_t, kWords>;
+  using ConstantWords =
+      std::array<std::uint64_t, sizeof(ravencal_constant_request) / sizeof(std::uint64_t)>;
 
   RequestMemory(std::uint64_t* words, bool has_room_for_constant)
       : words_(words), has_room_for_constant_(has_room_for_constant) {}
@@ -46,6 +48,7 @@ class RequestMemory {
   }
   [[nodiscard]] Words load() const;
   void write_constant(ravencal_constant_request record);
+  [[nodiscard]] bool holds_constant_of(std::uint64_t number) const;
 
   std::uint64_t* words_;
   bool has_room_for_constant_;

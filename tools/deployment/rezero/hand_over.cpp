@@ -17,7 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Words = std::array<std::uint64_t, sizeof(ravencal_homing_constant) / sizeof(std::uint64_t)>;
 
-constexpr std::chrono::milliseconds kLookPeriod{5};
+constexpr std::chrono::milliseconds kInForcePeriod{5};
 
 bool are_equal(const ravencal_homing_constant& a, const ravencal_homing_constant& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
@@ -71,7 +71,7 @@ core::Result<HandedOver> hand_over(const std::string& name,
     if (waited.count() > wait_s || !keep_going()) {
       return HandedOver{false, "not in force: " + refusal_of(homing, constant)};
     }
-    std::this_thread::sleep_for(kLookPeriod);
+    std::this_thread::sleep_for(kInForcePeriod);
   }
 }
 

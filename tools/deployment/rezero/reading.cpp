@@ -10,6 +10,7 @@
 #include <limits>
 #include <thread>
 
+#include "core/catalogue.hpp"
 #include "core/joint_layout.hpp"
 #include "core/run_level.hpp"
 #include "learn/recording_origin.hpp"
@@ -23,7 +24,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kLookPeriod{20};
+constexpr std::chrono::milliseconds kTicksPeriod{20};
 /// With these the prediction is none, or is not of a robot that is homed and stands.
 constexpr std::uint32_t kNoReading =
     RAVENCAL_DOUBT_ROBOT_STATE | RAVENCAL_DOUBT_NO_WEIGHTS | RAVENCAL_DOUBT_TIME |
@@ -221,7 +222,7 @@ core::Result<Reading> read_telemetry(const std::string& name, const model::Calib
   // A loop that comes ten times too late stands.
   constexpr std::chrono::duration<double> kLongest(10.0 * kReading_s);
   while (ticks.size() < wanted && keep_going() && Clock::now() - begun < kLongest) {
-    std::this_thread::sleep_for(kLookPeriod);
+    std::this_thread::sleep_for(kTicksPeriod);
     reader.read(ticks);
   }
   if (ticks.size() < wanted) {
