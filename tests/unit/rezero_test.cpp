@@ -99,12 +99,13 @@ TEST(Rezero, RefusesWhereOneHomingWasSeenUnlessTheUserBoundsIt) {
        {std::vector<HomingConstants>{}, {{"elbow", {0.5 * kDeg}, 0.2 * kDeg}}}) {
     expect_refused(judged(pose, reading(), training), "do not say how far homings");
     EXPECT_TRUE(judged(pose, reading(), training, {{"elbow", 2 * kDeg}}).refusals.empty());
-    expect_refused(judged(pose, reading(), training, {{"elbow", 0.9 * kDeg}}), "beyond the 0.9 deg");
+    expect_refused(judged(pose, reading(), training, {{"elbow", 0.9 * kDeg}}),
+                   "beyond the 0.9 deg");
   }
   // It never widens what the training allows.
-  expect_refused(judged({{"elbow", 84 * kDeg, 0.1 * kDeg}}, reading(), seen(),
-                        {{"elbow", 20 * kDeg}}),
-                 "beyond the");
+  expect_refused(
+      judged({{"elbow", 84 * kDeg, 0.1 * kDeg}}, reading(), seen(), {{"elbow", 20 * kDeg}}),
+      "beyond the");
 }
 
 TEST(Rezero, SaysThatThePoseIsATurnOff) {
@@ -153,9 +154,9 @@ TEST(Rezero, ReadsThePoseWithUnitsAndUncertainty) {
   EXPECT_NEAR(pose.value()[0].uncertainty, 0.1 * kDeg, 1e-12);
   EXPECT_NEAR(pose.value()[1].value, -0.4, 1e-12);
   EXPECT_NEAR(pose.value()[1].uncertainty, 2e-4, 1e-12);
-  for (const char* wrong :
-       {"shoulder", "shoulder=", "shoulder=30deg", "shoulder=30+-1", "shoulder=30mm+-1mm", "=",
-        "wrist=3deg+-1deg", "shoulder=30deg+--1deg", "shoulder=30deg+-1mm", "shoulder=xdeg+-1deg"}) {
+  for (const char* wrong : {"shoulder", "shoulder=", "shoulder=30deg", "shoulder=30+-1",
+                            "shoulder=30mm+-1mm", "=", "wrist=3deg+-1deg", "shoulder=30deg+--1deg",
+                            "shoulder=30deg+-1mm", "shoulder=xdeg+-1deg"}) {
     const auto refused = rezero::parse_pose(std::vector<std::string>{wrong}, model);
     ASSERT_FALSE(refused.ok()) << wrong;
     EXPECT_EQ(refused.error().code, core::ErrorCode::kUsage) << wrong;
@@ -258,8 +259,8 @@ TEST(Rezero, TheFileBesideTheWeightsComesBackOrIsRefused) {
   ASSERT_TRUE(folder.ok());
   const auto path = rezero::path_beside(folder->path() / "w.blob");
   EXPECT_EQ(path.filename(), "w.blob.homing.json");
-  const rezero::ConstantFile file{0x89ABCDEFU, {1, -2, 3}, "r.db", 5,
-                                  judged({{"elbow", 75 * kDeg, 0.1 * kDeg}}).joints};
+  const rezero::ConstantFile file{
+      0x89ABCDEFU, {1, -2, 3}, "r.db", 5, judged({{"elbow", 75 * kDeg, 0.1 * kDeg}}).joints};
   ASSERT_TRUE(rezero::write_constant(file, path).ok());
   EXPECT_TRUE(rezero::is_constant_file(path));
   const auto read = rezero::read_constant(path);

@@ -199,7 +199,8 @@ void add_rezero(CLI::App& app, int& exit_code) {
       "pose - reading - what the weights predict there. It lies in WEIGHTS.homing.json; the "
       "weights\n"
       "and their signature stay as they are. The plugin takes it with the pedal up, for these\n"
-      "weights and this homing alone, fades to it and drops it at the next homing.\n"
+      "weights and this homing alone, fades to it and drops it at the next homing. Move every joint\n"
+      "to and fro before, as in work: weights remember the side of a play.\n"
       "Exit 1: refused, or not taken. Example, with the tool in a calibration pin:\n"
       "  ravencal rezero --weights arm.blob --name /ravencal-left --at "
       "shoulder=45deg+-0.05deg,elbow=90deg+-0.05deg");

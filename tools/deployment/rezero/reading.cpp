@@ -18,6 +18,7 @@
 #include "model/scaled_inputs.hpp"
 #include "monitor/telemetry_reader.hpp"
 #include "monitor/watch.hpp"
+#include "rezero/memory.hpp"
 
 namespace ravencal::rezero {
 namespace {
@@ -201,11 +202,19 @@ core::Result<Reading> read_recording(const record::Recording& recording,
     }
     if (seen.reading[k].count() == 0) return no_rows(recording);
   }
-  return Reading{recording.source,
-                 seen.joints(model),
-                 seen.confidence.least(),
-                 homing_of(recording, rows),
-                 {}};
+  Reading reading{recording.source,
+                  seen.joints(model),
+                  seen.confidence.least(),
+                  homing_of(recording, rows),
+                  {}};
+  const auto unsettled = unsettled_inputs(model, recording, rows.begin);
+  if (!unsettled.empty()) {
+    reading.doubts.push_back(
+        fmt::format("the recording does not hold enough motion before the reading to know {}; move "
+                    "every joint to and fro before it stands at the pose",
+                    fmt::join(unsettled, ", ")));
+  }
+  return reading;
 }
 
 core::Result<Reading> read_telemetry(const std::string& name, const model::CalibrationModel& model,
