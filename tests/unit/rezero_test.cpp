@@ -235,6 +235,25 @@ TEST(Rezero, ReadsTheSecondOfARecordingInWhichTheRobotStands) {
   EXPECT_FALSE(rezero::read_recording(recording, model, 100.0).ok()) << "no row lies there";
 }
 
+// The reading begins at 2 s; before it the elbow went by 0.1.
+TEST(Rezero, RefusesAReadingBeforeTheMemoryOfTheInputsIsKnown) {
+  const std::string refusal = "does not hold enough motion before the reading to know ";
+  const auto expect = [&](const model::FeatureSpec& feature, bool is_known) {
+    const auto model = make_model({plain("jpos.elbow"), feature}, {});
+    const auto read = rezero::read_recording(standing(model), model, 1.99);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    ASSERT_EQ(read->doubts.empty(), is_known) << feature.text();
+    if (is_known) return;
+    EXPECT_NE(read->doubts[0].find(refusal + feature.text()), std::string::npos);
+  };
+  expect(with_play("jpos.elbow", 0.04F), true);
+  expect(with_play("jpos.elbow", 0.06F), false);
+  expect(mean_of("jpos.shoulder", 0.6F), true);
+  expect(mean_of("jpos.shoulder", 0.7F), false);
+  expect(travel_mean_of("jpos.shoulder", 0.03F, "jpos.elbow"), true);
+  expect(travel_mean_of("jpos.shoulder", 0.04F, "jpos.elbow"), false);
+}
+
 TEST(Rezero, ARecordingThatDoesNotTellItsHomingOrIsOfAnotherArm) {
   const auto model = make_model({plain("jpos.shoulder"), plain("jpos.elbow")}, {});
   auto recording = standing(model);

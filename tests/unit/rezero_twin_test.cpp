@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/joint_layout.hpp"
-#include "record/recording_file.hpp"
+#include "record/load.hpp"
 #include "unit/files_rig.hpp"
 
 namespace ravencal::test {
@@ -52,8 +51,8 @@ class RezeroTwin : public testing::Test {
 
   /// Random motion of a homing of its own; `stands`: amid it for kStanding_s.
   static void simulate(int number, const std::string& out, bool stands) {
-    expect_ok(fmt::format("trajectory sinusoid --duration-s 60 --seed {} --out t.csv --force",
-                          number));
+    expect_ok(
+        fmt::format("trajectory sinusoid --duration-s 60 --seed {} --out t.csv --force", number));
     if (stands) stand();
     expect_ok(fmt::format(
         "simulate --plant {} --trajectory t.csv --seed {} --homing-seed {} --out {} --force",
@@ -79,7 +78,7 @@ class RezeroTwin : public testing::Test {
 
   /// True joints in the second of the reading, as an external measurement has them.
   static std::string pose_of(const std::string& file) {
-    const auto recording = record::load_recording_file(folder_ / file);
+    const auto recording = record::load_recording(folder_ / file, {});
     EXPECT_TRUE(recording.ok()) << recording.error().message;
     std::string at;
     for (const std::string joint : {"shoulder", "elbow", "insertion"}) {
@@ -101,9 +100,10 @@ class RezeroTwin : public testing::Test {
   }
 
   static nlohmann::json hosted(const std::string& more) {
-    expect_ok(fmt::format("host --plugin {} --weights arm.blob --recording new.db --rate-hz 0 "
-                          "--json host.json --force {}",
-                          RAVENCAL_PLUGIN_PATH, more));
+    expect_ok(
+        fmt::format("host --plugin {} --weights arm.blob --recording new.db --rate-hz 0 "
+                    "--json host.json --force {}",
+                    RAVENCAL_PLUGIN_PATH, more));
     return nlohmann::json::parse(bytes_of(folder_ / "host.json"), nullptr, false)["joints"];
   }
 
@@ -134,8 +134,7 @@ TEST_F(RezeroTwin, OnePoseTakesTheConstantOfASessionOut) {
       of_joint.before += std::pow(before[j]["calibrated"]["rmse"].get<double>(), 2);
       of_joint.after += std::pow(after[j]["calibrated"]["rmse"].get<double>(), 2);
       of_joint.about_mean += std::pow(after[j]["rmse_about_mean"].get<double>(), 2);
-      of_joint.of_pose +=
-          std::pow(per_si * file["joints"][j]["expected_rest"].get<double>(), 2);
+      of_joint.of_pose += std::pow(per_si * file["joints"][j]["expected_rest"].get<double>(), 2);
     }
   }
   ASSERT_GE(taken, 3);
