@@ -191,6 +191,7 @@ void add_rezero(CLI::App& app, int& exit_code) {
           "default: the last second")
       ->check(CLI::Range(0.0, 1e9));
   command->add_flag("--dry-run", arguments->is_dry, "Show the constant; write and ask nothing");
+  command->add_flag("--force")->description("Replace what is no constant under the name of one");
   command->add_flag("--end", arguments->ends, "Take the constant away from the plugin");
   (void)add_load_options(*command, arguments->load);
   command->footer(
@@ -199,7 +200,8 @@ void add_rezero(CLI::App& app, int& exit_code) {
       "pose - reading - what the weights predict there. It lies in WEIGHTS.homing.json; the "
       "weights\n"
       "and their signature stay as they are. The plugin takes it with the pedal up, for these\n"
-      "weights and this homing alone, fades to it and drops it at the next homing. Move every joint\n"
+      "weights and this homing alone, fades to it and drops it at the next homing. Move every "
+      "joint\n"
       "to and fro before, as in work: weights remember the side of a play.\n"
       "Exit 1: refused, or not taken. Example, with the tool in a calibration pin:\n"
       "  ravencal rezero --weights arm.blob --name /ravencal-left --at "
