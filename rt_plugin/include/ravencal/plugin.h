@@ -43,8 +43,7 @@ extern "C" {
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
 #define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob; signature missing or wrong */
 #define RAVENCAL_ERROR_BUSY (-9)    /* telemetry_name has another live writer, or is no telemetry */
-#define RAVENCAL_ERROR_ORIGIN (-10) /* weights of another or unknown arm, or of corrected joints \
-                                     */
+#define RAVENCAL_ERROR_ORIGIN (-10) /* weights of another or no arm, or corrected joints */
 #define RAVENCAL_ERROR_LIMIT (-11)  /* a limit of the process: open files, size of files */
 
 /* States of the envelope. */
