@@ -2,6 +2,7 @@
 //
 // The C ABI: checks what the host gives, then calls the C++ inside. Nothing else is exported.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -202,6 +203,20 @@ std::int32_t set_share(ravencal_instance* instance, float share, std::uint32_t j
   return RAVENCAL_SUCCESS;
 }
 
+std::int32_t set_homing_constant(ravencal_instance* instance,
+                                 const ravencal_homing_constant* constant) noexcept {
+  if (instance == nullptr) return RAVENCAL_ERROR_ARGUMENT;
+  const OwnFloatMode own_mode;
+  const bool ends = constant == nullptr;
+  const auto most_ji = std::to_array(instance->config.max_correction_ji);
+  if (!ends &&
+      (!large_enough(constant) || !ravencal::rt::HomingConstant::is_within(*constant, most_ji))) {
+    return RAVENCAL_ERROR_ARGUMENT;
+  }
+  instance->homing_constant.offer(ends ? ravencal_homing_constant{} : *constant);
+  return RAVENCAL_SUCCESS;
+}
+
 std::int32_t info(const ravencal_instance* instance, ravencal_info* result) noexcept {
   if (instance == nullptr || !large_enough(result) || instance->loaded.struct_size == 0) {
     return RAVENCAL_ERROR_ARGUMENT;
@@ -310,6 +325,7 @@ constexpr ravencal_api kApi = {
     &uncorrect_command,
     &set_mode,
     &set_share,
+    &set_homing_constant,
 };
 
 }  // namespace

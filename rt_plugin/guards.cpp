@@ -5,12 +5,6 @@
 #include <cmath>
 
 namespace ravencal::rt {
-namespace {
-
-constexpr std::uint32_t kCalibratedJointsReady = (1U << RAVENCAL_JOINTS) - 1U;
-
-}  // namespace
-
 StateGuards::StateGuards(const ravencal_config& config) noexcept
     : tick_ns_(config.tick_ns),
       max_encoder_step_(config.max_encoder_step_counts == 0 ? UINT64_MAX / kLongestGapTicks
@@ -35,8 +29,7 @@ std::uint32_t StateGuards::inspect_magnitude(const JointVector& predicted_ji,
 /// Both pedal positions. Not in E-stop (0) and INIT (1): there the cables hang without torque, or
 /// the robot homes, which computes its zeros from uncorrected joints.
 std::uint32_t StateGuards::inspect_robot(const ravencal_state& state) const noexcept {
-  const bool ready = (state.arm[0].joints_ready & kCalibratedJointsReady) == kCalibratedJointsReady;
-  return is_running(state.runlevel) && ready ? 0U : RAVENCAL_DOUBT_ROBOT_STATE;
+  return is_running(state.runlevel) && is_homed(state.arm[0]) ? 0U : RAVENCAL_DOUBT_ROBOT_STATE;
 }
 
 /// When the pedal moves, the controller sets its desired joints to the measured ones. It debounces

@@ -30,6 +30,12 @@ class StateGuards {
     return state.runlevel == core::kPedalDown;
   }
 
+  /// Whether joints 1 to 3 are ready.
+  [[nodiscard]] static bool is_homed(const ravencal_arm& arm) noexcept {
+    constexpr std::uint32_t kReady = (1U << RAVENCAL_JOINTS) - 1U;
+    return (arm.joints_ready & kReady) == kReady;
+  }
+
   /// RAVENCAL_DOUBT_* of this cycle; remembers it as the one before the next.
   std::uint32_t inspect(const ravencal_state& state) noexcept;
 

@@ -12,6 +12,7 @@
 #include "rt_plugin/envelope.hpp"
 #include "rt_plugin/flight.hpp"
 #include "rt_plugin/guards.hpp"
+#include "rt_plugin/homing_constant.hpp"
 #include "rt_plugin/loaded_model.hpp"
 #include "rt_plugin/operation.hpp"
 #include "rt_plugin/overruns.hpp"
@@ -43,8 +44,9 @@ struct alignas(64) ravencal_instance {
 
   // Real-time thread only.
   ravencal::rt::Succession models;
-  ravencal::rt::Operation operation;  ///< asked for by any thread
-  ravencal::rt::Requests requests;    ///< asked for by programs
+  ravencal::rt::Operation operation;             ///< asked for by any thread
+  ravencal::rt::Requests requests;               ///< asked for by programs
+  ravencal::rt::HomingConstant homing_constant;  ///< asked for by the loading thread and programs
   ravencal::rt::Envelope envelope;
   ravencal::rt::StateGuards guards;
   ravencal::rt::OverrunWatch overruns;
@@ -64,3 +66,13 @@ struct alignas(64) ravencal_instance {
   ravencal::rt::LoadFailure last_load;
   ravencal_info loaded{};  ///< of the last accepted blob
 };
+
+namespace ravencal::rt {
+
+/// [rt] ravencal_info.checksum of the weights in use; 0 without any.
+inline std::uint32_t weights_checksum(const ravencal_instance& self) noexcept {
+  const LoadedModel* const model = self.models.current();
+  return model == nullptr ? 0 : model->info().checksum;
+}
+
+}  // namespace ravencal::rt

@@ -52,6 +52,11 @@ struct Decision {
   bool rolled_back = false;
 };
 
+JointVector largest_ji(const ravencal_instance& self) noexcept {
+  const LoadedModel* const model = self.models.current();
+  return model == nullptr ? std::to_array(self.config.max_correction_ji) : model->largest_ji();
+}
+
 /// What the envelope may lead the correction to in this cycle.
 CorrectionRequest request(const ravencal_instance& self, const ravencal_state& state,
                           const Decision& decision) noexcept {
@@ -59,6 +64,7 @@ CorrectionRequest request(const ravencal_instance& self, const ravencal_state& s
   const ravencal_arm& arm = state.arm[0];
   const bool latched = doubt_latch(self) == 0;
   const JointVector constant_ji = model == nullptr ? JointVector{} : model->constant_ji();
+  const JointVector of_homing_ji = self.homing_constant.ji();
   CorrectionRequest asked{.confidence = decision.prediction.confidence,
                           .same_weights = !decision.swapped,
                           .motors_follow = StateGuards::motors_follow(state),
@@ -66,14 +72,12 @@ CorrectionRequest request(const ravencal_instance& self, const ravencal_state& s
                           .own_ji = {arm.jpos_ji[0], arm.jpos_ji[1], arm.jpos_ji[2]},
                           .commanded_ji = latched ? self.commanded.moved_ji() : JointVector{},
                           .travelled_ji = latched ? self.commanded.travelled_ji() : JointVector{},
-                          .largest_ji = model == nullptr
-                                            ? std::to_array(self.config.max_correction_ji)
-                                            : model->largest_ji(),
+                          .largest_ji = largest_ji(self),
                           .passed_ns = self.guards.passed_ns()};
   for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
     const float share = self.operation.share_of(j);
-    asked.predicted_ji[j] = share * decision.prediction.error_ji[j];
-    asked.constant_ji[j] = share * constant_ji[j];
+    asked.predicted_ji[j] = share * (decision.prediction.error_ji[j] + of_homing_ji[j]);
+    asked.constant_ji[j] = share * (constant_ji[j] + of_homing_ji[j]);
   }
   return asked;
 }
@@ -82,7 +86,8 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   Decision decision;
   decision.doubts = self.guards.inspect(state);
   const bool motors_follow = StateGuards::motors_follow(state);
-  self.requests.take(self.telemetry.requests(), motors_follow, self.operation);
+  self.requests.take(self.telemetry.requests(), motors_follow, self.operation,
+                     self.homing_constant);
   const bool other_share = self.operation.advance(motors_follow, self.guards.has_stopped());
   const std::int32_t mode = self.operation.mode();
   if (self.operation.resets()) self.overruns.reset();
@@ -96,10 +101,12 @@ Decision decide(ravencal_instance& self, const ravencal_state& state) noexcept {
   const bool other_weights =
       self.models.advance({state, published, seconds_since_armed(self, state.t_ns)});
   decision.swapped = other_weights;
+  const bool other_constant =
+      self.homing_constant.advance(state, weights_checksum(self), largest_ji(self));
   decision.prediction = predict(self);
   decision.doubts |= decision.prediction.doubts;
   CorrectionRequest asked = request(self, state, decision);
-  asked.same_weights = asked.same_weights && !other_share;
+  asked.same_weights = asked.same_weights && !other_share && !other_constant;
   decision.status = self.envelope.advance({mode, decision.doubts, self.operation.resets()}, asked);
   if (decision.doubts == 0) self.models.note_sound_cycle();
   // Shown, but no reason to leave what is applied: that part is right.

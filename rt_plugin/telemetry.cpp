@@ -59,7 +59,8 @@ Label make_label(const ravencal_config& config, const NamedMemory& memory) noexc
 std::int32_t Telemetry::open(const ravencal_config& config) noexcept {
   if (config.telemetry_name[0] == '\0') return RAVENCAL_SUCCESS;
   if (!is_name(config.telemetry_name)) return RAVENCAL_ERROR_ARGUMENT;
-  std::int32_t code = memory_.reserve(kSegmentBytes, sizeof(ravencal_request));
+  std::int32_t code =
+      memory_.reserve(kSegmentBytes, sizeof(ravencal_request) + sizeof(ravencal_constant_request));
   if (code == RAVENCAL_SUCCESS) {
     Header header{};
     header.label = make_label(config, memory_);
@@ -83,7 +84,8 @@ void Telemetry::close() noexcept {
 }
 
 void Telemetry::write(const ravencal_tick& tick, const JointVector& offset_ji,
-                      const ravencal_counters& counters, std::uint64_t request_taken) noexcept {
+                      const ravencal_counters& counters, std::uint64_t request_taken,
+                      const ravencal_telemetry_homing& homing) noexcept {
   std::uint64_t* const words = memory_.words();
   if (words == nullptr) return;
   const std::size_t slot_byte =
@@ -98,6 +100,7 @@ void Telemetry::write(const ravencal_tick& tick, const JointVector& offset_ji,
   std::uint64_t& sequence = words[word_at(offsetof(Header, counters_sequence))];
   store_word(sequence, 2 * written_ - 1);
   store_counted(words + word_at(offsetof(Header, counters)), counters);
+  store_record(words + word_at(offsetof(Header, homing)), homing);
   store_word(sequence, 2 * written_);
   store_word(words[word_at(offsetof(Header, request_taken))], request_taken);
   store_word(words[word_at(offsetof(Header, written))], written_);

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "ravencal/plugin.h"
+#include "ravencal/telemetry.h"
 #include "rt_plugin/joint_vector.hpp"
 #include "rt_plugin/named_memory.hpp"
 
@@ -30,7 +31,8 @@ class Telemetry {
   /// [rt] One tick and the counters after it. Does the same work whatever they hold.
   /// `offset_ji`: correction minus the wanted one. `request_taken`: number of the request.
   void write(const ravencal_tick& tick, const JointVector& offset_ji,
-             const ravencal_counters& counters, std::uint64_t request_taken) noexcept;
+             const ravencal_counters& counters, std::uint64_t request_taken,
+             const ravencal_telemetry_homing& homing) noexcept;
 
   /// [rt] Where programs of the same user ask for something (requests.hpp); null without memory.
   [[nodiscard]] const std::uint64_t* requests() const noexcept { return memory_.requests(); }

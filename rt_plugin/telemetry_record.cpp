@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt_plugin/telemetry_record.hpp"
 
+#include <algorithm>
+
 namespace ravencal::rt {
+namespace {
+
+ravencal_telemetry_homing homing_of(const ravencal_instance& self,
+                                    const ravencal_arm& arm) noexcept {
+  ravencal_telemetry_homing homing{};
+  homing.constant = self.homing_constant.in_force();
+  std::copy_n(arm.enc_offset_counts, RAVENCAL_JOINTS, homing.enc_offset_counts);
+  homing.is_homed = StateGuards::is_homed(arm) ? 1 : 0;
+  homing.weights_checksum = weights_checksum(self);
+  return homing;
+}
+
+}  // namespace
 
 void record(ravencal_instance& self, const ravencal_state& state, const ravencal_output& output,
             std::uint32_t step_ns) noexcept {
@@ -21,7 +36,8 @@ void record(ravencal_instance& self, const ravencal_state& state, const ravencal
   tick.step_ns = step_ns;
   tick.would_be_state = self.envelope.would_be_state();
   self.flight.record(tick, self.envelope.faulted());
-  self.telemetry.write(tick, self.envelope.offset_ji(), self.counters, self.requests.taken());
+  self.telemetry.write(tick, self.envelope.offset_ji(), self.counters, self.requests.taken(),
+                       homing_of(self, state.arm[0]));
 }
 
 }  // namespace ravencal::rt

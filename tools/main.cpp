@@ -43,10 +43,12 @@ int run(int argc, char** argv) {
   commands::add_calibrate(app, exit_code);
   commands::add_monitor(app, exit_code);
   commands::add_control(app, exit_code);
+  commands::add_rezero(app, exit_code);
 #else
   app.footer(
-      "This build lacks ablate, calibrate, compare, control, monitor, recommend, robot, run and "
-      "study.\n"
+      "This build lacks ablate, calibrate, compare, control, monitor, recommend, rezero, robot, "
+      "run "
+      "and study.\n"
       "`tools/run build` makes them.");
 #endif
   ravencal::cli::check_numbers(app);

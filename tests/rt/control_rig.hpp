@@ -85,8 +85,8 @@ struct Ended {
 };
 
 /// The program, as a user types it.
-inline Ended call_control(const std::string& arguments) {
-  const std::string command = std::string(RAVENCAL_PROGRAM) + " control " + arguments + " 2>&1";
+inline Ended call_program(const std::string& arguments) {
+  const std::string command = std::string(RAVENCAL_PROGRAM) + " " + arguments + " 2>&1";
   FILE* const pipe = ::popen(command.c_str(), "r");
   Ended ended;
   std::array<char, 256> part{};
@@ -94,6 +94,10 @@ inline Ended call_control(const std::string& arguments) {
   const int status = ::pclose(pipe);
   ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return ended;
+}
+
+inline Ended call_control(const std::string& arguments) {
+  return call_program("control " + arguments);
 }
 
 class ControlRig : public ::testing::Test {

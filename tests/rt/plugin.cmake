@@ -21,6 +21,7 @@ ravencal_test(NAME plugin_envelope_test
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_counters_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_distance_test.cpp
           ${PROJECT_SOURCE_DIR}/tests/unit/plugin_time_test.cpp
+          ${PROJECT_SOURCE_DIR}/tests/unit/plugin_homing_constant_test.cpp
   LIBS ravencal_test_rig LABELS rt)
 if(NOT RAVENCAL_SANITIZED)  # sanitizers interpose malloc and locks themselves, and call the system
   ravencal_test(NAME plugin_real_time_test

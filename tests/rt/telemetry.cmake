@@ -14,6 +14,7 @@ ravencal_test(NAME plugin_control_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/control_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/control_program_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/control_request_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/rezero_program_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/instruction_count.cpp
     ${PROJECT_SOURCE_DIR}/tests/unit/telemetry_segment.cpp
   LIBS ravencal_test_rig ravencal_control ravencal_monitor Threads::Threads LABELS rt)

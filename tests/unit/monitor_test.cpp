@@ -184,6 +184,30 @@ TEST_F(Monitor, ShowsStateJointsAndDoubtsInWords) {
   }
 }
 
+TEST_F(Monitor, ShowsTheConstantOfTheHoming) {
+  Watch watch;
+  ravencal_tick tick = tick_number(7);
+  watch.take(NumberedTick{7, tick}, 1'000'000);
+  const auto none = monitor::draw(watch, reader(), {name, "", "", true});
+  EXPECT_FALSE(contains(joined(none), "homing"));
+  ravencal_homing_constant constant{};
+  constant.weights_checksum = 5;
+  constant.constant_ji[1] = 0.01F;
+  constant.constant_ji[2] = -0.0005F;
+  watch.take(constant);
+  const auto lines = monitor::draw(watch, reader(), {name, "", "", true});
+  EXPECT_EQ(lines.size(), none.size());
+  for (const std::string& line : lines) EXPECT_LE(columns_of(line), 80U) << line;
+  const char* const shown =
+      "homing      constant  shoulder +0.000 deg  elbow +0.573 deg  insertion -0.500 mm";
+  EXPECT_TRUE(contains(joined(lines), shown)) << joined(lines);
+  EXPECT_TRUE(contains(monitor::draw_line(watch, {name, "", "", true}), "elbow +0.573 deg"));
+  const auto json = nlohmann::json::parse(monitor::tick_json(watch));
+  EXPECT_FLOAT_EQ(json["joints"][1]["homing_constant"].get<float>(), 0.01F);
+  watch.begin_writer();
+  EXPECT_EQ(watch.homing_constant().weights_checksum, 0U) << "of another plugin";
+}
+
 /// In SHADOW nothing is applied, and whatever shows it says so.
 TEST_F(Monitor, ShowsWhatWouldBeAppliedInShadowBesideWhatIs) {
   NumberedTick numbered{7, tick_number(7), {0.001F, 0.0F, 0.0F}};

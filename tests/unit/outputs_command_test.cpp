@@ -74,6 +74,7 @@ const std::map<std::string, std::string> kNeeded = {
     {"ravencal run", "--trajectory t.csv"},
     {"ravencal calibrate", ""},
     {"ravencal monitor", "--name /ravencal-none"},
+    {"ravencal rezero", "--weights w.blob --recording s.db --at elbow=90deg+-0.1deg"},
     {"ravencal-encoders", "--config encoders.toml --replay e.db --replay-speed 0"},
 };
 
@@ -84,6 +85,7 @@ const std::set<std::string> kWords = {
     "--speed",    "--tool",       "--part",    "--homing-features", "--features-of",
     "--title",    "--methods",    "--name",    "--crtk-arm",        "--sparsities",
     "--pose",     "--noise-from", "--penalty", "--activation",      "--user",
+    "--at",       "--at-most",
 };
 
 class OutputsOfEveryCommand : public FilesRig {

@@ -21,6 +21,7 @@ void add_sign(CLI::App& app, int& exit_code);
 void add_host(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_control(CLI::App& app, int& exit_code);
+void add_rezero(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_plant(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);

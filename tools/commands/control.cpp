@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cli/exit_code.hpp"
@@ -22,9 +21,9 @@
 namespace ravencal::commands {
 namespace {
 
-/// In the order of RAVENCAL_REQUEST_*.
-constexpr std::array<const char*, RAVENCAL_REQUEST_KINDS> kWords = {"off", "arm", "shadow", "share",
-                                                                    "reset"};
+/// In the order of RAVENCAL_REQUEST_*, up to the constant, which `ravencal rezero` asks for.
+constexpr std::array<const char*, RAVENCAL_REQUEST_HOMING_CONSTANT> kWords = {
+    "off", "arm", "shadow", "share", "reset"};
 constexpr std::array<const char*, RAVENCAL_JOINTS> kJoints = {"shoulder", "elbow", "insertion"};
 
 struct Arguments {
@@ -79,23 +78,11 @@ core::Result<std::vector<std::string>> names_of(const Arguments& arguments) {
   return names;
 }
 
-/// Exit code and sentence of an answer.
-std::pair<int, std::string> told(control::Answer answer, double wait_s) {
-  switch (answer) {
-    case control::Answer::kTaken:
-      return {cli::kOk, "taken"};
-    case control::Answer::kWaitsForPedal:
-      return {cli::kOk, "the pedal is down; it is taken when that is up"};
-    case control::Answer::kOtherWaits:
-      return {cli::kFinding, "not asked; an earlier request waits until the pedal is up"};
-    case control::Answer::kOvertaken:
-      return {cli::kFinding, "another program asked at the same time; look with ravencal monitor"};
-    case control::Answer::kNotTaken:
-      return {cli::kFinding, fmt::format("not taken within {:g} s, and withdrawn", wait_s)};
-    case control::Answer::kStands:
-      break;
-  }
-  return {cli::kData, "not taken, and withdrawn: the control loop stands"};
+int exit_code_of(control::Answer answer) {
+  if (answer == control::Answer::kStands) return cli::kData;
+  const bool is_well =
+      answer == control::Answer::kTaken || answer == control::Answer::kWaitsForPedal;
+  return is_well ? cli::kOk : cli::kFinding;
 }
 
 core::Status run(const Arguments& arguments, int& exit_code) {
@@ -111,9 +98,8 @@ core::Status run(const Arguments& arguments, int& exit_code) {
       if (first.ok()) first = answer.error();
       continue;
     }
-    const auto [code, sentence] = told(answer.value(), wait_s);
-    core::say("{}: {}: {}\n", name, arguments.what, sentence);
-    exit_code = std::max(exit_code, code);
+    core::say("{}: {}: {}\n", name, arguments.what, control::sentence_of(answer.value(), wait_s));
+    exit_code = std::max(exit_code, exit_code_of(answer.value()));
   }
   return first;
 }

@@ -21,6 +21,7 @@
 #include "model/blob_writer.hpp"
 #include "physics/plant.hpp"
 #include "plugin_host/plugin_library.hpp"
+#include "rezero/constant_file.hpp"
 
 namespace ravencal::commands {
 namespace {
@@ -36,6 +37,7 @@ struct HostArguments {
   std::string trajectory;
   std::string json;
   std::string telemetry;
+  std::string constant;
   std::string flight = "ravencal_flight.csv";
   double payload_g = -1.0;  // negative: as the plant says
   double step_budget_us = 0.0;
@@ -77,6 +79,18 @@ core::Result<ravencal_config> make_config(const HostArguments& arguments,
   return config;
 }
 
+/// The plugin takes it where weights and homing are those of the constant.
+core::Status offer(const std::string& path, const plugin_host::Instance& plugin) {
+  RAVENCAL_ASSIGN_OR_RETURN(const rezero::ConstantFile file, rezero::read_constant(path));
+  if (file.weights_checksum != plugin.info().checksum) {
+    return core::data_error(
+        fmt::format("{}: belongs to other weights (checksum {:08x}) than --weights ({:08x})", path,
+                    file.weights_checksum, plugin.info().checksum));
+  }
+  const ravencal_homing_constant constant = rezero::for_plugin(file);
+  return plugin.set_homing_constant(constant);
+}
+
 core::Result<host::Summary> run(const HostArguments& arguments) {
   RAVENCAL_ASSIGN_OR_RETURN(const model::CalibrationModel model,
                             model::read_blob(arguments.weights));
@@ -105,6 +119,7 @@ core::Result<host::Summary> run(const HostArguments& arguments) {
         arguments.telemetry);
   }
   RAVENCAL_RETURN_IF_ERROR(plugin.load(arguments.weights));
+  if (!arguments.constant.empty()) RAVENCAL_RETURN_IF_ERROR(offer(arguments.constant, plugin));
 
   host::LoopOptions loop = arguments.loop;
   loop.ticks = arguments.ticks == 0 ? source->cycles() : arguments.ticks;
@@ -179,6 +194,9 @@ void add_host(CLI::App& app, int& exit_code) {
                    "a robot). 0: no limit, because this machine is not the robot's")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  command->add_option("--constant", arguments->constant,
+                      "Constant of a homing (WEIGHTS.homing.json of `ravencal rezero`); the plugin "
+                      "takes it where weights and homing are its own");
   command->add_option("--telemetry", arguments->telemetry,
                       "Shared memory for `ravencal monitor`, like /ravencal-left");
   command
@@ -192,7 +210,8 @@ void add_host(CLI::App& app, int& exit_code) {
       "  ravencal host --plugin libravencal_plugin.so --weights W.blob --plant "
       "tools/plants/raven2.toml --trajectory test.csv --ticks 20000");
   on_call(*command, exit_code,
-          {.read = {"--plugin", "--weights", "--plant", "--recording", "--trajectory", "--profile"},
+          {.read = {"--plugin", "--weights", "--constant", "--plant", "--recording", "--trajectory",
+                    "--profile"},
            .written = {"--flight", "--json"},
            .own = earlier_flight,
            .together = true},

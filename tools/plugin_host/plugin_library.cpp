@@ -124,6 +124,13 @@ core::Status Instance::load(const std::filesystem::path& weights) {
                      api_->last_error(get())};
 }
 
+core::Status Instance::set_homing_constant(const ravencal_homing_constant& constant) const {
+  if (api_->set_homing_constant(get(), &constant) == RAVENCAL_SUCCESS) return {};
+  return core::data_error(
+      "the plugin refuses a constant of a homing that is larger than any "
+      "correction (max_correction_ji)");
+}
+
 ravencal_counters Instance::counters() const {
   ravencal_counters counters{};
   counters.struct_size = sizeof counters;

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/result.hpp"
+#include "ravencal/control.h"
 #include "ravencal/plugin.h"
 
 namespace ravencal::plugin_host {
@@ -39,6 +40,9 @@ class Instance {
 
   /// Loads weights; the error is the plugin's own sentence.
   core::Status load(const std::filesystem::path& weights);
+
+  /// Offers the constant of a homing. Errors: kData where it is larger than any correction.
+  [[nodiscard]] core::Status set_homing_constant(const ravencal_homing_constant& constant) const;
 
   [[nodiscard]] const ravencal_api& api() const { return *api_; }
   [[nodiscard]] ravencal_instance* get() const { return instance_.get(); }

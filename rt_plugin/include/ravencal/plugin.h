@@ -7,9 +7,8 @@
  *               [rt]   real-time safe: bounded time, no allocation, lock, system call or exception;
  *                      one thread at a time per instance;
  *               [any]  any thread at any time.
- * Units: SI (rad, m, N.m, s) except where the name says otherwise. Joint arrays have the
- * controller's 8 slots: shoulder, elbow, insertion, void, roll, wrist, grasp1, grasp2; positions
- * are rad, except the insertion, which is m.
+ * Units: SI (rad, m, N.m, s) except where the name says otherwise; the insertion is m. Joint arrays
+ * have the controller's 8 slots: shoulder, elbow, insertion, void, roll, wrist, grasp1, grasp2.
  */
 #ifndef RAVENCAL_PLUGIN_H
 #define RAVENCAL_PLUGIN_H
@@ -22,7 +21,7 @@ extern "C" {
 #endif
 
 #define RAVENCAL_ABI_MAJOR 3 /* anything but an appended field or function */
-#define RAVENCAL_ABI_MINOR 2 /* appended fields and functions */
+#define RAVENCAL_ABI_MINOR 3 /* appended fields and functions */
 
 #define RAVENCAL_SLOTS 8
 #define RAVENCAL_JOINTS 3 /* shoulder, elbow, insertion */
@@ -43,18 +42,16 @@ extern "C" {
 #define RAVENCAL_ERROR_SELF_TEST (-6) /* the network does not reproduce the blob's test vectors */
 #define RAVENCAL_ERROR_MEMORY (-7)    /* storage too small, or memory cannot be had */
 #define RAVENCAL_ERROR_TRUST (-8)     /* others may write the blob; signature missing or wrong */
-#define RAVENCAL_ERROR_BUSY (-9) /* telemetry_name has another live writer, or is no telemetry */
-/* Weights of another arm than config.arm, of an unknown arm, or trained on corrected joints. */
-#define RAVENCAL_ERROR_ORIGIN (-10)
-#define RAVENCAL_ERROR_LIMIT (-11) /* a limit of the process: open files, size of files */
+#define RAVENCAL_ERROR_BUSY (-9)    /* telemetry_name has another live writer, or is no telemetry */
+#define RAVENCAL_ERROR_ORIGIN (-10) /* weights of another or no arm, or corrected joints */
+#define RAVENCAL_ERROR_LIMIT (-11)  /* a limit of the process: open files, size of files */
 
 /* States of the envelope. */
 #define RAVENCAL_STATE_OFF 0
 #define RAVENCAL_STATE_ARMED 1 /* enabled, waiting for a homed, healthy robot */
 #define RAVENCAL_STATE_FADING_IN 2
 #define RAVENCAL_STATE_ACTIVE 3
-/* A doubt: the correction stays where it is, while the pedal is down or for hold_ns at most. */
-#define RAVENCAL_STATE_HOLD 4
+#define RAVENCAL_STATE_HOLD 4 /* a doubt: stays, while the pedal is down or for hold_ns at most */
 /* On the way to CONSTANT, ARMED, OFF or FAULT; waits while the pedal is down. */
 #define RAVENCAL_STATE_FADING_OUT 5
 /* A lasting doubt: only the constant part of the correction; the rest returns after the doubt. */
@@ -83,9 +80,7 @@ extern "C" {
 #define RAVENCAL_DOUBT_DISTANCE 1024u    /* inputs jointly unlike the training set */
 #define RAVENCAL_DOUBT_OVERRUN 2048u     /* too many steps above step_budget_ns: until reset */
 #define RAVENCAL_DOUBT_PEDAL 4096u       /* the pedal moved less than 20 ms ago */
-#define RAVENCAL_DOUBT_LIMIT                                                                      \
-  8192u                             /* a correction gave way at a limit, or a command ended there \
-                                     */
+#define RAVENCAL_DOUBT_LIMIT 8192u       /* a correction or a command ended at a limit */
 #define RAVENCAL_DOUBT_PRESS 16384u /* this press's desired joints held less of the correction */
 #define RAVENCAL_DOUBT_KINDS 15
 #define RAVENCAL_DOUBT_CAPACITY 32 /* room in the counter block */
@@ -155,8 +150,7 @@ typedef struct ravencal_output {
   float correction_ji[RAVENCAL_JOINTS]; /* what was added */
   float predicted_ji[RAVENCAL_JOINTS];  /* what the network asked for, before fading and limits */
   uint32_t doubts;                      /* RAVENCAL_DOUBT_* of this cycle */
-  float confidence;                     /* 0..1: share of the prediction that is asked for, by the
-                                           distance of the inputs from the training set */
+  float confidence;                     /* 0..1: how like the training set the inputs are */
   uint32_t step_ns;                     /* what this step took, measured by itself */
   float offset_ji[RAVENCAL_JOINTS];     /* correction minus the wanted one: pedal down */
   /* Since 3.1. Where the host has to put jpos_d of arm[0]: where the state had it, moved by the
@@ -278,6 +272,7 @@ typedef struct ravencal_flight {
 } ravencal_flight;
 
 typedef struct ravencal_instance ravencal_instance;
+typedef struct ravencal_homing_constant ravencal_homing_constant; /* ravencal/control.h */
 
 typedef struct ravencal_api {
   uint32_t struct_size;
@@ -369,14 +364,18 @@ typedef struct ravencal_api {
 
   /* Since 3.2. [any] How much is applied (0..1), to which joints (bit j), once the pedal is up. */
   int32_t (*set_share)(ravencal_instance* instance, float share, uint32_t joints);
+
+  /* Since 3.3. [init] Adds what a homing left, while weights and homing are those of the constant
+   * (ABI.md); null ends it. RAVENCAL_ERROR_ARGUMENT for what is above max_correction_ji. */
+  int32_t (*set_homing_constant)(ravencal_instance* instance,
+                                 const ravencal_homing_constant* constant);
 } ravencal_api;
 
 /* [init] The only exported symbol. Null if `host_abi_major` is not RAVENCAL_ABI_MAJOR. */
 typedef const ravencal_api* (*ravencal_plugin_entry_fn)(uint32_t host_abi_major);
 const ravencal_api* ravencal_plugin_entry(uint32_t host_abi_major);
 
-/* Sizes and offsets that both sides must agree on; a compiler that lays them out differently stops
- * here. */
+/* Sizes and offsets that both sides must agree on. */
 #define RAVENCAL_STATIC_ASSERT(name, condition) typedef char name[(condition) ? 1 : -1]
 RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_size, sizeof(ravencal_arm) == 476);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_arm_enc, offsetof(ravencal_arm, enc_counts) == 100);

@@ -21,6 +21,7 @@
 #ifndef RAVENCAL_TELEMETRY_H
 #define RAVENCAL_TELEMETRY_H
 
+#include "ravencal/control.h"
 #include "ravencal/plugin.h"
 
 #ifdef __cplusplus
@@ -57,6 +58,15 @@ typedef struct ravencal_telemetry_label {
   char plugin_version[24];
 } ravencal_telemetry_label;
 
+/* Of the newest tick, guarded by counters_sequence; zeros in plugins before 3.3. */
+typedef struct ravencal_telemetry_homing {
+  ravencal_homing_constant constant;          /* in force; weights_checksum 0: none */
+  int32_t enc_offset_counts[RAVENCAL_JOINTS]; /* that the robot has now */
+  uint32_t is_homed;                          /* 1: joints 1 to 3 are ready */
+  uint32_t weights_checksum;                  /* of the weights in use; 0: none */
+  uint32_t reserved;
+} ravencal_telemetry_homing;
+
 typedef struct ravencal_telemetry_header {
   ravencal_telemetry_label label;
 
@@ -66,13 +76,14 @@ typedef struct ravencal_telemetry_header {
   uint64_t counters_sequence; /* guards counters */
   ravencal_counters counters;
   uint64_t request_taken; /* number of the request that was taken last: ravencal/control.h */
+  ravencal_telemetry_homing homing; /* since 3.3 */
 } ravencal_telemetry_header;
 
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_slot, sizeof(ravencal_telemetry_slot) == 112);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_closed,
                        offsetof(ravencal_telemetry_header, closed) == 72);
 RAVENCAL_STATIC_ASSERT(ravencal_assert_telemetry_header,
-                       sizeof(ravencal_telemetry_header) == 72 + 24 + 968 + 8);
+                       sizeof(ravencal_telemetry_header) == 72 + 24 + 968 + 8 + 56);
 
 #ifdef __cplusplus
 }

@@ -22,6 +22,7 @@
 #include "learn/recording_origin.hpp"
 #include "learn/recordings_at_hook.hpp"
 #include "learn/shared_seeds.hpp"
+#include "model/homing_constants.hpp"
 #include "model/hook_view.hpp"
 #include "model/jacobian.hpp"
 
@@ -264,6 +265,15 @@ void describe(const Rows& rows, const ChoiceOptions& options, const InputSets& s
   }
 }
 
+void keep_session_constants(Choice& choice) {
+  std::vector<model::HomingConstants> constants;
+  for (std::size_t k = 0; k < choice.joints.size(); ++k) {
+    constants.push_back({choice.joints[k].joint, choice.joints[k].session_constants,
+                         choice.model.expected[k].about_mean});
+  }
+  model::keep_homing_constants(choice.model, constants);
+}
+
 }  // namespace
 
 core::Result<Choice> choose_model(
@@ -314,6 +324,7 @@ core::Result<Choice> choose_model(
   if (options.at_hook) model::set_trained_at_hook(model);
   model.seeds = learn::seeds_of(training);
   model.provenance["recordings"] = learn::files_text(training);
+  keep_session_constants(choice);
   return choice;
 }
 

@@ -80,7 +80,7 @@ class Asking {
                 request_.share,
                 request_.joints,
                 0};
-    memory_.write(written_);
+    memory_.write(written_, request_.constant);
   }
 
   void see_ticks() {
@@ -131,6 +131,9 @@ core::Result<Answer> ask(const std::string& name, const Request& request, double
   RAVENCAL_ASSIGN_OR_RETURN(TelemetryReader reader, TelemetryReader::open(name));
   if (reader.owner_uid() != ::geteuid()) return other_user(name);
   RAVENCAL_ASSIGN_OR_RETURN(RequestMemory memory, RequestMemory::attach(name, reader.request_id()));
+  if (request.kind == RAVENCAL_REQUEST_HOMING_CONSTANT && !memory.has_room_for_constant()) {
+    return io_error(name, "its plugin is older than 3.3 and knows no constant of a homing");
+  }
   // There is room for one: "off" and "reset" end what waits, all else would lose it.
   const bool at_once = Asking::at_once(request);
   if (!at_once && memory.holds_waiting(reader.request_taken())) return Answer::kOtherWaits;
@@ -149,6 +152,24 @@ core::Result<Answer> ask(const std::string& name, const Request& request, double
     std::this_thread::sleep_for(kPollPeriod);
   }
   return Answer::kTaken;
+}
+
+std::string sentence_of(Answer answer, double wait_s) {
+  switch (answer) {
+    case Answer::kTaken:
+      return "taken";
+    case Answer::kWaitsForPedal:
+      return "the pedal is down; it is taken when that is up";
+    case Answer::kOtherWaits:
+      return "not asked; an earlier request waits until the pedal is up";
+    case Answer::kOvertaken:
+      return "another program asked at the same time; look with ravencal monitor";
+    case Answer::kNotTaken:
+      return fmt::format("not taken within {:g} s, and withdrawn", wait_s);
+    case Answer::kStands:
+      break;
+  }
+  return "not taken, and withdrawn: the control loop stands";
 }
 
 std::vector<std::string> own_names() {

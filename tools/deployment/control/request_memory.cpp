@@ -39,11 +39,14 @@ core::Result<RequestMemory> RequestMemory::attach(const std::string& name, int i
   if (memory == reinterpret_cast<void*>(-1)) {
     return memory_error(name, fmt::format("cannot be attached: {}", std::strerror(errno)));
   }
-  return RequestMemory(static_cast<std::uint64_t*>(memory));
+  const bool has_room =
+      status.shm_segsz >= sizeof(ravencal_request) + sizeof(ravencal_constant_request);
+  return RequestMemory(static_cast<std::uint64_t*>(memory), has_room);
 }
 
 RequestMemory::RequestMemory(RequestMemory&& other) noexcept
-    : words_(std::exchange(other.words_, nullptr)) {}
+    : words_(std::exchange(other.words_, nullptr)),
+      has_room_for_constant_(other.has_room_for_constant_) {}
 
 RequestMemory::~RequestMemory() {
   if (words_ != nullptr) ::shmdt(words_);
@@ -61,10 +64,21 @@ bool RequestMemory::holds_waiting(std::uint64_t taken) const {
   const Words words = load();
   const auto request = std::bit_cast<ravencal_request>(words);
   // As the plugin judges: what it never takes keeps nobody waiting.
+  const bool is_constant = request.kind == RAVENCAL_REQUEST_HOMING_CONSTANT;
+  if (is_constant && !holds_constant_of(request.number)) return false;
   return static_cast<std::int64_t>(request.number - taken) > 0 &&
          request.check == RAVENCAL_REQUEST_CHECK(words[0], words[1], words[2]) &&
          request.version == RAVENCAL_REQUEST_VERSION && request.kind < RAVENCAL_REQUEST_KINDS &&
          request.share >= 0.0F && request.share <= 1.0F && request.joints < 1U << RAVENCAL_JOINTS;
+}
+
+bool RequestMemory::holds_constant_of(std::uint64_t number) const {
+  if (!has_room_for_constant_) return false;
+  ConstantWords words{};
+  for (std::size_t i = 0; i < words.size(); ++i)
+    words[i] = word(kWords + i).load(std::memory_order_acquire);
+  return words[0] == number &&
+         words[5] == RAVENCAL_CONSTANT_CHECK(words[0], words[1], words[2], words[3], words[4]);
 }
 
 bool RequestMemory::holds(const ravencal_request& request) const {
@@ -72,12 +86,24 @@ bool RequestMemory::holds(const ravencal_request& request) const {
 }
 
 /// The number last: the plugin does not look before it has changed.
-void RequestMemory::write(ravencal_request& request) {
+void RequestMemory::write(ravencal_request& request, const ravencal_homing_constant& constant) {
+  if (request.kind == RAVENCAL_REQUEST_HOMING_CONSTANT)
+    write_constant({request.number, constant, 0});
   auto words = std::bit_cast<Words>(request);
   request.check = RAVENCAL_REQUEST_CHECK(words[0], words[1], words[2]);
   words = std::bit_cast<Words>(request);
   for (std::size_t i = 1; i < kWords; ++i) word(i).store(words[i], std::memory_order_release);
   word(0).store(words[0], std::memory_order_release);
+}
+
+/// Right behind the request.
+void RequestMemory::write_constant(ravencal_constant_request record) {
+  auto words = std::bit_cast<ConstantWords>(record);
+  record.check = RAVENCAL_CONSTANT_CHECK(words[0], words[1], words[2], words[3], words[4]);
+  words = std::bit_cast<ConstantWords>(record);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    word(kWords + i).store(words[i], std::memory_order_release);
+  }
 }
 
 void RequestMemory::withdraw(const ravencal_request& request, std::uint64_t taken) {

@@ -28,22 +28,30 @@ class RequestMemory {
   [[nodiscard]] bool holds_waiting(std::uint64_t taken) const;
   /// Whether that request lies here, word by word.
   [[nodiscard]] bool holds(const ravencal_request& request) const;
-  /// Puts the check to it and stores it.
-  void write(ravencal_request& request);
+  /// Whether the plugin knows requests for the constant of a homing.
+  [[nodiscard]] bool has_room_for_constant() const { return has_room_for_constant_; }
+  /// Puts the check to it and stores it; `constant`: of a request for one, which has room.
+  void write(ravencal_request& request, const ravencal_homing_constant& constant = {});
   /// Makes it no request, unless another one lies here by now. `taken`: the one taken last.
   void withdraw(const ravencal_request& request, std::uint64_t taken);
 
  private:
   static constexpr std::size_t kWords = sizeof(ravencal_request) / sizeof(std::uint64_t);
   using Words = std::array<std::uint64_t, kWords>;
+  using ConstantWords =
+      std::array<std::uint64_t, sizeof(ravencal_constant_request) / sizeof(std::uint64_t)>;
 
-  explicit RequestMemory(std::uint64_t* words) : words_(words) {}
+  RequestMemory(std::uint64_t* words, bool has_room_for_constant)
+      : words_(words), has_room_for_constant_(has_room_for_constant) {}
   [[nodiscard]] std::atomic_ref<std::uint64_t> word(std::size_t i) const {
     return std::atomic_ref<std::uint64_t>(words_[i]);
   }
   [[nodiscard]] Words load() const;
+  void write_constant(ravencal_constant_request record);
+  [[nodiscard]] bool holds_constant_of(std::uint64_t number) const;
 
   std::uint64_t* words_;
+  bool has_room_for_constant_;
 };
 
 }  // namespace ravencal::control

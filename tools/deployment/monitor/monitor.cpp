@@ -114,6 +114,7 @@ class Session {
     }
     watch_.end_poll(std::chrono::duration<double>(Clock::now().time_since_epoch()).count());
     if (const auto counters = follower_.reader().counters()) watch_.take(*counters);
+    watch_.take(follower_.reader().homing().constant);
     if (change == Change::kNone) return {};
     if (change == Change::kAttached) watch_.begin_writer();
     if (recording_) RAVENCAL_RETURN_IF_ERROR(recording_->append(change, follower_.reader()));

@@ -61,6 +61,7 @@ std::string tick_json(const Watch& watch) {
          {"would_be", number(tick.correction_ji[j])},
          {"offset", number(watch.newest()->offset_ji[j])},
          {"predicted", number(tick.predicted_ji[j])},
+         {"homing_constant", number(watch.homing_constant().constant_ji[j])},
          {"encoder_counts", tick.enc_counts[j]}});
   }
   json["counters"] = json_of(watch.counters());

@@ -195,18 +195,27 @@ void TelemetryReader::read(std::vector<NumberedTick>& ticks) {
   }
 }
 
-std::optional<ravencal_counters> TelemetryReader::counters() const {
+/// A record that counters_sequence guards.
+template <typename Record>
+std::optional<Record> TelemetryReader::guarded_record(std::size_t byte) const {
   for (int i = 0; i < kMostTries; ++i) {
     const std::uint64_t before = word_at(offsetof(Header, counters_sequence));
     if (before % 2 != 0) continue;
-    std::array<std::uint64_t, sizeof(ravencal_counters) / kWordBytes> words{};
-    for (std::size_t w = 0; w < words.size(); ++w) {
-      words[w] = word_at(offsetof(Header, counters) + w * kWordBytes);
-    }
+    std::array<std::uint64_t, sizeof(Record) / kWordBytes> words{};
+    for (std::size_t w = 0; w < words.size(); ++w) words[w] = word_at(byte + w * kWordBytes);
     if (word_at(offsetof(Header, counters_sequence)) != before) continue;
-    return std::bit_cast<ravencal_counters>(words);
+    return std::bit_cast<Record>(words);
   }
   return std::nullopt;
+}
+
+std::optional<ravencal_counters> TelemetryReader::counters() const {
+  return guarded_record<ravencal_counters>(offsetof(Header, counters));
+}
+
+ravencal_telemetry_homing TelemetryReader::homing() const {
+  return guarded_record<ravencal_telemetry_homing>(offsetof(Header, homing))
+      .value_or(ravencal_telemetry_homing{});
 }
 
 Writer TelemetryReader::writer() const {

@@ -55,6 +55,10 @@ class TelemetryReader {
   /// As of one moment; nothing if the writer died in the middle of writing them.
   [[nodiscard]] std::optional<ravencal_counters> counters() const;
 
+  /// Encoder offsets, weights and the constant of the homing, of the newest tick; zeros where the
+  /// plugin is older than 3.3 or died in the middle of writing them.
+  [[nodiscard]] ravencal_telemetry_homing homing() const;
+
   [[nodiscard]] Writer writer() const;
   /// Whether the name now leads to another segment.
   [[nodiscard]] bool is_replaced() const;
@@ -75,6 +79,8 @@ class TelemetryReader {
   struct Segment;
   TelemetryReader(std::string name, std::shared_ptr<const Segment> segment);
   [[nodiscard]] std::uint64_t word_at(std::size_t byte) const;
+  template <typename Record>
+  [[nodiscard]] std::optional<Record> guarded_record(std::size_t byte) const;
   [[nodiscard]] const ravencal_telemetry_label& label() const;
 
   std::string name_;

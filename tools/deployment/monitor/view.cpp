@@ -23,6 +23,19 @@ std::string joined(const std::vector<std::string>& words) {
   return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
+/// Of the homing; empty where none is in force.
+std::string constant_text(const ravencal_homing_constant& constant) {
+  if (constant.weights_checksum == 0) return "";
+  std::string text = "homing      constant";
+  for (std::size_t j = 0; j < RAVENCAL_JOINTS; ++j) {
+    const JointUnits& units = units_of(j);
+    text +=
+        fmt::format("  {} {:+.3f} {}", units.joint,
+                    static_cast<double>(constant.constant_ji[j]) * units.shown_per_si, units.shown);
+  }
+  return text;
+}
+
 std::string joint_line(const NumberedTick& numbered, std::size_t j, const History& history,
                        bool ascii) {
   const ravencal_tick& tick = numbered.tick;
@@ -40,7 +53,7 @@ void add_tick(std::vector<std::string>& lines, const Watch& watch, bool ascii) {
                               watch.state(), tick.runlevel, run_level_in_words(tick.runlevel),
                               static_cast<double>(tick.confidence)));
   lines.push_back("doubts now  " + joined(doubts_in_words(tick.doubts)));
-  lines.emplace_back();
+  lines.push_back(constant_text(watch.homing_constant()));
   const bool is_shadow = tick.state == RAVENCAL_STATE_SHADOW;
   lines.push_back(fmt::format("{:<9}{:>9}{:>9} {:<3}{:>8}{:>8}{:>8}  {}", "joint", "raw",
                               "published", "", is_shadow ? "would be" : "correct.", "network",
@@ -133,8 +146,10 @@ std::string draw_line(const Watch& watch, const Surroundings& surroundings) {
                         static_cast<double>(watch.newest()->applied_ji(j)) * units.shown_per_si,
                         units.shown);
   }
-  return line + fmt::format("  step {:.1f} us  doubts {}", tick.step_ns / 1e3,
-                            joined(doubts_in_words(tick.doubts)));
+  line += fmt::format("  step {:.1f} us  doubts {}", tick.step_ns / 1e3,
+                      joined(doubts_in_words(tick.doubts)));
+  const std::string constant = constant_text(watch.homing_constant());
+  return constant.empty() ? line : line + "  " + constant;
 }
 
 }  // namespace ravencal::monitor

@@ -94,6 +94,7 @@ std::string Watch::state() const {
 void Watch::begin_writer() {
   looked_ = fresh_ = false;
   expected_ = 0;
+  homing_constant_ = {};
   for (History& history : correction_) history.clear();
   step_us_.clear();
 }

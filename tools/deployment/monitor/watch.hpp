@@ -48,6 +48,7 @@ class Watch {
   /// Ticks of the follower's writer, in order.
   void take(const NumberedTick& tick, std::uint32_t tick_ns);
   void take(const ravencal_counters& counters) { counters_ = counters; }
+  void take(const ravencal_homing_constant& constant) { homing_constant_ = constant; }
   /// A new writer: its ticks count from 0.
   void begin_writer();
   /// All ticks that there were at `now_s` (any steady clock) have been taken.
@@ -55,6 +56,8 @@ class Watch {
 
   [[nodiscard]] const std::optional<NumberedTick>& newest() const { return newest_; }
   [[nodiscard]] const ravencal_counters& counters() const { return counters_; }
+  /// In force; weights_checksum 0: none.
+  [[nodiscard]] const ravencal_homing_constant& homing_constant() const { return homing_constant_; }
   /// Ticks that this reader was too slow for, over all writers.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
@@ -74,6 +77,7 @@ class Watch {
   std::optional<NumberedTick> newest_;
   std::optional<std::uint64_t> expected_;
   ravencal_counters counters_{};
+  ravencal_homing_constant homing_constant_{};
   std::uint64_t missed_ = 0;
   std::uint64_t taken_ = 0;
   std::uint64_t taken_before_ = 0;  ///< at the last end_poll()
