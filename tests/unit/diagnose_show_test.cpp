@@ -185,7 +185,7 @@ void expect_every_part(const std::string& page) {
         "Not testable with these recordings"}) {
     EXPECT_NE(opened.dom.find(std::string(">") + part), std::string::npos) << part;
   }
-  EXPECT_NE(opened.dom.find("placebo recordings, made of this one"), std::string::npos);
+  EXPECT_NE(opened.dom.find("Placebo recordings have the motion of this one"), std::string::npos);
 }
 
 TEST(Report, ShowsEveryPartOfThePageAndNeedsNoOtherFile) {
