@@ -35,7 +35,8 @@ std::string sentence_of(const NamedEffect& effect) {
                   rows_words(effect.of_fitted_rows), quantity(effect.held_out_before, effect.unit),
                   quantity(effect.held_out_after, effect.unit));
   if (effect.beyond_plants)
-    text += ", and no plant can hold it, so that the figures of the improved plant are without it";
+    text +=
+        ", and no plant can hold it, so that its error stays in the figures of the improved plant";
   if (!effect.ambiguous_with.empty()) {
     std::vector<std::string> rivals;
     for (const std::string& rival : effect.ambiguous_with) rivals.push_back(words_of(rival));

@@ -144,7 +144,7 @@ std::string kept_out_words(const Report& report, const std::string& joint) {
   for (const NamedEffect& effect : report.effects)
     if (effect.beyond_plants && effect.joint == joint) add_once(names, words_of(effect.id));
   if (names.empty()) return {};
-  return fmt::format("; no plant can hold {}, so that this figure is without it",
+  return fmt::format("; no plant can hold {}, so that its error stays in this figure",
                      fmt::join(names, " or "));
 }
 

@@ -358,6 +358,6 @@ show_page(
       folded("Candidates and their gates", candidates()),
       folded("Not found, and from which size it would have been", limits()),
       folded("Not testable with these recordings", untestable())],
-    ["provenance", "Provenance", table([], facts.map(([name, text]) => [row_header(name), text]), "table.facts")],
+    ["provenance", "Provenance", table([], facts.map(([name, text]) => [row_header(in_words(name)), text]), "table.facts")],
   ],
 );
