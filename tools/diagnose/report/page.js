@@ -323,7 +323,7 @@ function channel_charts(channel) {
     `position [${motion.name}]`, `speed [${motion.name}/s]`, error.name);
   const charts = [
     channel.traces.map((one) => trace(channel, one)),
-    figure(steps, `Error ${on_rows} as the model grows`),
+    figure(steps, `Error as the model grows, ${on_rows}`),
     figure(map, "Error over position and speed", "Hatched: too little data."),
     ...[["position", "Error over position"], ["speed", "Error over speed"], ["load", "Error over effort"],
       ["hold_s", "Error at rest"]].map(([over, title]) => figure(residual_chart(channel, over), title)),
