@@ -49,8 +49,8 @@ core::Result<std::unique_ptr<Logger>> Logger::create(const Config& config,
                                                      options.realtime_priority));
     readers.back()->start();
   }
-  RAVENCAL_ASSIGN_OR_RETURN(
-      Recorder recorder, Recorder::create(config, path, {options.every_edge, options.overwrite}));
+  RAVENCAL_ASSIGN_OR_RETURN(Recorder recorder,
+                            Recorder::create(config, path, {options.every_edge}));
   std::unique_ptr<Logger> logger(new Logger(config, std::move(recorder), options));
   logger->homing_path_ = homing_path_of(config.path);
   std::map<std::string, HomingRecord> before;

@@ -23,8 +23,7 @@ namespace ravencal::quadrature_reader {
 
 struct LoggerOptions {
   bool every_edge = false;
-  bool overwrite = false;  ///< a file of the recording's name
-  bool home = false;       ///< find zeros from hard stops, see homing_watch.hpp
+  bool home = false;  ///< find zeros from hard stops, see homing_watch.hpp
   /// Joint positions (rad or m) that the resting robot has now: sets zeros. See Config::encoders.
   std::map<std::string, double> pose_si;
   double duration_s = 0.0;    ///< 0: until stopped

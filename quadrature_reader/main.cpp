@@ -149,7 +149,6 @@ core::Result<std::unique_ptr<qr::RosBridge>> open_ros(const qr::Config& config,
   qr::RosBridgeOptions ros;
   for (const auto& encoder : config.encoders) ros.joints.push_back(encoder.axis.joint);
   ros.robot_recording = std::filesystem::path(arguments.out).replace_extension(".robot.db");
-  ros.overwrite = options.overwrite;
   if (const auto arm = config.meta.find("arm"); arm != config.meta.end()) ros.arm = arm->second;
   RAVENCAL_ASSIGN_OR_RETURN(auto bridge, qr::RosBridge::create(ros));
   options.on_row = [to = bridge.get()](std::int64_t t_ns, std::span<const qr::AxisSample> row) {
@@ -280,7 +279,6 @@ int parse_and_run(int argc, char** argv) {
                                   .written = {"--out"},
                                   .also_written = robot_recording_beside};
   cli::declare_files(app, files);
-  arguments.logger.overwrite = true;  // what core/outputs.hpp lets
   cli::check_numbers(app);
   cli::add_documentation(app, "ravencal-encoders");
   try {

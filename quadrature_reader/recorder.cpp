@@ -61,10 +61,9 @@ record::Event event_row(const std::string& joint, const AxisEvent& event, std::i
 
 core::Result<Recorder> Recorder::create(const Config& config, const std::filesystem::path& path,
                                         const RecorderOptions& options) {
-  RAVENCAL_ASSIGN_OR_RETURN(
-      RecordingSink sink,
-      RecordingSink::create(path, meta_of(config, options.every_edge),
-                            channels_of(config, options.every_edge), options.overwrite));
+  RAVENCAL_ASSIGN_OR_RETURN(RecordingSink sink,
+                            RecordingSink::create(path, meta_of(config, options.every_edge),
+                                                  channels_of(config, options.every_edge)));
   return Recorder(config, std::move(sink), options);
 }
 

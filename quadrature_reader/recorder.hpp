@@ -21,7 +21,6 @@ namespace ravencal::quadrature_reader {
 
 struct RecorderOptions {
   bool every_edge = false;  ///< one row per edge instead of rows at Config::rate_hz
-  bool overwrite = false;   ///< a file of the recording's name
 };
 
 class Recorder {

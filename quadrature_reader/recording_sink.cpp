@@ -16,10 +16,9 @@ RecordingSink::RecordingSink(fs::path path, std::map<std::string, std::string> m
 
 core::Result<RecordingSink> RecordingSink::create(const fs::path& path,
                                                   const std::map<std::string, std::string>& meta,
-                                                  const std::vector<record::Channel>& channels,
-                                                  bool overwrite) {
+                                                  const std::vector<record::Channel>& channels) {
   RecordingSink sink(path, meta, channels);
-  RAVENCAL_RETURN_IF_ERROR(sink.open(path, overwrite));
+  RAVENCAL_RETURN_IF_ERROR(sink.open(path, true));
   return sink;
 }
 

@@ -22,10 +22,10 @@ namespace ravencal::quadrature_reader {
 
 class RecordingSink {
  public:
+  /// Replaces a file of that name where core/outputs.hpp lets the process.
   static core::Result<RecordingSink> create(const std::filesystem::path& path,
                                             const std::map<std::string, std::string>& meta,
-                                            const std::vector<record::Channel>& channels,
-                                            bool overwrite = false);
+                                            const std::vector<record::Channel>& channels);
 
   void append(std::int64_t t_ns, std::span<const double> values);
   void append_event(const record::Event& event);

@@ -99,7 +99,7 @@ struct RosBridge::Impl {
   explicit Impl(RosBridgeOptions given)
       : options(std::move(given)),
         period_ns(std::llround(1e9 / options.rate_hz)),
-        states(options.robot_recording, options.arm, options.overwrite) {}
+        states(options.robot_recording, options.arm) {}
 
   void run();
   bool wait_for_master();

@@ -23,7 +23,6 @@ struct RosBridgeOptions {
   std::vector<std::string> joints;        ///< in the order of offer()'s samples, at most 16
   double rate_hz = 100.0;                 ///< of both topics; the authors' tools expect about 100
   std::filesystem::path robot_recording;  ///< begun with the first ravenstate
-  bool overwrite = false;                 ///< a file of that name
   std::string arm = "gold";               ///< whose half of ravenstate is the calibrated arm
 };
 

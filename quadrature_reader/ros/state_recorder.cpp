@@ -18,8 +18,8 @@ constexpr std::size_t kTime = core::catalogue_index(core::RavenField::kTime, 0);
 
 }  // namespace
 
-StateRecorder::StateRecorder(std::filesystem::path path, std::string arm, bool overwrite)
-    : path_(std::move(path)), arm_(std::move(arm)), overwrite_(overwrite) {}
+StateRecorder::StateRecorder(std::filesystem::path path, std::string arm)
+    : path_(std::move(path)), arm_(std::move(arm)) {}
 
 core::Status StateRecorder::begin(std::int64_t stamp_ns) {
   record::ProfileOptions options;
@@ -37,7 +37,7 @@ core::Status StateRecorder::begin(std::int64_t stamp_ns) {
       {"clock", "CLOCK_REALTIME of the robot"},
       {"origin.time", fmt::format("{}", 1e-9 * static_cast<double>(stamp_ns))},
       {"software_version", core::kVersion}};
-  RAVENCAL_ASSIGN_OR_RETURN(sink_, RecordingSink::create(path_, meta, channels, overwrite_));
+  RAVENCAL_ASSIGN_OR_RETURN(sink_, RecordingSink::create(path_, meta, channels));
   first_stamp_ns_ = last_stamp_ns_ = stamp_ns;
   return {};
 }

@@ -18,7 +18,7 @@ namespace ravencal::quadrature_reader {
 
 class StateRecorder {
  public:
-  StateRecorder(std::filesystem::path path, std::string arm, bool overwrite = false);
+  StateRecorder(std::filesystem::path path, std::string arm);
 
   /// One message; the first creates the recording. Errors: no such message, a stamp before the last
   /// one's, a file that cannot be created. Each leaves the recording as it was.
@@ -36,7 +36,6 @@ class StateRecorder {
 
   std::filesystem::path path_;
   std::string arm_;
-  bool overwrite_;
   std::optional<RecordingSink> sink_;
   std::vector<double> row_;
   std::int64_t first_stamp_ns_ = 0;

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/file_beginnings.hpp"
 #include "core/output_place.hpp"
 
 namespace ravencal::core {
@@ -93,13 +94,13 @@ class FileBeginning {
         "\x7f"
         "ELF");
   }
-  /// As signing/key_file.hpp begins them.
   [[nodiscard]] bool is_key() const {
-    return text_.starts_with("ravencal-secret-key-") || text_.starts_with("ravencal-public-key-");
+    return text_.starts_with(kSecretKeyLabel) || text_.starts_with(kPublicKeyLabel);
   }
   [[nodiscard]] bool is_database() const { return text_.starts_with("SQLite format 3"); }
   [[nodiscard]] bool is_recording() const {
-    return is_database() && text_.size() > 72 && text_.substr(68, 4) == "RVCL";
+    return is_database() && text_.size() > kRecordingIdAt &&
+           text_.substr(kRecordingIdAt).starts_with(kRecordingId);
   }
   /// Whoever has an SQLite file open in WAL mode holds a lock on it.
   [[nodiscard]] bool is_open_elsewhere() const {

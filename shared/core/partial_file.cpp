@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/output_place.hpp"
+#include "core/temporary_folder.hpp"
 #include "core/whole_file.hpp"
 #include "core/write_all.hpp"
 
@@ -34,10 +35,7 @@ bool is_same_file(const struct stat& a, const struct stat& b) {
 
 /// The folder in which a file becomes whole; a stream takes it from anywhere.
 fs::path beginning_of_folder(const OutputPlace& place) {
-  if (!place.is_stream()) return place.path;
-  std::error_code absent;
-  const fs::path below = fs::temp_directory_path(absent);
-  return (absent ? fs::path("/tmp") : below) / "ravencal";
+  return place.is_stream() ? temporary_place() / "ravencal" : place.path;
 }
 
 }  // namespace

@@ -12,10 +12,14 @@
 
 namespace ravencal::core {
 
-Result<TemporaryFolder> TemporaryFolder::create() {
+std::filesystem::path temporary_place() {
   std::error_code absent;
-  const std::filesystem::path below = std::filesystem::temp_directory_path(absent);
-  std::string name = ((absent ? "/tmp" : below) / "ravencal-XXXXXX").string();
+  std::filesystem::path place = std::filesystem::temp_directory_path(absent);
+  return absent ? "/tmp" : place;
+}
+
+Result<TemporaryFolder> TemporaryFolder::create() {
+  std::string name = (temporary_place() / "ravencal-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) return write_error(name, errno);
   add_scratch(name);
   return TemporaryFolder(name);

@@ -8,6 +8,9 @@
 
 namespace ravencal::core {
 
+/// The system's folder for temporary files.
+std::filesystem::path temporary_place();
+
 /// A new empty folder below the system's one for temporary files, which nobody else may enter. It
 /// goes with this object, with what is in it.
 class TemporaryFolder {

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 
+#include "core/utf8.hpp"
 #include "core/write_all.hpp"
 
 namespace ravencal::core {
@@ -16,23 +17,6 @@ namespace {
 std::atomic<std::size_t> unsaid_parts{0};
 std::atomic<int> unsaid_reason{0};
 std::atomic<bool> reader_has_left{false};
-
-/// Length of the UTF-8 sequence at the beginning of `text`; 0: there is none.
-std::size_t sequence_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  const std::size_t length = first < 0x80   ? 1
-                             : first < 0xc2 ? 0
-                             : first < 0xe0 ? 2
-                             : first < 0xf0 ? 3
-                             : first < 0xf5 ? 4
-                                            : 0;
-  if (length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0U) != 0x80) return 0;
-  }
-  return length;
-}
 
 /// 0, or errno.
 int write_printable(int file, fmt::string_view format, fmt::format_args arguments) noexcept {
@@ -66,7 +50,7 @@ std::string printable(std::string_view text) {
   std::string shown;
   shown.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = sequence_length(text);
+    const std::size_t length = utf8_length(text);
     const auto first = static_cast<unsigned char>(text[0]);
     unsigned code = first;
     if (length == 2) code = (first & 0x1fU) << 6U | (text[1] & 0x3fU);

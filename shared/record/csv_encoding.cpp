@@ -3,27 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cstdint>
+
+#include "core/utf8.hpp"
 
 namespace ravencal::record {
 namespace {
-
-bool is_utf8(std::string_view text) {
-  std::size_t more = 0;
-  for (const char c : text) {
-    const auto byte = static_cast<std::uint8_t>(c);
-    const int ones = std::countl_one(byte);
-    if (more > 0) {
-      if (ones != 1) return false;
-      --more;
-    } else if (ones != 0) {
-      if (ones == 1 || ones > 4) return false;
-      more = static_cast<std::size_t>(ones - 1);
-    }
-  }
-  return more == 0;
-}
 
 void append_utf8(std::string& text, std::uint32_t code) {
   if (code < 0x80U) {
@@ -80,7 +65,7 @@ core::Result<std::string> utf8_of_utf16(std::string_view text, bool big_endian) 
 }
 
 std::string utf8_of_bytes(std::string text) {
-  if (is_utf8(text)) return text;
+  if (core::is_utf8(text)) return text;
   std::string result;
   for (const char c : text) append_utf8(result, static_cast<std::uint8_t>(c));
   return result;

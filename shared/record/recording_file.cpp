@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/file_beginnings.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
 
@@ -20,12 +21,19 @@ namespace {
 constexpr std::size_t kWideChannels = 64;
 constexpr std::array<std::string_view, 4> kReservedNames = {"t_ns", "rowid", "oid", "_rowid_"};
 
+/// The number that SQLite writes as these characters.
+constexpr int application_id(std::string_view characters) {
+  int id = 0;
+  for (const char c : characters) id = 256 * id + c;
+  return id;
+}
+
 std::string pragmas_of_whole(std::size_t channels) {
   const int page_size = channels > kWideChannels ? 16384 : 4096;
   return fmt::format(
       "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA page_size={}; PRAGMA "
       "application_id={};",
-      page_size, kApplicationId);
+      page_size, application_id(core::kRecordingId));
 }
 
 // WAL, so that readers never block the writer. synchronous=FULL, because with NORMAL a power cut

@@ -29,9 +29,6 @@ inline constexpr std::string_view kFormatVersion = "1";
 inline constexpr const char* kFinishedKey = "finished";
 inline constexpr std::string_view kIsNotFinished = "0";
 
-/// SQLite's application_id of a recording: "RVCL" in ASCII, so that file(1) can tell.
-inline constexpr int kApplicationId = 0x5256434C;
-
 /// How long a reader or a writer waits for another that holds the file.
 inline constexpr int kBusyTimeoutMs = 2000;
 

@@ -207,7 +207,7 @@ def judge_clean(chain: Chain, what: str) -> None:
     worse = [
         f"{row['joint']} {row['metric']} {row['before']:.3g} to {row['after']:.3g}"
         for row in report.get("held_out", [])
-        if row["after"] > 1.05 * max(row["before"], row["floor"])
+        if row["after"] > 1.05 * max(row["before"], row["floor"] or 0.0)
     ]
     if worse:
         chain.fault("harm", f"{what}: {'; '.join(worse)}")

@@ -3,7 +3,7 @@ set(package_tests ${CMAKE_CURRENT_LIST_DIR})
 add_test(NAME Package.AHostOfTenLinesFindsThePluginThatWasInstalled
   COMMAND ${package_tests}/install_test ${PROJECT_BINARY_DIR} ${PROJECT_VERSION})
 add_test(NAME Package.EveryCommandHasAManPageAndCompletion
-  COMMAND ${package_tests}/documentation_test $<TARGET_FILE:ravencal> $<TARGET_FILE:ravencal-encoders>)
+  COMMAND ${package_tests}/documentation_test ${PROJECT_SOURCE_DIR} $<TARGET_FILE:ravencal> $<TARGET_FILE:ravencal-encoders>)
 add_test(NAME Package.ThePublicHeadersAreDocumentedWithoutAWarning
   COMMAND ${package_tests}/doxygen_test ${PROJECT_SOURCE_DIR})
 add_test(NAME Package.LintianFindsNoFaultInThePackages

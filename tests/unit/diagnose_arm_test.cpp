@@ -165,7 +165,7 @@ TEST(DiagnoseArm, NamesFrictionBehindTheCableOnceThoughTwoChannelsShowIt) {
     EXPECT_TRUE(report.unexplained.empty()) << names_in(report);
     for (const diagnose::HeldOut& h : report.held_out) {
       if (h.metric == "effort_rmse") {
-        EXPECT_LT(h.after, 1.5 * h.floor) << h.before;
+        EXPECT_LT(h.after, 1.5 * h.floor.value()) << h.before;
       }
     }
   }

@@ -8,8 +8,8 @@ ravencal_test(NAME diagnose_explain_test
 target_include_directories(diagnose_model_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 target_include_directories(diagnose_explain_test PRIVATE ${CMAKE_CURRENT_LIST_DIR})
 ravencal_test(NAME diagnose_words_test
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_words_test.cpp
-  LIBS ravencal_diagnose LABELS unit)
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_words_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_sentences_test.cpp
+  LIBS ravencal_diagnose nlohmann_json::nlohmann_json fmt::fmt LABELS unit)
 ravencal_test(NAME diagnose_tracks_test
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/diagnose_tracks_test.cpp ${CMAKE_CURRENT_LIST_DIR}/diagnose_simulated_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/diagnose_generator.cpp

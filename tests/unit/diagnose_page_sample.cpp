@@ -50,7 +50,7 @@ ChannelPlot plot(const std::string& joint, const std::string& stage) {
   p.where.speed_edges = {-1.0, 0.0, 1.0};
   p.where.before = {0.2, 0.3, 0.1, std::numeric_limits<double>::quiet_NaN()};
   p.where.after = {0.01, 0.02, 0.01, std::numeric_limits<double>::quiet_NaN()};
-  p.where.rows = {50, 60, 70, 3};
+  p.where.rows = {50, 60, 70, 0};
   p.waterfall = {{"plant as it is", 0.2}, {"its numbers refitted", 0.1}, {"floor", 0.001}};
   p.scales = {{"gain_error", "position: low third", 0.97, 0.02},
               {"gain_error", "position: high third", 1.02, 0.03}};
@@ -119,7 +119,7 @@ Report sample_diagnosis() {
        Interval{-0.995, -0.988},
        {{1, 0.25, 0.0021}}},
       {"elbow", "effort_rmse", "N_m", 0.41, 0.12, 0.1, Interval{-0.8, -0.6}, {{1, 0.41, 0.12}}},
-      {"elbow", "free_run_1s_rmse", "rad", 0.035, 0.025, 1e-6},
+      {"elbow", "free_run_1s_rmse", "rad", 0.035, 0.025},
       {"insertion", "position_rmse", "m", 0.0137, 7.2e-05, 2.3e-05, std::nullopt, {}}};
   r.drift = {{"elbow", "rad", 0.5, 0.012, 0.011, 0.009},
              {"elbow", "rad", 1.0, 0.035, 0.031, 0.025}};
@@ -127,6 +127,19 @@ Report sample_diagnosis() {
       {"elbow", "transmission", "rad", 0.25, 0.0021, "repetition", 0.0013, 900, 0.93, 0.0024, true},
       {"elbow", "drive", "N_m", 0.41, 0.12, "resolution", 0.003, 0, 0.0, 0.3, true},
       {"insertion", "transmission", "m", 0.0137, 7.2e-05, "none", 0.0, 0, 0.0, 0.0, true}};
+  r.two_estimates = {{"elbow",
+                      "coulomb_friction",
+                      "level",
+                      "N_m",
+                      0.352,
+                      {0.341, 0.363},
+                      0.373,
+                      {0.367, 0.379},
+                      0.0471,
+                      true}};
+  r.effects.back().p_value = 3e-9;
+  r.effects.back().sides = Sides{"motor", "undecided", "take the cable off"};
+  r.candidates = {{"elbow", "drive", "coulomb_friction", 0.31, 8.2, 2e-5, 0.35, "N_m", "kept"}};
   decide(r);
   return r;
 }

@@ -93,10 +93,12 @@ void add_numbers_of(const Json& json, const std::string& unit, std::set<Said>& w
   }
 }
 
-/// What a page about this report may say. The first two are of "95 %" intervals and of free runs
-/// over 1 s.
+/// What a page about this report may say. The first ones are of "95 %" intervals, of free runs over
+/// 1 s, of the form of laws and of the least probability that is written out.
 std::set<Said> known_in(const Report& report) {
-  std::set<Said> known = {{"95", "%"}, {"1", ""}};
+  std::set<Said> known = {{"95", "%"}, {"1", ""}, {"4", "%"}, {"0.0001", ""}};
+  for (const TwoEstimates& e : report.two_estimates)
+    known.insert({fmt::format("{:.3g}", std::abs(e.free_run - e.equation_error)), ""});
   add_numbers_of(Json::parse(report_json(report)), "", known);
   return known;
 }
@@ -261,6 +263,39 @@ TEST_F(DiagnosisPage, HasOneCardPerCauseAndAPayloadIsOne) {
   EXPECT_EQ(count_of(found_.dom, "<article class=\"card\">"), 3U);
 }
 
+/// One figure per channel of the plant as it is; what is judged on fewer rows is none.
+TEST_F(DiagnosisPage, HasOneErrorPerChannelOfThePlantAsItIs) {
+  EXPECT_EQ(count_of(found_.dom, ">plant as it is</th>"), 2U) << "every figure, and drifts";
+  EXPECT_EQ(count_of(found_.dom, "unseen error"), 0U);
+  EXPECT_GE(count_of(found_.dom,
+                     "<dt>error of the improved plant on motion that no fit saw, "
+                     "without it → with it</dt>"),
+            4U);
+}
+
+TEST_F(DiagnosisPage, WritesOutNoProbabilityOfZeroAndNoIds) {
+  EXPECT_EQ(found_.dom.find(">0.0000<"), std::string::npos);
+  EXPECT_NE(found_.dom.find("<dt>p</dt><dd>&lt; 0.0001</dd>"), std::string::npos);
+  const std::regex id("[a-z]_[a-z]");
+  std::smatch at;
+  const std::string words = words_of(found_.dom);
+  EXPECT_FALSE(std::regex_search(words, at, id))
+      << at.str() << " in " << at.suffix().str().substr(0, 60);
+}
+
+TEST_F(DiagnosisPage, SaysWhatTwoEstimatesMayDifferBy) {
+  const std::string words = words_of(found_.dom);
+  EXPECT_NE(words.find("0.021 N m"), std::string::npos);
+  EXPECT_NE(words.find("0.0471 N m"), std::string::npos);
+}
+
+TEST_F(DiagnosisPage, SaysWhatIsNotKnownOfWhereFrictionSits) {
+  EXPECT_NE(
+      found_.dom.find("It sits on the motor's side of the motor's encoder. These recordings do "
+                      "not show on which side of the gearbox it sits. To decide it: take"),
+      std::string::npos);
+}
+
 TEST_F(DiagnosisPage, ShowsInRedWhatBecameWorse) {
   EXPECT_NE(found_.dom.find("<dt>shoulder</dt><dd class=\"worse\">"), std::string::npos);
   EXPECT_EQ(found_.dom.find("<dt>elbow</dt><dd class=\"worse\">"), std::string::npos);
@@ -280,7 +315,7 @@ TEST_F(DiagnosisPage, SaysWhatToRecordNextWhereNothingWasFound) {
   EXPECT_GE(json["next"].size(), 2U);
   const std::string& dom = nothing_.dom;
   EXPECT_NE(dom.find("What to record next</h2><ol class=\"next\"><li>"), std::string::npos);
-  EXPECT_NE(dom.find("3 of 4 cells of position and speed were visited"), std::string::npos);
+  EXPECT_NE(dom.find("3 of 4 cells of position and speed hold rows"), std::string::npos);
   EXPECT_EQ(count_of(dom, "<article class=\"card\">"), 0U);
 }
 

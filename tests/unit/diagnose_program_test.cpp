@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "diagnose_generator.hpp"
 #include "unit/run_command.hpp"
@@ -83,7 +84,12 @@ constexpr const char* kDiagnose =
 TEST_F(DiagnoseProgram, LeavesAReportThatSuggestTakesByItsFolder) {
   const Outcome named = run(kDiagnose);
   EXPECT_EQ(named.exit_code, 0) << named.text;
-  EXPECT_NE(named.text.find("homing_offset"), std::string::npos) << named.text;
+  EXPECT_NE(named.text.find("homing offset"), std::string::npos) << named.text;
+  EXPECT_NE(named.text.find("improved, on the rows that were fitted:"), std::string::npos);
+  // The same error in the same unit as in the sentences above it.
+  EXPECT_TRUE(std::regex_search(
+      named.text, std::regex("one +position error +2\\.[0-9]+ deg -> [0-9.]+ deg \\(floor ")))
+      << named.text;
   for (const char* file : {"report.json", "report.html", "plant_improved.toml"})
     EXPECT_TRUE(fs::exists(folder_ / "why" / file)) << file;
   const Outcome again = run(std::string(kDiagnose) + " --held-out b.csv --check");
@@ -99,7 +105,7 @@ TEST_F(DiagnoseProgram, MeasuresItsFalseAlarmsUnlessToldNotTo) {
         std::ifstream(folder_ / "why/report.json"))["verdict"]["false_alarm_rate"];
   };
   const Outcome measured = run(kDiagnose);
-  EXPECT_NE(measured.text.find("placebo recordings, made of this one"), std::string::npos)
+  EXPECT_NE(measured.text.find("Placebo recordings have the motion of this one"), std::string::npos)
       << measured.text;
   ASSERT_TRUE(rate().is_number());
   EXPECT_LE(rate().get<double>(), 0.25);

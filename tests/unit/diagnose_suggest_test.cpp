@@ -36,7 +36,7 @@ TEST(Suggest, SaysOnceWhatOneReasonKeptFromBeingTested) {
   ASSERT_TRUE(list.ok());
   ASSERT_EQ(list->suggestions.size(), 1U);
   EXPECT_EQ(list->suggestions.front().why,
-            "joint elbow, wrist: tests slip, lost_counts, not testable so far: no truth");
+            "joint elbow, wrist: tests slip, lost counts, not testable so far: no truth");
 }
 
 TEST(Suggest, AsksForNoRecordingOfWhatNoneWouldTest) {

@@ -30,6 +30,7 @@ TEST(DiagnoseTwoEstimates, AgreeWhereThePlantHasTheRobotsLaws) {
                          << e.free_run;
     EXPECT_LT(e.equation_error_ci95.first, e.equation_error);
     EXPECT_LT(e.free_run, e.free_run_ci95.second);
+    EXPECT_LE(std::abs(e.free_run - e.equation_error), e.allowed) << e.id << " " << e.parameter;
   }
 }
 
@@ -49,6 +50,7 @@ TEST(DiagnoseTwoEstimates, PartWhereAnotherLawPassesForTheRobots) {
   const auto parted = std::find_if(report.two_estimates.begin(), report.two_estimates.end(),
                                    [](const TwoEstimates& e) { return !e.agree; });
   ASSERT_NE(parted, report.two_estimates.end()) << report.verdict.text;
+  EXPECT_GT(std::abs(parted->free_run - parted->equation_error), parted->allowed);
   EXPECT_NE(report.verdict.text.find("by the motion under the recorded efforts"), std::string::npos)
       << report.verdict.text;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/terminal.hpp"
+#include "core/utf8.hpp"
 #include "unit/files_rig.hpp"
 
 namespace ravencal::test {
@@ -171,6 +172,10 @@ TEST(Printable, HasNoControlCharactersButNewLinesAndTabs) {
       << "from right to left";
   EXPECT_EQ(core::printable("\xc2\x9b"), "\\u009b") << "CSI as one character";
   EXPECT_EQ(core::printable("\x9b\xff\xe2\x82"), "\\u009b\\u00ff\\u00e2\\u0082");
+  EXPECT_EQ(core::printable("\xe0\x80\x9b"), "\\u00e0\\u0080\\u009b") << "longer than needed";
+  EXPECT_TRUE(core::is_utf8("plain \xc3\xa9 \xf0\x9f\x99\x82"));
+  for (const char* other : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "e\xcc", "\xe9t\xe9"})
+    EXPECT_FALSE(core::is_utf8(other)) << core::printable(other);
 }
 
 TEST_F(Messages, ShowNoEscapesOfAName) {

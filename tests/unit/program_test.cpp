@@ -135,6 +135,21 @@ TEST(CommandLine, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_NE(error_of("info x.db --colour").find("--colour"), std::string::npos);
 }
 
+TEST(CommandLine, ErrorsNameTheProgramAndTheCommandThatWasCalled) {
+  for (const auto& [arguments, wanted] :
+       {std::pair{"", "ravencal: A subcommand is required\n`ravencal --help` "},
+        std::pair{"--colour", "ravencal: "},
+        std::pair{"train", "ravencal train: recordings is required\n`ravencal train --help` "},
+        std::pair{"train x.db --out m.onnx --seed blue", "ravencal train: "},
+        std::pair{"info x.db --colour", "ravencal info: "},
+        std::pair{"profile guess", "ravencal profile guess: "},
+        std::pair{"profile gess", "ravencal profile: there is no command 'gess'"}}) {
+    const Outcome outcome = run_command(fmt::format("{} {} 2>&1", RAVENCAL_PROGRAM, arguments));
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(outcome.text.starts_with(wanted)) << arguments << ": " << outcome.text;
+  }
+}
+
 TEST(CommandLine, WordsOfAnOptionArePlainInHelpAndErrors) {
   const Outcome help = run_command(fmt::format("{} train --help", RAVENCAL_PROGRAM));
   EXPECT_EQ(help.text.find("->"), std::string::npos) << help.text;

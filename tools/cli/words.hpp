@@ -29,8 +29,9 @@ CLI::Option* add_words(CLI::App& command, const std::string& name, Value& value,
       ->check(CLI::IsMember(known));
 }
 
-/// Prints what is wrong with the command line, or the help that was asked for; the exit code. A
-/// word in the place of a command is named, with the command that was likely meant.
+/// Prints what is wrong with the command line, behind the names of program and command, or the help
+/// that was asked for; the exit code. A word in the place of a command is named, with the command
+/// that was likely meant.
 int explain(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace ravencal::cli

@@ -17,6 +17,9 @@
 #include "commands/robot_out.hpp"
 #include "core/terminal.hpp"
 #include "core/whole_file.hpp"
+#include "diagnose/findings/figures.hpp"
+#include "diagnose/findings/verdict.hpp"
+#include "diagnose/findings/words.hpp"
 #include "diagnose/given.hpp"
 #include "diagnose/report/improved_robot.hpp"
 #include "diagnose/report/write_report.hpp"
@@ -51,10 +54,15 @@ core::Result<std::vector<record::Recording>> load_all(const std::vector<std::str
 }
 
 void print_summary(const diagnose::Report& report, const std::string& out) {
-  core::say("verdict: {}\n{}\n", report.verdict.kind, report.verdict.text);
+  core::say("verdict: {}\n{}\n", diagnose::words_of(report.verdict.kind), report.verdict.text);
+  if (!report.held_out.empty())
+    core::say("Errors of the plant as it is and improved, {}:\n",
+              diagnose::rows_words(diagnose::are_of_fitted_rows(report)));
   for (const diagnose::HeldOut& h : report.held_out) {
-    core::say("  {:<12} {:<22} {:.4g} -> {:.4g} {} (floor {:.4g})\n", h.joint, h.metric, h.before,
-              h.after, h.unit, h.floor);
+    const auto in_unit = [&h](double error) { return diagnose::quantity(error, h.unit); };
+    core::say("  {:<12} {:<34} {} -> {}{}\n", h.joint, diagnose::metric_words(h.metric),
+              in_unit(h.before), in_unit(h.after),
+              h.floor ? fmt::format(" (floor {})", in_unit(*h.floor)) : "");
   }
   core::say("report: {}/report.html\n", out);
 }

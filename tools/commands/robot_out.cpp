@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/robot_out.hpp"
+
 #include "core/terminal.hpp"
 
 namespace ravencal::commands {

@@ -305,7 +305,7 @@ void add_physics_option(CLI::App& command, TrainArguments& arguments) {
 void add_network_options(CLI::App& command, TrainArguments& arguments) {
   learn::TrainOptions& train = arguments.train;
   command.add_option("--features", train.features,
-                     "paper112, notebook208, light, light-open (no input answers to the motor "
+                     "paper112, notebook208, light, light-open (no input depends on the motor "
                      "command, so no loop is closed), group:G, joint:J, NAME, jpos.*, NAME@ROWS, "
                      "NAME~HALF_WIDTH, NAME%SECONDS (exponential mean), NAME%absSECONDS (mean of "
                      "the absolute value), NAME%LENGTH:POSITION and NAME%absLENGTH:POSITION (the "

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/units.hpp"
+#include "core/words_of.hpp"
 #include "prove/json_fields.hpp"
 #include "prove/score.hpp"
 
@@ -80,12 +81,16 @@ std::string judgement(const Json& one) {
     out = "found beside false names: one effect was hidden, which is no hit";
   if (outcome == "look_alike")
     out = fmt::format("look-alike: the report does not tell {} apart from {}; that is no hit",
-                      text(one["found"], "id"), text(one["hidden"], "id"));
+                      core::words_of(text(one["found"], "id")),
+                      core::words_of(text(one["hidden"], "id")));
   else if (!one["not_told_apart"].empty())
-    out += fmt::format("; not told apart from {}",
-                       fmt::join(one["not_told_apart"].get<std::vector<std::string>>(), ", "));
+    out += fmt::format(
+        "; not told apart from {}",
+        core::words_of(fmt::format(
+            "{}", fmt::join(one["not_told_apart"].get<std::vector<std::string>>(), ", "))));
   for (const Json& name : one["also_named"])
-    out += fmt::format("; also named: {} at the {}", text(name, "id"), text(name, "joint"));
+    out += fmt::format("; also named: {} at the {}", core::words_of(text(name, "id")),
+                       text(name, "joint"));
   return out;
 }
 

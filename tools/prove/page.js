@@ -62,6 +62,9 @@ function size_chart() {
   ]);
 }
 
+const meanings = note("A floor is the error that noise alone leaves in a channel; the strongest name is the one that takes " +
+  "most off the error.");
+
 function size_table() {
   const columns = [...sizes, ["3 and more", proof.one_effect.at_3_floors_and_more]];
   const row = (title, cell) => [title, ...columns.map(([, figures]) => cell(figures))];
@@ -173,7 +176,7 @@ show_page("", `${met} of ${proof.targets.length} targets met on ${proof.cases} c
     ["targets", "Targets", targets()],
     ["worlds", "By world", worlds()],
     ["sizes", "One hidden effect, by its size", figure(size_chart(), "Shares of cases", "Lines are 95 % intervals."),
-      key(size_lines.map(([, colour, words]) => ["solid", 4, colour, words])), size_table()],
+      key(size_lines.map(([, colour, words]) => ["solid", 4, colour, words])), meanings, size_table()],
     ["kinds", "Cases with no effect, a wrong parameter, two effects, an unknown effect", kinds()],
     ["others", "Other methods on the same cases", others()],
     ["reliability", "Do probabilities mean what they say?", reliability()],

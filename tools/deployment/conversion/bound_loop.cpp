@@ -52,7 +52,7 @@ core::Status set_gains(const Request& request, const Outcome& outcome,
   }
   if (request.unbounded_loop) return {};
   return core::usage_error(fmt::format(
-      "{}: the inputs {} answer to the motor command and close a loop through the correction. Its "
+      "{}: the inputs {} depend on the motor command and close a loop through the correction. Its "
       "gains are unknown: give recordings of the training with --calibrate, train "
       "anew, or write the weights all the same with --unbounded-loop",
       request.model, names_of_answering(model)));

@@ -12,13 +12,12 @@
 #include <cstring>
 #include <string_view>
 
+#include "core/file_beginnings.hpp"
 #include "core/whole_file.hpp"
 
 namespace ravencal::signing {
 namespace {
 
-constexpr std::string_view kSecretLabel = "ravencal-secret-key-ed25519 ";
-constexpr std::string_view kPublicLabel = "ravencal-public-key-ed25519 ";
 using Bytes32 = std::array<std::uint8_t, 32>;
 
 std::string hex_of(const Bytes32& bytes) {
@@ -85,11 +84,12 @@ core::Result<PublicKey> generate_key(const std::filesystem::path& path) {
   SecretKey::Seed seed{};
   randombytes_buf(seed.data(), seed.size());
   const SecretKey key(seed);
-  const std::string secret_line = fmt::format("{}{}\n", kSecretLabel, hex_of(seed));
+  const std::string secret_line = fmt::format("{}{}\n", core::kSecretKeyLabel, hex_of(seed));
   sodium_memzero(seed.data(), seed.size());
   RAVENCAL_RETURN_IF_ERROR(create_file(path, secret_line, S_IRUSR | S_IWUSR));
-  const core::Status status = create_file(
-      path.string() + ".pub", fmt::format("{}{}\n", kPublicLabel, hex(key.public_key())), 0644);
+  const core::Status status =
+      create_file(path.string() + ".pub",
+                  fmt::format("{}{}\n", core::kPublicKeyLabel, hex(key.public_key())), 0644);
   if (!status.ok()) {
     ::unlink(path.c_str());
     return status.error();
@@ -108,12 +108,12 @@ core::Result<SecretKey> read_secret_key(const std::filesystem::path& path) {
         fmt::format("{}: mode {:04o} lets others use this secret key; if nobody did: chmod 600 {}",
                     path.string(), mode, path.string()));
   }
-  RAVENCAL_ASSIGN_OR_RETURN(const SecretKey::Seed seed, parse(path, kSecretLabel));
+  RAVENCAL_ASSIGN_OR_RETURN(const SecretKey::Seed seed, parse(path, core::kSecretKeyLabel));
   return SecretKey(seed);
 }
 
 core::Result<PublicKey> read_public_key(const std::filesystem::path& path) {
-  return parse(path, kPublicLabel);
+  return parse(path, core::kPublicKeyLabel);
 }
 
 }  // namespace ravencal::signing

@@ -163,6 +163,7 @@ class ReportedEffects {
     out.unit = unit_of(*taken.channel, m_.given);
     out.held_out_before = taken.before;
     out.held_out_after = taken.after;
+    out.of_fitted_rows = candidate.of_recording() || !view_.held_out;
     out.size = taken.size();
     // Ratio of the likelihoods: a bound on the chance of such data without the effect.
     const double gain = (less.judgement.loss - m_.written.judgement.loss) / m_.search.dispersion() +

@@ -4,7 +4,6 @@
 // effort, and over whole stretches under the plant's controller. All plants run with the numbers
 // that they state; nothing is fitted.
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "diagnose/explain/parts.hpp"
@@ -24,12 +23,6 @@ std::optional<physics::ServoLaw> law_of(const physics::Plant& plant, const Likel
   return law;
 }
 
-double position_noise(const Likelihood& rows, std::size_t joint) {
-  double squares = 0.0;
-  for (const Track& track : rows.tracks()) squares += std::pow(track.forced.motors[joint].noise, 2);
-  return std::sqrt(squares / static_cast<double>(rows.tracks().size()));
-}
-
 }  // namespace
 
 void add_free_run(const View& view, const physics::Plant& refitted, Report& report) {
@@ -41,8 +34,7 @@ void add_free_run(const View& view, const physics::Plant& refitted, Report& repo
                     [j](const Track& track) { return track.joints[j].effort.size() > 0; });
     if (!driven) continue;
     const auto add = [&](const char* metric, double before, double after) {
-      report.held_out.push_back(
-          {joint.name, metric, position_unit_of(joint), before, after, position_noise(rows, j)});
+      report.held_out.push_back({joint.name, metric, position_unit_of(joint), before, after});
     };
     PlantDrive given(view.given, rows, j);
     PlantDrive improved(view.improved, rows, j);

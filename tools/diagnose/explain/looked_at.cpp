@@ -197,7 +197,7 @@ void add_missing_sources(const Likelihood& fitted, const All& all, const physics
       notes.push_back(fmt::format(
           "the plant's {} of joint {} follows '{}', which was not recorded, so that it is not "
           "predicted in full (recorded: {})",
-          effect.id, joint.name, name, fmt::join(recorded, ", ")));
+          words_of(effect.id), joint.name, name, fmt::join(recorded, ", ")));
     }
   }
 }

@@ -60,6 +60,10 @@ void add_effects(const Models& models, const View& view, Report& report);
 /// then not the robot's, whatever the values.
 void add_two_estimates(const Models& models, Report& report);
 
+/// Of the parameter's value: deviation by which the forms of laws differ, of which no model has the
+/// robot's own. A relative change is one of the whole number.
+double deviation_of_form(const Parameter& parameter);
+
 /// Which way each cable runs that other joints move, and a note of each of which the plant does not
 /// say it.
 void add_routings(const Models& models, Report& report);

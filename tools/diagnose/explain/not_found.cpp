@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -109,9 +110,10 @@ void add_candidates(const Models& models, std::uint64_t seed, Report& report) {
   }
   for (const std::size_t c : models.best.chosen) {
     const Candidate& candidate = models.vocabulary.candidates[c];
-    report.candidates.push_back({models.given.joints[candidate.joint].name,
-                                 std::string(words_for(candidate.id).stage), candidate.id, 0.0, 0.0,
-                                 0.0, 0.0, "", "named"});
+    constexpr double kNotScreened = std::numeric_limits<double>::quiet_NaN();
+    report.candidates.push_back(
+        {models.given.joints[candidate.joint].name, std::string(words_for(candidate.id).stage),
+         candidate.id, kNotScreened, kNotScreened, kNotScreened, kNotScreened, "", "named"});
   }
 }
 

@@ -17,6 +17,8 @@
 #include "diagnose/explain/plant_drive.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/quantiles.hpp"
+#include "diagnose/findings/verdict.hpp"
+#include "diagnose/findings/words.hpp"
 
 namespace ravencal::diagnose {
 namespace {
@@ -201,20 +203,13 @@ Interval interval(const Parameter& p, double deviation) {
   return {p.value() - half, p.value() + half};
 }
 
-/// Deviation of x by which the forms of laws differ, of which no model is the robot's own. Numbers
-/// without a unit are shares already.
-double of_form(const Parameter& p) {
-  const double least = p.unit.empty() || p.unit == "1" ? 1.0 : 0.0;
-  return kModelForm * std::max(std::abs(p.value()), least) / std::abs(p.slope());
-}
-
 std::string note_of(const TwoEstimates& e) {
   return fmt::format(
-      "joint {}'s {} of {} is {:.3g} {} by the efforts along the recorded motion and {:.3g} {} by "
-      "the motion under the recorded efforts, further apart than either is uncertain: its drive "
-      "has "
-      "a law that the improved plant lacks, and neither value holds elsewhere",
-      e.joint, e.parameter, e.id, e.equation_error, e.unit, e.free_run, e.unit);
+      "joint {}'s {} of {} is {} by the efforts along the recorded motion and {} by the motion "
+      "under the recorded efforts, further apart than the {} that both leave open: its drive has a "
+      "law that the improved plant lacks, and neither value holds elsewhere",
+      e.joint, words_of(e.parameter), words_of(e.id), quantity(e.equation_error, e.unit),
+      quantity(e.free_run, e.unit), quantity(e.allowed, e.unit));
 }
 
 void add_of_joint(const Models& models, std::size_t joint, Report& report) {
@@ -237,18 +232,25 @@ void add_of_joint(const Models& models, std::size_t joint, Report& report) {
     const double of_efforts = std::sqrt(models.moved.judgement.covariance(k, k));
     const bool known = std::max(of_motion, of_efforts) < kMostOfPrior * by_efforts.deviation;
     if (!by_efforts.said || !known || by_efforts.at_bound() || by_motion.at_bound()) continue;
-    const double z =
-        (by_motion.x - by_efforts.x) / std::hypot(of_motion, of_efforts, of_form(by_efforts));
+    const double slope = std::abs(by_efforts.slope());
+    const double allowed =
+        kClear_z * std::hypot(slope * of_motion, slope * of_efforts, deviation_of_form(by_efforts));
+    const bool agree = std::abs(by_motion.x - by_efforts.x) * slope <= allowed;
     report.two_estimates.push_back({models.given.joints[joint].name, by_efforts.effect,
                                     by_efforts.name, by_efforts.unit, by_efforts.value(),
                                     interval(by_efforts, of_efforts), by_motion.value(),
-                                    interval(by_motion, of_motion), std::abs(z) <= kClear_z});
+                                    interval(by_motion, of_motion), allowed, agree});
     if (!report.two_estimates.back().agree)
       report.notes.push_back(note_of(report.two_estimates.back()));
   }
 }
 
 }  // namespace
+
+double deviation_of_form(const Parameter& parameter) {
+  const double whole = parameter.is_relative_change() ? 1.0 : 0.0;
+  return kModelForm * std::abs(whole + parameter.value());
+}
 
 void add_two_estimates(const Models& models, Report& report) {
   for (std::size_t j = 0; j < models.given.joints.size(); ++j) add_of_joint(models, j, report);

@@ -57,7 +57,9 @@ struct Sides {
 struct NamedEffect {
   std::string id, joint, stage;
   std::vector<NamedParameter> parameters;
-  double held_out_before = 0.0, held_out_after = 0.0;
+  double held_out_before = 0.0;  ///< what the improved plant leaves without it
+  double held_out_after = 0.0;   ///< and with it
+  bool of_fitted_rows = false;   ///< both: no row was held out, or one recording alone has it
   std::string unit;
   double p_value = 1.0, size = 0.0, invariance_spread = 0.0;
   std::vector<std::string> ambiguous_with;
@@ -84,7 +86,8 @@ struct RecordingFigure {
 
 struct HeldOut {
   std::string joint, metric, unit;
-  double before = 0.0, after = 0.0, floor = 0.0;
+  double before = 0.0, after = 0.0;
+  std::optional<double> floor{};  ///< of the channel; none of a run, which no sensor bounds
   /// 95 % of after / before - 1, stretches of time as observations; none where they are too few.
   std::optional<Interval> change_ci95{};
   std::vector<RecordingFigure> by_recording{};  ///< of a figure that has an interval
@@ -99,8 +102,8 @@ struct HeldOut {
 /// floor in which no effect of the vocabulary has a part. RMS in the channel's unit.
 struct ErrorLeft {
   std::string joint, stage, unit;
-  double before = 0.0;      ///< of the plant as it is
-  double left = 0.0;        ///< of the plant as improved
+  double before = 0.0;      ///< of the plant as it is, on the rows that are judged
+  double left = 0.0;        ///< of the plant with its numbers as the rows have them, there too
   std::string measured_by;  ///< what the floor is: repetition, resolution, none
   double floor = 0.0;
   std::size_t compared_rows = 0;  ///< that met another pass; 0 without repetition
@@ -214,7 +217,9 @@ struct TwoEstimates {
   Interval equation_error_ci95{0.0, 0.0};
   double free_run = 0.0;
   Interval free_run_ci95{0.0, 0.0};
-  bool agree = true;  ///< within what both are uncertain by
+  double allowed = 0.0;  ///< difference up to which they agree: what both are uncertain by, and
+                         ///< the forms of laws, of which no model has the robot's own
+  bool agree = true;
 };
 
 /// A recording that was diagnosed.

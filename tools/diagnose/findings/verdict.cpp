@@ -3,6 +3,7 @@
 
 #include "core/units.hpp"
 #include "diagnose/findings/experiments.hpp"
+#include "diagnose/findings/figures.hpp"
 #include "diagnose/findings/policy.hpp"
 #include "diagnose/findings/words.hpp"
 
@@ -19,19 +20,28 @@ namespace ravencal::diagnose {
 namespace {
 
 std::string sentence_of(const NamedEffect& effect) {
-  std::string text = fmt::format("Joint {}, {}: {}", effect.joint, effect.stage, effect.id);
+  std::string text =
+      fmt::format("Joint {}, {}: {}", effect.joint, effect.stage, words_of(effect.id));
   if (!effect.from.empty()) text += " from " + effect.from;
   if (effect.out_of_tolerance) text += " is out of the plant's tolerance";
   if (!effect.parameters.empty()) {
     const NamedParameter& p = effect.parameters.front();
-    text += fmt::format(" ({} {}, 95 % between {} and {})", p.name, quantity(p.value, p.unit),
-                        quantity(p.ci95.first, p.unit), quantity(p.ci95.second, p.unit));
+    text +=
+        fmt::format(" ({} {}, 95 % between {} and {})", words_of(p.name), quantity(p.value, p.unit),
+                    quantity(p.ci95.first, p.unit), quantity(p.ci95.second, p.unit));
   }
-  text += fmt::format("; held-out error {} to {}", quantity(effect.held_out_before, effect.unit),
-                      quantity(effect.held_out_after, effect.unit));
+  text +=
+      fmt::format("; the improved plant's error {} is {} without it and {} with it",
+                  rows_words(effect.of_fitted_rows), quantity(effect.held_out_before, effect.unit),
+                  quantity(effect.held_out_after, effect.unit));
+  if (effect.beyond_plants)
+    text +=
+        ", and no plant can hold it, so that its error stays in the figures of the improved plant";
   if (!effect.ambiguous_with.empty()) {
-    text += fmt::format("; not told apart from {}: {}", fmt::join(effect.ambiguous_with, ", "),
-                        effect.separate_by);
+    std::vector<std::string> rivals;
+    for (const std::string& rival : effect.ambiguous_with) rivals.push_back(words_of(rival));
+    text +=
+        fmt::format("; not told apart from {}: {}", fmt::join(rivals, ", "), effect.separate_by);
   }
   return text + ".";
 }
@@ -59,6 +69,7 @@ void add_unexplained(Report& report) {
 
 /// Where something real was found and nothing named, the schema's `unknown` says so.
 void add_unknown(Report& report) {
+  const bool fitted = are_of_fitted_rows(report);
   for (const Unexplained& u : report.unexplained) {
     if (at_place_of(u, report.effects)) continue;
     NamedEffect effect;
@@ -70,12 +81,15 @@ void add_unknown(Report& report) {
     effect.p_value = std::numeric_limits<double>::quiet_NaN();  // a floor has no chance
     effect.separate_by =
         experiment_over(u.depends_on.empty() ? "" : u.depends_on.front()).experiment;
-    if (const Mismatch* m = at_place_of(u, report.mismatch)) {
+    effect.of_fitted_rows = fitted;
+    const Mismatch* m = at_place_of(u, report.mismatch);
+    if (m != nullptr) effect.p_value = m->p_value;
+    // Nothing was added that could take it away: the channel's own figure.
+    if (const HeldOut* figure = figure_of_stage(report, u.joint, u.stage)) {
+      effect.held_out_before = figure->before;
+      effect.held_out_after = figure->after;
+    } else if (m != nullptr) {
       effect.held_out_before = effect.held_out_after = std::hypot(m->excess_rmse, m->floor);
-      effect.p_value = m->p_value;
-    } else if (const ErrorLeft* e = at_place_of(u, report.left)) {
-      effect.held_out_before = e->before;
-      effect.held_out_after = e->left;
     }
     report.effects.push_back(std::move(effect));
   }
@@ -118,8 +132,8 @@ void agree_on_mismatch(Report& report) {
 /// Of few placebo recordings a share in percent would say more than they know.
 std::string alarms_sentence(const Verdict& verdict) {
   return fmt::format(
-      "On {1} placebo recordings, made of this one with nothing left out, something was named in "
-      "{0:.0f}.",
+      "Placebo recordings have the motion of this one, and the plant lacks nothing of them: "
+      "something was named in {:.0f} of {}.",
       verdict.false_alarm_rate.value_or(0.0) * verdict.placebos, verdict.placebos);
 }
 
@@ -243,8 +257,8 @@ void decide(Report& report) {
     text = left;
   } else if (verdict.kind == "nothing_left_out") {
     text =
-        "Nothing is left out of the plant that this recording can show; not_found lists what would "
-        "have been seen, and from which size on." +
+        "Nothing is left out of the plant that this recording can show. What would have been seen, "
+        "and from which size on, stands under what was not found." +
         grounds_sentence(report);
   } else if (verdict.kind == "not_testable") {
     text =

@@ -7,13 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "core/words_of.hpp"
+
 namespace ravencal::diagnose {
 
-/// An id in words: "gain_error" as "gain error".
-inline std::string words_of(std::string id) {
-  std::replace(id.begin(), id.end(), '_', ' ');
-  return id;
-}
+using core::words_of;
 
 /// Appends `item` to a list that lacks it.
 inline void add_once(std::vector<std::string>& list, const std::string& item) {

@@ -81,6 +81,8 @@ struct Parameter {
   }
   /// Change of the value per change of x.
   [[nodiscard]] double slope() const { return logarithmic ? value() : scale; }
+  /// A change of a number relative to it, as every parameter of that name is; else the size itself.
+  [[nodiscard]] bool is_relative_change() const { return name.ends_with("ratio"); }
   void apply(State& state) const { set(state, value()); }
   [[nodiscard]] bool at_bound() const { return x <= low + 1e-9 || x >= high - 1e-9; }
   /// A number that stays as the plant states it, or absent where the plant states none.

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "diagnose/findings/effect_words.hpp"
+#include "diagnose/findings/figures.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/report/overview.hpp"
 #include "diagnose/report/suggest.hpp"
@@ -43,7 +44,7 @@ static RAVENCAL_JSON_MEMBERS(Combination, joint, stage, parameters, value, ci95)
 static RAVENCAL_JSON_MEMBERS(RecordingFigure, recording, before, after);
 static RAVENCAL_JSON_MEMBERS(Drift, joint, unit, horizon_s, before, refitted, after);
 static RAVENCAL_JSON_MEMBERS(TwoEstimates, joint, id, parameter, unit, equation_error,
-                             equation_error_ci95, free_run, free_run_ci95, agree);
+                             equation_error_ci95, free_run, free_run_ci95, allowed, agree);
 static RAVENCAL_JSON_MEMBERS(SeenRecording, name, held_out, duration_s);
 static RAVENCAL_JSON_MEMBERS(Unexplained, joint, stage, share_of_excess, size, unit, depends_on);
 static RAVENCAL_JSON_MEMBERS(WaterfallStep, step, rmse);
@@ -84,6 +85,7 @@ static void to_json(Json& json, const NamedEffect& e) {
                 {{"held_out_before", e.held_out_before},
                  {"held_out_after", e.held_out_after},
                  {"held_out_share", held_out_share(e)},
+                 {"rows", e.of_fitted_rows ? "fitted" : "held_out"},
                  {"unit", e.unit},
                  {"p_value", e.p_value},
                  {"size", e.size},
@@ -154,8 +156,8 @@ static void to_json(Json& json, const Trace& t) {
 }
 
 static void to_json(Json& json, const WhereMap& map) {
-  const auto visited = std::count_if(map.before.begin(), map.before.end(),
-                                     [](double v) { return std::isfinite(v); });
+  const auto visited =
+      std::count_if(map.rows.begin(), map.rows.end(), [](std::size_t rows) { return rows > 0; });
   json = {{"cells", map.before.size()},
           {"cells_visited", visited},
           {"position_edges", rounded(map.position_edges)},

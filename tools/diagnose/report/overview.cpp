@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnose/findings/figures.hpp"
 #include "diagnose/findings/verdict.hpp"
 #include "diagnose/findings/words.hpp"
 
@@ -16,36 +17,6 @@ namespace ravencal::diagnose {
 namespace {
 
 using Words = std::pair<std::string_view, std::string_view>;
-
-/// Metrics with words of their own; the first three stand for a joint, the first that there is.
-constexpr std::array<Words, 6> kMetrics = {{{"position_rmse", "position error"},
-                                            {"tracking_rmse", "tracking error"},
-                                            {"effort_rmse", "effort error"},
-                                            {"free_run_1s_rmse", "error of a free run over 1 s"},
-                                            {"closed_loop_rmse", "error in closed loop"},
-                                            {"closed_loop_mae", "mean error in closed loop"}}};
-constexpr std::size_t kOfJoint = 3;
-
-const HeldOut* figure_of(const Report& report, const std::string& joint, std::string_view metric) {
-  const auto it =
-      std::find_if(report.held_out.begin(), report.held_out.end(),
-                   [&](const HeldOut& h) { return h.joint == joint && h.metric == metric; });
-  return it == report.held_out.end() ? nullptr : &*it;
-}
-
-const HeldOut* figure_of_stage(const Report& report, const std::string& joint,
-                               std::string_view stage) {
-  constexpr std::array<Words, 5> kShown = {{{"transmission", "position_rmse"},
-                                            {"drive", "effort_rmse"},
-                                            {"drive", "tracking_rmse"},
-                                            {"transmission", "tracking_rmse"},
-                                            {"joint", "free_run_1s_rmse"}}};
-  for (const auto& [of_stage, metric] : kShown) {
-    const HeldOut* figure = of_stage == stage ? figure_of(report, joint, metric) : nullptr;
-    if (figure != nullptr) return figure;
-  }
-  return nullptr;
-}
 
 std::vector<std::string> joints_of(const Report& report) {
   std::vector<std::string> joints;
@@ -99,7 +70,9 @@ ChainCell cell_of(const Report& report, const std::vector<Cause>& causes, const 
   }
   const double whole = std::pow(cell.figure->before, 2);
   const auto above_floor = [&](double rms) {
-    return whole > 0.0 ? std::max(0.0, (rms * rms - std::pow(cell.figure->floor, 2)) / whole) : 0.0;
+    return whole > 0.0
+               ? std::max(0.0, (rms * rms - std::pow(cell.figure->floor.value_or(0.0), 2)) / whole)
+               : 0.0;
   };
   cell.share_before = above_floor(cell.figure->before);
   cell.share_after = above_floor(cell.figure->after);
@@ -143,10 +116,10 @@ std::string percent_figure(double share) {
   return fmt::format("{}{:.{}f}", value < 0.0 ? "−" : "+", std::abs(value), decimals);
 }
 
-/// "position error on unseen motion 2 deg, now 0.3 deg (−85 %, 95 %: −90 to −80 %)".
-std::string change_words(const HeldOut& figure) {
+/// "position error on motion that no fit saw 2 deg, now 0.3 deg (−85 %, 95 %: −90 to −80 %)".
+std::string change_words(const HeldOut& figure, bool fitted) {
   std::string text =
-      fmt::format("{} on unseen motion {}, now {} ({} %", metric_words(figure.metric),
+      fmt::format("{} {} {}, now {} ({} %", metric_words(figure.metric), rows_words(fitted),
                   quantity(figure.before, figure.unit), quantity(figure.after, figure.unit),
                   percent_figure(figure.change()));
   if (figure.change_ci95) {
@@ -165,6 +138,16 @@ std::string capitalised(std::string text) {
   return text;
 }
 
+/// What of a joint's findings its figures cannot show.
+std::string kept_out_words(const Report& report, const std::string& joint) {
+  std::vector<std::string> names;
+  for (const NamedEffect& effect : report.effects)
+    if (effect.beyond_plants && effect.joint == joint) add_once(names, words_of(effect.id));
+  if (names.empty()) return {};
+  return fmt::format("; no plant can hold {}, so that its error stays in this figure",
+                     fmt::join(names, " or "));
+}
+
 std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
                          const JointLine& line) {
   std::string text = findings_words(causes, line.joint);
@@ -173,17 +156,13 @@ std::string sentence_for(const Report& report, const std::vector<Cause>& causes,
   if (text.empty()) {
     text = looked ? "no physics is missing" : "these recordings do not show this joint";
   }
-  if (line.figure != nullptr) text += "; " + change_words(*line.figure);
+  if (line.figure != nullptr)
+    text += "; " + change_words(*line.figure, are_of_fitted_rows(report)) +
+            kept_out_words(report, line.joint);
   return capitalised(text) + ".";
 }
 
 }  // namespace
-
-std::string metric_words(std::string_view metric) {
-  const auto it = std::find_if(kMetrics.begin(), kMetrics.end(),
-                               [metric](const Words& w) { return w.first == metric; });
-  return it != kMetrics.end() ? std::string(it->second) : words_of(std::string(metric));
-}
 
 std::vector<ChainCell> chain_of(const Report& report, const std::vector<Cause>& causes) {
   std::vector<ChainCell> cells;
@@ -197,9 +176,7 @@ std::vector<ChainCell> chain_of(const Report& report, const std::vector<Cause>& 
 std::vector<JointLine> joint_lines(const Report& report, const std::vector<Cause>& causes) {
   std::vector<JointLine> lines;
   for (const std::string& joint : joints_of(report)) {
-    JointLine line{joint, {}, nullptr};
-    for (std::size_t m = 0; m < kOfJoint && line.figure == nullptr; ++m)
-      line.figure = figure_of(report, joint, kMetrics[m].first);
+    JointLine line{joint, {}, figure_of_joint(report, joint)};
     line.sentence = sentence_for(report, causes, line);
     lines.push_back(std::move(line));
   }

@@ -36,9 +36,6 @@ struct JointLine {
 /// Every joint that was looked at or could not be.
 std::vector<JointLine> joint_lines(const Report& report, const std::vector<Cause>& causes);
 
-/// "position error" for position_rmse, and so on.
-std::string metric_words(std::string_view metric);
-
 /// One sentence for the kind of verdict.
 std::string headline(const Verdict& verdict);
 

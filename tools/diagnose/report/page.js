@@ -9,6 +9,9 @@ const report = JSON.parse(document.getElementById("data").textContent);
 const in_words = (id) => id.replaceAll("_", " ");
 const place = ({ joint, stage }) => `${joint}, ${stage}`;
 const is_worse = ({ before, after }) => after > before;
+// Rows of which the figures are.
+const on_rows = report.looked_at.some(({ held_out_rows }) => held_out_rows > 0)
+  ? "on motion that no fit saw" : "on the rows that were fitted";
 const effects_of = (cause) => cause.effects.map((i) => report.effects[i]);
 
 // ------------------------------------------------------------------ the first screen
@@ -44,7 +47,7 @@ function chain() {
   const stages = (cells[0] ?? []).map(({ stage }) => (stage === "joint" ? "joint, run free for 1 s" : stage));
   const rows = cells.map((row, i) => [row_header(joints[i]), ...row.map(chain_cell)]);
   return [table(["", ...stages], rows, "table.chain"),
-    note("RMSE on unseen motion, first of the plant as it is, then with what was found; colour: share of " +
+    note(`RMSE ${on_rows}, first of the plant as it is, then with what was found; colour: share of ` +
       "the squared error above the floor.")];
 }
 
@@ -55,8 +58,8 @@ function held_out_chart() {
     return { label, value, low, high, text: signed_share(held_out.change), worse: is_worse(held_out) };
   });
   return figure(
-    rows.length && interval_chart("change of the error on unseen motion", "change of the RMSE [%]", 0, 200, rows),
-    "Error on motion that no fit saw", "95 % intervals over stretches of time. Red: the improved plant is worse.");
+    rows.length && interval_chart(`change of the error ${on_rows}`, "change of the RMSE [%]", 0, 200, rows),
+    `Error ${on_rows}`, "95 % intervals over stretches of time. Red: the improved plant is worse.");
 }
 
 function trace(channel, one) {
@@ -80,7 +83,7 @@ function foremost_trace() {
   const excess = (channel) => {
     const held_out = report.joints.filter(({ joint }) => joint === channel.joint).map(figure_of)[0];
     const shows = held_out && (channel.stage === "transmission") === (held_out.metric === "position_rmse");
-    return shows && channel.traces.length ? 1 - (held_out.floor / held_out.before) ** 2 : -1;
+    return shows && channel.traces.length ? 1 - ((held_out.floor ?? 0) / held_out.before) ** 2 : -1;
   };
   const [first] = report.channels.filter((channel) => excess(channel) > -1).sort((a, b) => excess(b) - excess(a));
   return first && trace(first, first.traces[0]);
@@ -88,16 +91,22 @@ function foremost_trace() {
 
 // ------------------------------------------------------------------ causes
 
-// No recording makes a probability of one or zero.
+// No recording makes a probability of one or zero, nor one by chance of zero.
+const chance = (p) => (p !== null && p < 1e-4 ? "< 0.0001" : fixed(p, 4));
 const probability_text = (p) => (p > 0.995 ? "over 99 %" : p < 0.01 ? "below 1 %" : share(p));
 
 function evidence(effect) {
-  const { held_out_before, held_out_after, held_out_share, unit, p_value, invariance_spread } = effect.evidence;
+  const { held_out_before, held_out_after, held_out_share, rows, size, unit, p_value, invariance_spread } = effect.evidence;
+  // What has no name cannot be taken out.
+  const on = rows === "fitted" ? "on the rows that were fitted" : "on motion that no fit saw";
+  const weight = effect.id === "unknown" ? [["without a name", quantity(size, unit)]] : [
+    [`error of the improved plant ${on}, without it → with it`, change(held_out_before, held_out_after, unit)],
+    held_out_before > 0 && ["its share of the squared error", share(held_out_share, 1)],
+  ];
   const facts = [
     effect.probability !== undefined && ["probability", probability_text(effect.probability)],
-    ["unseen error without → with", change(held_out_before, held_out_after, unit)],
-    held_out_before > 0 && ["its share of the squared error", share(held_out_share, 1)],
-    ["p", fixed(p_value, 4)],
+    ...weight,
+    ["p", chance(p_value)],
     ["differs between circumstances by", share(invariance_spread)],
   ];
   return element("dl.facts-line", facts.filter(Boolean).map(([name, value]) =>
@@ -107,9 +116,14 @@ function evidence(effect) {
 // Friction, play and elasticity only.
 function sides({ sides: at }) {
   if (!at) return "";
-  const encoder = at.encoder === "undecided" ? "on either side of the motor's encoder" : `on the ${at.encoder}'s side of the motor's encoder`;
-  const gearbox = at.gearbox === "none" ? "" : at.gearbox === "undecided" ? ", on either side of the gearbox" : `, on the ${at.gearbox}'s side of the gearbox`;
-  return note(`Sits ${encoder}${gearbox}.${at.decided_by ? ` To decide it: ${at.decided_by}.` : ""}`);
+  const places = [[at.encoder, "the motor's encoder"], [at.gearbox, "the gearbox"]].filter(([side]) => side !== "none");
+  const decided = places.filter(([side]) => side !== "undecided").map(([side, of]) => `on the ${side}'s side of ${of}`);
+  const open = places.filter(([side]) => side === "undecided").map(([, of]) => `on which side of ${of}`);
+  return note([
+    decided.length && `It sits ${decided.join(" and ")}.`,
+    open.length && `These recordings do not show ${open.join(" and ")} it sits.`,
+    at.decided_by && `To decide it: ${at.decided_by}.`,
+  ].filter(Boolean).join(" "));
 }
 
 // The times of single events are too many for a card.
@@ -179,7 +193,7 @@ function card(cause) {
 
 // Each recording apart, with the figures on those of its rows that no fit saw.
 function recordings() {
-  const header = ["recording", "", "length", "error on unseen rows, before → after"];
+  const header = ["recording", "", "length", `error ${on_rows}, before → after`];
   return table(header, report.recordings.map((recording, i) => {
     const figures = report.held_out.flatMap((held_out) => held_out.by_recording
       .filter((one) => one.recording === i)
@@ -219,22 +233,29 @@ function drift() {
 
 function two_estimates() {
   const value = (at, interval, unit) => `${quantity(at, unit)} (${interval_text(interval, unit)})`;
-  return table(["joint", "number", "by its efforts (95 %)", "by its motion alone (95 %)", "agree"], report.two_estimates.map((e) =>
-    [e.joint, `${in_words(e.id)}, ${in_words(e.parameter)}`, value(e.equation_error, e.equation_error_ci95, e.unit), value(e.free_run, e.free_run_ci95, e.unit),
-      worse_if(!e.agree, e.agree ? "yes" : "no: a law is missing")]));
+  return [
+    note("Allowed: three deviations of both and 4 % for the form of laws, of which no model has the robot's own."),
+    table(["joint", "number", "by its efforts (95 %)", "by its motion alone (95 %)", "apart", "allowed", "agree"],
+      report.two_estimates.map((e) => [e.joint, `${in_words(e.id)}, ${in_words(e.parameter)}`,
+        value(e.equation_error, e.equation_error_ci95, e.unit), value(e.free_run, e.free_run_ci95, e.unit),
+        quantity(Math.abs(e.free_run - e.equation_error), e.unit), quantity(e.allowed, e.unit),
+        worse_if(!e.agree, e.agree ? "yes" : "no: a law is missing")])),
+  ];
 }
 
 function error_left() {
   const rows = report.error_left.map((e) => {
     const measured = e.measured_by !== "none";
-    return [e.joint, e.stage, quantity(e.before, e.unit), worse_if(!e.reached, quantity(e.left, e.unit)),
+    return [e.joint, e.stage, worse_if(!e.reached, quantity(e.left, e.unit)),
       quantity(e.floor, e.unit), e.measured_by === "repetition"
         ? `repetition: ${e.compared_rows} rows that share ${share(e.agreement)} of their circumstances` : e.measured_by,
       measured ? quantity(e.allowed, e.unit) : "", `${general(100 * e.share_left)} %`];
   });
   return rows.length ? [
-    note("No effect has a part in this floor. Red: more is left than chance and the form of simulations allow."),
-    table(["joint", "stage", "plant as it is", "improved", "floor", "measured by", "allowed",
+    note("What decides whether physics is missing: of the rows in which the motor moves and does not turn round, each " +
+      "recording's constant taken off, by the plant with its numbers as the fit has them. No effect has a part in this " +
+      "floor. Red: more is left than chance and the form of simulations allow."),
+    table(["joint", "stage", "left", "floor", "measured by", "allowed",
       "share left above the floor"], rows),
   ] : [];
 }
@@ -247,26 +268,26 @@ function mismatch() {
     if (m.where.interval_s.length > most) times.push("and more in report.json");
     const positions = m.where.position.map((one) => interval_text(one, "Nm".includes(m.unit) ? "m" : "rad"));
     return [m.joint, m.stage, m.where.regime.join("; "), lines(times), positions.join(" "), quantity(m.excess_rmse, m.unit),
-      quantity(m.floor, m.unit), fixed(m.p_value, 4)];
+      quantity(m.floor, m.unit), chance(m.p_value)];
   }));
 }
 
 function known_together() {
   return table(["joint", "stage", "product", "value (SI)", "95 %", "alone uncertain"], report.known_together.map((c) => {
     const factors = c.parameters.map(({ id, name, power }, i) =>
-      [i ? " × " : "", `${id} ${name}`, power === 1 ? "" : element("sup", general(power, 6))]);
-    const alone = c.parameters.map(({ name, relative_deviation }) => `${name} by ${share(relative_deviation)}`);
+      [i ? " × " : "", `${in_words(id)} ${in_words(name)}`, power === 1 ? "" : element("sup", general(power, 6))]);
+    const alone = c.parameters.map(({ name, relative_deviation }) => `${in_words(name)} by ${share(relative_deviation)}`);
     return [c.joint, c.stage, factors, general(c.value), interval_text(c.ci95, "1"), alone.join(", ")];
   }));
 }
 
 const candidates = () => table(["joint", "stage", "effect", "gain", "z", "p", "size", "outcome"],
-  report.candidates.map((c) => [c.joint, c.stage, c.id, share(c.gain_share, 2), fixed(c.z, 1), fixed(c.p_value, 4),
-    quantity(c.size, c.unit), c.outcome]));
+  report.candidates.map((c) => [c.joint, c.stage, in_words(c.id), ...(c.z === null ? ["", "", "", ""]
+    : [share(c.gain_share, 2), fixed(c.z, 1), chance(c.p_value), quantity(c.size, c.unit)]), c.outcome]));
 
 const limits = () => table(["joint", "effect", "would have been found from", "of"], report.not_found
   .filter((n) => n.detection_limit !== undefined)
-  .map((n) => [n.joint, n.id, quantity(n.detection_limit, n.unit), n.parameter]));
+  .map((n) => [n.joint, in_words(n.id), quantity(n.detection_limit, n.unit), in_words(n.parameter)]));
 
 // Effects of one joint and reason in one row.
 function untestable() {
@@ -274,7 +295,7 @@ function untestable() {
   const all = report.not_found.filter((n) => n.detection_limit === undefined);
   const firsts = all.filter((n, i) => all.findIndex((other) => same(n, other)) === i);
   return table(["joint", "effects", "because"], firsts.map((n) =>
-    [n.joint, all.filter((other) => same(n, other)).map(({ id }) => id).join(", "), n.not_testable_because]));
+    [n.joint, all.filter((other) => same(n, other)).map(({ id }) => in_words(id)).join(", "), n.not_testable_because]));
 }
 
 // The size of each effect in parts of the data.
@@ -285,8 +306,8 @@ function sizes(channel) {
       label: circumstance, value: scale, low: scale - 1.96 * deviation, high: scale + 1.96 * deviation,
       text: fixed(scale, 2),
     }));
-    return figure(interval_chart(`${effect}: size by circumstance`, "of its size on all data", 1, 3, rows),
-      `Size of ${effect} by circumstance`);
+    return figure(interval_chart(`${in_words(effect)}: size by circumstance`, "of its size on all data", 1, 3, rows),
+      `Size of ${in_words(effect)} by circumstance`);
   });
 }
 
@@ -295,14 +316,14 @@ function channel_charts(channel) {
   const [error, motion] = [display_unit(channel.unit), display_unit(channel.position_unit)];
   const bars = scaled(waterfall.map(({ rmse }) => rmse), error.factor).map((value, i) => ({ value, marked: i === 0 }));
   const steps = waterfall.length > 1 && bar_chart(`${place(channel)}: error as the model grows`,
-    waterfall.map(({ step }) => step), [{ title: "", unit: error.name, reference: null, bars }]);
+    waterfall.map(({ step }) => in_words(step)), [{ title: "", unit: error.name, reference: null, bars }]);
   const map = where.before.length && map_chart(`${place(channel)}: error over position and speed`,
     scaled(where.position_edges, motion.factor), scaled(where.speed_edges, motion.factor),
     ["before", "after"].map((title) => ({ title, scale: 0, values: scaled(where[title], error.factor), rows: where.rows })),
     `position [${motion.name}]`, `speed [${motion.name}/s]`, error.name);
   const charts = [
     channel.traces.map((one) => trace(channel, one)),
-    figure(steps, channel.traces[0]?.fitted ? "Error as the model grows" : "Error on unseen rows as the model grows"),
+    figure(steps, `Error as the model grows, ${on_rows}`),
     figure(map, "Error over position and speed", "Hatched: too little data."),
     ...[["position", "Error over position"], ["speed", "Error over speed"], ["load", "Error over effort"],
       ["hold_s", "Error at rest"]].map(([over, title]) => figure(residual_chart(channel, over), title)),
@@ -327,9 +348,9 @@ show_page(
     ["looked-at", "What was looked at", recordings(), channels_seen(), not_seen()],
     ["details", "Details",
       folded("The verdict in full", element("p", report.verdict.text)),
-      folded("Every figure on unseen motion", held_out_table()),
+      folded(`Every figure ${on_rows}`, held_out_table()),
       report.drift.length ? folded("Drift of each drive on its own, by the length of the run", drift()) : "",
-      report.two_estimates.length ? folded("Numbers of the drives by two estimators", two_estimates()) : "",
+      report.two_estimates.length ? folded("Numbers of the drives by two estimators", ...two_estimates()) : "",
       folded("What is left of the error", ...error_left()),
       folded("Where the plant and the recordings part", mismatch()),
       report.channels.map((channel) => folded(place(channel), channel_charts(channel))),
@@ -337,6 +358,6 @@ show_page(
       folded("Candidates and their gates", candidates()),
       folded("Not found, and from which size it would have been", limits()),
       folded("Not testable with these recordings", untestable())],
-    ["provenance", "Provenance", table([], facts.map(([name, text]) => [row_header(name), text]), "table.facts")],
+    ["provenance", "Provenance", table([], facts.map(([name, text]) => [row_header(in_words(name)), text]), "table.facts")],
   ],
 );

@@ -18,14 +18,15 @@ void add_ties(const Json& report, std::vector<Suggestion>& out) {
     for (const Json& rival : effect.at("ambiguous_with")) {
       const std::string other = rival;
       const Experiment* p = cheapest_parting(id, other);
-      out.push_back({0,
-                     effect.at("joint"),
-                     p ? std::string(p->experiment) : effect.at("separate_by").get<std::string>(),
-                     p ? p->minutes : 10.0,
-                     fmt::format("joint {}: parts {} from {}",
-                                 effect.at("joint").get<std::string>(), id, other),
-                     p ? p->motion : Exercise::kNone,
-                     {id, other}});
+      out.push_back(
+          {0,
+           effect.at("joint"),
+           p ? std::string(p->experiment) : effect.at("separate_by").get<std::string>(),
+           p ? p->minutes : 10.0,
+           fmt::format("joint {}: parts {} from {}", effect.at("joint").get<std::string>(),
+                       words_of(id), words_of(other)),
+           p ? p->motion : Exercise::kNone,
+           {id, other}});
     }
   }
 }
@@ -52,7 +53,8 @@ void add_unexplained(const Json& report, std::vector<Suggestion>& out) {
 struct Untested {
   const Experiment* experiment;
   std::string why;
-  std::vector<std::string> ids, joints;
+  std::string first_id;
+  std::vector<std::string> effects, joints;  ///< in words
 };
 
 void add_untested(const Json& report, std::vector<Suggestion>& out) {
@@ -65,8 +67,8 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
     if (p == nullptr) continue;
     auto group = std::find_if(groups.begin(), groups.end(),
                               [&](const Untested& g) { return g.experiment == p && g.why == why; });
-    if (group == groups.end()) group = groups.insert(groups.end(), {p, why, {}, {}});
-    add_once(group->ids, id);
+    if (group == groups.end()) group = groups.insert(groups.end(), {p, why, id, {}, {}});
+    add_once(group->effects, words_of(id));
     add_once(group->joints, n.at("joint"));
   }
   for (const Untested& g : groups) {
@@ -75,9 +77,9 @@ void add_untested(const Json& report, std::vector<Suggestion>& out) {
                    std::string(g.experiment->experiment),
                    g.experiment->minutes,
                    fmt::format("joint {}: tests {}, not testable so far: {}",
-                               fmt::join(g.joints, ", "), fmt::join(g.ids, ", "), g.why),
+                               fmt::join(g.joints, ", "), fmt::join(g.effects, ", "), g.why),
                    g.experiment->motion,
-                   {g.ids.front()}});
+                   {g.first_id}});
   }
 }
 
@@ -102,13 +104,13 @@ void add_confirmations(const Json& report, std::vector<Suggestion>& out) {
     if (visited == cells) continue;
     add(channel.at("joint"), "visit the positions and speeds that these recordings leave out",
         minutes,
-        fmt::format("joint {}, {}: {} of {} cells of position and speed were visited",
+        fmt::format("joint {}, {}: {} of {} cells of position and speed hold rows",
                     channel.at("joint").get<std::string>(), channel.at("stage").get<std::string>(),
                     visited, cells));
   }
   if (!held_out)
     add("", "record another motion and hold it out", minutes,
-        "no recording was held out: every figure is cross-validated");
+        "no recording was held out: every figure is of rows that were fitted");
   add("", "home anew and record the same motion on another day", minutes,
       "the findings hold for the homings that were recorded");
 }
