@@ -17,7 +17,7 @@ namespace ravencal::model {
 /// Of one output, SI.
 struct HomingConstants {
   std::string joint;
-  std::vector<double> constants;  ///< of the sessions; their mean is in the model
+  std::vector<double> constants;  ///< of the homings, rising
   double rmse_about_mean = 0.0;   ///< expected RMSE of a recording with its mean error taken off
 };
 

@@ -265,10 +265,10 @@ void describe(const Rows& rows, const ChoiceOptions& options, const InputSets& s
   }
 }
 
-void keep_session_constants(Choice& choice) {
+void keep_constants_of_homings(Choice& choice) {
   std::vector<model::HomingConstants> constants;
   for (std::size_t k = 0; k < choice.joints.size(); ++k) {
-    constants.push_back({choice.joints[k].joint, choice.joints[k].session_constants,
+    constants.push_back({choice.joints[k].joint, choice.joints[k].homing_constants,
                          choice.model.expected[k].about_mean});
   }
   model::keep_homing_constants(choice.model, constants);
@@ -324,7 +324,7 @@ core::Result<Choice> choose_model(
   if (options.at_hook) model::set_trained_at_hook(model);
   model.seeds = learn::seeds_of(training);
   model.provenance["recordings"] = learn::files_text(training);
-  keep_session_constants(choice);
+  keep_constants_of_homings(choice);
   return choice;
 }
 
