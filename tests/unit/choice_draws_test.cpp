@@ -110,7 +110,7 @@ TEST(Draws, NoneDecidesBeyondTheTraining) {
     if (std::abs(training.samples(row, 0)) > 0.5) training.samples(row, 1) = kLost;
   }
   std::vector<double> errors;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     ChoiceOptions options;
     options.kinds = Kinds::kUnits;
     options.seed = seed;
