@@ -103,24 +103,5 @@ TEST(Draws, SayWhatIsLeftToChance) {
   EXPECT_EQ(doubted.same_homing.rmse, known.same_homing.rmse);
 }
 
-TEST(Draws, NoneDecidesBeyondTheTraining) {
-  // Trained on the middle of the motion, tested on all of it.
-  Recording training = elbow(6000, 1, kCurve);
-  for (Eigen::Index row = 0; row < training.samples.rows(); ++row) {
-    if (std::abs(training.samples(row, 0)) > 0.5) training.samples(row, 1) = kLost;
-  }
-  std::vector<double> errors;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    ChoiceOptions options;
-    options.kinds = Kinds::kUnits;
-    options.seed = seed;
-    const auto choice = choose({training}, options);
-    ASSERT_TRUE(choice.ok()) << choice.error().message;
-    errors.push_back(rmse_on(choice->model, elbow(3000, 7, kCurve)));
-  }
-  const auto [least, most] = std::minmax_element(errors.begin(), errors.end());
-  EXPECT_LT(*most, 1.3 * *least) << *least << " to " << *most;
-}
-
 }  // namespace
 }  // namespace ravencal::choice
