@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/students_t.hpp"
 #include "core/temporary_folder.hpp"
 #include "core/whole_file.hpp"
 #include "model/blob_writer.hpp"
@@ -81,10 +82,10 @@ TEST(Rezero, TheConstantIsWhatReadingAndWeightsLackOfThePose) {
 
 // Student's t of three degrees of freedom is 3.182.
 TEST(Rezero, TheBoundIsTheIntervalOfOneMoreHoming) {
-  EXPECT_NEAR(rezero::spread_of(std::vector{-1.0, 0.0, 0.0, 1.0}),
+  EXPECT_NEAR(core::one_more(std::vector{-1.0, 0.0, 0.0, 1.0}).half95,
               3.182 * std::sqrt(2.0 / 3.0 * 1.25), 2e-3);
-  EXPECT_EQ(rezero::spread_of(std::vector{1.0}), 0.0);
-  EXPECT_EQ(rezero::spread_of({}), 0.0);
+  EXPECT_EQ(core::one_more(std::vector{1.0}).half95, 0.0);
+  EXPECT_EQ(core::one_more({}).half95, 0.0);
 }
 
 TEST(Rezero, RefusesMoreThanTheHomingsOfTheTraining) {

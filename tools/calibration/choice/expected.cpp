@@ -20,19 +20,6 @@ double mean_square(const Eigen::ArrayXd& values) {
   return std::max(values.square().mean(), kLeastRmse * kLeastRmse);
 }
 
-/// One more value beside `values`.
-struct NextValue {
-  double deviation = 0.0;  ///< 0 if there are fewer than two values
-  double half95 = 0.0;     ///< half of its 95 % interval
-};
-
-NextValue next_value(const std::vector<double>& values) {
-  if (values.size() < 2) return {};
-  const auto n = static_cast<double>(values.size());
-  const double deviation = standard_error(values) * std::sqrt(n + 1.0);
-  return {deviation, core::students_t_975(n - 1.0) * deviation};
-}
-
 }  // namespace
 
 model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
@@ -47,14 +34,14 @@ model::ExpectedError expected_error(const std::vector<Eigen::VectorXd>& judged,
     logs.push_back(0.5 * std::log(squares.back()));
   }
   const double median = std::exp(mean_of(logs));
-  const double factor = std::exp(next_value(logs).half95);
+  const double factor = std::exp(core::one_more(logs).half95);
   model::ExpectedError expected;
   expected.same_homing = {std::sqrt(mean_of(squares)), median / factor,
                           std::hypot(median * factor, kNormal975 * left_to_chance)};
   expected.about_mean = std::sqrt(mean_of(about_mean));
   if (homing_constants.size() > 1) {
     const auto& [rmse, low, high] = expected.same_homing;
-    const NextValue constant = next_value(homing_constants);
+    const core::OneMore constant = core::one_more(homing_constants);
     expected.other_homing = {std::hypot(rmse, constant.deviation), low,
                              std::hypot(high, constant.half95)};
   }

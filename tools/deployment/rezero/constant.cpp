@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 #include "core/students_t.hpp"
@@ -32,7 +31,7 @@ const Item* of_joint(std::span<const Item> items, const std::string& joint) {
 }
 
 double bound_of(const model::HomingConstants* seen, const JointValue* at_most) {
-  const double spread = seen != nullptr ? spread_of(seen->constants) : 0.0;
+  const double spread = seen != nullptr ? core::one_more(seen->constants).half95 : 0.0;
   if (at_most == nullptr) return spread;
   return spread > 0.0 ? std::min(spread, at_most->value) : at_most->value;
 }
@@ -107,17 +106,6 @@ void refuse(const JointConstant& joint, const JointReading& reading,
 }
 
 }  // namespace
-
-double spread_of(std::span<const double> constants) {
-  if (constants.size() < 2) return 0.0;
-  const auto n = static_cast<double>(constants.size());
-  const double mean = std::accumulate(constants.begin(), constants.end(), 0.0) / n;
-  const double squares = std::accumulate(
-      constants.begin(), constants.end(), 0.0,
-      [&](double sum, double value) { return sum + (value - mean) * (value - mean); });
-  const double deviation = std::sqrt(squares / (n - 1.0) * (1.0 + 1.0 / n));
-  return core::students_t_975(n - 1.0) * deviation;
-}
 
 Judgement judge(const Reading& reading, std::span<const KnownJoint> pose,
                 std::span<const model::HomingConstants> seen, std::span<const JointValue> at_most) {

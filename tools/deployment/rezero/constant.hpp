@@ -39,10 +39,6 @@ struct Judgement {
 inline constexpr double kStill_rad = 1.7e-3;  // 0.1 deg
 inline constexpr double kStill_m = 1e-4;
 
-/// Half of the 95 % interval of the constant of one more session than those of `constants`, whose
-/// mean is in the model. 0 where there are fewer than two.
-double spread_of(std::span<const double> constants);
-
 /// `seen`: of the training; empty where the weights do not say. `at_most`: bounds of the user,
 /// which only lower those of the training, and stand in where it has none.
 Judgement judge(const Reading& reading, std::span<const KnownJoint> pose,
