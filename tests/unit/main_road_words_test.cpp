@@ -107,7 +107,8 @@ TEST_F(MainRoadWords, ARunSeedOfTheTrainingIsNoTest) {
          {"one homing: session.db has the homing (seed 1) of s.db"});
   const Outcome honest = run("evaluate m.onnx honest.db --json honest.json");
   EXPECT_EQ(honest.exit_code, 0) << honest.text;
-  EXPECT_EQ(honest.text.find("homing"), std::string::npos) << honest.text;
+  EXPECT_EQ(honest.text.find("one homing:"), std::string::npos) << honest.text;
+  EXPECT_EQ(bytes_of(folder_ / "honest.json").find("one_homing"), std::string::npos);
   EXPECT_EQ(bytes_of(folder_ / "honest.json").find("same_seed"), std::string::npos);
 }
 
